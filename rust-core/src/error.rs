@@ -1,0 +1,71 @@
+//! What went wrong, in words the caller can act on.
+//!
+//! [`Error`] is for input and environment: it names the offending thing and, where there is one, the remedy. A broken
+//! invariant of our own is an assertion instead.
+
+use std::path::{Path, PathBuf};
+
+/// Result of every fallible call of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// An error of the caller's input or of the environment.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter lies outside its range. The text gives the name, the value, the allowed range and the unit.
+    #[error("{name} must be {allowed}, got {value}{unit}")]
+    Parameter {
+        /// Name as in the parameter table.
+        name: &'static str,
+        /// The value as given.
+        value: String,
+        /// Allowed range in words, for example `> 0`.
+        allowed: String,
+        /// Unit with a leading space, or empty.
+        unit: &'static str,
+    },
+    /// The data handed in can't be used; the text names the element and the remedy.
+    #[error("{0}")]
+    Input(String),
+    /// A file does not hold what its format promises.
+    #[error("{}: {at}: {problem}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Place in the file: a line, an element or a byte offset, in words.
+        at: String,
+        /// What is wrong there and, if there is one, the remedy.
+        problem: String,
+    },
+    /// Reading or writing failed.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's answer.
+        source: std::io::Error,
+    },
+    /// The work would need more memory than is allowed or there is.
+    #[error("not enough memory: {0}")]
+    OutOfMemory(String),
+    /// The caller cancelled; nothing was left behind.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl Error {
+    /// An [`Error::Input`] from any text.
+    pub fn input(text: impl Into<String>) -> Self {
+        Error::Input(text.into())
+    }
+
+    /// An [`Error::Format`] at a place of a file.
+    pub fn format(path: &Path, at: impl Into<String>, problem: impl Into<String>) -> Self {
+        Error::Format { path: path.to_owned(), at: at.into(), problem: problem.into() }
+    }
+
+    /// An [`Error::Io`] for a file.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        Error::Io { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,16 @@
+//! Points without connectivity.
+
+use glam::{DAffine3, DVec3};
+
+/// Scattered points with optional attributes; every present attribute has one entry a point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointCloud {
+    /// Coordinates in the cloud's own frame.
+    pub positions: Vec<DVec3>,
+    /// Unit normals.
+    pub normals: Option<Vec<[f32; 3]>>,
+    /// Colours, sRGB with straight alpha.
+    pub colour: Option<Vec<[u8; 4]>>,
+    /// Places the cloud in the world.
+    pub world_from_cloud: DAffine3,
+}

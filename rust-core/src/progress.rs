@@ -1,0 +1,214 @@
+//! Progress and cancelling as one value.
+//!
+//! A long call gets a [`Progress`]. Its workers count what they have done ([`Progress::advance`], an atomic add); the
+//! **calling** thread looks at the counts every 30 ms and hands them to the caller's function, which answers whether to
+//! go on. So a host's callback never runs on a foreign thread, and counting costs next to nothing.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use crate::error::{Error, Result};
+
+/// How often the caller's function is asked.
+const POLL: Duration = Duration::from_millis(30);
+
+/// Where a long call stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Name of the running stage, for people.
+    pub stage: &'static str,
+    /// Share of the whole call that is done, 0 to 1, never falling.
+    pub fraction: f64,
+}
+
+/// The stages of a call with their shares of its time; shares are relative to each other.
+pub type Plan = &'static [(&'static str, f64)];
+
+type Sink<'a> = Box<dyn FnMut(Tick) -> ControlFlow<()> + Send + 'a>;
+
+/// Progress and cancelling of one long call.
+pub struct Progress<'a> {
+    sink: Mutex<Option<Sink<'a>>>,
+    plan: Mutex<Plan>,
+    stage: AtomicUsize,
+    done: AtomicU64,
+    total: AtomicU64,
+    cancelled: AtomicBool,
+    /// Checks left before the call is cancelled; `u64::MAX` for no limit.
+    checks_left: AtomicU64,
+}
+
+impl Progress<'static> {
+    /// Nobody watches and nobody cancels.
+    pub fn none() -> Self {
+        Self::with_sink(None)
+    }
+
+    /// Cancels at the `checks`-th check (counted from 0): for testing that every way out is clean.
+    pub fn cancel_after(checks: u64) -> Self {
+        let progress = Self::none();
+        progress.checks_left.store(checks, Ordering::Relaxed);
+        progress
+    }
+}
+
+impl<'a> Progress<'a> {
+    /// `report` is called on the calling thread about every 30 ms; `ControlFlow::Break` cancels.
+    pub fn new(report: impl FnMut(Tick) -> ControlFlow<()> + Send + 'a) -> Self {
+        Self::with_sink(Some(Box::new(report)))
+    }
+
+    fn with_sink(sink: Option<Sink<'a>>) -> Self {
+        Progress {
+            sink: Mutex::new(sink),
+            plan: Mutex::new(&[("working", 1.0)]),
+            stage: AtomicUsize::new(0),
+            done: AtomicU64::new(0),
+            total: AtomicU64::new(1),
+            cancelled: AtomicBool::new(false),
+            checks_left: AtomicU64::new(u64::MAX),
+        }
+    }
+
+    /// Sets the stages of the call. Called once, by the driver, before the first stage.
+    pub fn plan(&self, plan: Plan) {
+        *lock(&self.plan) = plan;
+        self.stage(0, 1);
+    }
+
+    /// Starts stage `index` of the plan, which will count up to `total`.
+    pub fn stage(&self, index: usize, total: u64) {
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(total.max(1), Ordering::Relaxed);
+        self.stage.store(index, Ordering::Relaxed);
+    }
+
+    /// Counts `n` more units of the running stage as done. Cheap; call it at least every few milliseconds.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] once the caller has cancelled: return it at once.
+    pub fn advance(&self, n: u64) -> Result<()> {
+        self.done.fetch_add(n, Ordering::Relaxed);
+        self.check()
+    }
+
+    /// Like [`Progress::advance`] with nothing to count.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] once the caller has cancelled.
+    pub fn check(&self) -> Result<()> {
+        if self.checks_left.load(Ordering::Relaxed) != u64::MAX {
+            let left =
+                self.checks_left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| Some(n.saturating_sub(1)));
+            if left == Ok(0) {
+                self.cancel();
+            }
+        }
+        if self.cancelled.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
+    }
+
+    /// Asks the call to stop; it answers with [`Error::Cancelled`] within a tenth of a second.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Where the call stands now.
+    pub fn tick(&self) -> Tick {
+        let plan = *lock(&self.plan);
+        let index = self.stage.load(Ordering::Relaxed).min(plan.len() - 1);
+        let whole: f64 = plan.iter().map(|s| s.1).sum();
+        let before: f64 = plan[..index].iter().map(|s| s.1).sum();
+        let within = self.done.load(Ordering::Relaxed) as f64 / self.total.load(Ordering::Relaxed) as f64;
+        Tick { stage: plan[index].0, fraction: ((before + plan[index].1 * within.min(1.0)) / whole).clamp(0.0, 1.0) }
+    }
+
+    /// Runs `work` on `pool` while this thread reports to the caller's function.
+    pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
+        let finished = (Mutex::new(false), Condvar::new());
+        let mut result = None;
+        let slot = &mut result;
+        pool.in_place_scope(|scope| {
+            let finished = &finished;
+            scope.spawn(move |_| {
+                // Also on a panic, or the calling thread would wait for ever.
+                let _signal = SignalOnDrop(finished);
+                *slot = Some(work());
+            });
+            let mut sink = lock(&self.sink);
+            let mut highest = 0.0_f64;
+            let mut done = lock(&finished.0);
+            while !*done {
+                done = finished.1.wait_timeout(done, POLL).unwrap_or_else(PoisonError::into_inner).0;
+                if *done {
+                    break;
+                }
+                drop(done);
+                self.report(&mut sink, &mut highest);
+                done = lock(&finished.0);
+            }
+        });
+        result.expect("the scope returns only after its work")
+    }
+
+    fn report(&self, sink: &mut Option<Sink<'a>>, highest: &mut f64) {
+        let Some(report) = sink else { return };
+        let mut tick = self.tick();
+        *highest = highest.max(tick.fraction);
+        tick.fraction = *highest;
+        if report(tick).is_break() {
+            self.cancel();
+        }
+    }
+}
+
+struct SignalOnDrop<'a>(&'a (Mutex<bool>, Condvar));
+
+impl Drop for SignalOnDrop<'_> {
+    fn drop(&mut self) {
+        *lock(&self.0.0) = true;
+        self.0.1.notify_all();
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reports_on_the_calling_thread_and_cancels() {
+        let pool = crate::threads::pool(2).unwrap();
+        let caller = std::thread::current().id();
+        let mut ticks = 0;
+        let progress = Progress::new(|tick| {
+            assert_eq!(std::thread::current().id(), caller);
+            assert!((0.0..=1.0).contains(&tick.fraction));
+            ticks += 1;
+            if ticks == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let outcome = progress.run(&pool, || -> Result<()> {
+            progress.stage(0, 1_000_000);
+            loop {
+                progress.advance(1)?;
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        assert!(matches!(outcome, Err(Error::Cancelled)));
+        drop(progress);
+        assert_eq!(ticks, 3);
+    }
+
+    #[test]
+    fn cancels_at_the_wanted_check() {
+        let progress = Progress::cancel_after(2);
+        assert!(progress.check().is_ok());
+        assert!(progress.advance(5).is_ok());
+        assert!(progress.check().is_err());
+        assert!(progress.check().is_err());
+    }
+}

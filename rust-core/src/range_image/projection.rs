@@ -1,0 +1,148 @@
+//! From pixels to points and rays, for every kind of sensor.
+//!
+//! Frames: the orthographic frame looks along -z, the sensor at +z (height maps, Stanford scans); the pinhole frame has
+//! x to the right, y down and z forward (depth cameras); the spherical frame has z up (terrestrial scanners).
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+
+/// What a pinhole image's values measure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthKind {
+    /// Distance from the image plane through the centre of projection (z).
+    Planar,
+    /// Distance along the pixel's ray.
+    Ray,
+}
+
+/// How the pixels of a point grid were seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Viewing {
+    /// All rays parallel to this direction, from the sensor toward the scene; any length but zero.
+    Parallel(DVec3),
+    /// Every ray starts here.
+    From(DVec3),
+}
+
+impl Viewing {
+    /// Stanford range grids: along -z of the scan's own frame.
+    pub const ALONG_MINUS_Z: Viewing = Viewing::Parallel(DVec3::NEG_Z);
+}
+
+/// How pixels see: what a pixel's value measures and where its ray runs, in the sensor's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Rays along -z; the value is the point's z. Pixel `(row, col)` lies at `x = first[0] + col * step[0]`,
+    /// `y = first[1] + row * step[1]` (a negative `step[1]` puts row 0 at the top).
+    Orthographic {
+        /// x and y of pixel (0, 0).
+        first: [f64; 2],
+        /// x from column to column, y from row to row; neither is zero.
+        step: [f64; 2],
+    },
+    /// Rays from the origin through `((col - centre[0]) / focal[0], (row - centre[1]) / focal[1], 1)`.
+    Pinhole {
+        /// fx and fy in pixels.
+        focal: [f64; 2],
+        /// cx and cy in pixels, pixel centres at whole numbers.
+        centre: [f64; 2],
+        /// What the values measure.
+        depth: DepthKind,
+    },
+    /// Rays from the origin; azimuth `first[0] + col * step[0]` from +x toward +y, elevation `first[1] + row * step[1]`
+    /// from the horizon toward +z; the value is the distance along the ray.
+    Spherical {
+        /// Azimuth and elevation of pixel (0, 0), in radians.
+        first: [f64; 2],
+        /// Azimuth from column to column, elevation from row to row, in radians; neither is zero.
+        step: [f64; 2],
+    },
+    /// A measured point a pixel.
+    PointGrid(Viewing),
+}
+
+impl Projection {
+    /// Checks that the parameters are finite and not degenerate.
+    ///
+    /// # Errors
+    /// [`Error::Input`] naming the parameter.
+    pub fn validate(&self) -> Result<()> {
+        let fail = |what: &str| Err(Error::input(format!("{what} must be finite and not zero")));
+        let usable = |v: &[f64; 2]| v.iter().all(|x| x.is_finite() && *x != 0.0);
+        let finite = |v: &[f64; 2]| v.iter().all(|x| x.is_finite());
+        match self {
+            Projection::Orthographic { first, step } | Projection::Spherical { first, step } => {
+                if !usable(step) || !finite(first) {
+                    return fail("the projection's step from pixel to pixel");
+                }
+            }
+            Projection::Pinhole { focal, centre, .. } => {
+                if !usable(focal) || !finite(centre) {
+                    return fail("the camera's focal lengths");
+                }
+            }
+            Projection::PointGrid(Viewing::Parallel(direction)) => {
+                if !direction.is_finite() || *direction == DVec3::ZERO {
+                    return fail("the viewing direction");
+                }
+            }
+            Projection::PointGrid(Viewing::From(origin)) => {
+                if !origin.is_finite() {
+                    return Err(Error::input("the sensor's origin must be finite"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The point that value `value` of pixel `(row, col)` measures. Meaningless for a point grid, where the point itself
+    /// is the sample.
+    pub fn point(&self, row: usize, col: usize, value: f64) -> DVec3 {
+        let (row, col) = (row as f64, col as f64);
+        match self {
+            Projection::Orthographic { first, step } => {
+                DVec3::new(first[0] + col * step[0], first[1] + row * step[1], value)
+            }
+            Projection::Pinhole { focal, centre, depth } => {
+                let through = DVec3::new((col - centre[0]) / focal[0], (row - centre[1]) / focal[1], 1.0);
+                match depth {
+                    DepthKind::Planar => through * value,
+                    DepthKind::Ray => through * (value / through.length()),
+                }
+            }
+            Projection::Spherical { first, step } => {
+                spherical_direction(first[0] + col * step[0], first[1] + row * step[1]) * value
+            }
+            Projection::PointGrid(_) => DVec3::NAN,
+        }
+    }
+
+    /// The ray of pixel `(row, col)`: a point on it and its unit direction from the sensor toward the scene. For a point
+    /// grid the ray runs through `sample`, the measured point; otherwise `sample` is not used.
+    pub fn ray(&self, row: usize, col: usize, sample: DVec3) -> (DVec3, DVec3) {
+        match self {
+            Projection::Orthographic { .. } => (self.point(row, col, 0.0), DVec3::NEG_Z),
+            Projection::Pinhole { .. } | Projection::Spherical { .. } => {
+                (DVec3::ZERO, self.point(row, col, 1.0).normalize_or_zero())
+            }
+            Projection::PointGrid(Viewing::Parallel(direction)) => (sample, direction.normalize_or_zero()),
+            Projection::PointGrid(Viewing::From(origin)) => (*origin, (sample - *origin).normalize_or_zero()),
+        }
+    }
+
+    /// Unit direction from the sensor toward `sample`, a point measured by any pixel.
+    pub fn view_direction(&self, sample: DVec3) -> DVec3 {
+        match self {
+            Projection::Orthographic { .. } => DVec3::NEG_Z,
+            Projection::Pinhole { .. } | Projection::Spherical { .. } => sample.normalize_or_zero(),
+            Projection::PointGrid(Viewing::Parallel(direction)) => direction.normalize_or_zero(),
+            Projection::PointGrid(Viewing::From(origin)) => (sample - *origin).normalize_or_zero(),
+        }
+    }
+}
+
+/// Unit direction of an azimuth and elevation, in radians.
+pub fn spherical_direction(azimuth: f64, elevation: f64) -> DVec3 {
+    DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin())
+}
