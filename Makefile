@@ -1,0 +1,50 @@
+# `make help` lists the targets. Everything a target needs and the machine lacks is set up first, outside the tree:
+# see tools/lib.sh for where, CONTRIBUTING.md for what.
+
+SHELL := /usr/bin/env bash
+.DEFAULT_GOAL := help
+.PHONY: help demo test check bench fuzz wheel extension clean distclean
+
+# Real scans for tests and benchmarks; without them these say which cases they skipped.
+ifndef SURFRECON_DATA
+  ifneq ($(wildcard ../shared/data),)
+    export SURFRECON_DATA := $(abspath ../shared/data)
+  endif
+else
+  export SURFRECON_DATA
+endif
+
+help: ## List the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+demo: extension ## Scan a shape, merge the scans inside Blender, render: out/demo.*; SCANS=path/to/file.conf uses real scans
+	@tools/demo.sh $(SCANS)
+
+test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender)
+	@tools/setup_apt.sh
+	@"$$(tools/python.sh)" tools/run_tests.py
+
+check: ## Formatting, lints, documentation, licences of dependencies
+	@tools/check.sh
+
+bench: ## Run this library beside its peers on the same data: out/bench/*.json; ONLY=merge runs one benchmark
+	@tools/setup_apt.sh
+	@bench/run.sh $(ONLY)
+
+fuzz: ## Feed each reader damaged files for SECONDS=60
+	@tools/fuzz.sh
+
+wheel: ## Build the Python wheel: target/wheels/
+	@tools/build_wheel.sh
+
+extension: ## Build the Blender extension with its wheel inside: out/extension/
+	@tools/setup_apt.sh
+	@tools/build_wheel.sh
+	@"$$(tools/python.sh)" tools/build_extension.py
+
+clean: ## Remove everything built here
+	cargo clean
+	rm -rf out
+
+distclean: clean ## Remove the cached downloads, environments and tools as well
+	. tools/lib.sh && rm -rf "$$cache"

@@ -1,0 +1,26 @@
+# Sourced by the scripts beside it: where things are kept, how to fail, how to try again.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+# Downloads, virtual environments and tools live outside the tree, so that a second checkout or a `make clean` costs nothing.
+cache=${SURFRECON_CACHE:-${XDG_CACHE_HOME:-${HOME:-~}/.cache}/surfrecon}
+mkdir -p "$cache"
+
+say() { echo "$(basename "$0"): $*" >&2; }
+die() { say "$*"; exit 1; }
+
+# Registries have hiccups: three tries, waiting longer each time.
+retry() {
+    local pause
+    for pause in 5 20 0; do
+        "$@" && return 0
+        [ "$pause" = 0 ] || { say "failed, trying again in $pause s: $*"; sleep "$pause"; }
+    done
+    return 1
+}
+
+# One process at a time prepares a thing; the others wait and then find it ready.
+lock() {
+    exec 9>"$cache/$1.lock"
+    flock 9
+}

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Installs the system libraries the tests and the demo need and the machine lacks. Does nothing when all are there.
+set -euo pipefail
+. "$(dirname "$0")/lib.sh"
+
+# What the bpy module links to, and software OpenGL for rendering without a display.
+packages=(libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libgl1 libxxf86vm1 libgomp1 libegl1 libgl1-mesa-dri)
+
+command -v cargo >/dev/null || die "cargo is missing: install the Rust toolchain, https://rustup.rs"
+if ! command -v c++ >/dev/null; then packages+=(g++); fi
+
+if ! command -v dpkg-query >/dev/null; then
+    say "not a Debian system: make sure that the equivalents of these are installed: ${packages[*]}"
+    exit 0
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    state=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
+    # Newer releases rename libraries (libfoo -> libfoot64) and declare that they provide the old name.
+    if [ "$state" != installed ] && ! dpkg-query -W -f '${Provides}\n' 2>/dev/null | grep -qw -- "$package"; then
+        missing+=("$package")
+    fi
+done
+[ ${#missing[@]} = 0 ] && exit 0
+
+if [ "$(id -u)" != 0 ]; then
+    die "these packages are missing and only root can install them: sudo apt-get install ${missing[*]}"
+fi
+lock apt
+say "installing ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+retry apt-get update -qq || die "apt-get update failed: is the package mirror reachable?"
+retry apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null || die "apt-get could not install ${missing[*]}"

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# Makes the Python environment NAME from tools/requirements/NAME.txt, unless it exists, and prints its folder.
+# Usage: tools/venv.sh NAME            e.g.  "$(tools/venv.sh blender-4.5)/bin/python" -m pytest tests/blender
+# The environment is kept in the cache under a hash of its requirements: never install anything else into it.
+set -euo pipefail
+. "$(dirname "$0")/lib.sh"
+
+name=${1:?usage: tools/venv.sh NAME}
+requirements=$root/tools/requirements/$name.txt
+[ -f "$requirements" ] || die "there is no environment $name: its list of packages would be tools/requirements/$name.txt"
+python=$("$root/tools/python.sh")
+
+key=$({ "$python" -VV; cat "$requirements"; } | sha256sum | cut -c1-12)
+venv=$cache/venv/$name-$key
+if [ ! -e "$venv/.complete" ]; then
+    lock "venv-$name"
+    if [ ! -e "$venv/.complete" ]; then
+        say "preparing the Python environment $name"
+        rm -rf "$venv"
+        "$python" -m venv "$venv" >&2 || die "python can't make environments: on Debian, apt-get install python3.11-venv"
+        # Wheels only: nothing is compiled and no package runs code of its own while it is installed.
+        retry "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --only-binary :all: \
+            --retries 5 --timeout 60 --requirement "$requirements" >&2 ||
+            die "pip could not install tools/requirements/$name.txt: is the package index reachable?"
+        touch "$venv/.complete"
+    fi
+fi
+echo "$venv"
