@@ -31,7 +31,7 @@ bench: ## Run this library beside its peers on the same data: out/bench/*.json; 
 	@tools/setup_apt.sh
 	@bench/run.sh $(ONLY)
 
-fuzz: ## Feed each reader damaged files for SECONDS=60
+fuzz: ## Feed each reader damaged files for FUZZ_SECONDS=60
 	@tools/fuzz.sh
 
 wheel: ## Build the Python wheel: target/wheels/

@@ -1,4 +1,4 @@
-//! Marching Intersections: registered scans -> one surface. [MI04]
+//! Marching Intersections: registered scans -> one surface. \[MI04\]
 
 pub mod source;
 

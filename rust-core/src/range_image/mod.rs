@@ -5,7 +5,7 @@
 //! | `projection` | pixel -> point and ray, for every kind of sensor |
 //! | `spacing` | sample spacing of an image, from which default limits come |
 //! | `normals` | normals and curvature |
-//! | `confidence` | cosine to the ray, ramped to zero at jumps and borders [CL96] |
+//! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
 
 pub mod projection;
 

@@ -1,0 +1,51 @@
+"""Checks the files of the tree: no paths of somebody's machine, no large files, licences where they belong."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+MACHINE_PATH = re.compile(rb"(?<![\w.$}\])-])/(?:work|root|home|Users|tmp|mnt)/[\w.]")
+LARGEST = 1 << 20
+LICENCES = [
+    "LICENSE-MIT",
+    "LICENSE-APACHE",
+    "blender-addon/extension/LICENSE",
+    "meshlab-plugin/LICENSE",
+]
+
+
+def files():
+    """Every file that is or would be committed."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    paths = [ROOT / name.decode() for name in listed.stdout.split(b"\0") if name]
+    return [path for path in paths if path.is_file()]
+
+
+def problems():
+    """Yields one sentence for each thing wrong."""
+    for path in files():
+        name = path.relative_to(ROOT)
+        content = path.read_bytes()
+        if len(content) > LARGEST:
+            yield f"{name}: {len(content)} bytes; data belongs outside the tree (the limit is {LARGEST})"
+        for number, line in enumerate(content.splitlines(), 1):
+            if b"\0" not in line and MACHINE_PATH.search(line):
+                yield f"{name}:{number}: a path of one machine: {line.strip().decode(errors='replace')[:80]}"
+    for name in LICENCES:
+        if not (ROOT / name).is_file():
+            yield f"{name} is missing"
+
+
+def main():
+    """Prints the problems."""
+    found = list(problems())
+    for problem in found:
+        print(problem)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

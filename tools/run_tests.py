@@ -1,0 +1,192 @@
+"""Runs every check and test of the project and adds up their results; `make test` calls it.
+
+Each step is a program whose own output is shown as it comes. The last line counts tests over all steps; a step that
+fails without having counted a failed test counts as one. A Rust test that lacks its data prints a line starting with
+`SKIPPED` and is counted as skipped, not as passed.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+WHEEL_FILES = ROOT / "target" / "wheel-files"
+# The bpy module is known to hang at exit; no step may hang the whole run.
+STEP_LIMIT = 20 * 60
+
+
+class Tally:
+    """Numbers of tests passed, failed and skipped."""
+
+    def __init__(self, passed=0, failed=0, skipped=0):
+        self.passed, self.failed, self.skipped = passed, failed, skipped
+
+    def add(self, other):
+        """Adds another tally to this one."""
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
+
+    def __str__(self):
+        return f"{self.passed} passed, {self.failed} failed, {self.skipped} skipped"
+
+
+def show(line):
+    """Prints at once, so that output of steps and our own stay in order."""
+    print(line, flush=True)
+
+
+class RustOutput:
+    """Counts what `cargo test -- --show-output` prints; of the output of passing tests it shows only skips."""
+
+    def __init__(self):
+        self.tally = Tally()
+        self.among_successes = False
+        self.skip_counted = False
+
+    def line(self, line):
+        """Takes the next line."""
+        if line == "successes:":
+            self.among_successes = True
+        elif line == "failures:" or line.startswith("test result:"):
+            self.among_successes = False
+        if line.startswith("---- "):
+            self.skip_counted = False
+        skips = line.startswith("SKIPPED")
+        if skips and not self.skip_counted:
+            self.tally.add(Tally(passed=-1, skipped=1))
+            self.skip_counted = True
+        result = re.match(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line)
+        if result:
+            self.tally.add(Tally(*map(int, result.groups())))
+        if not self.among_successes or skips:
+            show(line)
+
+
+class PytestOutput:
+    """Counts what pytest's closing line says."""
+
+    WORDS = {"passed": "passed", "failed": "failed", "error": "failed", "errors": "failed", "skipped": "skipped"}
+
+    def __init__(self):
+        self.tally = Tally()
+
+    def line(self, line):
+        """Takes the next line."""
+        show(line)
+        if re.search(r" in [\d.]+s\b", line):
+            for number, word in re.findall(r"(\d+) (\w+)", line):
+                if word in self.WORDS:
+                    self.tally.add(Tally(**{self.WORDS[word]: int(number)}))
+
+
+class CheckOutput:
+    """Counts the `ok: ...` and `FAILED: ...` lines of tools/check.sh."""
+
+    def __init__(self):
+        self.tally = Tally()
+
+    def line(self, line):
+        """Takes the next line."""
+        show(line)
+        self.tally.add(Tally(passed=int(line.startswith("ok: ")), failed=int(line.startswith("FAILED: "))))
+
+
+class PlainOutput:
+    """For steps that prepare something: there is nothing to count unless they fail."""
+
+    def __init__(self):
+        self.tally = Tally()
+
+    def line(self, line):
+        """Takes the next line."""
+        show(line)
+
+
+def run(title, command, output, env=None):
+    """Runs one step and returns its tally."""
+    show(f"\n== {title}")
+    started = time.monotonic()
+    process = subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env={**os.environ, **(env or {})},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    )
+    killer = threading.Timer(STEP_LIMIT, lambda: os.killpg(process.pid, 9))
+    killer.start()
+    for line in process.stdout:
+        output.line(line.rstrip("\n"))
+    code = process.wait()
+    killer.cancel()
+    if code != 0 and output.tally.failed == 0:
+        show(f"{title}: ended with status {code}")
+        output.tally.add(Tally(failed=1))
+    show(f"== {title}: {output.tally} ({time.monotonic() - started:.0f} s)")
+    return output.tally
+
+
+def environment(name):
+    """The Python of a prepared environment, see tools/venv.sh."""
+    made = subprocess.run([ROOT / "tools" / "venv.sh", name], stdout=subprocess.PIPE, text=True, check=False)
+    return f"{made.stdout.strip()}/bin/python" if made.returncode == 0 else None
+
+
+def pytest(title, environment_name, folder, env=None):
+    """Runs a folder of Python tests in an environment."""
+    python = environment(environment_name)
+    if python is None:
+        show(f"\n== {title}: its Python environment could not be prepared")
+        return Tally(failed=1)
+    command = [python, "-m", "pytest", "-rs", "-p", "no:cacheprovider", folder]
+    return run(title, command, PytestOutput(), env)
+
+
+def unpack_wheel():
+    """Puts the newest wheel's files where Python tests find them, leaving the shared environments as they are."""
+    wheels = sorted((ROOT / "target" / "wheels").glob("surfrecon-*.whl"), key=lambda path: path.stat().st_mtime)
+    shutil.rmtree(WHEEL_FILES, ignore_errors=True)
+    with zipfile.ZipFile(wheels[-1]) as wheel:
+        wheel.extractall(WHEEL_FILES)
+
+
+def main():
+    """Runs all steps."""
+    # Downloads and compiling don't compete: the environments are made while the compiler runs.
+    names = ["lint", "build", "python", "blender-4.5", "blender-4.2"]
+    threading.Thread(target=lambda: [environment(name) for name in names], daemon=True).start()
+
+    total = Tally()
+    total.add(run("checks", ["tools/check.sh"], CheckOutput()))
+    rust = ["cargo", "test", "--workspace", "--no-fail-fast", "--", "--show-output"]
+    total.add(run("Rust tests", rust, RustOutput()))
+
+    wheel = run("wheel", ["tools/build_wheel.sh"], PlainOutput())
+    total.add(wheel)
+    if wheel.failed == 0:
+        unpack_wheel()
+        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": str(WHEEL_FILES)}))
+        extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
+        total.add(extension)
+        if extension.failed == 0:
+            total.add(pytest("Blender 4.5 tests", "blender-4.5", "tests/blender"))
+            total.add(pytest("Blender 4.2 tests", "blender-4.2", "tests/blender"))
+
+    if "SURFRECON_DATA" not in os.environ:
+        show("\nSURFRECON_DATA is not set: the tests on real scans were skipped, see CONTRIBUTING.md.")
+    show(f"\ntotal: {total}")
+    return 0 if total.failed == 0 else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
