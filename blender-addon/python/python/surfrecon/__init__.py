@@ -1,0 +1,61 @@
+"""Surfaces from range scans: registered scans in, one merged surface out.
+
+Arrays in and out are NumPy's; work runs on all cores with the interpreter lock released. Lengths are in the unit of the
+scans, angles in radians; ``parameters()`` lists every option with default, range and meaning.
+
+>>> scans = surfrecon.open("bun.conf")
+>>> result = surfrecon.merge(scans)
+>>> result.mesh.positions.shape
+"""
+
+from ._errors import (
+    Cancelled,
+    FileError,
+    FormatError,
+    InputError,
+    InternalError,
+    OutOfMemoryError,
+    ParameterError,
+    SurfreconError,
+)
+from ._native import (
+    Job,
+    Mesh,
+    MergeReport,
+    MergeResult,
+    Parameter,
+    PointCloud,
+    RangeImage,
+    Scan,
+    ScanSet,
+    __version__,
+    merge,
+    open,
+    parameters,
+    read,
+)
+
+__all__ = [
+    "Cancelled",
+    "FileError",
+    "FormatError",
+    "InputError",
+    "InternalError",
+    "Job",
+    "Mesh",
+    "MergeReport",
+    "MergeResult",
+    "OutOfMemoryError",
+    "Parameter",
+    "ParameterError",
+    "PointCloud",
+    "RangeImage",
+    "Scan",
+    "ScanSet",
+    "SurfreconError",
+    "__version__",
+    "merge",
+    "open",
+    "parameters",
+    "read",
+]

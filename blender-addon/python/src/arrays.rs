@@ -1,0 +1,209 @@
+//! NumPy arrays <-> slices and vectors. All `unsafe` of this crate is here.
+//!
+//! Out: read-only arrays that borrow from a Rust object and keep it alive. In: anything `numpy.asarray` takes, copied
+//! once, because the work runs without the interpreter lock.
+#![allow(unsafe_code)]
+
+use std::any::Any;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat4, DVec3};
+use numpy::ndarray::{ArrayView, Dimension, IntoDimension};
+use numpy::{Element, PyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use crate::errors::input_error;
+
+/// What a borrowing array keeps alive.
+#[pyclass(frozen, module = "surfrecon._native")]
+struct Owner {
+    #[expect(dead_code, reason = "held only to be dropped with the last array")]
+    held: Box<dyn Any + Send + Sync>,
+}
+
+/// A read-only array over a slice inside `owner`, without copying.
+///
+/// `owner`'s content must not have interior mutability in that slice; it isn't changed while the array lives because
+/// `Arc::make_mut` copies as long as the array holds its share.
+pub fn view<'py, O, T, D>(
+    py: Python<'py>,
+    owner: &Arc<O>,
+    select: impl for<'a> FnOnce(&'a O) -> &'a [T],
+    shape: D,
+) -> PyResult<Bound<'py, PyAny>>
+where
+    O: Any + Send + Sync,
+    T: Element,
+    D: IntoDimension,
+{
+    let held = Owner { held: Box::new(owner.clone()) };
+    let container = Bound::new(py, held)?.into_any();
+    let slice = select(owner);
+    let slice = ArrayView::from_shape(shape.into_dimension(), slice).expect("the shape covers the slice");
+    // SAFETY: the slice lives inside the Arc's allocation or a vector of it, which `container` keeps alive and which
+    // nobody changes (see above).
+    let array = unsafe { PyArray::<T, D::Dim>::borrow_from_array(&slice, container) };
+    Ok(read_only(array).into_any())
+}
+
+fn read_only<T: Element, D: Dimension>(array: Bound<'_, PyArray<T, D>>) -> Bound<'_, PyArray<T, D>> {
+    let guard = array.readwrite();
+    drop(guard.make_nonwriteable());
+    array
+}
+
+/// The wanted length of one dimension: any, or a number.
+pub type Extent = Option<usize>;
+
+/// An array of floats of the wanted shape, copied row by row.
+///
+/// # Errors
+/// `TypeError` for entries that aren't real numbers, `InputError` for another shape.
+pub fn floats(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let array = numbers(value, what, "fiu", shape)?;
+    copy::<f64>(&array, "float64")
+}
+
+/// Like [`floats`], in single precision.
+pub fn floats32(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<f32>, Vec<usize>)> {
+    let array = numbers(value, what, "fiu", shape)?;
+    copy::<f32>(&array, "float32")
+}
+
+/// An array of whole numbers of the wanted shape, copied row by row.
+///
+/// # Errors
+/// `TypeError` for entries that aren't integers, `InputError` for another shape.
+pub fn integers(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<i64>, Vec<usize>)> {
+    let array = numbers(value, what, "iu", shape)?;
+    copy::<i64>(&array, "int64")
+}
+
+/// Colours of shape (..., 3) or (..., 4): bytes as they are, floats as shares of 255; alpha 255 where it is missing.
+///
+/// # Errors
+/// `TypeError` for other types, `InputError` for another shape.
+pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyResult<Vec<[u8; 4]>> {
+    let mut shape = elements.to_vec();
+    shape.push(None);
+    let array = numbers(value, what, "fu", &shape)?;
+    let channels = *untyped_shape(&array)?.last().expect("at least one dimension");
+    if !(3..=4).contains(&channels) {
+        return Err(input_error(format!("{what} must have 3 or 4 channels, got {channels}")));
+    }
+    let bytes: Vec<u8> = if dtype_kind(&array)? == "f" {
+        let (floats, _) = copy::<f32>(&array, "float32")?;
+        floats.iter().map(|&x| (x * 255.0).round().clamp(0.0, 255.0) as u8).collect()
+    } else {
+        let size: usize = array.getattr("dtype")?.getattr("itemsize")?.extract()?;
+        if size != 1 {
+            return Err(PyTypeError::new_err(format!("{what} must be uint8 or float, got {}", dtype_name(&array)?)));
+        }
+        copy::<u8>(&array, "uint8")?.0
+    };
+    Ok(bytes.chunks_exact(channels).map(|c| [c[0], c[1], c[2], if channels == 4 { c[3] } else { 255 }]).collect())
+}
+
+/// `value` as an array whose kind is one of `kinds` (NumPy's letters) and whose shape fits `shape`.
+fn numbers<'py>(value: &Bound<'py, PyAny>, what: &str, kinds: &str, shape: &[Extent]) -> PyResult<Bound<'py, PyAny>> {
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let kind = dtype_kind(&array)?;
+    if !kinds.contains(kind.as_str()) {
+        let wanted = if kinds.contains('f') { "real numbers" } else { "integers" };
+        return Err(PyTypeError::new_err(format!("{what} must be {wanted}, got {}", dtype_name(&array)?)));
+    }
+    let got = untyped_shape(&array)?;
+    let fits = got.len() == shape.len() && got.iter().zip(shape).all(|(g, w)| w.is_none_or(|w| w == *g));
+    if !fits {
+        let (wanted, got) = (shape_text(shape), shape_text(&got.iter().map(|&n| Some(n)).collect::<Vec<_>>()));
+        return Err(input_error(format!("{what} must have shape {wanted}, got {got}")));
+    }
+    Ok(array)
+}
+
+fn copy<T: Element + Copy>(array: &Bound<'_, PyAny>, dtype: &str) -> PyResult<(Vec<T>, Vec<usize>)> {
+    let array = array.py().import("numpy")?.call_method1("ascontiguousarray", (array, dtype))?;
+    let array = array.cast_into::<PyArrayDyn<T>>()?;
+    let entries = array.readonly();
+    // A zero-dimensional array comes back as one of length one; no caller asks for that.
+    Ok((entries.as_slice()?.to_vec(), array.shape().to_vec()))
+}
+
+fn dtype_kind(array: &Bound<'_, PyAny>) -> PyResult<String> {
+    array.getattr("dtype")?.getattr("kind")?.extract()
+}
+
+fn dtype_name(array: &Bound<'_, PyAny>) -> PyResult<String> {
+    array.getattr("dtype")?.getattr("name")?.extract()
+}
+
+fn untyped_shape(array: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
+    array.getattr("shape")?.extract()
+}
+
+fn shape_text(shape: &[Extent]) -> String {
+    let extents: Vec<String> = shape.iter().map(|e| e.map_or("n".to_owned(), |n| n.to_string())).collect();
+    format!("({}{})", extents.join(", "), if extents.len() == 1 { "," } else { "" })
+}
+
+/// A 4 x 4 matrix, translation in the last column.
+pub fn matrix<'py>(py: Python<'py>, transform: &DAffine3) -> Bound<'py, PyAny> {
+    let rows: [[f64; 4]; 4] = DMat4::from(*transform).transpose().to_cols_array_2d();
+    PyArray2::from_vec2(py, &rows.map(|r| r.to_vec())).expect("rows of equal length").into_any()
+}
+
+/// A transform from a 4 x 4 matrix with the translation in the last column.
+///
+/// # Errors
+/// `InputError` if it isn't affine, finite and invertible.
+pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
+    let (m, _) = floats(value, what, &[Some(4), Some(4)])?;
+    if !m.iter().all(|x| x.is_finite()) {
+        return Err(input_error(format!("{what} has an entry that is not finite")));
+    }
+    if m[12..] != [0.0, 0.0, 0.0, 1.0] {
+        return Err(input_error(format!("{what} must end with the row 0 0 0 1, got {:?}", &m[12..])));
+    }
+    let columns = |c: usize| DVec3::new(m[c], m[4 + c], m[8 + c]);
+    let transform = DAffine3::from_cols(columns(0), columns(1), columns(2), columns(3));
+    if transform.matrix3.determinant() == 0.0 {
+        return Err(input_error(format!("{what} flattens space: its determinant is 0")));
+    }
+    Ok(transform)
+}
+
+/// Largest departure of a pose's axes from unit length and right angles; poses come from text files of few digits.
+const RIGID: f64 = 1e-4;
+
+/// A rigid transform from a 4 x 4 matrix.
+///
+/// # Errors
+/// `InputError` if it scales, shears or mirrors.
+pub fn rigid(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
+    let transform = affine(value, what)?;
+    let m = transform.matrix3;
+    let departure = (m.transpose() * m - glam::DMat3::IDENTITY).to_cols_array().into_iter().map(f64::abs);
+    if departure.fold(0.0, f64::max) > RIGID || m.determinant() < 0.0 {
+        return Err(input_error(format!(
+            "{what} must be rigid (rotation and translation only); apply scale and shear to the samples instead"
+        )));
+    }
+    Ok(transform)
+}
+
+/// A vector of three numbers.
+pub fn vector(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DVec3> {
+    let (v, _) = floats(value, what, &[Some(3)])?;
+    Ok(DVec3::new(v[0], v[1], v[2]))
+}
+
+/// The coordinates of vectors, three a vector.
+pub fn coordinates(vectors: &[DVec3]) -> &[f64] {
+    bytemuck::cast_slice(vectors)
+}
+
+/// Vectors from coordinates, three a vector.
+pub fn vectors(coordinates: &[f64]) -> Vec<DVec3> {
+    coordinates.chunks_exact(3).map(|c| DVec3::new(c[0], c[1], c[2])).collect()
+}

@@ -1,0 +1,57 @@
+//! The core's errors and panics -> the exceptions of `surfrecon._errors`.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use pyo3::prelude::*;
+use surfrecon::Error;
+
+/// An exception of `surfrecon._errors` by name.
+fn exception(name: &str, text: &str) -> PyErr {
+    Python::attach(|py| {
+        let made = py.import("surfrecon._errors").and_then(|m| m.getattr(name)).and_then(|class| class.call1((text,)));
+        made.map_or_else(|failure| failure, PyErr::from_value)
+    })
+}
+
+/// An `InputError`.
+pub fn input_error(text: String) -> PyErr {
+    exception("InputError", &text)
+}
+
+/// An `InternalError`: a broken invariant of ours.
+pub fn internal_error(panic: &(dyn std::any::Any + Send)) -> PyErr {
+    let what = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
+    let text = format!("internal error of surfrecon, please report it: {}", what.unwrap_or("no description"));
+    exception("InternalError", &text)
+}
+
+/// The exception of a core error.
+pub fn to_python(error: &Error) -> PyErr {
+    let name = match error {
+        Error::Parameter { .. } => "ParameterError",
+        Error::Format { .. } => "FormatError",
+        Error::Io { .. } => "FileError",
+        Error::OutOfMemory(_) => "OutOfMemoryError",
+        Error::Cancelled => "Cancelled",
+        _ => "InputError",
+    };
+    let made = exception(name, &error.to_string());
+    if let Error::Io { path, source } = error {
+        Python::attach(|py| {
+            let value = made.value(py);
+            // Attributes of OSError, for those who look at them; the text says it all.
+            let _ = value.setattr("errno", source.raw_os_error());
+            let _ = value.setattr("filename", path.to_string_lossy().as_ref());
+        });
+    }
+    made
+}
+
+/// Runs work of the core without the interpreter lock; a panic becomes an `InternalError` instead of ending the host.
+pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> surfrecon::Result<T> + Send) -> PyResult<T> {
+    // Whatever the panic left half done is dropped with the closure: nothing of it is looked at again.
+    match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
+        Ok(outcome) => outcome.map_err(|e| to_python(&e)),
+        Err(panic) => Err(internal_error(&*panic)),
+    }
+}

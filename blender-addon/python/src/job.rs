@@ -1,0 +1,120 @@
+//! A long call on a thread of its own, for hosts whose main thread must stay free. Nothing in the thread is Python.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use surfrecon::Progress;
+use surfrecon::merge::Merged;
+
+use crate::errors::{input_error, internal_error, to_python};
+use crate::merge::{MergeCall, MergeResult};
+
+type Outcome = std::thread::Result<surfrecon::Result<Merged>>;
+
+/// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
+///
+/// Made by ``Job.merge``. Dropping a running job cancels it.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Job {
+    progress: Arc<Progress<'static>>,
+    /// The progress shown last: it never falls.
+    highest: Mutex<f64>,
+    thread: Mutex<Option<JoinHandle<Outcome>>>,
+}
+
+impl Job {
+    fn start(call: MergeCall) -> PyResult<Self> {
+        let progress = Arc::new(Progress::none());
+        let watched = progress.clone();
+        let work = move || catch_unwind(AssertUnwindSafe(|| call.run(&watched)));
+        let thread = std::thread::Builder::new()
+            .name("surfrecon-job".to_owned())
+            .spawn(work)
+            .map_err(|e| input_error(format!("the system refuses another thread: {e}")))?;
+        Ok(Job { progress, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)) })
+    }
+}
+
+#[pymethods]
+impl Job {
+    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None,
+        min_component_share = None, edge_limit = None, grazing_limit = None, threads = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn merge(
+        scans: &Bound<'_, PyAny>,
+        voxel: Option<f64>,
+        merge_distance: Option<f64>,
+        max_hole_length: Option<f64>,
+        min_component_share: Option<f64>,
+        edge_limit: Option<f64>,
+        grazing_limit: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        Job::start(MergeCall::new(
+            scans,
+            voxel,
+            merge_distance,
+            max_hole_length,
+            min_component_share,
+            edge_limit,
+            grazing_limit,
+            threads,
+        )?)
+    }
+
+    /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
+    fn progress(&self) -> (&'static str, f64) {
+        let tick = self.progress.tick();
+        let mut highest = self.highest.lock().unwrap_or_else(PoisonError::into_inner);
+        *highest = highest.max(tick.fraction);
+        (tick.stage, *highest)
+    }
+
+    /// Asks the work to stop, which it does within a tenth of a second; ``result`` then raises ``Cancelled``.
+    fn cancel(&self) {
+        self.progress.cancel();
+    }
+
+    /// Whether the work has ended, in whatever way. Also true once the result was fetched.
+    fn done(&self) -> bool {
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
+        thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the end and hands out the result; once only.
+    ///
+    /// Raises:
+    ///     Cancelled: after ``cancel``.
+    ///     RuntimeError: the result was fetched before.
+    ///     others: like the call itself.
+    fn result(&self, py: Python<'_>) -> PyResult<MergeResult> {
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let Some(thread) = thread else {
+            return Err(PyRuntimeError::new_err("the result of this job was already fetched"));
+        };
+        match py.detach(|| thread.join()) {
+            Ok(Ok(Ok(merged))) => MergeResult::new(py, merged),
+            Ok(Ok(Err(error))) => Err(to_python(&error)),
+            Ok(Err(panic)) | Err(panic) => Err(internal_error(&*panic)),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        let (stage, fraction) = self.progress();
+        format!("<Job {stage} {:.0} %>", fraction * 100.0)
+    }
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        self.progress.cancel();
+    }
+}

@@ -1,0 +1,50 @@
+//! The Python module `surfrecon._native`: NumPy in, NumPy out. It knows the core and Python, and no host.
+//!
+//! | file | what |
+//! |---|---|
+//! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate |
+//! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
+//! | `progress` | a Python callback and Ctrl-C -> the core's progress |
+//! | `params` | the core's parameter table |
+//! | `range_image`, `mesh`, `point_cloud` | the data types |
+//! | `scans` | opening and reading files |
+//! | `merge` | the merge and its report |
+//! | `job` | a long call on a thread of its own, for hosts |
+
+mod arrays;
+mod errors;
+mod job;
+mod merge;
+mod mesh;
+mod params;
+mod point_cloud;
+mod progress;
+mod range_image;
+mod scans;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _native {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::job::Job;
+    #[pymodule_export]
+    use crate::merge::{MergeReport, MergeResult, merge};
+    #[pymodule_export]
+    use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::params::{Parameter, parameters};
+    #[pymodule_export]
+    use crate::point_cloud::PointCloud;
+    #[pymodule_export]
+    use crate::range_image::RangeImage;
+    #[pymodule_export]
+    use crate::scans::{Scan, ScanSet, open, read};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

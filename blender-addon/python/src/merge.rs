@@ -1,0 +1,339 @@
+//! The merge and its report.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::merge::{MergeParams, Merged, OrientedSurface, ScanSource};
+use surfrecon::triangulate::TriangulateParams;
+use surfrecon::{RangeImage as CoreImage, TriMesh, import};
+
+use crate::arrays;
+use crate::mesh::Mesh;
+use crate::params::{count_of, value_of};
+use crate::progress::Watch;
+use crate::range_image::{RangeImage, triangulation};
+use crate::scans::Scan;
+
+/// Merges registered scans into one surface (Marching Intersections).
+///
+/// Options that are ``None`` take the library's default, see ``parameters("merge")`` and ``parameters("triangulate")``.
+///
+/// Args:
+///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or
+///         ``(Mesh, world_from_mesh, name)``. Scans on disk are read when needed, at most one a thread in memory.
+///     voxel: size of a cell of the grid, in the unit of the scans.
+///     merge_distance: surfaces of different scans closer than this, facing the same way, become one.
+///     max_hole_length: holes whose boundary is at most this long are closed; 0 leaves all open.
+///     min_component_share: connected parts with a smaller share of the triangles are dropped; 0 keeps all.
+///     edge_limit: longest edge between neighbouring samples of a range image.
+///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Returns:
+///     A ``MergeResult`` with ``mesh`` (in the world) and ``report``.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     InputError, FormatError, FileError: a scan that can't be used or read.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None, min_component_share = None,
+    edge_limit = None, grazing_limit = None, threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn merge(
+    py: Python<'_>,
+    scans: &Bound<'_, PyAny>,
+    voxel: Option<f64>,
+    merge_distance: Option<f64>,
+    max_hole_length: Option<f64>,
+    min_component_share: Option<f64>,
+    edge_limit: Option<f64>,
+    grazing_limit: Option<f64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<MergeResult> {
+    let call = MergeCall::new(
+        scans,
+        voxel,
+        merge_distance,
+        max_hole_length,
+        min_component_share,
+        edge_limit,
+        grazing_limit,
+        threads,
+    )?;
+    let merged = Watch::new(progress).run(py, |progress| call.run(progress))?;
+    MergeResult::new(py, merged)
+}
+
+/// A merge with all it needs, free of Python.
+pub struct MergeCall {
+    pub sources: Vec<Source>,
+    pub params: MergeParams,
+}
+
+impl MergeCall {
+    /// Checks and takes the arguments of Python's `merge`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `TypeError`.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    pub fn new(
+        scans: &Bound<'_, PyAny>,
+        voxel: Option<f64>,
+        merge_distance: Option<f64>,
+        max_hole_length: Option<f64>,
+        min_component_share: Option<f64>,
+        edge_limit: Option<f64>,
+        grazing_limit: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let params = MergeParams {
+            voxel: value_of("merge", "voxel", voxel)?,
+            merge_distance: value_of("merge", "merge_distance", merge_distance)?,
+            max_hole_length: value_of("merge", "max_hole_length", max_hole_length)?,
+            min_component_share: value_of("merge", "min_component_share", min_component_share)?
+                .expect("has a plain default"),
+            triangulation: triangulation(edge_limit, grazing_limit)?,
+            threads: count_of("merge", "threads", threads)?,
+        };
+        Ok(MergeCall { sources: sources(scans)?, params })
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// See [`surfrecon::merge::run`].
+    pub fn run(&self, progress: &surfrecon::Progress<'_>) -> surfrecon::Result<Merged> {
+        let sources: Vec<&dyn ScanSource> = self.sources.iter().map(|s| s as &dyn ScanSource).collect();
+        surfrecon::merge::run(&sources, &self.params, progress)
+    }
+}
+
+/// One scan to merge, owned: the caller's objects may change or vanish while the merge runs.
+pub enum Source {
+    File(import::Scan),
+    Image(Arc<CoreImage>),
+    Mesh { name: String, mesh: Arc<TriMesh>, world_from_mesh: DAffine3 },
+}
+
+impl ScanSource for Source {
+    fn name(&self) -> &str {
+        match self {
+            Source::File(scan) => &scan.name,
+            Source::Image(image) => &image.name,
+            Source::Mesh { name, .. } => name,
+        }
+    }
+
+    fn load(&self, triangulation: &TriangulateParams) -> surfrecon::Result<OrientedSurface> {
+        match self {
+            Source::File(scan) => scan.load(triangulation),
+            Source::Image(image) => image.load(triangulation),
+            Source::Mesh { mesh, world_from_mesh, .. } => OrientedSurface::from_mesh(mesh, *world_from_mesh),
+        }
+    }
+}
+
+/// The scans of a Python argument.
+///
+/// # Errors
+/// `TypeError` naming what can't be merged.
+pub fn sources(scans: &Bound<'_, PyAny>) -> PyResult<Vec<Source>> {
+    let iterator = scans
+        .try_iter()
+        .map_err(|_| PyTypeError::new_err(format!("scans must be a ScanSet or a list, got {}", scans.get_type())))?;
+    iterator.enumerate().map(|(i, item)| source(i, &item?)).collect()
+}
+
+fn source(index: usize, item: &Bound<'_, PyAny>) -> PyResult<Source> {
+    if let Ok(scan) = item.cast::<Scan>() {
+        return Ok(Source::File(scan.get().scan.clone()));
+    }
+    if let Ok(image) = item.cast::<RangeImage>() {
+        return Ok(Source::Image(image.try_borrow()?.image.clone()));
+    }
+    let mesh_source = |mesh: &Bound<'_, Mesh>, world_from_mesh, name: Option<String>| Source::Mesh {
+        name: name.unwrap_or_else(|| format!("mesh {index:06}")),
+        mesh: mesh.get().mesh.clone(),
+        world_from_mesh,
+    };
+    if let Ok(mesh) = item.cast::<Mesh>() {
+        return Ok(mesh_source(mesh, DAffine3::IDENTITY, None));
+    }
+    if let Ok((mesh, pose)) = item.extract::<(Bound<'_, Mesh>, Bound<'_, PyAny>)>() {
+        return Ok(mesh_source(&mesh, arrays::affine(&pose, "world_from_mesh")?, None));
+    }
+    if let Ok((mesh, pose, name)) = item.extract::<(Bound<'_, Mesh>, Bound<'_, PyAny>, String)>() {
+        return Ok(mesh_source(&mesh, arrays::affine(&pose, "world_from_mesh")?, Some(name)));
+    }
+    Err(PyTypeError::new_err(format!(
+        "scan {index} must be a Scan, RangeImage, Mesh, (Mesh, matrix) or (Mesh, matrix, name), got {}",
+        item.get_type()
+    )))
+}
+
+/// Result of a merge.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct MergeResult {
+    /// The surface, in the world. Vertex attributes: ``confidence``, ``interpolated``, and ``colour`` if every scan has
+    /// colours; attribute of the triangles: ``hole_fill``.
+    #[pyo3(get)]
+    mesh: Py<Mesh>,
+    /// Figures of the run.
+    #[pyo3(get)]
+    report: Py<MergeReport>,
+}
+
+impl MergeResult {
+    pub fn new(py: Python<'_>, merged: Merged) -> PyResult<Self> {
+        let report = Py::new(py, MergeReport { report: merged.report })?;
+        Ok(MergeResult { mesh: Py::new(py, Mesh::from(merged.mesh))?, report })
+    }
+}
+
+#[pymethods]
+impl MergeResult {
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("<MergeResult {}>", self.mesh.bind(py).repr()?))
+    }
+}
+
+/// The figures of a merge, among them those of the paper's tables. Lengths in the unit of the scans.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct MergeReport {
+    report: surfrecon::merge::MergeReport,
+}
+
+#[pymethods]
+impl MergeReport {
+    /// Scans merged.
+    #[getter]
+    fn scans(&self) -> usize {
+        self.report.scans
+    }
+
+    /// Triangles of all scans.
+    #[getter]
+    fn input_triangles(&self) -> u64 {
+        self.report.input_triangles
+    }
+
+    /// Cell size used.
+    #[getter]
+    fn voxel(&self) -> f64 {
+        self.report.voxel
+    }
+
+    /// Merge distance used.
+    #[getter]
+    fn merge_distance(&self) -> f64 {
+        self.report.merge_distance
+    }
+
+    /// Longest boundary that was closed.
+    #[getter]
+    fn max_hole_length(&self) -> f64 {
+        self.report.max_hole_length
+    }
+
+    /// Median distance between overlapping scans along grid lines, as measured; ``None`` where none overlap.
+    #[getter]
+    fn overlap_residual(&self) -> Option<f64> {
+        self.report.overlap_residual
+    }
+
+    /// Cells spanned by the scans along x, y and z.
+    #[getter]
+    fn grid(&self) -> (u64, u64, u64) {
+        self.report.grid.into()
+    }
+
+    /// Intersections of scans with grid lines.
+    #[getter]
+    fn intersections(&self) -> u64 {
+        self.report.intersections
+    }
+
+    /// Intersections left after fusing.
+    #[getter]
+    fn fused_intersections(&self) -> u64 {
+        self.report.fused_intersections
+    }
+
+    /// Artificial intersections that became vertices.
+    #[getter]
+    fn artificial_intersections(&self) -> u64 {
+        self.report.artificial_intersections
+    }
+
+    /// Triangles made directly (case a), after analysis of the neighbouring cells (case b), by hole filling (case c).
+    #[getter]
+    fn faces(&self) -> (u64, u64, u64) {
+        self.report.faces.into()
+    }
+
+    /// Holes closed, and boundary loops left open.
+    #[getter]
+    fn holes(&self) -> (u64, u64) {
+        self.report.holes.into()
+    }
+
+    /// Components dropped by ``min_component_share``, and the triangles they had.
+    #[getter]
+    fn dropped_components(&self) -> (u64, u64) {
+        self.report.dropped_components.into()
+    }
+
+    /// Largest number of bytes held by intersections and the surface at once.
+    #[getter]
+    fn working_bytes(&self) -> u64 {
+        self.report.working_bytes
+    }
+
+    /// Wall-clock seconds by the name of the stage.
+    #[getter]
+    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (stage, seconds) in &self.report.seconds {
+            dict.set_item(stage, seconds)?;
+        }
+        Ok(dict)
+    }
+
+    /// All figures by name.
+    fn as_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(slf.py());
+        for name in REPORT {
+            dict.set_item(name, slf.getattr(*name)?)?;
+        }
+        Ok(dict)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        Ok(format!("<MergeReport {}>", MergeReport::as_dict(slf)?.repr()?))
+    }
+}
+
+const REPORT: &[&str] = &[
+    "scans",
+    "input_triangles",
+    "voxel",
+    "merge_distance",
+    "max_hole_length",
+    "overlap_residual",
+    "grid",
+    "intersections",
+    "fused_intersections",
+    "artificial_intersections",
+    "faces",
+    "holes",
+    "dropped_components",
+    "working_bytes",
+    "seconds",
+];

@@ -1,0 +1,154 @@
+//! `Mesh`: a triangle mesh that never changes; its arrays are views.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::TriMesh;
+use surfrecon::mesh::{Attribute, AttributeData};
+
+use crate::arrays;
+use crate::errors::{input_error, to_python};
+
+/// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
+///
+/// Triangles turn counter-clockwise seen from outside. Attribute names in use: ``colour`` (uint8 RGBA, sRGB),
+/// ``confidence``, ``intensity``, ``error`` (world units), ``interpolated`` (vertices not on any scan), ``hole_fill``
+/// (triangles).
+///
+/// Args:
+///     positions: (n, 3) real numbers.
+///     triangles: (m, 3) integers, indices of vertices.
+///     colour: (n, 3) or (n, 4), uint8 or floats of 0 to 1, sRGB.
+///     confidence: (n,) real numbers >= 0.
+///
+/// Raises:
+///     InputError: wrong shape, an index out of range, a coordinate that isn't finite.
+///     TypeError: entries of another type.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Mesh {
+    pub mesh: Arc<TriMesh>,
+}
+
+impl From<TriMesh> for Mesh {
+    fn from(mesh: TriMesh) -> Self {
+        Mesh { mesh: Arc::new(mesh) }
+    }
+}
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    #[pyo3(signature = (positions, triangles, *, colour = None, confidence = None))]
+    fn new(
+        positions: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        colour: Option<&Bound<'_, PyAny>>,
+        confidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let (coordinates, _) = arrays::floats(positions, "positions", &[None, Some(3)])?;
+        let positions = arrays::vectors(&coordinates);
+        let (indices, _) = arrays::integers(triangles, "triangles", &[None, Some(3)])?;
+        let mut mesh = TriMesh::new(positions, corners(&indices)?);
+        let vertices = Some(mesh.positions.len());
+        if let Some(colour) = colour {
+            mesh.vertex_attributes.push(Attribute::colour("colour", arrays::colours(colour, "colour", &[vertices])?));
+        }
+        if let Some(confidence) = confidence {
+            let (confidence, _) = arrays::floats32(confidence, "confidence", &[vertices])?;
+            if let Some(v) = confidence.iter().position(|c| !(*c >= 0.0 && c.is_finite())) {
+                let value = confidence[v];
+                return Err(input_error(format!("confidence of vertex {v} must be a finite number >= 0, got {value}")));
+            }
+            mesh.vertex_attributes.push(Attribute::f32("confidence", confidence));
+        }
+        mesh.validate().map_err(|e| to_python(&e))?;
+        Ok(mesh.into())
+    }
+
+    /// (n, 3) float64, a read-only view.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.mesh.positions.len();
+        arrays::view(py, &self.mesh, |m| arrays::coordinates(&m.positions), (count, 3))
+    }
+
+    /// (m, 3) uint32, a read-only view. ``triangles.view("int32")`` is the same memory as signed integers.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.mesh.triangles.len();
+        arrays::view(py, &self.mesh, |m| m.triangles.as_flattened(), (count, 3))
+    }
+
+    /// The positions as one flat float32 array (3 n,), newly made: what hosts' meshes take.
+    fn positions_f32<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f32>> {
+        let flat: Vec<f32> = arrays::coordinates(&self.mesh.positions).iter().map(|&x| x as f32).collect();
+        numpy::PyArray1::from_vec(py, flat)
+    }
+
+    /// Attributes of the vertices by name: read-only views, (n,) float32, int32 or bool, colours (n, 4) uint8.
+    #[getter]
+    fn vertex_attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        attributes(py, &self.mesh, |m| &m.vertex_attributes)
+    }
+
+    /// Attributes of the triangles by name, like ``vertex_attributes``.
+    #[getter]
+    fn face_attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        attributes(py, &self.mesh, |m| &m.face_attributes)
+    }
+
+    fn __repr__(&self) -> String {
+        let names = |attributes: &[Attribute]| attributes.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(", ");
+        let mesh = &self.mesh;
+        let mut text = format!("<Mesh {} vertices, {} triangles", mesh.positions.len(), mesh.triangles.len());
+        if !mesh.vertex_attributes.is_empty() {
+            text += &format!("; vertices: {}", names(&mesh.vertex_attributes));
+        }
+        if !mesh.face_attributes.is_empty() {
+            text += &format!("; triangles: {}", names(&mesh.face_attributes));
+        }
+        text + ">"
+    }
+}
+
+fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {
+    let corner = |i: usize| {
+        u32::try_from(indices[i])
+            .map_err(|_| input_error(format!("triangle {} names vertex {}, which can't be", i / 3, indices[i])))
+    };
+    (0..indices.len() / 3).map(|t| Ok([corner(3 * t)?, corner(3 * t + 1)?, corner(3 * t + 2)?])).collect()
+}
+
+type Select = for<'a> fn(&'a TriMesh) -> &'a Vec<Attribute>;
+
+fn attributes<'py>(py: Python<'py>, mesh: &Arc<TriMesh>, select: Select) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (i, attribute) in select(mesh).iter().enumerate() {
+        let count = attribute.data.len();
+        let array = match &attribute.data {
+            AttributeData::F32(_) => arrays::view(py, mesh, |m| f32s(&select(m)[i].data), count)?,
+            AttributeData::I32(_) => arrays::view(py, mesh, |m| i32s(&select(m)[i].data), count)?,
+            AttributeData::Bool(_) => arrays::view(py, mesh, |m| flags(&select(m)[i].data), count)?,
+            AttributeData::Colour(_) => arrays::view(py, mesh, |m| bytes(&select(m)[i].data), (count, 4))?,
+        };
+        dict.set_item(&attribute.name, array)?;
+    }
+    Ok(dict)
+}
+
+fn f32s(data: &AttributeData) -> &[f32] {
+    if let AttributeData::F32(v) = data { v } else { &[] }
+}
+
+fn i32s(data: &AttributeData) -> &[i32] {
+    if let AttributeData::I32(v) = data { v } else { &[] }
+}
+
+fn flags(data: &AttributeData) -> &[bool] {
+    if let AttributeData::Bool(v) = data { v } else { &[] }
+}
+
+fn bytes(data: &AttributeData) -> &[u8] {
+    if let AttributeData::Colour(v) = data { v.as_flattened() } else { &[] }
+}

@@ -1,0 +1,55 @@
+//! `PointCloud`: what a file of points without a grid reads as.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+
+use crate::arrays;
+
+/// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct PointCloud {
+    pub cloud: Arc<surfrecon::PointCloud>,
+}
+
+#[pymethods]
+impl PointCloud {
+    /// (n, 3) float64 in the cloud's own frame, a read-only view.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.cloud.positions.len();
+        arrays::view(py, &self.cloud, |c| arrays::coordinates(&c.positions), (count, 3))
+    }
+
+    /// (n, 3) float32 unit normals, a read-only view, or ``None``.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(normals) = &self.cloud.normals else { return Ok(None) };
+        arrays::view(py, &self.cloud, flat_normals, (normals.len(), 3)).map(Some)
+    }
+
+    /// (n, 4) uint8 sRGB with alpha, a read-only view, or ``None``.
+    #[getter]
+    fn colour<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(colour) = &self.cloud.colour else { return Ok(None) };
+        arrays::view(py, &self.cloud, flat_colour, (colour.len(), 4)).map(Some)
+    }
+
+    /// 4 x 4 float64: places the cloud in the world.
+    #[getter]
+    fn world_from_cloud<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.cloud.world_from_cloud)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<PointCloud {} points>", self.cloud.positions.len())
+    }
+}
+
+fn flat_normals(cloud: &surfrecon::PointCloud) -> &[f32] {
+    cloud.normals.as_deref().unwrap_or_default().as_flattened()
+}
+
+fn flat_colour(cloud: &surfrecon::PointCloud) -> &[u8] {
+    cloud.colour.as_deref().unwrap_or_default().as_flattened()
+}

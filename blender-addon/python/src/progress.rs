@@ -1,0 +1,55 @@
+//! A Python callback and Ctrl-C -> the core's progress.
+
+use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
+
+use pyo3::prelude::*;
+use surfrecon::{Progress, Tick};
+
+/// Calls `callback(stage, fraction)` with the interpreter lock at every tick, on the calling thread; `False` cancels. An
+/// exception of the callback, or Ctrl-C, cancels as well and is kept for the caller.
+pub struct Watch {
+    callback: Option<Py<PyAny>>,
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Watch {
+    /// Watches with a callable, or only for Ctrl-C.
+    pub fn new(callback: Option<Py<PyAny>>) -> Self {
+        Watch { callback, raised: Mutex::new(None) }
+    }
+
+    /// Runs `work` without the interpreter lock under this watch.
+    pub fn run<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&Progress<'_>) -> surfrecon::Result<T> + Send,
+    ) -> PyResult<T> {
+        let outcome = crate::errors::detached(py, || {
+            let progress = Progress::new(|tick| self.tick(tick));
+            work(&progress)
+        });
+        match self.raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(raised) => Err(raised),
+            None => outcome,
+        }
+    }
+
+    fn tick(&self, tick: Tick) -> ControlFlow<()> {
+        let go_on = Python::attach(|py| -> PyResult<bool> {
+            py.check_signals()?;
+            let Some(callback) = &self.callback else { return Ok(true) };
+            let answer = callback.bind(py).call1((tick.stage, tick.fraction))?;
+            // Only False cancels: a callback without a return statement answers None.
+            Ok(!answer.is(pyo3::types::PyBool::new(py, false)))
+        });
+        match go_on {
+            Ok(true) => ControlFlow::Continue(()),
+            Ok(false) => ControlFlow::Break(()),
+            Err(raised) => {
+                *self.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
+                ControlFlow::Break(())
+            }
+        }
+    }
+}

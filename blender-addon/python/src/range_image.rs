@@ -1,0 +1,417 @@
+//! `RangeImage`: a grid of samples with its projection and pose.
+
+use std::sync::Arc;
+
+use numpy::PyArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::RangeImage as Core;
+use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
+use surfrecon::triangulate::{TriangulateParams, triangulate};
+
+use crate::arrays;
+use crate::errors::{detached, input_error, to_python};
+use crate::mesh::Mesh;
+use crate::params::value_of;
+
+/// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
+///
+/// Made by ``from_points``, ``orthographic``, ``pinhole`` or ``spherical``, or by reading a file. Lengths are in the unit
+/// of the samples, angles in radians. Pixels that are not finite are invalid. Arrays it returns are read-only views
+/// without copying where the text says so; setting an attribute never changes an array given out before.
+#[pyclass(module = "surfrecon")]
+pub struct RangeImage {
+    pub image: Arc<Core>,
+}
+
+impl From<Core> for RangeImage {
+    fn from(image: Core) -> Self {
+        RangeImage { image: Arc::new(image) }
+    }
+}
+
+impl RangeImage {
+    fn pixels(&self) -> [Option<usize>; 2] {
+        [Some(self.image.rows()), Some(self.image.cols())]
+    }
+
+    fn image_mut(&mut self) -> &mut Core {
+        // Copies if an array or a running call still shares the image.
+        Arc::make_mut(&mut self.image)
+    }
+}
+
+fn made(image: surfrecon::Result<Core>, name: Option<String>) -> PyResult<RangeImage> {
+    let mut image = image.map_err(|e| to_python(&e))?;
+    image.name = name.unwrap_or_default();
+    Ok(image.into())
+}
+
+/// "parallel" with a direction, or "from" an origin.
+fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
+    let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
+    let (kind, vector) = value
+        .extract::<(String, Bound<'_, PyAny>)>()
+        .map_err(|_| input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()))?;
+    match kind.as_str() {
+        "parallel" => Ok(Viewing::Parallel(arrays::vector(&vector, "the viewing direction")?)),
+        "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),
+        _ => Err(input_error(format!("viewing must begin with \"parallel\" or \"from\", got {kind:?}"))),
+    }
+}
+
+#[pymethods]
+impl RangeImage {
+    /// A range image of one point a pixel.
+    ///
+    /// Args:
+    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite: invalid pixel. Keep
+    ///         large offsets in ``world_from_sensor``.
+    ///     viewing: ``("parallel", direction)`` or ``("from", origin)`` in the sensor's frame; by default parallel along
+    ///         -z, the sensor at +z.
+    ///     name: for messages and reports.
+    ///
+    /// Raises:
+    ///     InputError: wrong shape, or a viewing direction that isn't usable.
+    ///     TypeError: entries that aren't real numbers.
+    #[staticmethod]
+    #[pyo3(signature = (points, *, viewing = None, name = None))]
+    fn from_points(
+        points: &Bound<'_, PyAny>,
+        viewing: Option<&Bound<'_, PyAny>>,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let viewing = self::viewing(viewing)?;
+        let (coordinates, shape) = arrays::floats32(points, "points", &[None, None, Some(3)])?;
+        let points: Vec<[f32; 3]> = bytemuck::cast_slice(&coordinates).to_vec();
+        made(Core::from_points(shape[0], shape[1], points, viewing), name)
+    }
+
+    /// A height map: rays along -z, ``values`` are z.
+    ///
+    /// Args:
+    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     step: x from column to column and y from row to row; negative y puts row 0 at the top.
+    ///     first: x and y of pixel (0, 0).
+    ///     name: for messages and reports.
+    ///
+    /// Raises:
+    ///     InputError: wrong shape or a step of 0.
+    #[staticmethod]
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None))]
+    fn orthographic(
+        values: &Bound<'_, PyAny>,
+        step: (f64, f64),
+        first: (f64, f64),
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let projection = Projection::Orthographic { first: first.into(), step: step.into() };
+        from_values(values, projection, name)
+    }
+
+    /// A depth camera's image: x to the right, y down, z forward.
+    ///
+    /// Args:
+    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     focal: fx and fy in pixels.
+    ///     centre: cx and cy in pixels, pixel centres at whole numbers.
+    ///     depth: what values measure: ``"planar"`` (z) or ``"ray"`` (distance along the ray).
+    ///     name: for messages and reports.
+    ///
+    /// Raises:
+    ///     InputError: wrong shape, or a focal length of 0.
+    #[staticmethod]
+    #[pyo3(signature = (values, *, focal, centre, depth = "planar", name = None))]
+    fn pinhole(
+        values: &Bound<'_, PyAny>,
+        focal: (f64, f64),
+        centre: (f64, f64),
+        depth: &str,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let depth = match depth {
+            "planar" => DepthKind::Planar,
+            "ray" => DepthKind::Ray,
+            _ => return Err(input_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}"))),
+        };
+        from_values(values, Projection::Pinhole { focal: focal.into(), centre: centre.into(), depth }, name)
+    }
+
+    /// A terrestrial scan: ``values`` are distances along the rays.
+    ///
+    /// Args:
+    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     step: azimuth from column to column and elevation from row to row, radians.
+    ///     first: azimuth and elevation of pixel (0, 0), radians; azimuth turns from +x toward +y, elevation toward +z.
+    ///     name: for messages and reports.
+    ///
+    /// Raises:
+    ///     InputError: wrong shape or a step of 0.
+    #[staticmethod]
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None))]
+    fn spherical(
+        values: &Bound<'_, PyAny>,
+        step: (f64, f64),
+        first: (f64, f64),
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let projection = Projection::Spherical { first: first.into(), step: step.into() };
+        from_values(values, projection, name)
+    }
+
+    /// Name for messages and reports.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.image.name
+    }
+
+    #[setter]
+    fn set_name(&mut self, name: String) {
+        self.image_mut().name = name;
+    }
+
+    /// Number of rows.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.image.rows()
+    }
+
+    /// Number of columns.
+    #[getter]
+    fn cols(&self) -> usize {
+        self.image.cols()
+    }
+
+    /// How pixels see: a dict with ``kind`` and its parameters.
+    #[getter]
+    fn projection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        let set = |kind: &str, first: (&str, [f64; 2]), second: (&str, [f64; 2])| -> PyResult<()> {
+            dict.set_item("kind", kind)?;
+            dict.set_item(first.0, <(f64, f64)>::from(first.1))?;
+            dict.set_item(second.0, <(f64, f64)>::from(second.1))
+        };
+        match *self.image.projection() {
+            Projection::Orthographic { first, step } => set("orthographic", ("first", first), ("step", step))?,
+            Projection::Spherical { first, step } => set("spherical", ("first", first), ("step", step))?,
+            Projection::Pinhole { focal, centre, depth } => {
+                set("pinhole", ("focal", focal), ("centre", centre))?;
+                dict.set_item("depth", if depth == DepthKind::Planar { "planar" } else { "ray" })?;
+            }
+            Projection::PointGrid(viewing) => {
+                let (kind, v) = match viewing {
+                    Viewing::Parallel(direction) => ("parallel", direction),
+                    Viewing::From(origin) => ("from", origin),
+                };
+                dict.set_item("kind", "points")?;
+                dict.set_item("viewing", (kind, <(f64, f64, f64)>::from(v)))?;
+            }
+        }
+        Ok(dict)
+    }
+
+    /// (rows, cols, 3) in the sensor's frame, NaN where invalid: a read-only float32 view for images made from points,
+    /// otherwise newly computed as float64.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (rows, cols) = (self.image.rows(), self.image.cols());
+        if let Samples::Points(_) = self.image.samples() {
+            return arrays::view(py, &self.image, flat_points, (rows, cols, 3));
+        }
+        let image = &self.image;
+        let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_sensor(i)).collect());
+        Ok(grid_of_points(py, &points, rows, cols)?.into_any())
+    }
+
+    /// (rows, cols, 3) float64 in the world, NaN where invalid, newly computed.
+    fn world_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let image = &self.image;
+        let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_world(i)).collect());
+        Ok(grid_of_points(py, &points, image.rows(), image.cols())?.into_any())
+    }
+
+    /// (rows, cols) float64 as the projection measures them, NaN where invalid, a read-only view; ``None`` for images made
+    /// from points.
+    #[getter]
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match self.image.samples() {
+            Samples::Values(_) => {
+                arrays::view(py, &self.image, flat_values, (self.image.rows(), self.image.cols())).map(Some)
+            }
+            Samples::Points(_) => Ok(None),
+        }
+    }
+
+    /// (rows, cols) bool: which pixels were measured, newly computed.
+    #[getter]
+    fn valid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let valid: Vec<bool> = (0..self.image.len()).map(|i| self.image.is_valid(i)).collect();
+        let array = numpy::PyArray1::from_vec(py, valid).reshape([self.image.rows(), self.image.cols()])?;
+        Ok(array.into_any())
+    }
+
+    /// 4 x 4 float64, rigid: places the sensor's frame in the world.
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.image.world_from_sensor)
+    }
+
+    #[setter]
+    fn set_world_from_sensor(&mut self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
+        let pose = arrays::rigid(pose, "world_from_sensor")?;
+        self.image_mut().world_from_sensor = pose;
+        Ok(())
+    }
+
+    /// (rows, cols, 4) uint8 sRGB with alpha, a read-only view, or ``None``. Set from (rows, cols, 3 or 4), uint8 or floats
+    /// of 0 to 1.
+    #[getter]
+    fn colour<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.image.colour.is_none() {
+            return Ok(None);
+        }
+        arrays::view(py, &self.image, flat_colour, (self.image.rows(), self.image.cols(), 4)).map(Some)
+    }
+
+    #[setter]
+    fn set_colour(&mut self, colour: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let colour = colour.map(|c| arrays::colours(c, "colour", &self.pixels())).transpose()?;
+        self.image_mut().colour = colour;
+        Ok(())
+    }
+
+    /// (rows, cols) float32, a read-only view, or ``None``: strength of the returned signal in the sensor's unit.
+    #[getter]
+    fn intensity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.image.intensity.is_none() {
+            return Ok(None);
+        }
+        arrays::view(py, &self.image, flat_intensity, (self.image.rows(), self.image.cols())).map(Some)
+    }
+
+    #[setter]
+    fn set_intensity(&mut self, intensity: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let intensity = intensity.map(|i| arrays::floats32(i, "intensity", &self.pixels())).transpose()?;
+        self.image_mut().intensity = intensity.map(|i| i.0);
+        Ok(())
+    }
+
+    /// (rows, cols) float32 >= 0, a read-only view, or ``None``: computed from the geometry when needed.
+    #[getter]
+    fn confidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        if self.image.confidence.is_none() {
+            return Ok(None);
+        }
+        arrays::view(py, &self.image, flat_confidence, (self.image.rows(), self.image.cols())).map(Some)
+    }
+
+    #[setter]
+    fn set_confidence(&mut self, confidence: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let confidence = confidence.map(|c| arrays::floats32(c, "confidence", &self.pixels())).transpose()?;
+        if let (Some((confidence, _)), image) = (&confidence, &self.image) {
+            let bad =
+                (0..image.len()).find(|&i| image.is_valid(i) && !(confidence[i] >= 0.0 && confidence[i].is_finite()));
+            if let Some(i) = bad {
+                let (row, col, value) = (i / image.cols(), i % image.cols(), confidence[i]);
+                return Err(input_error(format!(
+                    "confidence of pixel ({row}, {col}) must be a finite number >= 0, got {value}"
+                )));
+            }
+        }
+        self.image_mut().confidence = confidence.map(|c| c.0);
+        Ok(())
+    }
+
+    /// Triangulates the grid, leaving out jumps.
+    ///
+    /// The mesh is in the sensor's frame, with the vertex attributes ``confidence``, ``range_row``, ``range_col`` and, where
+    /// the image has them, ``colour`` and ``intensity``. Each vertex is a valid pixel that has a triangle.
+    ///
+    /// Args:
+    ///     edge_limit: longest edge, in the unit of the samples; by default from the data.
+    ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+    ///
+    /// Raises:
+    ///     ParameterError: a limit out of its range.
+    #[pyo3(signature = (*, edge_limit = None, grazing_limit = None))]
+    fn triangulate(&self, py: Python<'_>, edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<Mesh> {
+        let params = triangulation(edge_limit, grazing_limit)?;
+        let image = self.image.clone();
+        detached(py, move || {
+            let surface = triangulate(&image, &params)?;
+            Ok(with_grid(&image, surface))
+        })
+        .map(Mesh::from)
+    }
+
+    fn __repr__(&self) -> String {
+        let image = &self.image;
+        let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
+        format!("<RangeImage{name} {} x {} pixels, {} valid>", image.rows(), image.cols(), image.valid_count())
+    }
+}
+
+/// Limits of the triangulation from keyword arguments.
+///
+/// # Errors
+/// `ParameterError`.
+pub fn triangulation(edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<TriangulateParams> {
+    Ok(TriangulateParams {
+        edge_limit: value_of("triangulate", "edge_limit", edge_limit)?,
+        grazing_limit: value_of("triangulate", "grazing_limit", grazing_limit)?.expect("has a plain default"),
+    })
+}
+
+fn with_grid(image: &Core, surface: surfrecon::triangulate::RangeSurface) -> surfrecon::TriMesh {
+    use surfrecon::mesh::Attribute;
+    let cols = image.cols();
+    let of_pixels = |f: &dyn Fn(usize) -> usize| surface.pixels.iter().map(|&p| f(p as usize) as i32).collect();
+    let mut attributes = vec![
+        Attribute::i32("range_row", of_pixels(&|p| p / cols)),
+        Attribute::i32("range_col", of_pixels(&|p| p % cols)),
+    ];
+    if let Some(colour) = &image.colour {
+        attributes.push(Attribute::colour("colour", surface.pixels.iter().map(|&p| colour[p as usize]).collect()));
+    }
+    if let Some(intensity) = &image.intensity {
+        attributes.push(Attribute::f32("intensity", surface.pixels.iter().map(|&p| intensity[p as usize]).collect()));
+    }
+    attributes.push(Attribute::f32("confidence", surface.confidence));
+    let mut mesh = surfrecon::TriMesh::new(surface.positions, surface.triangles);
+    mesh.vertex_attributes = attributes;
+    mesh
+}
+
+fn from_values(values: &Bound<'_, PyAny>, projection: Projection, name: Option<String>) -> PyResult<RangeImage> {
+    let (values, shape) = arrays::floats(values, "values", &[None, None])?;
+    made(Core::from_values(shape[0], shape[1], values, projection), name)
+}
+
+fn grid_of_points<'py>(
+    py: Python<'py>,
+    points: &[glam::DVec3],
+    rows: usize,
+    cols: usize,
+) -> PyResult<Bound<'py, numpy::PyArray3<f64>>> {
+    numpy::PyArray1::from_slice(py, arrays::coordinates(points)).reshape([rows, cols, 3])
+}
+
+fn flat_points(image: &Core) -> &[f32] {
+    if let Samples::Points(points) = image.samples() { points.as_flattened() } else { &[] }
+}
+
+fn flat_values(image: &Core) -> &[f64] {
+    if let Samples::Values(values) = image.samples() { values } else { &[] }
+}
+
+fn flat_colour(image: &Core) -> &[u8] {
+    image.colour.as_deref().unwrap_or_default().as_flattened()
+}
+
+fn flat_intensity(image: &Core) -> &[f32] {
+    image.intensity.as_deref().unwrap_or_default()
+}
+
+fn flat_confidence(image: &Core) -> &[f32] {
+    image.confidence.as_deref().unwrap_or_default()
+}

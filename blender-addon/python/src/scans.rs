@@ -1,0 +1,151 @@
+//! Opening and reading files.
+
+use std::path::PathBuf;
+
+use pyo3::exceptions::{PyIndexError, PyTypeError};
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PySlice};
+use surfrecon::import;
+
+use crate::arrays;
+use crate::errors::detached;
+use crate::mesh::Mesh;
+use crate::point_cloud::PointCloud;
+use crate::range_image::RangeImage;
+
+/// Opens scans without reading their samples.
+///
+/// Args:
+///     paths: a file - a scan, or a side file that places several (``.conf``) - or a list of files.
+///
+/// Returns:
+///     A ``ScanSet``. Its ``notes`` say how the files were understood.
+///
+/// Raises:
+///     FileError: a file can't be read.
+///     FormatError: a file does not hold what its format promises; the text names file, place and remedy.
+#[pyfunction]
+pub fn open(py: Python<'_>, paths: &Bound<'_, PyAny>) -> PyResult<ScanSet> {
+    let paths = match paths.extract::<PathBuf>() {
+        Ok(path) => vec![path],
+        Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|_| {
+            PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
+        })?,
+    };
+    let set = detached(py, move || {
+        let mut all = import::ScanSet::default();
+        for path in paths {
+            let set = import::open(&path)?;
+            all.scans.extend(set.scans);
+            all.notes.extend(set.notes.into_iter().filter(|n| !all.notes.contains(n)).collect::<Vec<_>>());
+        }
+        Ok(all)
+    })?;
+    let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
+    Ok(ScanSet { scans, notes: set.notes })
+}
+
+/// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.
+///
+/// Raises:
+///     FileError: the file can't be read.
+///     FormatError: it does not hold what its format promises.
+///     InputError: it holds several scans: use ``open``.
+#[pyfunction]
+pub fn read<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyAny>> {
+    let content = detached(py, move || {
+        let set = import::open(&path)?;
+        match set.scans.as_slice() {
+            [scan] => scan.read(),
+            scans => Err(surfrecon::Error::input(format!(
+                "{} holds {} scans: open it with surfrecon.open",
+                path.display(),
+                scans.len()
+            ))),
+        }
+    })?;
+    to_object(py, content)
+}
+
+fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match content {
+        import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
+        import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),
+        import::Content::Points(cloud) => Bound::new(py, PointCloud { cloud: cloud.into() })?.into_any(),
+    })
+}
+
+/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Scan {
+    pub scan: import::Scan,
+}
+
+#[pymethods]
+impl Scan {
+    /// Name for people, unique within the set.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scan.name
+    }
+
+    /// The file that holds the samples.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.scan.path.clone()
+    }
+
+    /// 4 x 4 float64: places the scan in the world.
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.scan.world_from_sensor)
+    }
+
+    /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
+    ///
+    /// Raises:
+    ///     FileError: the file can't be read.
+    ///     FormatError: it does not hold what its format promises.
+    fn read<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_object(py, detached(py, || self.scan.read())?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Scan {:?} of {}>", self.scan.name, self.scan.path.display())
+    }
+}
+
+/// Scans opened together, in the order of the files: a sequence of ``Scan``.
+#[pyclass(frozen, sequence, module = "surfrecon")]
+pub struct ScanSet {
+    scans: Vec<Py<Scan>>,
+    /// What a person should know about how the files were understood, for example the quaternion convention used.
+    #[pyo3(get)]
+    notes: Vec<String>,
+}
+
+#[pymethods]
+impl ScanSet {
+    fn __len__(&self) -> usize {
+        self.scans.len()
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let length = self.scans.len() as isize;
+        if let Ok(slice) = index.cast::<PySlice>() {
+            let range = slice.indices(length)?;
+            let chosen = (0..range.slicelength).map(|i| &self.scans[(range.start + i as isize * range.step) as usize]);
+            return Ok(PyList::new(py, chosen)?.into_any());
+        }
+        let index: isize = index.extract()?;
+        let at = if index < 0 { index + length } else { index };
+        match usize::try_from(at).ok().and_then(|i| self.scans.get(i)) {
+            Some(scan) => Ok(scan.bind(py).clone().into_any()),
+            None => Err(PyIndexError::new_err(format!("scan {index} of {length}"))),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<ScanSet of {} scans>", self.scans.len())
+    }
+}
