@@ -20,9 +20,9 @@ from ._errors import (
 )
 from ._native import (
     Job,
-    Mesh,
     MergeReport,
     MergeResult,
+    Mesh,
     Parameter,
     PointCloud,
     RangeImage,

@@ -1,0 +1,133 @@
+"""The public names: stubs, docstrings, exceptions and the parameter table agree with the module."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import pytest
+import surfrecon
+from surfrecon import _native
+
+STUB = ast.parse((Path(surfrecon.__file__).parent / "_native.pyi").read_text())
+
+
+def public(names):
+    return {name for name in names if not name.startswith("_")}
+
+
+def stub_names(body):
+    """Names a stub's body defines, without type aliases; setters and overloads count once."""
+    names = set()
+    for node in body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation) != "TypeAlias":
+            names.add(node.target.id)
+    return public(names)
+
+
+def stub_functions():
+    """(qualified name, runtime object, arguments of the stub) of each function and method that takes keywords."""
+    for node in STUB.body:
+        if isinstance(node, ast.FunctionDef):
+            yield node.name, getattr(_native, node.name), node.args
+        if isinstance(node, ast.ClassDef):
+            runtime = getattr(_native, node.name)
+            for method in node.body:
+                if isinstance(method, ast.FunctionDef) and "staticmethod" in map(ast.unparse, method.decorator_list):
+                    yield f"{node.name}.{method.name}", getattr(runtime, method.name), method.args
+
+
+def test_stub_has_the_module_s_names():
+    assert stub_names(STUB.body) == public(dir(_native))
+
+
+@pytest.mark.parametrize("node", [n for n in STUB.body if isinstance(n, ast.ClassDef)], ids=lambda n: n.name)
+def test_stub_has_the_names_of_each_class(node):
+    assert stub_names(node.body) == public(vars(getattr(_native, node.name)))
+
+
+@pytest.mark.parametrize(("name", "runtime", "arguments"), list(stub_functions()), ids=lambda x: str(x)[:30])
+def test_stub_has_the_arguments(name, runtime, arguments):
+    parameters = inspect.signature(runtime).parameters.values()
+    kinds = {inspect.Parameter.POSITIONAL_OR_KEYWORD: "args", inspect.Parameter.KEYWORD_ONLY: "kwonlyargs"}
+    for kind, field in kinds.items():
+        assert [p.name for p in parameters if p.kind == kind] == [a.arg for a in getattr(arguments, field)]
+
+
+def test_the_package_offers_the_module_s_names():
+    assert public(dir(_native)) <= set(surfrecon.__all__)
+    assert all(hasattr(surfrecon, name) for name in surfrecon.__all__)
+    assert (Path(surfrecon.__file__).parent / "py.typed").exists()
+
+
+@pytest.mark.parametrize("name", sorted(public(dir(_native))))
+def test_everything_has_a_docstring(name):
+    thing = getattr(_native, name)
+    assert thing.__doc__, name
+    if inspect.isclass(thing):
+        for member, value in vars(thing).items():
+            assert member.startswith("_") or value.__doc__, f"{name}.{member}"
+
+
+def keyword_options(function):
+    signature = inspect.signature(function).parameters.values()
+    return {p.name: p.default for p in signature if p.kind == inspect.Parameter.KEYWORD_ONLY}
+
+
+def test_options_are_those_of_the_table():
+    merge = [p.name for p in surfrecon.parameters("merge") + surfrecon.parameters("triangulate")]
+    triangulate = [p.name for p in surfrecon.parameters("triangulate")]
+    assert set(keyword_options(surfrecon.merge)) == {*merge, "progress"}
+    assert set(keyword_options(surfrecon.Job.merge)) == set(merge)
+    assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
+    # No default is written twice: None means the table's.
+    for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate):
+        assert set(keyword_options(function).values()) == {None}
+
+
+@pytest.mark.parametrize("parameter", surfrecon.parameters(), ids=lambda p: f"{p.operation}.{p.name}")
+def test_each_parameter_is_complete(parameter):
+    assert parameter.unit in {"length", "angle", "ratio", "count"}
+    assert parameter.minimum <= parameter.maximum and parameter.text.endswith(".")
+    assert (parameter.default is None) != (parameter.default_from is None)
+
+
+@pytest.mark.parametrize(
+    "parameter", [p for p in surfrecon.parameters("merge") + surfrecon.parameters("triangulate")], ids=lambda p: p.name
+)
+def test_values_out_of_range_are_refused_with_range_and_unit(parameter):
+    bad = [parameter.minimum - 1] + ([parameter.maximum * 2] if parameter.maximum < float("inf") else [])
+    for value in bad:
+        value = int(value) if value == int(value) else value
+        with pytest.raises(surfrecon.ParameterError, match=rf"{parameter.name} must be .*, got {value}"):
+            surfrecon.merge([], **{parameter.name: value})
+
+
+def test_the_exceptions_are_a_tree():
+    for name in surfrecon.__all__:
+        thing = getattr(surfrecon, name)
+        if inspect.isclass(thing) and issubclass(thing, BaseException):
+            assert issubclass(thing, surfrecon.SurfreconError)
+    assert issubclass(surfrecon.ParameterError, ValueError)
+    assert issubclass(surfrecon.FileError, OSError)
+    assert issubclass(surfrecon.OutOfMemoryError, MemoryError)
+
+
+def test_a_missing_file_is_a_file_error(tmp_path):
+    missing = tmp_path / "missing.ply"
+    with pytest.raises(surfrecon.FileError, match="missing.ply") as raised:
+        surfrecon.open(missing)
+    assert raised.value.filename == str(missing)
+    with pytest.raises(TypeError, match="paths must be a path"):
+        surfrecon.open(3)
+
+
+def test_what_cannot_be_merged_is_named():
+    mesh = surfrecon.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    with pytest.raises(TypeError, match="scan 1 must be a Scan"):
+        surfrecon.merge([mesh, 3])
+    with pytest.raises(TypeError, match="scans must be a ScanSet or a list"):
+        surfrecon.merge(3)
+    with pytest.raises(surfrecon.InputError, match="world_from_mesh"):
+        surfrecon.merge([(mesh, [[1, 2], [3, 4]])])
