@@ -3,17 +3,33 @@
 //! | file | what |
 //! |---|---|
 //! | `projection` | pixel -> point and ray, for every kind of sensor |
-//! | `spacing` | sample spacing of an image, from which default limits come |
-//! | `normals` | normals and curvature |
+//! | `samples` | the valid pixels in compact form, with their neighbours |
+//! | `spacing` | sample spacing of an image, and the edge limit that comes from it |
+//! | `normals` | normals from the grid, oriented toward the sensor |
+//! | `curvature` | second difference of the range |
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
 
 pub mod projection;
+
+pub mod samples;
+
+pub mod spacing;
+
+pub mod normals;
+
+pub mod curvature;
+
+pub mod confidence;
+
+#[cfg(test)]
+pub(crate) mod test_images;
 
 pub use projection::{DepthKind, Projection, Viewing};
 
 use glam::{DAffine3, DVec3};
 
 use crate::error::{Error, Result};
+use crate::point_cloud::PointCloud;
 
 /// The measurements of a range image, row by row; an invalid pixel is NaN.
 #[derive(Clone, Debug, PartialEq)]
@@ -150,6 +166,74 @@ impl RangeImage {
         }
     }
 
+    /// Calls `visit(row, col, point)` for every valid pixel, row by row; `point` is what
+    /// [`RangeImage::point_in_sensor`] gives, to the bit. Trigonometry is done once a row and a column, not a pixel.
+    pub fn for_each_valid(&self, mut visit: impl FnMut(usize, usize, DVec3)) {
+        if self.is_empty() {
+            return;
+        }
+        let values = match &self.samples {
+            Samples::Points(points) => {
+                for (row, points) in points.chunks_exact(self.cols).enumerate() {
+                    for (col, &[x, y, z]) in points.iter().enumerate() {
+                        if !x.is_nan() {
+                            visit(row, col, DVec3::new(x.into(), y.into(), z.into()));
+                        }
+                    }
+                }
+                return;
+            }
+            Samples::Values(values) => values,
+        };
+        let unproject = self.projection.tables(self.rows, self.cols);
+        for (row, values) in values.chunks_exact(self.cols).enumerate() {
+            for (col, &value) in values.iter().enumerate() {
+                if !value.is_nan() {
+                    visit(row, col, unproject.point(row, col, value));
+                }
+            }
+        }
+    }
+
+    /// The range of pixel `index`: how far its sample lies along its ray, up to a constant. For parallel rays the
+    /// coordinate along them (the value itself for an orthographic image, whose rays run along -z); for a pinhole or
+    /// spherical image the value itself; for a point grid seen from a point the distance to it. NaN for an invalid
+    /// pixel.
+    pub fn range(&self, index: usize) -> f64 {
+        match (&self.samples, &self.projection) {
+            (Samples::Values(values), _) => values[index],
+            (_, Projection::PointGrid(Viewing::From(origin))) => self.point_in_sensor(index).distance(*origin),
+            _ => {
+                let point = self.point_in_sensor(index);
+                point.dot(self.projection.view_direction(point))
+            }
+        }
+    }
+
+    /// The ray of pixel `index` in the sensor's frame: a point on it and its unit direction from the sensor toward the
+    /// scene. The measured point lies on it. NaN where a point grid's pixel is invalid.
+    pub fn ray_in_sensor(&self, index: usize) -> (DVec3, DVec3) {
+        self.projection.ray(index / self.cols, index % self.cols, self.point_in_sensor(index))
+    }
+
+    /// The valid pixels as a cloud, in the sensor's frame and placed in the world by the image's pose, with normals
+    /// (zero where a pixel has too few neighbours) and colours.
+    ///
+    /// # Errors
+    /// An attribute of the wrong length, or more than 2^32 - 2 pixels.
+    pub fn to_point_cloud(&self) -> Result<PointCloud> {
+        self.validate()?;
+        let grid = samples::SampleGrid::new(self)?;
+        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid));
+        let normals = normals::sample_normals(self, &grid, limit);
+        Ok(PointCloud {
+            normals: Some(normals.iter().map(|n| n.as_vec3().to_array()).collect()),
+            colour: self.colour.as_ref().map(|c| grid.pixels.iter().map(|&p| c[p as usize]).collect()),
+            positions: grid.positions,
+            world_from_cloud: self.world_from_sensor,
+        })
+    }
+
     /// The measured point of pixel `index` in the world; NaN for an invalid pixel.
     pub fn point_in_world(&self, index: usize) -> DVec3 {
         self.world_from_sensor.transform_point3(self.point_in_sensor(index))
@@ -189,5 +273,53 @@ fn check_count(rows: usize, cols: usize, count: usize, what: &str) -> Result<()>
     match rows.checked_mul(cols) {
         Some(pixels) if pixels == count => Ok(()),
         _ => Err(Error::input(format!("{rows} x {cols} pixels need {rows} x {cols} {what}, got {count}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DQuat;
+
+    use super::test_images::*;
+    use super::*;
+
+    #[test]
+    fn samples_lie_on_their_rays_and_visits_agree_with_lookups() {
+        for projection in projections(11, 9) {
+            let centre = ahead(&projection);
+            let image = render(11, 9, projection, sphere(centre, 0.25));
+            for image in [as_point_grid(&image), image] {
+                let mut seen = 0;
+                image.for_each_valid(|row, col, point| {
+                    let index = row * 9 + col;
+                    assert_eq!(point, image.point_in_sensor(index), "{projection:?}");
+                    let (origin, direction) = image.ray_in_sensor(index);
+                    assert!((direction.length() - 1.0).abs() < 1e-14);
+                    let off = (point - origin).cross(direction).length();
+                    assert!(off < 1e-14, "{projection:?}: {off} off its ray");
+                    assert!((point - centre).length() - 0.25 < 1e-6);
+                    assert!((direction - image.projection().view_direction(point)).length() < 1e-14);
+                    seen += 1;
+                });
+                assert!(seen > 5 && seen == image.valid_count());
+            }
+        }
+    }
+
+    #[test]
+    fn a_cloud_is_placed_by_the_pose() {
+        let projection = projections(20, 20)[0];
+        let mut image = render(20, 20, projection, sphere(ahead(&projection), 0.25));
+        image.world_from_sensor = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.3), DVec3::splat(1e6));
+        image.colour = Some((0..400).map(|i| [i as u8, 0, 0, 255]).collect());
+        let cloud = image.to_point_cloud().unwrap();
+        let valid: Vec<usize> = (0..400).filter(|&i| image.is_valid(i)).collect();
+        assert_eq!(cloud.positions.len(), valid.len());
+        for (k, &i) in valid.iter().enumerate() {
+            assert_eq!(cloud.world_from_cloud.transform_point3(cloud.positions[k]), image.point_in_world(i));
+            assert_eq!(cloud.colour.as_ref().unwrap()[k][0], i as u8);
+        }
+        image.colour = Some(vec![[0; 4]; 399]);
+        assert!(image.to_point_cloud().unwrap_err().to_string().contains("colours"));
     }
 }

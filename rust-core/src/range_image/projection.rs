@@ -142,6 +142,53 @@ impl Projection {
     }
 }
 
+/// What [`Projection::point`] computes from the row alone and from the column alone, once for all pixels.
+pub(super) struct Tables<'a> {
+    projection: &'a Projection,
+    /// Orthographic: y; pinhole: y at depth 1; spherical: cosine and sine of the elevation.
+    rows: Vec<[f64; 2]>,
+    /// Orthographic: x; pinhole: x at depth 1; spherical: cosine and sine of the azimuth.
+    cols: Vec<[f64; 2]>,
+}
+
+impl Projection {
+    pub(super) fn tables(&self, rows: usize, cols: usize) -> Tables<'_> {
+        let table = |count: usize, axis: usize| -> Vec<[f64; 2]> {
+            let entry = |i: usize| {
+                let i = i as f64;
+                match self {
+                    Projection::Orthographic { first, step } => [first[axis] + i * step[axis], 0.0],
+                    Projection::Pinhole { focal, centre, .. } => [(i - centre[axis]) / focal[axis], 0.0],
+                    Projection::Spherical { first, step } => {
+                        let angle = first[axis] + i * step[axis];
+                        [angle.cos(), angle.sin()]
+                    }
+                    Projection::PointGrid(_) => [f64::NAN; 2],
+                }
+            };
+            (0..count).map(entry).collect()
+        };
+        Tables { projection: self, rows: table(rows, 1), cols: table(cols, 0) }
+    }
+}
+
+impl Tables<'_> {
+    /// The same as [`Projection::point`], to the bit.
+    pub(super) fn point(&self, row: usize, col: usize, value: f64) -> DVec3 {
+        let ([x, sin_azimuth], [y, sin_elevation]) = (self.cols[col], self.rows[row]);
+        match self.projection {
+            Projection::Orthographic { .. } => DVec3::new(x, y, value),
+            Projection::Pinhole { depth: DepthKind::Planar, .. } => DVec3::new(x, y, 1.0) * value,
+            Projection::Pinhole { depth: DepthKind::Ray, .. } => {
+                let through = DVec3::new(x, y, 1.0);
+                through * (value / through.length())
+            }
+            Projection::Spherical { .. } => DVec3::new(y * x, y * sin_azimuth, sin_elevation) * value,
+            Projection::PointGrid(_) => DVec3::NAN,
+        }
+    }
+}
+
 /// Unit direction of an azimuth and elevation, in radians.
 pub fn spherical_direction(azimuth: f64, elevation: f64) -> DVec3 {
     DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin())

@@ -1,10 +1,21 @@
 //! Step-discontinuity triangulation of the pixel grid.
+//!
+//! 1. collect the valid pixels with their neighbours (`range_image::samples`)
+//! 2. median spacing, and from it the longest edge (`range_image::spacing`)
+//! 3. up to two triangles a cell of 2 x 2 pixels (`cells`)
+//! 4. confidence: cosine to the ray, ramped to zero at jumps and borders (`range_image::confidence`)
+//! 5. drop the pixels without a triangle
+
+// 3. which triangles a cell gets, and their orientation
+mod cells;
 
 use glam::DVec3;
 
 use crate::error::Result;
 use crate::params::{Default, ParamSpec, Unit};
-use crate::range_image::RangeImage;
+use crate::range_image::samples::SampleGrid;
+use crate::range_image::spacing::{self, EdgeLimit};
+use crate::range_image::{RangeImage, confidence};
 
 /// Parameters of the triangulation.
 pub const PARAMS: &[ParamSpec] = &[
@@ -64,8 +75,76 @@ pub struct RangeSurface {
 
 /// Triangulates the pixel grid, leaving out jumps.
 ///
+/// Each cell of 2 x 2 pixels is split by its shorter diagonal in space; a cell with one invalid corner gives one
+/// triangle. A triangle is left out if one of its edges is longer than the limit, if it is seen at a grazing angle above
+/// the limit, or if it is seen from behind or edge-on: where neighbouring pixels of a point grid lie in another order
+/// than the grid's (a fold), one hides behind the other. Default edge limit: 3.4 times the median distance of
+/// neighbours; where rays fan out from a point (pinhole, spherical, point grids seen from a point) 3.4 times the median
+/// of distance by range, times the range of the edge's nearer end, since sampling thins out with range.
+///
+/// Guarantees: triangles turn counter-clockwise seen from the sensor; no zero-area triangle; every vertex has a
+/// triangle; vertices in pixel order. Without own confidences a vertex's confidence is the cosine between its normal and
+/// its ray, with them it is the given one; times a ramp that is 0 at vertices not surrounded by eight triangles and
+/// reaches 1 after [`confidence::RAMP_PIXELS`] pixels.
+///
+/// Cost: O(pixels), one thread; about 120 bytes a valid pixel.
+///
 /// # Errors
-/// Parameters out of range, or attributes of the wrong length.
-pub fn triangulate(_image: &RangeImage, _params: &TriangulateParams) -> Result<RangeSurface> {
-    Ok(RangeSurface::default())
+/// Parameters out of range, attributes of the wrong length, or more than 2^32 - 2 pixels.
+///
+/// Sources: contract of section 0; the ramp: \[CL96\].
+pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
+    params.validate()?;
+    image.validate()?;
+    let grid = SampleGrid::new(image)?;
+    let spacing = spacing::median_spacing(&grid);
+    let limit = match params.edge_limit {
+        Some(length) => EdgeLimit::Length(length),
+        None => EdgeLimit::from_data(image, &grid, spacing),
+    };
+    let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit);
+    let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
+    confidence::weigh(image, &grid, &mut weights);
+    Ok(keep_used(grid, cells, weights, spacing))
 }
+
+impl TriangulateParams {
+    /// Checks each value against its range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] naming the value, the range and the unit.
+    pub fn validate(&self) -> Result<()> {
+        if let Some(limit) = self.edge_limit {
+            PARAMS[0].check(limit)?;
+        }
+        PARAMS[1].check(self.grazing_limit)?;
+        Ok(())
+    }
+}
+
+/// The surface without the samples that have no triangle.
+fn keep_used(grid: SampleGrid, cells: cells::Cells, weights: Vec<f32>, spacing: f64) -> RangeSurface {
+    let samples = grid.len();
+    let SampleGrid { mut positions, mut pixels, up: mut new_index, .. } = grid;
+    let (mut triangles, mut confidence) = (cells.triangles, weights);
+    let mut used = 0;
+    for k in 0..samples {
+        if cells.surroundings[k].is_used() {
+            new_index[k] = used as u32;
+            (positions[used], pixels[used], confidence[used]) = (positions[k], pixels[k], confidence[k]);
+            used += 1;
+        }
+    }
+    if used < samples {
+        positions.truncate(used);
+        pixels.truncate(used);
+        confidence.truncate(used);
+        for triangle in &mut triangles {
+            *triangle = triangle.map(|k| new_index[k as usize]);
+        }
+    }
+    RangeSurface { positions, pixels, confidence, triangles, spacing, isolated_pixels: samples - used }
+}
+
+#[cfg(test)]
+mod tests;
