@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arrays <-> Blender's meshes, transforms and custom properties. The one file that knows mesh layers.
+
+A range image in Blender is a mesh of one vertex a valid pixel, with the vertex attributes `range_row` and `range_col`
+and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the size of the grid and
+the projection, and its matrix is the pose. So undo, save and reload keep it, and vertices may be moved or deleted.
+
+Blender copies an array at once only into an attribute of exactly its type; everything here keeps to that.
+"""
+
+import bpy
+import numpy as np
+import surfrecon
+from mathutils import Matrix
+
+from .job import Refused
+
+ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_projection", "range_parameters"
+
+# A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
+ROUNDING = 1e-5
+
+
+# Arrays -> meshes
+
+
+def new_mesh(name, coordinates, triangles):
+    """A mesh from flat float32 coordinates and flat int32 corners."""
+    mesh = bpy.data.meshes.new(name)
+    count = len(triangles) // 3
+    mesh.vertices.add(len(coordinates) // 3)
+    mesh.loops.add(3 * count)
+    mesh.polygons.add(count)
+    mesh.attributes["position"].data.foreach_set("vector", coordinates)
+    mesh.attributes[".corner_vert"].data.foreach_set("value", triangles)
+    # The property is unsigned: a signed array would be converted one by one.
+    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.uint32))
+    mesh.update(calc_edges=True)
+    return mesh
+
+
+def store(mesh, name, values, domain="POINT"):
+    """Stores one value an element as an attribute; an older one of that name is replaced."""
+    older = mesh.attributes.get(name)
+    if older is not None:
+        mesh.attributes.remove(older)
+    if values.dtype == np.uint8:
+        layer = mesh.attributes.new(name, "BYTE_COLOR", domain)
+        layer.data.foreach_set("color_srgb", (values.reshape(-1) / np.float32(255)).astype(np.float32))
+        mesh.color_attributes.active_color = mesh.color_attributes[name]
+        mesh.color_attributes.render_color_index = mesh.color_attributes.active_color_index
+        return
+    kind = {"float32": "FLOAT", "int32": "INT", "bool": "BOOLEAN"}[values.dtype.name]
+    layer = mesh.attributes.new(name, kind, domain)
+    layer.data.foreach_set("value", np.ascontiguousarray(values))
+
+
+def mesh_from_result(name, result):
+    """A Blender mesh with all attributes of a `surfrecon.Mesh`."""
+    mesh = new_mesh(name, result.positions_f32(), result.triangles.view(np.int32).reshape(-1))
+    for attribute, values in result.vertex_attributes.items():
+        store(mesh, attribute, values)
+    for attribute, values in result.face_attributes.items():
+        store(mesh, attribute, values, "FACE")
+    return mesh
+
+
+def object_from_mesh(name, content, scale):
+    """An object from a `surfrecon.Mesh` that was read from a file."""
+    mesh = mesh_from_result(name, content)
+    mesh.transform(Matrix.Scale(scale, 4))
+    return bpy.data.objects.new(name, mesh)
+
+
+def object_from_points(name, content, scale):
+    """An object of vertices only from a `surfrecon.PointCloud`."""
+    coordinates = (content.positions * scale).astype(np.float32).reshape(-1)
+    mesh = new_mesh(name, coordinates, np.empty(0, np.int32))
+    if content.colour is not None:
+        store(mesh, "colour", content.colour)
+    return bpy.data.objects.new(name, mesh)
+
+
+def object_from_range_image(name, image, scale, faces):
+    """An object from a `surfrecon.RangeImage`; lengths are multiplied by `scale`. With or without triangles."""
+    valid = image.valid
+    coordinates = (image.points[valid] * scale).astype(np.float32).reshape(-1)
+    triangles = np.empty(0, np.int32)
+    if faces:
+        surface = image.triangulate()
+        vertex_of_pixel = np.zeros(valid.shape, np.int32)
+        vertex_of_pixel[valid] = np.arange(valid.sum(), dtype=np.int32)
+        grid = surface.vertex_attributes
+        vertices = vertex_of_pixel[grid["range_row"], grid["range_col"]]
+        triangles = vertices[surface.triangles].reshape(-1)
+    mesh = new_mesh(name, coordinates, triangles)
+    rows, columns = np.nonzero(valid)
+    store(mesh, "range_row", rows.astype(np.int32))
+    store(mesh, "range_col", columns.astype(np.int32))
+    for attribute in ("confidence", "intensity", "colour"):
+        values = getattr(image, attribute)
+        if values is not None:
+            store(mesh, attribute, values[valid])
+    made = bpy.data.objects.new(name, mesh)
+    made[ROWS], made[COLUMNS] = image.rows, image.cols
+    made[PROJECTION], made[PARAMETERS] = projection_properties(image.projection, scale)
+    return made
+
+
+def projection_properties(projection, scale):
+    """Kind and parameters of a projection as custom properties; lengths are multiplied by `scale`."""
+    parameters = {k: v for k, v in projection.items() if k != "kind"}
+    kind = projection["kind"]
+    if kind == "points":
+        viewing, vector = parameters["viewing"]
+        parameters = {"viewing": viewing, "vector": [x * scale if viewing == "from" else x for x in vector]}
+    elif kind == "orthographic":
+        parameters = {k: [x * scale for x in v] for k, v in parameters.items()}
+    return kind, {k: v if isinstance(v, str) else [float(x) for x in v] for k, v in parameters.items()}
+
+
+# Meshes -> arrays
+
+
+class Placed:
+    """The evaluated mesh of an object, as long as it is in use: `with Placed(obj, depsgraph) as mesh`."""
+
+    def __init__(self, obj, depsgraph):
+        self.evaluated = obj.evaluated_get(depsgraph)
+
+    def __enter__(self):
+        """The mesh with modifiers applied."""
+        return self.evaluated.to_mesh()
+
+    def __exit__(self, *_):
+        self.evaluated.to_mesh_clear()
+
+
+def positions(mesh):
+    """(n, 3) float32."""
+    flat = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", flat)
+    return flat.reshape(-1, 3)
+
+
+def triangles(mesh):
+    """(m, 3) int32; larger polygons are cut."""
+    if len(mesh.loops) == 3 * len(mesh.polygons):
+        flat = np.empty(len(mesh.loops), np.int32)
+        mesh.attributes[".corner_vert"].data.foreach_get("value", flat)
+    else:
+        mesh.calc_loop_triangles()
+        flat = np.empty(3 * len(mesh.loop_triangles), np.int32)
+        mesh.loop_triangles.foreach_get("vertices", flat)
+    return flat.reshape(-1, 3)
+
+
+def vertex_values(mesh, name, kind, dtype):
+    """The values of a vertex attribute of that kind, or `None`."""
+    layer = mesh.attributes.get(name)
+    if layer is None or layer.domain != "POINT" or layer.data_type != kind:
+        return None
+    values = np.empty(len(mesh.vertices), dtype)
+    layer.data.foreach_get("value", values)
+    return values
+
+
+def vertex_colours(mesh):
+    """(n, 4) uint8 sRGB of the attribute `colour` or the active one, or `None`."""
+    layer = mesh.attributes.get("colour") or mesh.color_attributes.active_color
+    if layer is None or layer.domain != "POINT" or layer.data_type not in {"BYTE_COLOR", "FLOAT_COLOR"}:
+        return None
+    values = np.empty(4 * len(mesh.vertices), np.float32)
+    layer.data.foreach_get("color_srgb", values)
+    return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
+
+
+def is_range_image(obj):
+    """Whether the object says of itself that it is a range image."""
+    return ROWS in obj and COLUMNS in obj
+
+
+def scan_of_object(obj, depsgraph):
+    """What `surfrecon.merge` takes for an object: a `RangeImage`, or a mesh with its matrix and name. Modifiers count.
+
+    Raises `Refused` with a sentence about the object.
+    """
+    if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
+        raise Refused(f"{obj.name} is no mesh: deselect it")
+    matrix = np.array(obj.matrix_world, np.float64)
+    with Placed(obj, depsgraph) as mesh:
+        if mesh is None or len(mesh.vertices) == 0:
+            raise Refused(f"{obj.name} has no vertices")
+        if is_range_image(obj):
+            image = range_image(obj, mesh, matrix)
+            if image is not None:
+                return image
+        if len(mesh.polygons) == 0:
+            raise Refused(
+                f"{obj.name} has neither faces nor the attributes of a range image:"
+                " import it with File > Import > Range Scans"
+            )
+        if np.linalg.det(matrix[:3, :3]) == 0:
+            raise Refused(f"{obj.name} is flattened by a scale of 0")
+        content = surfrecon.Mesh(
+            positions(mesh),
+            triangles(mesh),
+            colour=vertex_colours(mesh),
+            confidence=vertex_values(mesh, "confidence", "FLOAT", np.float32),
+        )
+        return content, matrix, obj.name
+
+
+def range_image(obj, mesh, matrix):
+    """The range image of an object, or `None` if the mesh is no longer one vertex a pixel."""
+    rows, columns = int(obj[ROWS]), int(obj[COLUMNS])
+    row = vertex_values(mesh, "range_row", "INT", np.int32)
+    column = vertex_values(mesh, "range_col", "INT", np.int32)
+    if row is None or column is None or min(row.min(), column.min()) < 0:
+        return None
+    if row.max() >= rows or column.max() >= columns:
+        return None
+    taken = np.bincount(row.astype(np.int64) * columns + column)
+    if taken.max() > 1:
+        return None
+    pose, rest = rigid_and_rest(obj, matrix)
+    samples = positions(mesh)
+    if rest is not None:
+        samples = (samples @ rest.T).astype(np.float32)
+    grid = np.full((rows, columns, 3), np.nan, np.float32)
+    grid[row, column] = samples
+    image = surfrecon.RangeImage.from_points(grid, viewing=viewing(obj, rest), name=obj.name)
+    image.world_from_sensor = pose
+
+    def on_grid(values, fill):
+        spread = np.full((rows, columns, *values.shape[1:]), fill, values.dtype)
+        spread[row, column] = values
+        return spread
+
+    confidence = vertex_values(mesh, "confidence", "FLOAT", np.float32)
+    if confidence is not None:
+        image.confidence = on_grid(np.nan_to_num(np.maximum(confidence, 0)), 0)
+    colour = vertex_colours(mesh)
+    if colour is not None:
+        image.colour = on_grid(colour, 0)
+    return image
+
+
+def viewing(obj, rest):
+    """How the object's pixels see, in the frame of its samples."""
+    kind = obj.get(PROJECTION, "orthographic")
+    parameters = obj.get(PARAMETERS, {})
+    if kind == "points" and "vector" in parameters:
+        how, vector = parameters["viewing"], np.array(list(parameters["vector"]))
+    elif kind in {"pinhole", "spherical"}:
+        how, vector = "from", np.zeros(3)
+    else:
+        how, vector = "parallel", np.array((0.0, 0.0, -1.0))
+    return how, vector if rest is None else rest @ vector
+
+
+def rigid_and_rest(obj, matrix):
+    """The rigid part of a matrix (4 x 4) and what must be applied to the samples first (3 x 3), `None` for nothing.
+
+    The rest holds scale, shear and mirroring; it is the polar decomposition, so a rigid matrix stays as it is.
+    """
+    left, stretch, right = np.linalg.svd(matrix[:3, :3])
+    if stretch[-1] <= 1e-7 * stretch[0]:
+        raise Refused(f"{obj.name} is flattened by a scale of 0")
+    rotation = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
+    rest = rotation.T @ matrix[:3, :3]
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, matrix[:3, 3]
+    return pose, None if np.abs(rest - np.eye(3)).max() < ROUNDING else rest
+
+
+# Custom properties
+
+
+def plain(value):
+    """A value as custom properties can hold it: 32-bit integers, floats, strings, and dicts and lists of them."""
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items() if v is not None}
+    if isinstance(value, tuple | list):
+        numbers = [plain(v) for v in value]
+        return [float(v) for v in numbers] if any(isinstance(v, float) for v in numbers) else numbers
+    if isinstance(value, int) and not -(2**31) <= value < 2**31:
+        return float(value)
+    return value

@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operators, a file each."""
+
+import bpy
+
+from . import import_scans, merge
+
+CLASSES = (
+    import_scans.SURFRECON_OT_import_scans,
+    import_scans.SURFRECON_FH_scans,
+    merge.SURFRECON_OT_merge,
+)
+
+
+def register():
+    """Registers them."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    """Unregisters them."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

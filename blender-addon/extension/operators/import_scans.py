@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""File > Import > Range Scans: one object a scan, in a collection named after the set."""
+
+import colorsys
+import os
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
+from mathutils import Matrix
+
+from .. import convert
+from ..job import sentence
+
+UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
+
+# Blender's matrices are in single precision: scans that lie further from the origin than this many times their own size
+# would lose digits, so the whole set is moved.
+FARTHEST = 1000
+
+
+@orientation_helper(axis_forward="Y", axis_up="Z")
+class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
+    """Import range scans with their grids and poses, one object a scan"""
+
+    bl_idname = "surfrecon.import_scans"
+    bl_label = "Import Range Scans"
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+    filename_ext = ".conf"
+    filter_glob: StringProperty(default="*.conf;*.ply", options={"HIDDEN"})
+    filepath: StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
+    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+
+    faces: BoolProperty(
+        name="Triangulate",
+        description="Connect neighbouring samples by triangles, leaving out jumps; off: vertices only",
+        default=True,
+    )
+    unit: EnumProperty(
+        name="Unit",
+        description="Unit of the files' coordinates",
+        items=(
+            ("M", "Metres", "One unit of the file is one unit of the scene"),
+            ("CM", "Centimetres", ""),
+            ("MM", "Millimetres", ""),
+            ("UM", "Micrometres", ""),
+            ("IN", "Inches", ""),
+            ("FT", "Feet", ""),
+            ("CUSTOM", "Other", "By the scale below"),
+        ),
+        default="M",
+    )
+    scale: FloatProperty(name="Scale", description="Scene units a unit of the files", default=1.0, min=1e-9, max=1e9)
+
+    def invoke(self, context, event):
+        """A dropped file opens a small dialog, the menu a file browser."""
+        return self.invoke_popup(context)
+
+    def draw(self, context):
+        """The options beside the file browser."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "faces")
+        layout.prop(self, "unit")
+        if self.unit == "CUSTOM":
+            layout.prop(self, "scale")
+        layout.prop(self, "axis_forward")
+        layout.prop(self, "axis_up")
+
+    def execute(self, context):
+        """Reads everything; if anything fails, nothing stays."""
+        paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
+        made = []
+        try:
+            scans = surfrecon.open(paths)
+            context.window_manager.progress_begin(0, len(scans))
+            for i, scan in enumerate(scans):
+                made.append(self.read(scan))
+                context.window_manager.progress_update(i + 1)
+        except surfrecon.SurfreconError as problem:
+            remove(obj for obj, _ in made)
+            self.report({"ERROR"}, sentence(problem))
+            return {"CANCELLED"}
+        finally:
+            context.window_manager.progress_end()
+        if not made:
+            self.report({"ERROR"}, f"{os.path.basename(paths[0])} holds no scan")
+            return {"CANCELLED"}
+        collection = bpy.data.collections.new(set_name(paths))
+        context.collection.children.link(collection)
+        offset = place(made, self.axes())
+        if offset is not None:
+            collection["world_origin"] = [float(x) for x in offset]
+            self.report(
+                {"WARNING"}, "The scans lie far from the origin and were moved: see the collection's world_origin"
+            )
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        for i, (obj, _) in enumerate(made):
+            obj.color = (*colorsys.hsv_to_rgb(i * 0.618034 % 1, 0.45, 0.9), 1)
+            collection.objects.link(obj)
+            obj.select_set(True)
+        context.view_layer.objects.active = made[0][0]
+        samples = sum(len(obj.data.vertices) for obj, _ in made)
+        self.report({"INFO"}, " ".join([f"{len(made)} scans, {samples:,} samples.", *scans.notes]))
+        return {"FINISHED"}
+
+    def read(self, scan):
+        """The object of a scan, not yet placed, and its matrix."""
+        factor = self.scale if self.unit == "CUSTOM" else UNITS[self.unit]
+        content = scan.read()
+        pose = np.array(scan.world_from_sensor)
+        if isinstance(content, surfrecon.RangeImage):
+            pose = np.array(content.world_from_sensor)
+            obj = convert.object_from_range_image(scan.name, content, factor, self.faces)
+        elif isinstance(content, surfrecon.Mesh):
+            obj = convert.object_from_mesh(scan.name, content, factor)
+        else:
+            obj = convert.object_from_points(scan.name, content, factor)
+        pose[:3, 3] *= factor
+        return obj, pose
+
+    def axes(self):
+        """4 x 4: from the files' axes to Blender's."""
+        return np.array(axis_conversion(from_forward=self.axis_forward, from_up=self.axis_up).to_4x4())
+
+
+class SURFRECON_FH_scans(bpy.types.FileHandler):
+    """Scans dropped into a view."""
+
+    bl_idname = "SURFRECON_FH_scans"
+    bl_label = "Range Scans"
+    bl_import_operator = "surfrecon.import_scans"
+    bl_file_extensions = ".conf;.ply"
+
+    @classmethod
+    def poll_drop(cls, context):
+        """Where objects can be dropped."""
+        return poll_file_object_drop(context)
+
+
+def set_name(paths):
+    """A name for the collection: the side file's, the only file's, or the folder's."""
+    stems = [os.path.splitext(os.path.basename(path))[0] for path in paths]
+    for path, stem in zip(paths, stems, strict=True):
+        if path.lower().endswith(".conf"):
+            return stem
+    return stems[0] if len(stems) == 1 else os.path.basename(os.path.dirname(paths[0])) or "Scans"
+
+
+def place(made, axes):
+    """Gives the objects their matrices; returns by what all were moved, if they were."""
+    poses = np.array([axes @ pose for _, pose in made])
+    extent = max(max(np.abs(np.array(obj.bound_box)).max() for obj, _ in made), 1e-12)
+    centre = poses[:, :3, 3].mean(axis=0)
+    offset = None
+    if np.abs(centre).max() > FARTHEST * extent:
+        # A round number, so that adding it by hand is easy.
+        step = 10 ** np.floor(np.log10(extent))
+        offset = np.round(centre / step) * step
+        poses[:, :3, 3] -= offset
+    for (obj, _), pose in zip(made, poses, strict=True):
+        obj.matrix_world = Matrix(pose.tolist())
+    return offset
+
+
+def remove(objects):
+    """Removes objects and their meshes."""
+    objects = list(objects)
+    bpy.data.batch_remove([obj.data for obj in objects] + objects)

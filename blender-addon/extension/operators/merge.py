@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Merge the selected scans into one surface."""
+
+import bpy
+import surfrecon
+
+from .. import convert
+from ..job import JobOperator, Refused
+from ..properties import PARAMETERS, MergeOptions, arguments
+
+REPORT, SCANS = "surfrecon_report", "surfrecon_scans"
+
+
+class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
+    """Merge the selected scans, or any selected oriented meshes, into one new surface"""
+
+    bl_idname = "surfrecon.merge"
+    bl_label = "Merge Scans"
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to merge."""
+        if not super().poll(context):
+            return False
+        if not context.selected_objects:
+            cls.poll_message_set("Select the scans to merge")
+            return False
+        return True
+
+    def start(self, context):
+        """Gathers the selected scans. Options that were not given are those of the sidebar."""
+        settings = context.scene.surfrecon
+        for name in [*PARAMETERS, "close_holes"]:
+            if not self.properties.is_property_set(name):
+                setattr(self, name, getattr(settings, name))
+        depsgraph = context.evaluated_depsgraph_get()
+        objects = [obj for obj in context.selected_objects if REPORT not in obj]
+        if not objects:
+            raise Refused("only results of earlier merges are selected: select the scans")
+        scans = [convert.scan_of_object(obj, depsgraph) for obj in objects]
+        self.names = [obj.name for obj in objects]
+        for obj, scan in zip(objects, scans, strict=True):
+            if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
+                self.report({"WARNING"}, f"{obj.name} is no longer one vertex a pixel: merged as a plain mesh")
+        return surfrecon.Job.merge(scans, **arguments(self))
+
+    def finish(self, context, result):
+        """Puts the surface into the scene."""
+        if len(result.mesh.triangles) == 0:
+            raise Refused("nothing is left of the surface: choose a smaller voxel, or keep smaller components")
+        mesh = convert.mesh_from_result("Merged", result.mesh)
+        merged = bpy.data.objects.new("Merged", mesh)
+        merged[REPORT] = convert.plain(result.report.as_dict())
+        # Custom properties can't hold a list of strings.
+        merged[SCANS] = "\n".join(self.names)
+        context.collection.objects.link(merged)
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        merged.select_set(True)
+        context.view_layer.objects.active = merged
+        self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")

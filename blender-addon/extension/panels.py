@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar tab "Scans" and the entry in File > Import."""
+
+import bpy
+
+from . import convert
+from .job import Running
+from .operators.merge import REPORT
+
+
+class ScansPanel:
+    """Where the panels are."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Scans"
+
+
+class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
+    """Importing and merging."""
+
+    bl_label = "Range Scans"
+
+    def draw(self, context):
+        """Buttons, or the progress of what is running."""
+        layout = self.layout
+        if Running.job is not None:
+            layout.label(text=Running.title)
+            layout.progress(factor=Running.fraction, type="BAR", text=f"{Running.stage} {Running.fraction:.0%}")
+            layout.operator("surfrecon.cancel", icon="CANCEL")
+            return
+        layout.operator_context = "INVOKE_DEFAULT"
+        layout.operator("surfrecon.import_scans", icon="IMPORT")
+        scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
+        others = [
+            obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans and REPORT not in obj
+        ]
+        layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
+        layout.operator("surfrecon.merge", icon="MOD_REMESH")
+
+
+class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
+    """Options of the merge."""
+
+    bl_label = "Merge Options"
+    bl_parent_id = "SURFRECON_PT_merge"
+
+    def draw(self, context):
+        """One row an option; lengths of 0 are measured from the scans."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.surfrecon
+        layout.label(text="0: measured from the scans", icon="INFO")
+        column = layout.column(align=True)
+        column.prop(settings, "voxel")
+        column.prop(settings, "merge_distance")
+        column = layout.column(align=True)
+        column.prop(settings, "close_holes")
+        row = column.row()
+        row.active = settings.close_holes
+        row.prop(settings, "max_hole_length")
+        layout.prop(settings, "min_component_share")
+        column = layout.column(align=True)
+        column.prop(settings, "edge_limit")
+        column.prop(settings, "grazing_limit")
+        layout.prop(settings, "threads")
+
+
+class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
+    """Figures of the merge that made the active object."""
+
+    bl_label = "Result"
+    bl_parent_id = "SURFRECON_PT_merge"
+
+    @classmethod
+    def poll(cls, context):
+        """Only for results."""
+        return context.object is not None and REPORT in context.object
+
+    def draw(self, context):
+        """Two columns: what, how much."""
+        split = self.layout.split(factor=0.5)
+        names, values = split.column(), split.column()
+        for name, value in report_lines(context, context.object[REPORT].to_dict()):
+            names.label(text=name)
+            values.label(text=value)
+
+
+def report_lines(context, report):
+    """The figures of a merge's report as (name, value) texts."""
+    faces = report["faces"]
+    total = max(sum(faces), 1)
+    closed, left = report["holes"]
+    parts, part_faces = report["dropped_components"]
+    yield "Scans", f"{report['scans']}, {report['input_triangles']:,} triangles"
+    yield "Triangles", f"{int(sum(faces)):,}"
+    yield "Voxel used", length(context, report["voxel"])
+    yield "Merge distance used", length(context, report["merge_distance"])
+    if "overlap_residual" in report:
+        yield "Scans disagree by", length(context, report["overlap_residual"])
+    yield "Holes", f"{closed} closed, {left} left"
+    yield "Holes closed up to", length(context, report["max_hole_length"])
+    yield "Small parts dropped", f"{parts} ({part_faces:,} triangles)"
+    yield "Cases a / b / c", " / ".join(f"{100 * n / total:.2f} %" for n in faces)
+    yield "Time", f"{sum(report['seconds'].values()):.2f} s"
+    yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"
+
+
+def length(context, value):
+    """A length in the scene's unit."""
+    settings = context.scene.unit_settings
+    if settings.system == "NONE":
+        return f"{value:.4g}"
+    return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
+
+
+def menu_import(self, context):
+    """The entry in File > Import."""
+    self.layout.operator("surfrecon.import_scans", text="Range Scans (.conf, .ply)")
+
+
+CLASSES = (SURFRECON_PT_merge, SURFRECON_PT_options, SURFRECON_PT_report)
+
+
+def register():
+    """Registers panels and menu."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.TOPBAR_MT_file_import.append(menu_import)
+
+
+def unregister():
+    """Takes them away again."""
+    bpy.types.TOPBAR_MT_file_import.remove(menu_import)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
