@@ -28,7 +28,7 @@ check: ## Formatting, lints, documentation, licences of dependencies
 	@tools/check.sh
 
 bench: ## Run this library beside its peers on the same data: out/bench/*.json; ONLY=merge runs one benchmark
-	@tools/setup_apt.sh
+	@tools/setup_apt.sh bench
 	@bench/run.sh $(ONLY)
 
 fuzz: ## Feed each reader damaged files for FUZZ_SECONDS=60

@@ -7,16 +7,15 @@ fails without having counted a failed test counts as one. A Rust test that lacks
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
 import time
-import zipfile
 from pathlib import Path
 
+from unpack_wheel import unpack
+
 ROOT = Path(__file__).resolve().parent.parent
-WHEEL_FILES = ROOT / "target" / "wheel-files"
 # The bpy module is known to hang at exit; no step may hang the whole run.
 STEP_LIMIT = 20 * 60
 
@@ -152,14 +151,6 @@ def pytest(title, environment_name, folder, env=None):
     return run(title, command, PytestOutput(), env)
 
 
-def unpack_wheel():
-    """Puts the newest wheel's files where Python tests find them, leaving the shared environments as they are."""
-    wheels = sorted((ROOT / "target" / "wheels").glob("surfrecon-*.whl"), key=lambda path: path.stat().st_mtime)
-    shutil.rmtree(WHEEL_FILES, ignore_errors=True)
-    with zipfile.ZipFile(wheels[-1]) as wheel:
-        wheel.extractall(WHEEL_FILES)
-
-
 def main():
     """Runs all steps."""
     # Downloads and compiling don't compete: the environments are made while the compiler runs.
@@ -174,8 +165,7 @@ def main():
     wheel = run("wheel", ["tools/build_wheel.sh"], PlainOutput())
     total.add(wheel)
     if wheel.failed == 0:
-        unpack_wheel()
-        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": str(WHEEL_FILES)}))
+        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": str(unpack())}))
         extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
         total.add(extension)
         if extension.failed == 0:

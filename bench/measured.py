@@ -1,0 +1,75 @@
+"""Runs a program and measures it.
+
+As a script it is the small process in between: `python measured.py RESULT PROGRAM ARGUMENT...`. A child's peak memory
+as the system reports it includes what its parent held when it was forked, so the parent must be small, and the
+benchmark, with numpy and meshes in memory, is not.
+"""
+
+import json
+import os
+import signal
+import sys
+import time
+
+
+def main():
+    """Forks, waits, writes wall seconds, CPU seconds and peak megabytes to RESULT."""
+    result, program = sys.argv[1], sys.argv[2:]
+    started = time.monotonic()
+    child = os.fork()
+    if child == 0:
+        try:
+            os.execvp(program[0], program)
+        except OSError as error:
+            os.write(2, f"{program[0]}: {error.strerror}\n".encode())
+        os._exit(127)
+    _, status, usage = os.wait4(child, 0)
+    figures = {
+        "wall_s": time.monotonic() - started,
+        "cpu_s": usage.ru_utime + usage.ru_stime,
+        "peak_mb": usage.ru_maxrss / 1024,
+    }
+    with open(result, "w") as out:
+        json.dump(figures, out)
+    return os.waitstatus_to_exitcode(status) & 0xFF
+
+
+class Failed(Exception):
+    """The program ended with an error or took too long; the text is what it said last."""
+
+
+def run(command, timeout=1800):
+    """Runs a command in a fresh process; returns its figures and what it printed."""
+    import subprocess
+    import tempfile
+
+    # Spinning OpenMP threads would count as work of the peers; Qt must not look for a display.
+    environment = {"OMP_WAIT_POLICY": "passive", "QT_QPA_PLATFORM": "offscreen", **os.environ}
+    with tempfile.TemporaryDirectory() as folder:
+        result = os.path.join(folder, "figures.json")
+        command = [sys.executable, "-E", "-S", __file__, result, *map(str, command)]
+        process = subprocess.Popen(
+            command,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+            cwd=folder,
+        )
+        try:
+            printed, _ = process.communicate(timeout=timeout)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.communicate()
+            raise Failed(f"took more than {timeout} s") from None
+        if process.returncode != 0:
+            said = " | ".join(printed.strip().splitlines()[-3:])
+            raise Failed(f"ended with status {process.returncode}: {said}")
+        with open(result) as source:
+            return json.load(source), printed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
