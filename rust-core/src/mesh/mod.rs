@@ -5,6 +5,10 @@
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
 //! | `measure` | exact point-to-mesh distances, areas, angles |
 
+pub mod check;
+
+pub use check::{MeshReport, check, check_welded};
+
 use glam::DVec3;
 
 use crate::error::{Error, Result};

@@ -229,6 +229,18 @@ fn a_fold_of_a_point_grid_is_a_jump() {
 }
 
 #[test]
+fn a_point_grid_without_a_whole_cell_still_faces_the_sensor() {
+    // Found by the property test: no cell had both edges at its corner a, so nothing voted for the turn of the grid.
+    for mirrored in [1.0, -1.0] {
+        let points = [[f32::NAN; 3], [mirrored, 0.0, 0.0], [0.0, 1.0, 0.0], [mirrored, 1.0, 0.0]];
+        let image = RangeImage::from_points(2, 2, points.to_vec(), Viewing::ALONG_MINUS_Z).unwrap();
+        let surface = run(&image);
+        check(&image, &surface);
+        assert_eq!(surface.triangles.len(), 1);
+    }
+}
+
+#[test]
 fn confidence_is_the_cosine_ramped_to_zero_at_the_border() {
     for projection in projections(16, 16) {
         let (centre, hole) = (ahead(&projection), 5 * 16 + 7);
