@@ -1,1 +1,7 @@
-//! geom
+//! Geometry that knows no mesh type: arrays of points and triangles in, indices and numbers out.
+//!
+//! | file | what |
+//! |---|---|
+//! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
+
+pub mod bvh;
