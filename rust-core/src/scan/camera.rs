@@ -1,0 +1,186 @@
+//! Where a virtual scanner stands and how its pixels see.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::error::{Error, Result};
+use crate::range_image::{DepthKind, Projection};
+
+/// A virtual scanner: `rows` x `cols` pixels, how they see, and the true pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Rows of the image.
+    pub rows: usize,
+    /// Columns of the image.
+    pub cols: usize,
+    /// Orthographic, pinhole or spherical.
+    pub projection: Projection,
+    /// The true pose: a rigid transform.
+    pub world_from_sensor: DAffine3,
+}
+
+impl Camera {
+    /// Parallel rays: looks along `toward`, `target` in the middle of the image, pixels `spacing` apart, row 0 on the side of
+    /// `up`. No usable direction leaves the axes as they are.
+    pub fn orthographic(rows: usize, cols: usize, spacing: f64, target: DVec3, toward: DVec3, up: DVec3) -> Self {
+        let axes = axes(toward, up);
+        let first = [-0.5 * spacing * (cols.max(1) - 1) as f64, 0.5 * spacing * (rows.max(1) - 1) as f64];
+        Camera {
+            rows,
+            cols,
+            projection: Projection::Orthographic { first, step: [spacing, -spacing] },
+            // The frame looks along -z.
+            world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.x, axes.y, -axes.toward), target),
+        }
+    }
+
+    /// A depth camera at `eye` that looks at `target`; `height_angle` is the angle between its first and its last row.
+    pub fn pinhole(rows: usize, cols: usize, height_angle: f64, eye: DVec3, target: DVec3, up: DVec3) -> Self {
+        let axes = axes(target - eye, up);
+        let focal = 0.5 * (rows.max(2) - 1) as f64 / (0.5 * height_angle).tan();
+        let centre = [0.5 * (cols.max(1) - 1) as f64, 0.5 * (rows.max(1) - 1) as f64];
+        Camera {
+            rows,
+            cols,
+            projection: Projection::Pinhole { focal: [focal, focal], centre, depth: DepthKind::Planar },
+            // The frame has y down and looks along +z.
+            world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.x, -axes.y, axes.toward), eye),
+        }
+    }
+
+    /// A terrestrial scanner at `eye` with `up` as its vertical: all around, and from `lowest` to `highest` elevation, in
+    /// radians, row 0 the highest.
+    pub fn spherical(rows: usize, cols: usize, lowest: f64, highest: f64, eye: DVec3, up: DVec3) -> Self {
+        let ahead = up.any_orthogonal_vector();
+        let axes = axes(ahead, up);
+        let first = [-std::f64::consts::PI, highest];
+        let step = [std::f64::consts::TAU / cols.max(1) as f64, (lowest - highest) / (rows.max(2) - 1) as f64];
+        Camera {
+            rows,
+            cols,
+            projection: Projection::Spherical { first, step },
+            world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.toward, -axes.x, axes.y), eye),
+        }
+    }
+
+    /// Checks that the camera can see.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: more pixels than can be counted, a projection that isn't usable, a pose that isn't rigid.
+    pub fn validate(&self) -> Result<()> {
+        let pixels = self.rows.checked_mul(self.cols).and_then(|n| u32::try_from(n).ok());
+        if pixels.is_none() {
+            let (rows, cols) = (self.rows, self.cols);
+            return Err(Error::input(format!(
+                "an image of {rows} x {cols} pixels is too large; 2^32 - 1 are supported"
+            )));
+        }
+        if matches!(self.projection, Projection::PointGrid(_)) {
+            return Err(Error::input("a point grid has no rays to scan along: give the camera another projection"));
+        }
+        self.projection.validate()?;
+        let (m, t) = (self.world_from_sensor.matrix3, self.world_from_sensor.translation);
+        let gram = m.transpose() * m;
+        let rigid = gram.abs_diff_eq(DMat3::IDENTITY, 1e-6) && m.determinant() > 0.0 && t.is_finite();
+        if !rigid {
+            return Err(Error::input(format!("the camera's pose must be a rotation and a translation, got {m} {t}")));
+        }
+        Ok(())
+    }
+}
+
+struct Axes {
+    /// To the right.
+    x: DVec3,
+    /// Up.
+    y: DVec3,
+    toward: DVec3,
+}
+
+/// Axes of a viewer that looks `toward` with `up` upward; any upright ones where `up` says nothing.
+fn axes(toward: DVec3, up: DVec3) -> Axes {
+    let toward = toward.try_normalize().unwrap_or(DVec3::NEG_Z);
+    let x = toward.cross(up).try_normalize().filter(|x| x.is_finite());
+    let x = x.unwrap_or_else(|| toward.any_orthonormal_vector());
+    // Once more: where `up` is nearly along `toward` their product has lost digits.
+    let x = (x - toward * x.dot(toward)).normalize();
+    Axes { x, y: x.cross(toward), toward }
+}
+
+/// Lower and upper corner of the points; `None` without points.
+pub fn bounds(positions: &[DVec3]) -> Option<(DVec3, DVec3)> {
+    let first = *positions.first()?;
+    Some(positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
+}
+
+/// How [`turntable`] places its cameras.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turntable {
+    /// Cameras on a ring about the vertical.
+    pub around: usize,
+    /// Cameras that look down from all sides.
+    pub above: usize,
+    /// Cameras that look up from all sides.
+    pub below: usize,
+    /// Height of those above and below over the ring, in radians.
+    pub elevation: f64,
+    /// The vertical.
+    pub up: DVec3,
+    /// Rows and columns of each image.
+    pub pixels: usize,
+    /// Angle between the first and the last row of a pinhole camera, in radians; `None`: orthographic cameras.
+    pub height_angle: Option<f64>,
+}
+
+impl Default for Turntable {
+    /// Eight around, two above, two below, orthographic, z up, 400 x 400 pixels.
+    fn default() -> Self {
+        Turntable {
+            around: 8,
+            above: 2,
+            below: 2,
+            elevation: 55f64.to_radians(),
+            up: DVec3::Z,
+            pixels: 400,
+            height_angle: None,
+        }
+    }
+}
+
+/// Cameras around a mesh of these bounds, each of which sees all of it: first the ring, then those above, then those below.
+///
+/// # Errors
+/// [`Error::Input`] for bounds or a vertical that aren't finite or have no size, or an angle that isn't between 0 and pi.
+pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Camera>> {
+    let up = table.up.try_normalize().ok_or_else(|| Error::input("the turntable's vertical must have a direction"))?;
+    let centre = lo.midpoint(hi);
+    let radius = 0.5 * lo.distance(hi);
+    if !(radius > 0.0 && radius.is_finite() && centre.is_finite()) {
+        return Err(Error::input(format!("a turntable needs finite bounds of some size, got {lo} to {hi}")));
+    }
+    if let Some(angle) = table.height_angle
+        && !(angle > 0.0 && angle < std::f64::consts::PI)
+    {
+        return Err(Error::input(format!("the cameras' angle must be > 0 and < pi, got {angle} rad")));
+    }
+    let (a, b) = (up.any_orthonormal_vector(), up.cross(up.any_orthonormal_vector()));
+    // Two rings of the same number of cameras look between each other's, so their azimuths are shifted.
+    let rings = [(table.around, 0.0, 0.0), (table.above, table.elevation, 0.25), (table.below, -table.elevation, 0.75)];
+    let mut cameras = Vec::new();
+    for (count, elevation, shift) in rings {
+        for k in 0..count {
+            let azimuth = std::f64::consts::TAU * (k as f64 + shift) / count as f64;
+            let from = (a * azimuth.cos() + b * azimuth.sin()) * elevation.cos() + up * elevation.sin();
+            cameras.push(match table.height_angle {
+                None => {
+                    let spacing = 2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64;
+                    Camera::orthographic(table.pixels, table.pixels, spacing, centre, -from, up)
+                }
+                Some(angle) => {
+                    let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
+                    Camera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
+                }
+            });
+        }
+    }
+    Ok(cameras)
+}
