@@ -3,5 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
+//! | `neighbours` | nearest neighbours among fixed points |
 
 pub mod bvh;
+pub mod neighbours;

@@ -1,8 +1,21 @@
-//! Reading scans: the registry of formats, and what a file or folder of scans opens as.
+//! Reading scans: the registry of formats, and what a file of scans opens as.
+//!
+//! | file | what |
+//! |---|---|
+//! | `ply` | range grids, meshes and points |
+//! | `conf` | VRIP's lists of placed scans |
+//! | `overlap` | what the quaternions of such a list mean |
+//! | `file` | regular files, whole or in part |
 
+mod conf;
+mod file;
+mod overlap;
+mod ply;
+
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 use crate::error::{Error, Result};
 use crate::merge::{OrientedSurface, ScanSource};
@@ -27,6 +40,8 @@ pub struct Scan {
     pub name: String,
     /// The file that holds the samples.
     pub path: PathBuf,
+    /// Which scan of the file, counted from 0.
+    pub part: usize,
     /// Places the scan in the world.
     pub world_from_sensor: DAffine3,
 }
@@ -42,21 +57,162 @@ pub enum Content {
     Points(PointCloud),
 }
 
-/// Opens a file: a single scan or a side file that places several (`.conf`).
+/// A file format: how to recognize it and how to read it.
+pub struct Format {
+    /// Name for people.
+    pub name: &'static str,
+    /// Usual endings of the file's name, without the dot, in lower case.
+    pub extensions: &'static [&'static str],
+    /// Whether a file starts like one of this format.
+    sniff: fn(&[u8]) -> bool,
+    /// Opens the scans of a file.
+    open: fn(&Path) -> Result<ScanSet>,
+    /// `None` for side files, whose scans lie in other files.
+    reader: Option<Reader>,
+}
+
+/// How the scans of a format are read.
+struct Reader {
+    /// Reads one scan.
+    read: fn(&Scan) -> Result<Content>,
+    /// Some points of a scan, cheaply, in its own frame.
+    preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
+}
+
+impl Format {
+    /// Whether files of this format list scans that lie in other files.
+    pub fn is_list(&self) -> bool {
+        self.reader.is_none()
+    }
+}
+
+/// The formats that can be read.
+static FORMATS: [Format; 2] = [
+    Format {
+        name: "PLY (range grid, mesh or points)",
+        extensions: &["ply"],
+        sniff: ply::sniff,
+        open: ply::open,
+        reader: Some(Reader { read: ply::read, preview: ply::preview }),
+    },
+    Format {
+        name: "VRIP list of placed scans",
+        extensions: &["conf"],
+        sniff: conf::sniff,
+        open: conf::open,
+        reader: None,
+    },
+];
+
+/// Bytes of a file that its format is recognized by.
+const SNIFFED: usize = 4096;
+
+/// The formats that can be read.
+pub fn formats() -> &'static [Format] {
+    &FORMATS
+}
+
+/// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
+/// points of each scan, no more.
 ///
 /// # Errors
-/// The file can't be read or its format isn't known.
+/// The file can't be read, its format isn't known, or a scan it names can't be opened.
 pub fn open(path: &Path) -> Result<ScanSet> {
-    Err(Error::format(path, "start of file", "unknown format"))
+    let mut set = open_file(path)?;
+    make_names_unique(&mut set.scans);
+    Ok(set)
+}
+
+/// Opens several files as one set, in the order given.
+///
+/// # Errors
+/// As [`open`], for the first file that can't be opened; no path given.
+pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
+    if paths.is_empty() {
+        return Err(Error::input("no file was given"));
+    }
+    let mut all = ScanSet::default();
+    for path in paths {
+        let mut set = open_file(path.as_ref())?;
+        all.scans.append(&mut set.scans);
+        all.notes.append(&mut set.notes);
+    }
+    make_names_unique(&mut all.scans);
+    Ok(all)
+}
+
+/// Opens a file, its scans' names as they come.
+fn open_file(path: &Path) -> Result<ScanSet> {
+    (format_of(path)?.open)(path)
+}
+
+/// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
+fn format_of(path: &Path) -> Result<&'static Format> {
+    let start = file::read_start(path, SNIFFED)?;
+    if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
+        return Ok(format);
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    FORMATS.iter().find(|format| format.extensions.contains(&extension.as_str())).ok_or_else(|| {
+        let known: Vec<String> = FORMATS.iter().map(|f| format!("{}: .{}", f.name, f.extensions.join(", ."))).collect();
+        Error::format(path, "start of file", format!("unknown format; known are {}", known.join("; ")))
+    })
+}
+
+/// Numbers scans of the same name. The order is that of their paths and places, not of their arrival: a name is the same
+/// whatever order the files are opened in.
+fn make_names_unique(scans: &mut [Scan]) {
+    let mut order: Vec<usize> = (0..scans.len()).collect();
+    let pose = |scan: &Scan| scan.world_from_sensor.to_cols_array().map(f64::to_bits);
+    order.sort_by(|&a, &b| {
+        let (a, b) = (&scans[a], &scans[b]);
+        (&a.name, &a.path, a.part).cmp(&(&b.name, &b.path, b.part)).then_with(|| pose(a).cmp(&pose(b)))
+    });
+    let mut taken: HashSet<String> = scans.iter().map(|scan| scan.name.clone()).collect();
+    let mut same: (String, usize) = (String::new(), 0);
+    for i in order {
+        if same.1 == 0 || scans[i].name != same.0 {
+            same = (scans[i].name.clone(), 1);
+            continue;
+        }
+        while !taken.insert(scans[i].name.clone()) {
+            same.1 += 1;
+            scans[i].name = format!("{} ({})", same.0, same.1);
+        }
+    }
 }
 
 impl Scan {
+    /// The only scan of a file, where the file's own frame is the world; named like the file.
+    pub fn new(path: &Path) -> Self {
+        Scan {
+            name: path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            part: 0,
+            world_from_sensor: DAffine3::IDENTITY,
+        }
+    }
+
     /// Reads the samples.
     ///
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn read(&self) -> Result<Content> {
-        Err(Error::format(&self.path, "start of file", "unknown format"))
+        (self.reader()?.read)(self)
+    }
+
+    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it. Fewer if there are fewer.
+    ///
+    /// # Errors
+    /// The file can't be read or is damaged.
+    pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
+        (self.reader()?.preview)(self, count)
+    }
+
+    fn reader(&self) -> Result<&'static Reader> {
+        format_of(&self.path)?.reader.as_ref().ok_or_else(|| {
+            Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
+        })
     }
 }
 
@@ -74,5 +230,71 @@ impl ScanSource for Scan {
                 self.path.display()
             ))),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINT: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+        property float z\nend_header\n0 0 0\n";
+
+    #[test]
+    fn names_are_unique_and_do_not_depend_on_the_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<PathBuf> = ["b/scan.ply", "a/scan.ply", "a/scan (2).ply", "c/scan.ply", "a/other.ply"]
+            .iter()
+            .map(|name| {
+                let path = folder.path().join(name);
+                std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+                std::fs::write(&path, POINT).unwrap();
+                path
+            })
+            .collect();
+        let names = |files: &[PathBuf]| -> Vec<(PathBuf, String)> {
+            let mut names: Vec<_> =
+                open_many(files).unwrap().scans.into_iter().map(|scan| (scan.path, scan.name)).collect();
+            names.sort();
+            names
+        };
+        let expected = names(&files);
+        let only: Vec<&str> = expected.iter().map(|n| n.1.as_str()).collect();
+        assert_eq!(only, ["other", "scan (2)", "scan", "scan (3)", "scan (4)"]);
+        let mut reversed = files.clone();
+        reversed.reverse();
+        assert_eq!(names(&reversed), expected);
+        // The same file twice is two scans.
+        let twice = [files[0].clone(), files[0].clone()];
+        assert_eq!(names(&twice).iter().map(|n| n.1.as_str()).collect::<Vec<_>>(), ["scan", "scan (2)"]);
+    }
+
+    #[test]
+    fn what_can_not_be_opened_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, content: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            path
+        };
+        let refused = |path: &Path| open(path).unwrap_err().to_string();
+        assert!(
+            refused(folder.path()).ends_with("this is a folder; choose its files, or the .conf file that places them")
+        );
+        assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
+        let unknown = refused(&file("x.bin", "MZ"));
+        assert!(
+            unknown.ends_with("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf")
+        );
+        assert!(refused(&file("empty.ply", "")).contains("starts with a line `ply`"));
+        assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));
+        assert!(open_many::<&Path>(&[]).is_err());
+        let list = file("s.conf", "bmesh p.ply 0 0 0 0 0 0 1");
+        let error = Scan::new(&list).read().unwrap_err().to_string();
+        assert!(error.ends_with("lists scans and isn't one itself; open it instead"), "{error}");
+        // The content decides, not the name.
+        assert_eq!(open(&file("scan.dat", POINT)).unwrap().scans[0].name, "scan");
+        #[cfg(unix)]
+        assert!(refused(Path::new("/dev/zero")).ends_with("not a regular file"));
     }
 }

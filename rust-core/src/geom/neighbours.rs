@@ -1,0 +1,169 @@
+//! Nearest neighbours among fixed points.
+
+use glam::DVec3;
+
+/// Points searched one by one at the bottom of the tree.
+const LEAF: usize = 12;
+
+/// A balanced k-d tree over a fixed set of points. Building costs O(n log n), a query O(log n) for points that aren't
+/// crowded; memory 29 bytes a point.
+#[derive(Clone, Debug, Default)]
+pub struct KdTree {
+    /// Points in the order of the tree: the middle of each range splits it.
+    points: Vec<DVec3>,
+    /// Place of each in the list given.
+    indices: Vec<u32>,
+    /// Axis along which the range with this middle is split.
+    axes: Vec<u8>,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl KdTree {
+    /// Builds the tree. Points with a coordinate that isn't finite are left out.
+    ///
+    /// # Panics
+    /// With 2^32 points or more.
+    pub fn new(points: &[DVec3]) -> Self {
+        assert!(u32::try_from(points.len()).is_ok(), "{} points are too many for a tree", points.len());
+        let mut entries: Vec<(DVec3, u32)> =
+            points.iter().enumerate().filter(|(_, p)| p.is_finite()).map(|(i, p)| (*p, i as u32)).collect();
+        let mut axes = vec![0; entries.len()];
+        arrange(&mut entries, &mut axes);
+        let low = entries.iter().fold(DVec3::INFINITY, |m, e| m.min(e.0));
+        let high = entries.iter().fold(DVec3::NEG_INFINITY, |m, e| m.max(e.0));
+        KdTree {
+            points: entries.iter().map(|e| e.0).collect(),
+            indices: entries.iter().map(|e| e.1).collect(),
+            axes,
+            low,
+            high,
+        }
+    }
+
+    /// Number of points in the tree.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The points, in the tree's own order.
+    pub fn points(&self) -> &[DVec3] {
+        &self.points
+    }
+
+    /// The point nearest to `query`: its place in the list given and its distance. `None` without points, or if
+    /// `query` isn't finite. Which of several equally near points is found is not said, but always the same.
+    pub fn nearest(&self, query: DVec3) -> Option<(u32, f64)> {
+        self.nearest_within(query, f64::INFINITY)
+    }
+
+    /// The nearest point closer to `query` than `limit`.
+    pub fn nearest_within(&self, query: DVec3, limit: f64) -> Option<(u32, f64)> {
+        if !query.is_finite() {
+            return None;
+        }
+        let outside = (self.low - query).max(query - self.high).max(DVec3::ZERO).length_squared();
+        let mut best = Best { squared: limit * limit, place: usize::MAX };
+        if outside < best.squared {
+            self.search(0, self.points.len(), query, &mut best);
+        }
+        (best.place != usize::MAX).then(|| (self.indices[best.place], best.squared.sqrt()))
+    }
+
+    fn search(&self, first: usize, end: usize, query: DVec3, best: &mut Best) {
+        if end - first <= LEAF {
+            for place in first..end {
+                best.offer(place, self.points[place].distance_squared(query));
+            }
+            return;
+        }
+        let middle = first + (end - first) / 2;
+        let point = self.points[middle];
+        let axis = usize::from(self.axes[middle]);
+        best.offer(middle, point.distance_squared(query));
+        let side = query[axis] - point[axis];
+        let (near, far) =
+            if side < 0.0 { ((first, middle), (middle + 1, end)) } else { ((middle + 1, end), (first, middle)) };
+        self.search(near.0, near.1, query, best);
+        if side * side < best.squared {
+            self.search(far.0, far.1, query, best);
+        }
+    }
+}
+
+/// The nearest so far.
+struct Best {
+    squared: f64,
+    place: usize,
+}
+
+impl Best {
+    #[inline(always)]
+    fn offer(&mut self, place: usize, squared: f64) {
+        if squared < self.squared {
+            *self = Best { squared, place };
+        }
+    }
+}
+
+/// Sorts entries into tree order: the middle of a range splits it along its longest side.
+fn arrange(entries: &mut [(DVec3, u32)], axes: &mut [u8]) {
+    if entries.len() <= LEAF {
+        return;
+    }
+    let low = entries.iter().fold(DVec3::INFINITY, |m, e| m.min(e.0));
+    let high = entries.iter().fold(DVec3::NEG_INFINITY, |m, e| m.max(e.0));
+    let axis = (high - low).max_position();
+    let middle = entries.len() / 2;
+    // Ties by index: the tree does not depend on how the selection works.
+    entries.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.1.cmp(&b.1)));
+    axes[middle] = axis as u8;
+    let (left, right) = entries.split_at_mut(middle);
+    let (left_axes, right_axes) = axes.split_at_mut(middle);
+    arrange(left, left_axes);
+    arrange(&mut right[1..], &mut right_axes[1..]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn brute_force(points: &[DVec3], query: DVec3) -> f64 {
+        points.iter().map(|p| p.distance(query)).fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        /// Theorem: the distance is the smallest there is, also among duplicates and points in a row.
+        #[test]
+        fn finds_what_brute_force_finds(
+            points in prop::collection::vec([-4..4_i32, -4..4, -40..40], 1..300),
+            queries in prop::collection::vec([-50.0..50.0_f64, -5.0..5.0, -5.0..5.0], 1..20),
+        ) {
+            let points: Vec<DVec3> = points.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+            let tree = KdTree::new(&points);
+            for query in queries.iter().map(|q| DVec3::from(*q)) {
+                let (index, distance) = tree.nearest(query).unwrap();
+                let smallest = brute_force(&points, query);
+                prop_assert!((distance - smallest).abs() <= 1e-12 * smallest);
+                prop_assert_eq!(points[index as usize].distance_squared(query).sqrt(), distance);
+                prop_assert!(tree.nearest_within(query, smallest * 0.999).is_none());
+                prop_assert!(tree.nearest_within(query, smallest * 1.001 + 1e-9).is_some());
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_to_find() {
+        assert!(KdTree::new(&[]).nearest(DVec3::ZERO).is_none());
+        assert!(KdTree::new(&[DVec3::NAN]).nearest(DVec3::ZERO).is_none());
+        assert!(KdTree::new(&[DVec3::ZERO]).nearest(DVec3::NAN).is_none());
+        assert_eq!(KdTree::new(&[DVec3::NAN, DVec3::ONE]).nearest(DVec3::ONE), Some((1, 0.0)));
+        assert_eq!(KdTree::new(&[DVec3::ONE; 1000]).nearest(DVec3::ZERO).unwrap().1, DVec3::ONE.length());
+    }
+}

@@ -1,0 +1,304 @@
+//! The elements of a PLY file: vertices, faces, triangle strips, range grids; all others are checked and skipped.
+
+use glam::DVec3;
+
+use super::columns::{Attributes, EMPTY_ROW, POSITION, Plan, Row, SKIP, reserve};
+use super::fault::{Fault, Parsed, Problem, place};
+use super::header::{Element, Encoding, Kind, ScalarType};
+use super::source::Source;
+
+/// A cell of a range grid without a sample.
+pub(super) const NO_VERTEX: u32 = u32::MAX;
+
+/// A position in the precision it is kept in.
+pub(super) trait Position: Copy {
+    fn from_row(x: f64, y: f64, z: f64) -> Self;
+}
+
+impl Position for [f32; 3] {
+    #[inline(always)]
+    fn from_row(x: f64, y: f64, z: f64) -> Self {
+        [x as f32, y as f32, z as f32]
+    }
+}
+
+impl Position for DVec3 {
+    #[inline(always)]
+    fn from_row(x: f64, y: f64, z: f64) -> Self {
+        DVec3::new(x, y, z)
+    }
+}
+
+/// Vertices with what else they have.
+pub(super) struct Vertices<P> {
+    pub(super) positions: Vec<P>,
+    pub(super) attributes: Attributes,
+}
+
+/// Compares the claimed number of entries with what the rest of the file can hold, before anything is allocated.
+pub(super) fn claimed(element: &Element, smallest: u64, encoding: Encoding, left: usize) -> Parsed<usize> {
+    // Text may end without a line end.
+    let left = left as u64 + u64::from(encoding == Encoding::Ascii);
+    let most = left.checked_div(smallest).unwrap_or(0);
+    if element.count > most {
+        let problem = format!(
+            "the header claims {}, but the rest of the file holds at most {most}: it is cut short",
+            element.count
+        );
+        return Err(Problem::new(format!("element {}", element.name), problem));
+    }
+    if element.count >= u64::from(NO_VERTEX) {
+        let problem = format!("{} entries are more than {NO_VERTEX}, the most that can be handled", element.count);
+        return Err(Problem::new(format!("element {}", element.name), problem));
+    }
+    Ok(element.count as usize)
+}
+
+/// Reads the vertices.
+pub(super) fn vertices<S: Source, P: Position>(
+    source: &mut S,
+    element: &Element,
+    plan: &Plan,
+    encoding: Encoding,
+) -> Parsed<Vertices<P>> {
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    let mut positions: Vec<P> = reserve(count)?;
+    let mut attributes = Attributes::new(plan, count)?;
+    if plan.is_bare() {
+        for index in 0..count {
+            let position =
+                bare(source).map_err(|(fault, axis)| fault.at(element, index as u64, axis, source.text()))?;
+            positions.push(position);
+        }
+        return Ok(Vertices { positions, attributes });
+    }
+    let has_attributes = !attributes.is_empty();
+    let mut row = EMPTY_ROW;
+    for index in 0..count {
+        vertex_row(source, element, plan, &mut row)
+            .map_err(|(fault, property)| fault.at(element, index as u64, property, source.text()))?;
+        positions.push(P::from_row(row[POSITION], row[POSITION + 1], row[POSITION + 2]));
+        if has_attributes {
+            attributes.push(&row);
+        }
+    }
+    Ok(Vertices { positions, attributes })
+}
+
+/// Reads one vertex into `row`; on a fault also the property.
+pub(super) fn vertex_row<S: Source>(
+    source: &mut S,
+    element: &Element,
+    plan: &Plan,
+    row: &mut Row,
+) -> Result<(), (Fault, Option<usize>)> {
+    source.begin().map_err(|fault| (fault, None))?;
+    for (p, (property, &slot)) in element.properties.iter().zip(&plan.slots).enumerate() {
+        let read = match property.kind {
+            Kind::Scalar(scalar) if slot != SKIP => source.number(scalar).map(|value| row[slot] = value),
+            _ => source.skip_property(property),
+        };
+        read.map_err(|fault| (fault, Some(p)))?;
+    }
+    source.end().map_err(|fault| (fault, None))
+}
+
+/// A vertex of three floats and nothing else; on a fault also which of them.
+#[inline(always)]
+fn bare<S: Source, P: Position>(source: &mut S) -> Result<P, (Fault, Option<usize>)> {
+    source.begin().map_err(|fault| (fault, None))?;
+    let x = source.number(ScalarType::F32).map_err(|fault| (fault, Some(0)))?;
+    let y = source.number(ScalarType::F32).map_err(|fault| (fault, Some(1)))?;
+    let z = source.number(ScalarType::F32).map_err(|fault| (fault, Some(2)))?;
+    source.end().map_err(|fault| (fault, None))?;
+    Ok(P::from_row(x, y, z))
+}
+
+/// Reads the cells of a range grid: the vertex of each, or [`NO_VERTEX`].
+pub(super) fn range_grid<S: Source>(
+    source: &mut S,
+    element: &Element,
+    encoding: Encoding,
+    cols: u64,
+    vertex_count: u64,
+) -> Parsed<Vec<u32>> {
+    let (list, length_type, item_type) = index_list(element)?;
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    let mut cells: Vec<u32> = reserve(count)?;
+    for index in 0..count as u64 {
+        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
+        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        let mut cell = NO_VERTEX;
+        for (p, property) in element.properties.iter().enumerate() {
+            if p != list {
+                source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+                continue;
+            }
+            let length = source.whole(length_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            if length == 0 {
+                continue;
+            }
+            let problem = |source: &S, problem: String| {
+                wrong(source, element, index, format!("row {}, column {}: {problem}", index / cols, index % cols))
+            };
+            if length != 1 {
+                return Err(problem(source, format!("a cell holds at most one vertex, this one {length}")));
+            }
+            let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            cell = checked_index(vertex, vertex_count).map_err(|text| problem(source, text))?;
+        }
+        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        cells.push(cell);
+    }
+    Ok(cells)
+}
+
+/// Reads faces into triangles: polygons as fans around their first vertex.
+pub(super) fn faces<S: Source>(
+    source: &mut S,
+    element: &Element,
+    plan: &Plan,
+    encoding: Encoding,
+    vertex_count: u64,
+) -> Parsed<(Vec<[u32; 3]>, Attributes)> {
+    let (list, length_type, item_type) = index_list(element)?;
+    let corner = if encoding == Encoding::Ascii { 2 } else { item_type.size() as u64 };
+    let count = claimed(element, element.smallest_size(encoding) + 3 * corner, encoding, source.left())?;
+    let mut triangles: Vec<[u32; 3]> = reserve(count)?;
+    let mut attributes = Attributes::new(plan, count)?;
+    let has_attributes = !attributes.is_empty();
+    let mut row = EMPTY_ROW;
+    for index in 0..count as u64 {
+        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
+        let first = triangles.len();
+        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        for (p, property) in element.properties.iter().enumerate() {
+            if p != list {
+                let read = match property.kind {
+                    Kind::Scalar(scalar) if plan.slots[p] != SKIP => {
+                        source.number(scalar).map(|value| row[plan.slots[p]] = value)
+                    }
+                    _ => source.skip_property(property),
+                };
+                read.map_err(|fault| at(fault, Some(p), source.text()))?;
+                continue;
+            }
+            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            if length < 3 {
+                return Err(wrong(source, element, index, format!("a face needs 3 vertices, this one has {length}")));
+            }
+            let corner = |source: &mut S| -> Parsed<u32> {
+                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+                checked_index(vertex, vertex_count).map_err(|text| wrong(source, element, index, text))
+            };
+            let apex = corner(source)?;
+            let mut previous = corner(source)?;
+            for _ in 2..length {
+                let next = corner(source)?;
+                triangles.push([apex, previous, next]);
+                previous = next;
+            }
+        }
+        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        if has_attributes {
+            for _ in first..triangles.len() {
+                attributes.push(&row);
+            }
+        }
+    }
+    Ok((triangles, attributes))
+}
+
+/// Reads triangle strips; -1 starts a new one, and every second triangle of a strip is turned over.
+pub(super) fn strips<S: Source>(
+    source: &mut S,
+    element: &Element,
+    encoding: Encoding,
+    vertex_count: u64,
+    triangles: &mut Vec<[u32; 3]>,
+) -> Parsed<()> {
+    let (list, length_type, item_type) = index_list(element)?;
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    for index in 0..count as u64 {
+        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
+        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        for (p, property) in element.properties.iter().enumerate() {
+            if p != list {
+                source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+                continue;
+            }
+            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            let mut last = [0; 2];
+            let mut strip = 0_u64;
+            for _ in 0..length {
+                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+                if vertex == -1 {
+                    strip = 0;
+                    continue;
+                }
+                let next = checked_index(vertex, vertex_count).map_err(|text| wrong(source, element, index, text))?;
+                let [a, b] = last;
+                // Strips are stitched with triangles that repeat a vertex.
+                if strip >= 2 && a != b && b != next && next != a {
+                    triangles.push(if strip.is_multiple_of(2) { [a, b, next] } else { [b, a, next] });
+                }
+                last = [b, next];
+                strip += 1;
+            }
+        }
+        source.end().map_err(|fault| at(fault, None, source.text()))?;
+    }
+    Ok(())
+}
+
+/// Checks and skips an element nobody wants.
+pub(super) fn skip<S: Source>(source: &mut S, element: &Element, encoding: Encoding) -> Parsed<()> {
+    if element.count == 0 {
+        return Ok(());
+    }
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    for index in 0..count as u64 {
+        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
+        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        for (p, property) in element.properties.iter().enumerate() {
+            source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+        }
+        source.end().map_err(|fault| at(fault, None, source.text()))?;
+    }
+    Ok(())
+}
+
+/// What is wrong with the entry now being read.
+#[cold]
+fn wrong<S: Source>(source: &S, element: &Element, index: u64, problem: String) -> Box<Problem> {
+    let place = place(element, index);
+    match source.line() {
+        Some(line) => Problem::new(format!("line {line}"), format!("{place}: {problem}")),
+        None => Problem::new(place, problem),
+    }
+}
+
+/// The list of vertex indices of an element: its property and its types.
+fn index_list(element: &Element) -> Parsed<(usize, ScalarType, ScalarType)> {
+    let found = element.properties.iter().enumerate().find_map(|(p, property)| match property.kind {
+        Kind::List { length, item }
+            if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") && item.whole_range().is_some() =>
+        {
+            Some((p, length, item))
+        }
+        _ => None,
+    });
+    found.ok_or_else(|| {
+        let problem = "there is no list of whole numbers `vertex_indices` (or `vertex_index`)";
+        Problem::new(format!("element {}", element.name), problem)
+    })
+}
+
+#[inline(always)]
+fn checked_index(vertex: i64, vertex_count: u64) -> Result<u32, String> {
+    if vertex >= 0 && (vertex as u64) < vertex_count {
+        Ok(vertex as u32)
+    } else {
+        Err(format!("vertex {vertex} does not exist; there are {vertex_count}, counted from 0"))
+    }
+}

@@ -1,0 +1,294 @@
+//! PLY files: range grids as Stanford distributes them, meshes, point clouds.
+//!
+//! | file | what |
+//! |---|---|
+//! | `header` | elements and properties; line ends and stray lines of real files |
+//! | `source` | values out of text or either binary encoding |
+//! | `number` | numbers in text, exact and fast |
+//! | `columns` | which property goes where |
+//! | `body` | vertices, faces, strips, range grids |
+//! | `preview` | some points of a file without reading all of it |
+//! | `fault` | errors in words, with line or element |
+//!
+//! A file with an element `range_grid` is a range image seen along -z, rows and columns as in the file; otherwise one
+//! with `face` or `tristrips` is a mesh; otherwise it is a point cloud. Unknown elements and properties are skipped.
+//!
+//! *What is refused*: counts that the rest of the file can't hold (before anything is allocated), anything after the
+//! last element, lines with more or fewer values than properties, indices out of range, faces with fewer than three
+//! vertices. *What is not*: several cells of a grid may name the same vertex, and vertices that no cell names are left
+//! out. Coordinates that aren't finite make a pixel invalid, are left out of a cloud, and are an error in a mesh.
+//!
+//! Cost: one pass over the file, which is in memory as a whole; nothing else grows beyond the result.
+
+mod body;
+mod columns;
+mod fault;
+mod header;
+pub(crate) mod number;
+mod preview;
+mod source;
+
+use std::path::Path;
+
+use glam::{DAffine3, DVec3};
+
+use self::body::{NO_VERTEX, Position, Vertices};
+use self::columns::{Attributes, Plan, reserve};
+use self::fault::{Parsed, Problem};
+use self::header::{Element, Encoding, Header};
+use self::source::{Ascii, Binary, Source};
+use super::{Content, Scan, ScanSet, file};
+use crate::error::{Error, Result};
+use crate::mesh::TriMesh;
+use crate::point_cloud::PointCloud;
+use crate::range_image::{RangeImage, Viewing};
+
+/// Coordinates of double precision farther from the origin than this many times their extent get an origin of their
+/// own: single precision then keeps at least 2^-20 of the extent.
+const FAR: f64 = 8.0;
+
+/// Whether a file that starts like this is one.
+pub(super) fn sniff(start: &[u8]) -> bool {
+    header::sniff(start)
+}
+
+/// Opens a file as one scan; reads its header only.
+pub(super) fn open(path: &Path) -> Result<ScanSet> {
+    let (header, _) = read_header(path)?;
+    let notes = header.notes.iter().map(|note| format!("{}: {note}", file::name(path))).collect();
+    Ok(ScanSet { scans: vec![Scan::new(path)], notes })
+}
+
+/// Reads a scan.
+pub(super) fn read(scan: &Scan) -> Result<Content> {
+    let path = &scan.path;
+    let (bytes, length) = file::read_padded(path, number::PAD)?;
+    parse(&bytes, length, scan).map_err(|problem| problem.into_error(path))
+}
+
+/// About `count` points of a scan, in its own frame.
+pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
+    preview::points(scan, count)
+}
+
+impl Problem {
+    fn into_error(self, path: &Path) -> Error {
+        if self.memory {
+            return Error::OutOfMemory(format!("{}: {}", path.display(), self.text));
+        }
+        Error::format(path, self.at, self.text)
+    }
+}
+
+/// Reads no more of the file than its header needs; also the bytes read.
+fn read_header(path: &Path) -> Result<(Header, Vec<u8>)> {
+    let mut length = 1 << 12;
+    loop {
+        let start = file::read_start(path, length)?;
+        match Header::parse(&start) {
+            Ok(Some(header)) => return Ok((header, start)),
+            Ok(None) if start.len() < length => {
+                return Err(Error::format(path, "header", "the file ends before `end_header`"));
+            }
+            Ok(None) => length *= 8,
+            Err(problem) => return Err(problem.into_error(path)),
+        }
+    }
+}
+
+/// Parses a whole file of `length` bytes, padded with line ends.
+fn parse(bytes: &[u8], length: usize, scan: &Scan) -> Parsed<Content> {
+    let header =
+        Header::parse(&bytes[..length])?.ok_or_else(|| Problem::new("header", "the file ends before `end_header`"))?;
+    let at = header.body;
+    match header.encoding {
+        Encoding::Ascii => content(&mut Ascii { text: bytes, length, at }, &header, scan),
+        Encoding::LittleEndian => content(&mut Binary::<false> { bytes: &bytes[..length], at }, &header, scan),
+        Encoding::BigEndian => content(&mut Binary::<true> { bytes: &bytes[..length], at }, &header, scan),
+    }
+}
+
+fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Content> {
+    let (element, plan) = vertex_plan(header)?;
+    if let Some(grid) = header.element("range_grid") {
+        let (rows, cols) = grid_size(header, grid)?;
+        return if plan.wide_positions() {
+            let parts = elements::<S, DVec3>(source, header, element, &plan, cols)?;
+            let (points, origin) = narrow(&parts.vertices.positions)?;
+            let vertices = Vertices { positions: points, attributes: parts.vertices.attributes };
+            range_image(vertices, &parts.cells, [rows, cols as usize], origin, scan)
+        } else {
+            let parts = elements::<S, [f32; 3]>(source, header, element, &plan, cols)?;
+            range_image(parts.vertices, &parts.cells, [rows, cols as usize], DVec3::ZERO, scan)
+        };
+    }
+    let parts = elements::<S, DVec3>(source, header, element, &plan, 1)?;
+    let claims = |name: &str| header.element(name).is_some_and(|e| e.count > 0);
+    if claims("face") || claims("tristrips") { mesh(parts, element) } else { Ok(point_cloud(parts.vertices, scan)) }
+}
+
+/// The element `vertex` and where its properties go.
+fn vertex_plan(header: &Header) -> Parsed<(&Element, Plan)> {
+    let element = header.element("vertex").ok_or_else(|| Problem::new("header", "there is no element `vertex`"))?;
+    let plan = Plan::new(element)?;
+    if !plan.has_positions() {
+        return Err(Problem::new("header", "element vertex needs the properties x, y and z"));
+    }
+    Ok((element, plan))
+}
+
+fn grid_size(header: &Header, grid: &Element) -> Parsed<(usize, u64)> {
+    let (Some(cols), Some(rows)) = (header.grid_cols, header.grid_rows) else {
+        let problem = "a range grid needs the lines `obj_info num_cols` and `obj_info num_rows`";
+        return Err(Problem::new("header", problem));
+    };
+    if rows.checked_mul(cols) != Some(grid.count) || cols == 0 {
+        let problem =
+            format!("num_rows {rows} x num_cols {cols} is not the number of cells of range_grid, {}", grid.count);
+        return Err(Problem::new("header", problem));
+    }
+    Ok((rows as usize, cols))
+}
+
+/// What the elements of a file hold.
+struct Parts<P> {
+    vertices: Vertices<P>,
+    cells: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    face_attributes: Option<Attributes>,
+}
+
+fn elements<S: Source, P: Position>(
+    source: &mut S,
+    header: &Header,
+    vertex_element: &Element,
+    plan: &Plan,
+    cols: u64,
+) -> Parsed<Parts<P>> {
+    let (encoding, vertex_count) = (header.encoding, vertex_element.count);
+    let has_grid = header.element("range_grid").is_some();
+    let mut vertices = None;
+    let (mut cells, mut triangles, mut face_attributes) = (Vec::new(), Vec::new(), None);
+    let mut strips = Vec::new();
+    for element in header.elements.iter().filter(|e| e.count > 0) {
+        match element.name.as_str() {
+            "vertex" => vertices = Some(body::vertices(source, element, plan, encoding)?),
+            "range_grid" => cells = body::range_grid(source, element, encoding, cols, vertex_count)?,
+            "face" if !has_grid => {
+                let (list, attributes) = body::faces(source, element, &Plan::new(element)?, encoding, vertex_count)?;
+                (triangles, face_attributes) = (list, Some(attributes));
+            }
+            "tristrips" if !has_grid => body::strips(source, element, encoding, vertex_count, &mut strips)?,
+            _ => body::skip(source, element, encoding)?,
+        }
+    }
+    if !source.at_end() {
+        let left = source.left();
+        let problem = format!("{left} bytes follow the last element: the counts of the header don't match the file");
+        return Err(Problem::new("after the last element", problem));
+    }
+    if !strips.is_empty() {
+        triangles.append(&mut strips);
+        face_attributes = None;
+    }
+    let vertices = match vertices {
+        Some(vertices) => vertices,
+        None => Vertices { positions: Vec::new(), attributes: Attributes::new(plan, 0)? },
+    };
+    Ok(Parts { vertices, cells, triangles, face_attributes })
+}
+
+/// Double to single precision around an origin of their own if they lie far out.
+fn narrow(positions: &[DVec3]) -> Parsed<(Vec<[f32; 3]>, DVec3)> {
+    let mut low = DVec3::INFINITY;
+    let mut high = DVec3::NEG_INFINITY;
+    for position in positions.iter().filter(|p| p.is_finite()) {
+        low = low.min(*position);
+        high = high.max(*position);
+    }
+    let far = low.abs().max(high.abs()).max_element() > FAR * (high - low).max_element();
+    // Whole numbers, so that the shift itself can be written down shortly and loses nothing.
+    let origin = if far { ((low + high) / 2.0).round() } else { DVec3::ZERO };
+    let mut points = reserve(positions.len())?;
+    points.extend(positions.iter().map(|p| (*p - origin).as_vec3().to_array()));
+    Ok((points, origin))
+}
+
+fn range_image(
+    mut vertices: Vertices<[f32; 3]>,
+    cells: &[u32],
+    [rows, cols]: [usize; 2],
+    origin: DVec3,
+    scan: &Scan,
+) -> Parsed<Content> {
+    let points = gather(&vertices.positions, cells, [f32::NAN; 3])?;
+    drop(vertices.positions);
+    let mut image = RangeImage::from_points(rows, cols, points, Viewing::ALONG_MINUS_Z)
+        .map_err(|error| Problem::new("element range_grid", error.to_string()))?;
+    image.name = scan.name.clone();
+    image.world_from_sensor = scan.world_from_sensor * DAffine3::from_translation(origin);
+    let attributes = &mut vertices.attributes;
+    image.colour = attributes.colour.take().map(|colour| gather(&colour, cells, [0; 4])).transpose()?;
+    image.intensity = attributes.take_float("intensity").map(|v| gather(&v, cells, 0.0)).transpose()?;
+    image.confidence = attributes.take_float("confidence").map(|v| gather(&trusted(v), cells, 0.0)).transpose()?;
+    Ok(Content::RangeImage(image))
+}
+
+/// Confidences as they may be used: what isn't a finite number >= 0 means no trust.
+fn trusted(mut confidence: Vec<f32>) -> Vec<f32> {
+    for value in &mut confidence {
+        if !(*value >= 0.0 && value.is_finite()) {
+            *value = 0.0;
+        }
+    }
+    confidence
+}
+
+/// The value of each cell's vertex.
+fn gather<T: Copy>(values: &[T], cells: &[u32], none: T) -> Parsed<Vec<T>> {
+    let mut gathered = reserve(cells.len())?;
+    // NO_VERTEX is beyond every list.
+    gathered.extend(cells.iter().map(|&cell| values.get(cell as usize).copied().unwrap_or(none)));
+    debug_assert!(values.len() <= NO_VERTEX as usize);
+    Ok(gathered)
+}
+
+fn mesh(parts: Parts<DVec3>, element: &Element) -> Parsed<Content> {
+    if let Some(index) = parts.vertices.positions.iter().position(|p| !p.is_finite()) {
+        let problem = "a coordinate of a mesh is not finite";
+        return Err(Problem::new(fault::place(element, index as u64), problem));
+    }
+    Ok(Content::Mesh(TriMesh {
+        positions: parts.vertices.positions,
+        triangles: parts.triangles,
+        vertex_attributes: parts.vertices.attributes.into_mesh_attributes(),
+        face_attributes: parts.face_attributes.map(Attributes::into_mesh_attributes).unwrap_or_default(),
+    }))
+}
+
+fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
+    let mut cloud = PointCloud {
+        positions: vertices.positions,
+        normals: vertices.attributes.normals,
+        colour: vertices.attributes.colour,
+        world_from_cloud: scan.world_from_sensor,
+    };
+    if cloud.positions.iter().any(|p| !p.is_finite()) {
+        let kept: Vec<bool> = cloud.positions.iter().map(|p| p.is_finite()).collect();
+        retain(&mut cloud.positions, &kept);
+        cloud.normals.iter_mut().for_each(|normals| retain(normals, &kept));
+        cloud.colour.iter_mut().for_each(|colour| retain(colour, &kept));
+    }
+    Content::Points(cloud)
+}
+
+fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut index = 0;
+    list.retain(|_| {
+        index += 1;
+        kept[index - 1]
+    });
+}
+
+#[cfg(test)]
+mod tests;

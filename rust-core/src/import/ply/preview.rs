@@ -1,0 +1,178 @@
+//! Some points of a file without reading all of it: a few chunks spread over the vertices.
+//!
+//! In text nothing tells where the vertices end but counting all lines. Here their extent is estimated from the length
+//! of the first lines; what doesn't look like a vertex is left out, among it every line of whole numbers only, which
+//! may be a face. The cost does not grow with the file. Where that gives too little, the whole file is read.
+
+use std::fs::File;
+
+use glam::DVec3;
+
+use super::body::{self, vertex_row};
+use super::columns::{EMPTY_ROW, POSITION, Plan};
+use super::fault::Parsed;
+use super::header::{Element, Encoding, Header, Kind};
+use super::number::PAD;
+use super::source::{Ascii, Binary, Source};
+use super::{elements, read_header, vertex_plan};
+use crate::error::Result;
+use crate::import::{Scan, file};
+
+/// Bytes read at a time.
+const CHUNK: usize = 1 << 12;
+
+/// Points taken from one chunk, unless there are fewer chunks than that needs.
+const PER_CHUNK: usize = 24;
+
+pub(super) fn points(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
+    let path = &scan.path;
+    let (header, _) = read_header(path)?;
+    let (element, plan) = vertex_plan(&header).map_err(|problem| problem.into_error(path))?;
+    if count == 0 || element.count == 0 {
+        return Ok(Vec::new());
+    }
+    let sampled = match header.encoding {
+        Encoding::Ascii => from_text(scan, &header, element, &plan, count)?,
+        Encoding::LittleEndian => from_binary::<false>(scan, &header, element, &plan, count)?,
+        Encoding::BigEndian => from_binary::<true>(scan, &header, element, &plan, count)?,
+    };
+    let enough = (count as u64).min(element.count) / 2;
+    match sampled {
+        Some(points) if points.len() as u64 >= enough.max(1) => Ok(points),
+        _ => whole(scan, count),
+    }
+}
+
+/// Whether every entry of an element has the same number of values.
+fn is_plain(element: &Element) -> bool {
+    element.properties.iter().all(|p| matches!(p.kind, Kind::Scalar(_)))
+}
+
+fn from_text(scan: &Scan, header: &Header, element: &Element, plan: &Plan, count: usize) -> Result<Option<Vec<DVec3>>> {
+    let first = header.elements.iter().find(|e| e.count > 0);
+    if !is_plain(element) || first.is_none_or(|first| first.name != element.name) {
+        return Ok(None);
+    }
+    let (mut file, length) = file::open(&scan.path)?;
+    let start = header.body as u64;
+    let mut chunk = Vec::new();
+    file::read_at(&mut file, &scan.path, start, CHUNK, &mut chunk)?;
+    let lines = lines(&chunk, true);
+    let Some(last) = lines.last() else { return Ok(None) };
+    let mean_line = last.1 as f64 / lines.len() as f64;
+    let end = ((start as f64 + mean_line * element.count as f64) as u64).min(length);
+    let chunks = count.div_ceil(PER_CHUNK).clamp(1, (end - start).div_ceil(CHUNK as u64).max(1) as usize);
+    let per_chunk = count.div_ceil(chunks);
+    let mut points = Vec::with_capacity(chunks * per_chunk);
+    for c in 0..chunks as u64 {
+        let at = start + (end - start).saturating_sub(CHUNK as u64) * c / (chunks as u64 - 1).max(1);
+        file::read_at(&mut file, &scan.path, at, CHUNK, &mut chunk)?;
+        let lines = self::lines(&chunk, c == 0);
+        chunk.resize(chunk.len() + PAD, b'\n');
+        for i in strided(lines.len(), per_chunk) {
+            points.extend(vertex_of_line(&chunk, lines[i], element, plan));
+        }
+    }
+    Ok(Some(points))
+}
+
+/// Starts and ends of the whole lines of a chunk; its first bytes are one's start only if `from_start`.
+fn lines(chunk: &[u8], from_start: bool) -> Vec<(usize, usize)> {
+    let mut ends = chunk.iter().enumerate().filter(|(_, b)| matches!(**b, b'\n' | b'\r')).map(|(i, _)| i);
+    let mut start = if from_start { Some(0) } else { ends.next().map(|end| end + 1) };
+    let mut lines = Vec::new();
+    for end in ends {
+        if let Some(start) = start.filter(|start| *start < end) {
+            lines.push((start, end));
+        }
+        start = Some(end + 1);
+    }
+    lines
+}
+
+/// At most `wanted` of `count` places, evenly.
+fn strided(count: usize, wanted: usize) -> impl Iterator<Item = usize> {
+    let taken = wanted.min(count);
+    (0..taken).map(move |i| i * count / taken)
+}
+
+fn vertex_of_line(chunk: &[u8], (start, end): (usize, usize), element: &Element, plan: &Plan) -> Option<DVec3> {
+    if chunk[start..end].iter().all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b' ' | b'\t')) {
+        return None;
+    }
+    let mut source = Ascii { text: chunk, length: chunk.len() - PAD, at: start };
+    vertex(&mut source, element, plan).filter(|_| source.at == end)
+}
+
+fn vertex<S: Source>(source: &mut S, element: &Element, plan: &Plan) -> Option<DVec3> {
+    let mut row = EMPTY_ROW;
+    vertex_row(source, element, plan, &mut row).ok()?;
+    let point = DVec3::new(row[POSITION], row[POSITION + 1], row[POSITION + 2]);
+    point.is_finite().then_some(point)
+}
+
+fn from_binary<const BIG: bool>(
+    scan: &Scan,
+    header: &Header,
+    element: &Element,
+    plan: &Plan,
+    count: usize,
+) -> Result<Option<Vec<DVec3>>> {
+    let mut start = header.body as u64;
+    for before in header.elements.iter().take_while(|e| e.name != element.name) {
+        let Some(end) =
+            before.count.checked_mul(before.smallest_size(header.encoding)).and_then(|n| n.checked_add(start))
+        else {
+            return Ok(None);
+        };
+        if before.count > 0 && !is_plain(before) {
+            return Ok(None);
+        }
+        start = end;
+    }
+    let stride = element.smallest_size(header.encoding);
+    let (mut file, length): (File, u64) = file::open(&scan.path)?;
+    if !is_plain(element) || length.saturating_sub(start) / stride < element.count {
+        return Ok(None);
+    }
+    let chunks = count.div_ceil(PER_CHUNK) as u64;
+    // At least one entry a chunk, and no overlap.
+    let per_chunk = (CHUNK as u64 / stride).max(1).min(element.count.div_ceil(chunks));
+    let mut points = Vec::with_capacity(count);
+    let mut bytes = Vec::new();
+    for c in 0..chunks {
+        let first = (u128::from(element.count - per_chunk) * u128::from(c) / u128::from((chunks - 1).max(1))) as u64;
+        file::read_at(&mut file, &scan.path, start + first * stride, (per_chunk * stride) as usize, &mut bytes)?;
+        for i in strided(per_chunk as usize, count.div_ceil(chunks as usize)) {
+            let mut source = Binary::<BIG> { bytes: &bytes, at: (i * stride as usize).min(bytes.len()) };
+            points.extend(vertex(&mut source, element, plan));
+        }
+    }
+    Ok(Some(points))
+}
+
+/// Reads everything and takes some of it.
+fn whole(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
+    let path = &scan.path;
+    let (bytes, length) = file::read_padded(path, PAD)?;
+    let all = (|| -> Parsed<Vec<DVec3>> {
+        let Some(header) = Header::parse(&bytes[..length])? else { return Ok(Vec::new()) };
+        let (element, plan) = vertex_plan(&header)?;
+        let at = header.body;
+        let cols = header.grid_cols.unwrap_or(1).max(1);
+        let parts = match header.encoding {
+            Encoding::Ascii => elements(&mut Ascii { text: &bytes, length, at }, &header, element, &plan, cols)?,
+            Encoding::LittleEndian => {
+                elements(&mut Binary::<false> { bytes: &bytes[..length], at }, &header, element, &plan, cols)?
+            }
+            Encoding::BigEndian => {
+                elements(&mut Binary::<true> { bytes: &bytes[..length], at }, &header, element, &plan, cols)?
+            }
+        };
+        Ok(parts.vertices.positions)
+    })()
+    .map_err(|problem| problem.into_error(path))?;
+    let finite: Vec<DVec3> = all.into_iter().filter(|p| p.is_finite()).collect();
+    debug_assert!(finite.len() < body::NO_VERTEX as usize);
+    Ok(strided(finite.len(), count).map(|i| finite[i]).collect())
+}
