@@ -78,11 +78,13 @@ def keyword_options(function):
 def test_options_are_those_of_the_table():
     merge = [p.name for p in surfrecon.parameters("merge") + surfrecon.parameters("triangulate")]
     triangulate = [p.name for p in surfrecon.parameters("triangulate")]
+    scan = [p.name for p in surfrecon.parameters("scan")]
+    assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
     assert set(keyword_options(surfrecon.merge)) == {*merge, "progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == set(merge)
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
-    for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate):
+    for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):
         assert set(keyword_options(function).values()) == {None}
 
 

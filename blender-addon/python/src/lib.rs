@@ -9,6 +9,7 @@
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
 //! | `merge` | the merge and its report |
+//! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
 mod arrays;
@@ -20,6 +21,7 @@ mod params;
 mod point_cloud;
 mod progress;
 mod range_image;
+mod scan;
 mod scans;
 
 use pyo3::prelude::*;
@@ -40,6 +42,8 @@ mod _native {
     use crate::point_cloud::PointCloud;
     #[pymodule_export]
     use crate::range_image::RangeImage;
+    #[pymodule_export]
+    use crate::scan::{Camera, turntable, virtual_scan};
     #[pymodule_export]
     use crate::scans::{Scan, ScanSet, open, read};
 

@@ -8,7 +8,7 @@ use surfrecon::TriMesh;
 use surfrecon::mesh::{Attribute, AttributeData};
 
 use crate::arrays;
-use crate::errors::{input_error, to_python};
+use crate::errors::{detached, input_error, to_python};
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
 ///
@@ -96,6 +96,43 @@ impl Mesh {
     #[getter]
     fn face_attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         attributes(py, &self.mesh, |m| &m.face_attributes)
+    }
+
+    /// Checks independently whether this is what a surface must be, and what its topology is.
+    ///
+    /// Returns:
+    ///     A dict of counts - ``triangles``, ``vertices``, ``edges``, ``boundary_edges``, ``boundary_loops``,
+    ///     ``components``, ``non_manifold_edges``, ``non_manifold_vertices``, ``misoriented_edges`` and more - with
+    ///     ``is_manifold``, ``is_closed`` (bool) and ``genus`` (``None`` unless the mesh is a manifold).
+    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let mesh = self.mesh.clone();
+        let report = detached(py, move || Ok(surfrecon::mesh::check(&mesh)))?;
+        let dict = PyDict::new(py);
+        for (name, count) in [
+            ("triangles", report.triangles),
+            ("vertices", report.vertices),
+            ("unused_vertices", report.unused_vertices),
+            ("non_finite_vertices", report.non_finite_vertices),
+            ("out_of_range_triangles", report.out_of_range_triangles),
+            ("degenerate_triangles", report.degenerate_triangles),
+            ("zero_area_triangles", report.zero_area_triangles),
+            ("duplicate_triangles", report.duplicate_triangles),
+            ("edges", report.edges),
+            ("boundary_edges", report.boundary_edges),
+            ("non_manifold_edges", report.non_manifold_edges),
+            ("misoriented_edges", report.misoriented_edges),
+            ("non_manifold_vertices", report.non_manifold_vertices),
+            ("components", report.components),
+            ("largest_component", report.largest_component),
+            ("boundary_loops", report.boundary_loops),
+        ] {
+            dict.set_item(name, count)?;
+        }
+        dict.set_item("euler_characteristic", report.euler_characteristic)?;
+        dict.set_item("is_manifold", report.is_manifold())?;
+        dict.set_item("is_closed", report.is_closed())?;
+        dict.set_item("genus", report.genus())?;
+        Ok(dict)
     }
 
     fn __repr__(&self) -> String {

@@ -25,14 +25,25 @@ impl Watch {
         py: Python<'_>,
         work: impl FnOnce(&Progress<'_>) -> surfrecon::Result<T> + Send,
     ) -> PyResult<T> {
-        let outcome = crate::errors::detached(py, || {
-            let progress = Progress::new(|tick| self.tick(tick));
-            work(&progress)
-        });
+        self.run_parts(py, |watch| work(&watch.part(0, 1)))
+    }
+
+    /// Like [`Watch::run`] for work of several parts, each of which gets its progress from [`Watch::part`].
+    pub fn run_parts<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&Self) -> surfrecon::Result<T> + Send,
+    ) -> PyResult<T> {
+        let outcome = crate::errors::detached(py, || work(self));
         match self.raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
             Some(raised) => Err(raised),
             None => outcome,
         }
+    }
+
+    /// The progress of part `index` of `count` of equal length.
+    pub fn part(&self, index: usize, count: usize) -> Progress<'_> {
+        Progress::new(move |tick| self.tick(Tick { fraction: (index as f64 + tick.fraction) / count as f64, ..tick }))
     }
 
     fn tick(&self, tick: Tick) -> ControlFlow<()> {

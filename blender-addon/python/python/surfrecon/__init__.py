@@ -19,6 +19,7 @@ from ._errors import (
     SurfreconError,
 )
 from ._native import (
+    Camera,
     Job,
     MergeReport,
     MergeResult,
@@ -33,9 +34,12 @@ from ._native import (
     open,
     parameters,
     read,
+    turntable,
+    virtual_scan,
 )
 
 __all__ = [
+    "Camera",
     "Cancelled",
     "FileError",
     "FormatError",
@@ -58,4 +62,6 @@ __all__ = [
     "open",
     "parameters",
     "read",
+    "turntable",
+    "virtual_scan",
 ]

@@ -9,11 +9,13 @@ from numpy.typing import ArrayLike, NDArray
 
 __version__: str
 
+Vector: TypeAlias = tuple[float, float, float]
 Matrix: TypeAlias = NDArray[np.float64]
 PathLike: TypeAlias = str | Path
 Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
 Attributes: TypeAlias = dict[str, NDArray[Any]]
 Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
+Progress: TypeAlias = Callable[[str, float], bool | None]
 Content: TypeAlias = RangeImage | Mesh | PointCloud
 
 @final
@@ -56,6 +58,7 @@ class Mesh:
     @property
     def face_attributes(self) -> Attributes: ...
     def positions_f32(self) -> NDArray[np.float32]: ...
+    def check(self) -> dict[str, int | bool | None]: ...
 
 @final
 class PointCloud:
@@ -210,6 +213,27 @@ class Job:
     def done(self) -> bool: ...
     def result(self) -> MergeResult: ...
 
+@final
+class Camera:
+    @staticmethod
+    def orthographic(
+        rows: int, cols: int, *, spacing: float, target: Vector, toward: Vector, up: Vector = (0.0, 0.0, 1.0)
+    ) -> Camera: ...
+    @staticmethod
+    def pinhole(
+        rows: int, cols: int, *, height_angle: float, eye: Vector, target: Vector, up: Vector = (0.0, 0.0, 1.0)
+    ) -> Camera: ...
+    @staticmethod
+    def spherical(
+        rows: int, cols: int, *, lowest: float, highest: float, eye: Vector, up: Vector = (0.0, 0.0, 1.0)
+    ) -> Camera: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def cols(self) -> int: ...
+    @property
+    def world_from_sensor(self) -> Matrix: ...
+
 def open(paths: PathLike | Sequence[PathLike]) -> ScanSet: ...
 def read(path: PathLike) -> Content: ...
 def parameters(operation: str | None = None) -> list[Parameter]: ...
@@ -223,5 +247,52 @@ def merge(
     edge_limit: float | None = None,
     grazing_limit: float | None = None,
     threads: int | None = None,
-    progress: Callable[[str, float], bool | None] | None = None,
+    progress: Progress | None = None,
 ) -> MergeResult: ...
+def turntable(
+    mesh: Mesh,
+    *,
+    around: int | None = None,
+    above: int | None = None,
+    below: int | None = None,
+    elevation: float | None = None,
+    up: Vector | None = None,
+    pixels: int | None = None,
+    height_angle: float | None = None,
+) -> list[Camera]: ...
+@overload
+def virtual_scan(
+    mesh: Mesh,
+    cameras: Camera,
+    *,
+    noise: float | None = None,
+    noise_grazing: float | None = None,
+    quantum: float | None = None,
+    dropout: float | None = None,
+    dropout_grazing: float | None = None,
+    max_range: float | None = None,
+    backfaces: bool | None = None,
+    pose_shift: float | None = None,
+    pose_turn: float | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> RangeImage: ...
+@overload
+def virtual_scan(
+    mesh: Mesh,
+    cameras: Sequence[Camera],
+    *,
+    noise: float | None = None,
+    noise_grazing: float | None = None,
+    quantum: float | None = None,
+    dropout: float | None = None,
+    dropout_grazing: float | None = None,
+    max_range: float | None = None,
+    backfaces: bool | None = None,
+    pose_shift: float | None = None,
+    pose_turn: float | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[RangeImage]: ...

@@ -1,0 +1,255 @@
+//! The virtual range scanner.
+
+use glam::DVec3;
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+use surfrecon::geom::bvh::Bvh;
+use surfrecon::scan::{self, ScanParams, Turntable};
+
+use crate::arrays;
+use crate::errors::{input_error, to_python};
+use crate::mesh::Mesh;
+use crate::params::{count_of, value_of};
+use crate::progress::Watch;
+use crate::range_image::RangeImage;
+
+/// A virtual scanner: rows x cols pixels, how they see, and the true pose. It never changes.
+///
+/// Made by ``orthographic``, ``pinhole``, ``spherical`` or ``turntable``.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Camera {
+    camera: scan::Camera,
+}
+
+#[pymethods]
+impl Camera {
+    /// Parallel rays.
+    ///
+    /// Args:
+    ///     rows, cols: size of the image.
+    ///     spacing: distance of neighbouring pixels, in the unit of the mesh.
+    ///     target: the point in the middle of the image.
+    ///     toward: direction of view.
+    ///     up: direction of row 0.
+    ///
+    /// Raises:
+    ///     InputError: numbers that aren't usable.
+    #[staticmethod]
+    #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = (0.0, 0.0, 1.0)))]
+    fn orthographic(
+        rows: usize,
+        cols: usize,
+        spacing: f64,
+        target: (f64, f64, f64),
+        toward: (f64, f64, f64),
+        up: (f64, f64, f64),
+    ) -> PyResult<Self> {
+        made(scan::Camera::orthographic(rows, cols, spacing, target.into(), toward.into(), up.into()))
+    }
+
+    /// A depth camera.
+    ///
+    /// Args:
+    ///     rows, cols: size of the image.
+    ///     height_angle: angle between the first and the last row, radians.
+    ///     eye: centre of projection.
+    ///     target: the point in the middle of the image.
+    ///     up: direction of row 0.
+    ///
+    /// Raises:
+    ///     InputError: numbers that aren't usable.
+    #[staticmethod]
+    #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = (0.0, 0.0, 1.0)))]
+    fn pinhole(
+        rows: usize,
+        cols: usize,
+        height_angle: f64,
+        eye: (f64, f64, f64),
+        target: (f64, f64, f64),
+        up: (f64, f64, f64),
+    ) -> PyResult<Self> {
+        made(scan::Camera::pinhole(rows, cols, height_angle, eye.into(), target.into(), up.into()))
+    }
+
+    /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
+    ///
+    /// Args:
+    ///     rows, cols: size of the image.
+    ///     lowest, highest: elevations of the last and the first row, radians from the horizon.
+    ///     eye: where it stands.
+    ///     up: its vertical.
+    ///
+    /// Raises:
+    ///     InputError: numbers that aren't usable.
+    #[staticmethod]
+    #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = (0.0, 0.0, 1.0)))]
+    fn spherical(
+        rows: usize,
+        cols: usize,
+        lowest: f64,
+        highest: f64,
+        eye: (f64, f64, f64),
+        up: (f64, f64, f64),
+    ) -> PyResult<Self> {
+        made(scan::Camera::spherical(rows, cols, lowest, highest, eye.into(), up.into()))
+    }
+
+    /// Number of rows.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.camera.rows
+    }
+
+    /// Number of columns.
+    #[getter]
+    fn cols(&self) -> usize {
+        self.camera.cols
+    }
+
+    /// 4 x 4 float64: the true pose.
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.camera.world_from_sensor)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Camera {} x {} pixels>", self.camera.rows, self.camera.cols)
+    }
+}
+
+fn made(camera: scan::Camera) -> PyResult<Camera> {
+    camera.validate().map_err(|e| to_python(&e))?;
+    Ok(Camera { camera })
+}
+
+/// Cameras around a mesh, each of which sees all of it: first a ring, then those above, then those below.
+///
+/// Options that are ``None`` take the library's default: eight around, two above, two below, z up, orthographic, 400 x 400
+/// pixels.
+///
+/// Args:
+///     mesh: what they look at.
+///     around: cameras on a ring about the vertical.
+///     above, below: cameras that look down, and up, from all sides.
+///     elevation: their height over the ring, radians.
+///     up: the vertical.
+///     pixels: rows and columns of each image.
+///     height_angle: angle between the first and the last row of a pinhole camera, radians; ``None``: orthographic.
+///
+/// Raises:
+///     InputError: a mesh without size, a vertical without direction.
+#[pyfunction]
+#[pyo3(signature = (mesh, *, around = None, above = None, below = None, elevation = None, up = None, pixels = None,
+    height_angle = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn turntable(
+    mesh: &Mesh,
+    around: Option<usize>,
+    above: Option<usize>,
+    below: Option<usize>,
+    elevation: Option<f64>,
+    up: Option<(f64, f64, f64)>,
+    pixels: Option<usize>,
+    height_angle: Option<f64>,
+) -> PyResult<Vec<Camera>> {
+    let default = Turntable::default();
+    let table = Turntable {
+        around: around.unwrap_or(default.around),
+        above: above.unwrap_or(default.above),
+        below: below.unwrap_or(default.below),
+        elevation: elevation.unwrap_or(default.elevation),
+        up: up.map_or(default.up, DVec3::from),
+        pixels: pixels.unwrap_or(default.pixels),
+        height_angle,
+    };
+    let Some(bounds) = scan::bounds(&mesh.mesh.positions) else {
+        return Err(input_error("the mesh has no vertices".to_owned()));
+    };
+    let cameras = scan::turntable(bounds, &table).map_err(|e| to_python(&e))?;
+    cameras.into_iter().map(made).collect()
+}
+
+/// Scans a mesh virtually: its colours come with it, and the truth is known.
+///
+/// Options that are ``None`` take the library's default, see ``parameters("scan")``; the defaults add nothing to the truth.
+///
+/// Args:
+///     mesh: what is scanned.
+///     cameras: a ``Camera``, or a list of them.
+///     noise: standard deviation of the noise along each ray, in the unit of the mesh.
+///     noise_grazing: growth of the noise at grazing angles.
+///     quantum: step of the values.
+///     dropout: share of the pixels without a value.
+///     dropout_grazing: share of further ones at grazing angles.
+///     max_range: largest distance at which a surface is seen.
+///     backfaces: whether triangles seen from behind give values.
+///     pose_shift: standard deviation, along each axis, of the error of the reported position.
+///     pose_turn: standard deviation of the angle of the error of the reported orientation, radians.
+///     seed: what all randomness follows from; of a list of cameras the k-th takes ``seed + k``.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///
+/// Returns:
+///     A ``RangeImage``, or a list of them, with the reported pose.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (mesh, cameras, *, noise = None, noise_grazing = None, quantum = None, dropout = None,
+    dropout_grazing = None, max_range = None, backfaces = None, pose_shift = None, pose_turn = None, seed = None,
+    threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn virtual_scan<'py>(
+    py: Python<'py>,
+    mesh: &Mesh,
+    cameras: &Bound<'py, PyAny>,
+    noise: Option<f64>,
+    noise_grazing: Option<f64>,
+    quantum: Option<f64>,
+    dropout: Option<f64>,
+    dropout_grazing: Option<f64>,
+    max_range: Option<f64>,
+    backfaces: Option<bool>,
+    pose_shift: Option<f64>,
+    pose_turn: Option<f64>,
+    seed: Option<i64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let number = |name, given| Ok::<f64, PyErr>(value_of("scan", name, given)?.expect("has a plain default"));
+    let params = ScanParams {
+        noise: number("noise", noise)?,
+        noise_grazing: number("noise_grazing", noise_grazing)?,
+        quantum: number("quantum", quantum)?,
+        dropout: number("dropout", dropout)?,
+        dropout_grazing: number("dropout_grazing", dropout_grazing)?,
+        max_range: value_of("scan", "max_range", max_range)?,
+        backfaces: number("backfaces", backfaces.map(f64::from))? != 0.0,
+        pose_shift: number("pose_shift", pose_shift)?,
+        pose_turn: number("pose_turn", pose_turn)?,
+        seed: count_of("scan", "seed", seed)? as u64,
+        threads: count_of("scan", "threads", threads)?,
+    };
+    let single = cameras.cast::<Camera>().is_ok();
+    let cameras: Vec<scan::Camera> = if single {
+        vec![cameras.cast::<Camera>()?.get().camera]
+    } else {
+        cameras.extract::<Vec<Bound<'_, Camera>>>()?.iter().map(|c| c.get().camera).collect()
+    };
+    let mesh = mesh.mesh.clone();
+    let images = Watch::new(progress).run_parts(py, |watch| {
+        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, params.threads)?;
+        let scan = |(k, camera)| {
+            let params = ScanParams { seed: params.seed.wrapping_add(k as u64), ..params };
+            scan::scan(&mesh, &bvh, camera, &params, &watch.part(k, cameras.len()))
+        };
+        cameras.iter().enumerate().map(scan).collect::<surfrecon::Result<Vec<_>>>()
+    })?;
+    let images =
+        images.into_iter().map(|image| Bound::new(py, RangeImage::from(image))).collect::<PyResult<Vec<_>>>()?;
+    match (single, images.into_iter()) {
+        (true, mut images) => Ok(images.next().expect("an image a camera").into_any()),
+        (false, images) => Ok(PyList::new(py, images)?.into_any()),
+    }
+}

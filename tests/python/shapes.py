@@ -1,0 +1,34 @@
+"""Meshes and scans for tests, without files."""
+
+import numpy as np
+import surfrecon
+
+MAJOR, MINOR = 1.0, 0.4
+
+
+def torus(detail=48):
+    """A closed torus about z; its distance is known, see `torus_distance`."""
+    n, m = 2 * detail, detail
+    a, b = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
+    ring = MAJOR + MINOR * np.cos(b)
+    positions = np.stack([ring * np.cos(a), ring * np.sin(a), MINOR * np.sin(b)], axis=-1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    corner = lambda di, dj: ((i + di) % n * m + (j + dj) % m).reshape(-1)  # noqa: E731
+    p, q, r, s = corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)
+    triangles = np.concatenate([np.stack([p, q, r], 1), np.stack([p, r, s], 1)])
+    return surfrecon.Mesh(positions, triangles)
+
+
+def torus_distance(points):
+    """Distance of points to the smooth torus, negative inside."""
+    points = np.asarray(points, float)
+    return np.hypot(np.hypot(points[..., 0], points[..., 1]) - MAJOR, points[..., 2]) - MINOR
+
+
+def torus_scans(pixels=90, **options):
+    """Scans of the torus from all sides, named in their order."""
+    mesh = torus()
+    scans = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=pixels), **options)
+    for k, scan in enumerate(scans):
+        scan.name = f"scan{k:02}"
+    return scans

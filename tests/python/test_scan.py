@@ -1,0 +1,82 @@
+"""The virtual scanner through Python."""
+
+import numpy as np
+import pytest
+import surfrecon
+from shapes import torus, torus_distance, torus_scans
+
+
+def test_scans_lie_on_the_shape():
+    for scan in torus_scans():
+        distance = torus_distance(scan.world_points()[scan.valid])
+        assert scan.valid.any()
+        # The mesh is inscribed: its chords run at most this far below the torus.
+        assert distance.min() > -0.005 and distance.max() < 1e-9
+
+
+def test_noise_and_wrong_poses_are_what_was_asked_for():
+    exact, noisy = torus_scans(), torus_scans(noise=0.01, seed=5)
+    for a, b in zip(exact, noisy, strict=True):
+        both = a.valid & b.valid
+        assert np.std((b.values - a.values)[both]) == pytest.approx(0.01, rel=0.1)
+        assert np.array_equal(a.world_from_sensor, b.world_from_sensor)
+    shifted = torus_scans(pose_shift=0.01)
+    assert not np.array_equal(exact[0].world_from_sensor, shifted[0].world_from_sensor)
+    errors = [b.world_from_sensor[:3, 3] - a.world_from_sensor[:3, 3] for a, b in zip(exact, shifted, strict=True)]
+    assert 0.003 < np.std(errors) < 0.03
+
+
+def test_a_scan_is_the_same_for_any_number_of_threads_and_one_camera():
+    mesh = torus()
+    cameras = surfrecon.turntable(mesh, pixels=50)
+    several = surfrecon.virtual_scan(mesh, cameras, noise=0.01, seed=3, threads=1)
+    one = surfrecon.virtual_scan(mesh, cameras[2], noise=0.01, seed=5, threads=2)
+    assert np.array_equal(several[2].values, one.values, equal_nan=True)
+
+
+def test_cameras_see_what_they_look_at():
+    mesh = torus()
+    for camera in (
+        surfrecon.Camera.orthographic(40, 60, spacing=0.05, target=(0, 0, 0), toward=(0, 0, -1), up=(0, 1, 0)),
+        surfrecon.Camera.pinhole(40, 60, height_angle=0.9, eye=(0, 0, 4), target=(0, 0, 0), up=(0, 1, 0)),
+        surfrecon.Camera.spherical(40, 60, lowest=-1, highest=1, eye=(0, 0, 0.1)),
+    ):
+        assert (camera.rows, camera.cols) == (40, 60)
+        image = surfrecon.virtual_scan(mesh, camera)
+        assert image.valid.any() and np.array_equal(image.world_from_sensor, camera.world_from_sensor)
+
+
+def test_the_triangulated_scan_keeps_its_grid():
+    scan = torus_scans(pixels=60)[0]
+    mesh = scan.triangulate()
+    row, column = mesh.vertex_attributes["range_row"], mesh.vertex_attributes["range_col"]
+    assert np.array_equal(mesh.positions, scan.points[row, column])
+    assert scan.valid[row, column].all()
+    check = mesh.check()
+    assert check["is_manifold"] and not check["is_closed"] and check["triangles"] == len(mesh.triangles)
+
+
+def test_check_knows_a_torus():
+    check = torus().check()
+    assert check["is_closed"] and check["genus"] == 1 and check["components"] == 1
+
+
+def test_bad_scanners_are_refused():
+    mesh = torus()
+    with pytest.raises(surfrecon.ParameterError, match="noise must be .* >= 0, got -1"):
+        surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=10), noise=-1)
+    with pytest.raises(surfrecon.InputError, match="step"):
+        surfrecon.Camera.orthographic(4, 4, spacing=0, target=(0, 0, 0), toward=(0, 0, -1))
+    with pytest.raises(surfrecon.InputError, match="no vertices"):
+        surfrecon.turntable(surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
+    with pytest.raises(TypeError):
+        surfrecon.virtual_scan(mesh, [3])
+
+
+def test_scanning_reports_and_cancels():
+    mesh = torus(200)
+    cameras = surfrecon.turntable(mesh, pixels=1000)
+    seen = []
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.virtual_scan(mesh, cameras, progress=lambda stage, share: seen.append(share) or len(seen) < 3)
+    assert len(seen) == 3 and seen == sorted(seen) and seen[0] >= 0 and seen[-1] <= 1
