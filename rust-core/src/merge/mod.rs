@@ -2,10 +2,51 @@
 
 pub mod source;
 
+mod lattice;
+
+mod bundles;
+
+// 1. intersections of the scans with the lines of the grid
+mod discretize;
+
+mod defaults;
+
+// 2. initial removal
+mod remove;
+
+// 3. fuse
+mod fuse;
+
+// 4. labels of the nodes
+mod classify;
+
+// 5. valid cells
+mod anomalies;
+
+// 6. the mesh
+mod reconstruct;
+
+mod table;
+
+// 7. vertices without a crossing; vertices where two fans meet
+mod artificial;
+mod pinches;
+
+// 8. small parts
+mod components;
+
+use anomalies::{Analyser, BrickSurface};
+use bundles::Buckets;
+use classify::{BrickLabels, Classifier};
+use discretize::discretize;
+use lattice::Lattice;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
 pub use source::{OrientedSurface, PlacedMesh, ScanSource};
 
 use crate::error::{Error, Result};
-use crate::mesh::TriMesh;
+use crate::mesh::{Attribute, TriMesh};
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
 use crate::triangulate::TriangulateParams;
@@ -138,10 +179,220 @@ pub struct Merged {
     pub report: MergeReport,
 }
 
+/// Stages of the merge with their shares of its time.
+const PLAN: crate::progress::Plan = &[
+    ("measuring the scans", 0.05),
+    ("reading scans, finding intersections", 0.5),
+    ("fusing intersections", 0.1),
+    ("labelling nodes", 0.05),
+    ("settling anomalies", 0.1),
+    ("building the surface", 0.1),
+    ("closing holes", 0.1),
+];
+
 /// Merges the scans into one surface.
 ///
 /// # Errors
 /// Parameters out of range; whatever loading a scan can meet; [`Error::Cancelled`].
-pub fn run(_sources: &[&dyn ScanSource], _params: &MergeParams, _progress: &Progress<'_>) -> Result<Merged> {
-    Err(Error::input("merge: under construction"))
+pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    params.validate()?;
+    if sources.is_empty() {
+        return Err(Error::input("no scan to merge: give at least one"));
+    }
+    if sources.len() > bundles::MAX_SCANS {
+        return Err(Error::input(format!("{} scans are more than the {} that fit", sources.len(), bundles::MAX_SCANS)));
+    }
+    progress.plan(PLAN);
+    let pool = crate::threads::pool(params.threads)?;
+    progress.run(&pool, || merge(sources, params, progress))
+}
+
+/// The paper's list of steps.
+fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    let mut clock = Clock::default();
+    let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
+    // Numbers by name, so that the order of the list does not matter.
+    let mut sources = sources.to_vec();
+    sources.sort_by(|a, b| a.name().cmp(b.name()));
+
+    progress.stage(0, 1);
+    report.voxel = match params.voxel {
+        Some(voxel) => voxel,
+        None => defaults::voxel(&sources, &params.triangulation, progress)?,
+    };
+    clock.lap("measure");
+
+    progress.stage(1, sources.len() as u64);
+    let lattice = std::sync::OnceLock::new();
+    let (buckets, triangles) = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
+    let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a vertex, so there is nothing to merge"))?;
+    report.input_triangles = triangles;
+    report.intersections = buckets.iter().map(|b| b.len).sum();
+    let raw = bundles::gather(buckets);
+    clock.lap("discretize");
+
+    progress.stage(2, raw.len() as u64);
+    let merge_distance = match params.merge_distance {
+        Some(distance) => distance / report.voxel,
+        None => {
+            let distances = defaults::OverlapDistances::measure(&raw);
+            report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
+            distances.quantile(0.95).unwrap_or(1.0).max(1.0)
+        }
+    };
+    clock.lap("overlap");
+    report.merge_distance = merge_distance * report.voxel;
+    let fused = raw
+        .into_par_iter()
+        .map(|raw| {
+            progress.advance(1)?;
+            Ok(fuse::fuse(raw, merge_distance))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    report.fused_intersections = fused.iter().map(|b| b.crossings.len() as u64).sum();
+    let bundles = classify::Bundles::new(fused);
+    clock.lap("fuse");
+
+    let labels = label_nodes(&bundles, progress)?;
+    clock.lap("label");
+    let mut bricks = analyse_cells(&labels, progress)?;
+    drop(labels);
+    clock.lap("analyse");
+    progress.stage(5, bricks.len() as u64);
+    let mut surface = reconstruct::reconstruct(&mut bricks, &bundles, &lattice, progress)?;
+    clock.lap("reconstruct");
+    drop(bricks);
+    drop(bundles);
+    report.artificial_intersections = surface.artificial.len() as u64;
+    artificial::place(&mut surface, &lattice);
+    artificial::separate_at_nodes(&mut surface, &lattice);
+    clock.lap("artificial");
+    pinches::split(&mut surface, &lattice);
+    clock.lap("pinches");
+    let dropped = components::drop_small(&mut surface, params.min_component_share);
+    report.dropped_components = [dropped.components, dropped.faces];
+    clock.lap("components");
+    report.faces = [surface.triangles.len() as u64 - surface.settled, surface.settled, 0];
+    let mesh = TriMesh {
+        positions: surface.positions,
+        triangles: surface.triangles,
+        vertex_attributes: vec![Attribute::f32("confidence", surface.confidence)],
+        face_attributes: Vec::new(),
+    };
+    report.seconds = clock.laps;
+    Ok(Merged { mesh, report })
+}
+
+fn discretize_all(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    voxel: f64,
+    lattice: &std::sync::OnceLock<Lattice>,
+    progress: &Progress<'_>,
+) -> Result<(Vec<Buckets>, u64)> {
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    let workers = rayon::current_num_threads().min(sources.len());
+    let found = (0..workers)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|_| {
+            let mut buckets = Buckets::default();
+            let mut triangles = 0;
+            loop {
+                let scan = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                let Some(source) = sources.get(scan) else { return Ok((buckets, triangles)) };
+                let surface = source.load(&params.triangulation)?;
+                progress.check()?;
+                if let Some(&first) = surface.positions.first() {
+                    let near = surface.world_from_surface.transform_point3(first);
+                    let lattice = match lattice.get() {
+                        Some(lattice) => *lattice,
+                        None => {
+                            let made = Lattice::new(voxel, near)?;
+                            *lattice.get_or_init(|| made)
+                        }
+                    };
+                    discretize(&surface, source.name(), scan as u32, &lattice, &mut buckets, progress)?;
+                    triangles += surface.triangles.len() as u64;
+                }
+                progress.advance(1)?;
+            }
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let triangles = found.iter().map(|f| f.1).sum();
+    Ok((found.into_iter().map(|f| f.0).collect(), triangles))
+}
+
+type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
+
+fn label_nodes(bundles: &classify::Bundles, progress: &Progress<'_>) -> Result<Labels> {
+    let bricks = bundles.labelled_bricks();
+    progress.stage(3, bricks.len() as u64);
+    let labels = bricks
+        .into_par_iter()
+        .map_init(Classifier::default, |classifier, brick| {
+            progress.advance(1)?;
+            Ok(classifier.label(bundles, brick).map(|labels| (brick, labels)))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(labels.into_iter().flatten().collect())
+}
+
+fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
+    // A cell belongs to the brick of its lowest corner, which may lie in the brick below a labelled one.
+    let mut bricks: Vec<[i32; 3]> = labels
+        .keys()
+        .flat_map(|b| (0..8).map(move |i| [b[0] - (i & 1), b[1] - (i >> 1 & 1), b[2] - (i >> 2)]))
+        .collect();
+    bricks.sort_unstable();
+    bricks.dedup();
+    progress.stage(4, bricks.len() as u64);
+    let surfaces = bricks
+        .into_par_iter()
+        .map_init(Analyser::default, |analyser, brick| {
+            progress.advance(1)?;
+            Ok(analyser.analyse(brick, |at| {
+                let label = labels.get(&[brick[0] + at[0], brick[1] + at[1], brick[2] + at[2]])?;
+                Some([&label.inside, &label.outside])
+            }))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(surfaces.into_iter().flatten().collect())
+}
+
+#[derive(Default)]
+struct Clock {
+    last: Option<std::time::Instant>,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn lap(&mut self, name: &'static str) {
+        let now = std::time::Instant::now();
+        let since = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f64());
+        self.laps.push((name, since));
+    }
+}
+
+impl MergeParams {
+    /// Checks all parameters against the table.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first one out of range.
+    pub fn validate(&self) -> Result<()> {
+        let check = |operation, name, value| {
+            crate::params::find(operation, name).expect("the parameter is in the table").check(value).map(drop)
+        };
+        let lengths = [
+            ("voxel", self.voxel),
+            ("merge_distance", self.merge_distance),
+            ("max_hole_length", self.max_hole_length),
+            ("min_component_share", Some(self.min_component_share)),
+            ("threads", Some(self.threads as f64)),
+        ];
+        for (name, value) in lengths {
+            value.map_or(Ok(()), |v| check("merge", name, v))?;
+        }
+        Ok(())
+    }
 }

@@ -1,0 +1,107 @@
+//! Stage 7: places on the grid for vertices that no crossing places exactly. [MI04, sec. 3.2]
+//!
+//! An artificial vertex is known to lie on its edge, and no more. It moves along the edge to the mean of its neighbours,
+//! measured vertices first.
+
+use rayon::prelude::*;
+
+use super::lattice::Lattice;
+use super::reconstruct::{Artificial, AtNode, Surface};
+
+/// Rounds in which artificial vertices follow each other.
+const ROUNDS: usize = 4;
+/// Artificial vertices keep this distance, in cells, from the nodes of their edge.
+const INSET: f64 = 1.0 / 32.0;
+/// Vertices of several edges that meet exactly in a node are moved this far apart, in cells: enough to stay distinct in
+/// single precision.
+const APART: f64 = 1.0 / 4096.0;
+
+/// Places the artificial vertices and gives them the mean trust and colour of their neighbours.
+pub fn place(surface: &mut Surface, lattice: &Lattice) {
+    let slots = surface.artificial.len();
+    if slots == 0 {
+        return;
+    }
+    let mut slot_of = vec![u32::MAX; surface.positions.len()];
+    for (slot, a) in surface.artificial.iter().enumerate() {
+        slot_of[a.vertex as usize] = slot as u32;
+    }
+    let (starts, neighbours) = neighbours(surface, &slot_of);
+    let of = |slot: usize| &neighbours[starts[slot] as usize..starts[slot + 1] as usize];
+    for round in 0..=ROUNDS {
+        let placed: Vec<_> = (0..slots)
+            .into_par_iter()
+            .map(|slot| {
+                let Artificial { vertex, axis, node } = surface.artificial[slot];
+                let known = |v: &&u32| round > 0 || slot_of[**v as usize] == u32::MAX;
+                let (mut along, mut trust, mut colour, mut count) = (0.0, 0.0, [0.0_f32; 4], 0.0_f32);
+                for &v in of(slot).iter().filter(known) {
+                    let v = v as usize;
+                    along += surface.positions[v][axis as usize];
+                    trust += surface.confidence[v];
+                    (0..4).for_each(|i| colour[i] += f32::from(surface.colour[v][i]));
+                    count += 1.0;
+                }
+                if count == 0.0 {
+                    let v = vertex as usize;
+                    return (surface.positions[v], surface.confidence[v], surface.colour[v]);
+                }
+                let base = lattice.world(node, axis as usize, 0.0);
+                let fraction = (along / f64::from(count) - base[axis as usize]) / lattice.voxel;
+                let position = lattice.world(node, axis as usize, fraction.clamp(INSET, 1.0 - INSET));
+                (position, trust / count, colour.map(|c| (c / count + 0.5) as u8))
+            })
+            .collect();
+        for (slot, (position, trust, colour)) in placed.into_iter().enumerate() {
+            let v = surface.artificial[slot].vertex as usize;
+            surface.positions[v] = position;
+            surface.confidence[v] = trust;
+            surface.colour[v] = colour;
+        }
+    }
+}
+
+/// The vertices around each artificial vertex, as starts and a flat list.
+fn neighbours(surface: &Surface, slot_of: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let pairs: Vec<(u32, u32)> = surface
+        .triangles
+        .par_chunks(1 << 14)
+        .flat_map_iter(|triangles| {
+            triangles.iter().flat_map(|t| {
+                (0..3).flat_map(move |i| {
+                    let slot = slot_of[t[i] as usize];
+                    (1..3).filter(move |_| slot != u32::MAX).map(move |j| (slot, t[(i + j) % 3]))
+                })
+            })
+        })
+        .collect();
+    let mut starts = vec![0_u32; surface.artificial.len() + 1];
+    for &(slot, _) in &pairs {
+        starts[slot as usize + 1] += 1;
+    }
+    for slot in 1..starts.len() {
+        starts[slot] += starts[slot - 1];
+    }
+    let mut next = starts.clone();
+    let mut list = vec![0; pairs.len()];
+    for (slot, vertex) in pairs {
+        list[next[slot as usize] as usize] = vertex;
+        next[slot as usize] += 1;
+    }
+    (starts, list)
+}
+
+/// Moves vertices that meet exactly in a node a little way down their edges, or triangles between them would have no area.
+pub fn separate_at_nodes(surface: &mut Surface, lattice: &Lattice) {
+    let mut at_nodes = std::mem::take(&mut surface.at_nodes);
+    at_nodes.sort_unstable_by_key(|a| (a.node, a.vertex));
+    for group in at_nodes.chunk_by(|a, b| a.node == b.node).filter(|group| group.len() > 1) {
+        for &AtNode { vertex, axis, node, upward } in group {
+            let offset = if upward { APART } else { -APART };
+            surface.positions[vertex as usize] = lattice.world(node, axis as usize, offset);
+        }
+    }
+}
+
+/// How close to a node, in cells, a vertex must lie to be looked at by [`separate_at_nodes`].
+pub const NEAR_NODE: f32 = APART as f32;

@@ -1,0 +1,164 @@
+//! Stage 4: which nodes are inside. [MI04, sec. 3.3]
+//!
+//! A fused crossing says of the nodes beyond it along its line that they are inside, of those before it that they are
+//! outside. Each node weighs what the crossings around it say by their trust and by their distance to the node along the
+//! normal; its label is the sign of the sum. Where all agree this is the paper's classification. Where fusing has moved a
+//! surface past a node, the lines through the node may disagree: one label a node settles it, and the artificial
+//! crossings follow as the edges whose two labelled nodes differ without a crossing between them.
+
+use rustc_hash::FxHashMap;
+
+use super::bundles::{BundleKey, Crossing};
+use super::fuse::FusedBundle;
+use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
+
+/// Rows of 32 nodes, one bit a node.
+pub type Plane = [u32; ROWS];
+
+/// The labels that crossings give the nodes of a brick.
+pub struct BrickLabels {
+    /// Nodes labelled inside.
+    pub inside: Plane,
+    /// Nodes labelled outside.
+    pub outside: Plane,
+}
+
+/// All fused bundles with their index.
+pub struct Bundles {
+    /// Ordered by key.
+    pub list: Vec<FusedBundle>,
+    index: FxHashMap<BundleKey, u32>,
+}
+
+impl Bundles {
+    /// Indexes the bundles.
+    pub fn new(list: Vec<FusedBundle>) -> Self {
+        let index = list.iter().enumerate().map(|(i, b)| (b.key, i as u32)).collect();
+        Bundles { list, index }
+    }
+
+    /// The bundle along `axis` through a brick.
+    pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&FusedBundle> {
+        let [u, v] = ACROSS[axis];
+        let key = BundleKey { axis: axis as u8, across: [brick[u], brick[v]] };
+        self.index.get(&key).map(|&i| &self.list[i as usize])
+    }
+
+    /// Every brick in which a crossing labels a node, in order.
+    pub fn labelled_bricks(&self) -> Vec<[i32; 3]> {
+        let mut bricks = Vec::new();
+        for bundle in &self.list {
+            let axis = bundle.key.axis as usize;
+            let [u, v] = ACROSS[axis];
+            let mut brick = [0; 3];
+            [brick[u], brick[v]] = bundle.key.across;
+            for &(along, _) in &bundle.bricks {
+                for along in along - 1..=along + 1 {
+                    brick[axis] = along;
+                    bricks.push(brick);
+                }
+            }
+        }
+        bricks.sort_unstable();
+        bricks.dedup();
+        bricks
+    }
+}
+
+/// A crossing this close to a node, in cells, still has a say about it.
+const NEAREST: f32 = 1e-3;
+
+/// Sums of one kind of votes.
+#[derive(Clone, Copy, Default)]
+struct Votes {
+    /// What crossings of the edges at the node say, positive for inside.
+    near: f32,
+    /// What crossings one edge further along a line say; counts only where no nearer one speaks.
+    far: f32,
+    /// Who spoke: bit 0 edges at the node, bit 1 edges further along.
+    said: u8,
+}
+
+/// Labels brick after brick, keeping its buffers.
+pub struct Classifier {
+    votes: Vec<Votes>,
+    touched: Vec<u16>,
+}
+
+impl Default for Classifier {
+    fn default() -> Self {
+        Classifier { votes: vec![Votes::default(); ROWS << BRICK_BITS], touched: Vec::new() }
+    }
+}
+
+impl Classifier {
+    /// Labels the nodes of a brick; `None` if no crossing says anything about any of them.
+    pub fn label(&mut self, bundles: &Bundles, brick: [i32; 3]) -> Option<Box<BrickLabels>> {
+        for axis in 0..3 {
+            let Some(bundle) = bundles.through(axis, brick) else { continue };
+            // A crossing speaks of two nodes on either side: neighbours along the axis reach in.
+            for along in brick[axis] - 1..=brick[axis] + 1 {
+                for crossing in bundle.in_brick(along) {
+                    self.vote(axis, crossing, brick[axis] << BRICK_BITS);
+                }
+            }
+        }
+        if self.touched.is_empty() {
+            return None;
+        }
+        let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS] });
+        for &node in &self.touched {
+            let votes = std::mem::take(&mut self.votes[node as usize]);
+            let (row, bit) = (node as usize >> BRICK_BITS, 1_u32 << (i32::from(node) & (BRICK - 1)));
+            let sum = if votes.said & 1 != 0 { votes.near } else { votes.far };
+            if sum > 0.0 {
+                labels.inside[row] |= bit;
+            } else {
+                labels.outside[row] |= bit;
+            }
+        }
+        self.touched.clear();
+        Some(labels)
+    }
+
+    #[inline]
+    fn vote(&mut self, axis: usize, crossing: &Crossing, first_node: i32) {
+        let below = crossing.cell - first_node;
+        if below < -2 || below > BRICK {
+            return;
+        }
+        let line = crossing.line() as i32;
+        let (u, v) = (line & (BRICK - 1), line >> BRICK_BITS);
+        // Nodes are numbered x + 32 y + 1024 z.
+        let shifts = [0, BRICK_BITS, 2 * BRICK_BITS];
+        let [across_u, across_v] = ACROSS[axis];
+        let base = u << shifts[across_u] | v << shifts[across_v];
+        let trust = (crossing.weight + 1e-6) * crossing.normal.abs();
+        let trust = if crossing.enters() { trust } else { -trust };
+        let mut say = |along: i32, vote: f32, near: bool| {
+            if (0..BRICK).contains(&along) {
+                let node = base | along << shifts[axis];
+                let votes = &mut self.votes[node as usize];
+                if votes.said == 0 {
+                    self.touched.push(node as u16);
+                }
+                if near {
+                    votes.said |= 1;
+                    votes.near += vote;
+                } else {
+                    votes.said |= 2;
+                    votes.far += vote;
+                }
+            }
+        };
+        let t = crossing.fraction;
+        say(below, -trust * t.max(NEAREST), true);
+        say(below + 1, trust * (1.0 - t).max(NEAREST), true);
+        if !crossing.has_neighbour(false) {
+            say(below - 1, -trust * (1.0 + t), false);
+        }
+        if !crossing.has_neighbour(true) {
+            say(below + 2, trust * (2.0 - t), false);
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! Stage 3: crossings of different scans that mean the same surface become one. [MI04, sec. 3.2, eq. 1 and 2]
+//!
+//! Differences from the paper:
+//! 1. A line is fused from its original crossings at once, not pair by pair, so no order can matter: a group of crossings
+//!    of one sign and of different scans whose span is within the merge distance becomes one crossing; a group that is
+//!    too long is cut at its largest gap.
+//! 2. The distance along the normal is the distance along the line times `|dr|` (the printed eq. 1 divides).
+//! 3. Where all weights are 0 (borders) the plain mean is taken.
+//! 4. A cell edge keeps at most one crossing: the shift across cells and its artificial crossings follow from the signs
+//!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
+//!    removals do one after the other.
+
+use super::bundles::{Crossing, RawBundle};
+use super::lattice::{BRICK_BITS, ROWS};
+use super::remove::remove_fine_details;
+
+/// The fused crossings of a row of bricks: by brick along the axis, then line, then cell; at most one a cell edge.
+pub struct FusedBundle {
+    /// Axis and place of the row of bricks.
+    pub key: super::bundles::BundleKey,
+    /// The crossings.
+    pub crossings: Vec<Crossing>,
+    /// Brick coordinate along the axis and first crossing of each brick that has any, ascending.
+    pub bricks: Vec<(i32, u32)>,
+}
+
+impl FusedBundle {
+    /// The crossings whose cells lie in brick `brick` along the axis.
+    pub fn in_brick(&self, brick: i32) -> &[Crossing] {
+        match self.bricks.binary_search_by_key(&brick, |b| b.0) {
+            Ok(i) => {
+                let end = self.bricks.get(i + 1).map_or(self.crossings.len(), |b| b.1 as usize);
+                &self.crossings[self.bricks[i].1 as usize..end]
+            }
+            Err(_) => &[],
+        }
+    }
+}
+
+/// Sorts the crossings of a bundle by line, then along the line; equal places by content, so that the order in which
+/// scans and threads delivered them is forgotten. Calls `each` with every line that has crossings.
+pub fn for_each_line(raw: &RawBundle, mut each: impl FnMut(usize, &mut Vec<Crossing>)) {
+    let mut starts = [0_u32; ROWS + 1];
+    let all = || raw.chunks.iter().flatten();
+    for crossing in all() {
+        starts[crossing.line() + 1] += 1;
+    }
+    for i in 0..ROWS {
+        starts[i + 1] += starts[i];
+    }
+    let mut next = starts;
+    let mut sorted = vec![Crossing::default(); starts[ROWS] as usize];
+    for crossing in all() {
+        let slot = &mut next[crossing.line()];
+        sorted[*slot as usize] = *crossing;
+        *slot += 1;
+    }
+    let mut line = Vec::new();
+    for i in 0..ROWS {
+        let of_line = &mut sorted[starts[i] as usize..starts[i + 1] as usize];
+        if of_line.is_empty() {
+            continue;
+        }
+        of_line.sort_unstable_by(|a, b| {
+            (a.cell.cmp(&b.cell)).then(a.fraction.total_cmp(&b.fraction)).then_with(|| {
+                let content = |c: &Crossing| (c.normal.to_bits(), c.weight.to_bits(), c.colour, c.scan());
+                content(a).cmp(&content(b))
+            })
+        });
+        line.clear();
+        line.extend_from_slice(of_line);
+        each(i, &mut line);
+    }
+}
+
+/// Fuses a bundle; `merge_distance` in cells.
+pub fn fuse(raw: RawBundle, merge_distance: f64) -> FusedBundle {
+    let mut fused: Vec<Crossing> = Vec::new();
+    let mut counts: Vec<u32> = Vec::new();
+    let mut lowest = i32::MAX;
+    let mut highest = i32::MIN;
+    let mut fuser = LineFuser { merge_distance, ..LineFuser::default() };
+    for_each_line(&raw, |_, line| {
+        remove_fine_details(line);
+        let from = fused.len();
+        fuser.fuse_line(line, &mut fused);
+        for c in &fused[from..] {
+            lowest = lowest.min(c.cell >> BRICK_BITS);
+            highest = highest.max(c.cell >> BRICK_BITS);
+        }
+    });
+    let key = raw.key;
+    drop(raw);
+    if fused.is_empty() {
+        return FusedBundle { key, crossings: fused, bricks: Vec::new() };
+    }
+    // Stable counting sort by brick; a row of scans far apart must not cost its length.
+    let length = (i64::from(highest) - i64::from(lowest)) as u64 + 1;
+    if length > 4 * fused.len() as u64 + 64 {
+        fused.sort_by_key(|c| c.cell >> BRICK_BITS);
+        let mut bricks: Vec<(i32, u32)> = Vec::new();
+        for (i, c) in fused.iter().enumerate() {
+            if bricks.last().is_none_or(|b| b.0 != c.cell >> BRICK_BITS) {
+                bricks.push((c.cell >> BRICK_BITS, i as u32));
+            }
+        }
+        return FusedBundle { key, crossings: fused, bricks };
+    }
+    counts.resize(length as usize + 1, 0);
+    for c in &fused {
+        counts[((c.cell >> BRICK_BITS) - lowest) as usize + 1] += 1;
+    }
+    let mut bricks = Vec::new();
+    for i in 0..length as usize {
+        if counts[i + 1] > 0 {
+            bricks.push((lowest + i as i32, counts[i]));
+        }
+        counts[i + 1] += counts[i];
+    }
+    let mut crossings = vec![Crossing::default(); fused.len()];
+    for c in &fused {
+        let slot = &mut counts[((c.cell >> BRICK_BITS) - lowest) as usize];
+        crossings[*slot as usize] = *c;
+        *slot += 1;
+    }
+    FusedBundle { key, crossings, bricks }
+}
+
+/// Fuses one line after the other, keeping its buffers.
+#[derive(Default)]
+struct LineFuser {
+    /// In cells.
+    merge_distance: f64,
+    same_sign: Vec<Crossing>,
+    clusters: Vec<Crossing>,
+    edge: Vec<Crossing>,
+}
+
+impl LineFuser {
+    /// Appends the fused crossings of `line`, which is sorted, to `out`.
+    fn fuse_line(&mut self, line: &[Crossing], out: &mut Vec<Crossing>) {
+        self.clusters.clear();
+        if line.len() == 1 {
+            self.clusters.push(line[0]);
+        } else {
+            for enters in [false, true] {
+                self.same_sign.clear();
+                self.same_sign.extend(line.iter().filter(|c| c.enters() == enters));
+                cluster(&self.same_sign, self.merge_distance, &mut self.clusters);
+            }
+            self.clusters.sort_by(|a, b| (a.cell.cmp(&b.cell)).then(a.fraction.total_cmp(&b.fraction)));
+        }
+        let from = out.len();
+        let mut i = 0;
+        while i < self.clusters.len() {
+            let cell = self.clusters[i].cell;
+            let end = i + self.clusters[i..].iter().take_while(|c| c.cell == cell).count();
+            out.extend(one_per_edge(&self.clusters[i..end], &mut self.edge));
+            i = end;
+        }
+        for j in from + 1..out.len() {
+            if out[j].cell == out[j - 1].cell + 1 {
+                out[j - 1].set_neighbour(true);
+                out[j].set_neighbour(false);
+            }
+        }
+    }
+}
+
+/// Splits crossings of one sign, sorted along their line, into clusters and appends each cluster's crossing.
+fn cluster(group: &[Crossing], merge_distance: f64, out: &mut Vec<Crossing>) {
+    match group {
+        [] => {}
+        [single] => out.push(*single),
+        _ if is_one_surface(group, merge_distance) => out.push(fused(group)),
+        _ => {
+            let gap = |i: usize| along(&group[i], &group[i + 1]);
+            let mut cut = 0;
+            for i in 1..group.len() - 1 {
+                if gap(i) > gap(cut) {
+                    cut = i;
+                }
+            }
+            cluster(&group[..=cut], merge_distance, out);
+            cluster(&group[cut + 1..], merge_distance, out);
+        }
+    }
+}
+
+/// Distance along the line, in cells.
+fn along(from: &Crossing, to: &Crossing) -> f64 {
+    f64::from(to.cell) - f64::from(from.cell) + (f64::from(to.fraction) - f64::from(from.fraction))
+}
+
+fn is_one_surface(group: &[Crossing], merge_distance: f64) -> bool {
+    let (sum, total) = group.iter().fold((0.0, 0.0), |(sum, total), c| {
+        let w = weight(c);
+        (sum + w * f64::from(c.normal.abs()), total + w)
+    });
+    along(&group[0], &group[group.len() - 1]) * (sum / total) <= merge_distance
+        && (1..group.len()).all(|i| group[..i].iter().all(|c| c.scan() != group[i].scan()))
+}
+
+/// A weight that is never 0, or borders alone on a line would have no place.
+fn weight(c: &Crossing) -> f64 {
+    f64::from(c.weight) + 1e-6
+}
+
+/// The weighted mean of a cluster. Sums run along the line, so they do not depend on the order of the scans.
+fn fused(group: &[Crossing]) -> Crossing {
+    let base = group[0].cell;
+    let mut total = 0.0;
+    let (mut place, mut normal, mut colour) = (0.0, 0.0, [0.0; 4]);
+    let mut strongest = &group[0];
+    for c in group {
+        let w = weight(c);
+        total += w;
+        place += w * (f64::from(c.cell - base) + f64::from(c.fraction));
+        normal += w * f64::from(c.normal);
+        for i in 0..4 {
+            colour[i] += w * f64::from(c.colour[i]);
+        }
+        if c.weight > strongest.weight || (c.weight == strongest.weight && c.scan() < strongest.scan()) {
+            strongest = c;
+        }
+    }
+    let place = place / total;
+    // Members of one cell stay in it: a crossing exactly on a node belongs to the cell that stage 1 gave it.
+    let cell = place.floor().min(f64::from(group[group.len() - 1].cell - base));
+    Crossing::new(
+        group[0].line() as u32,
+        strongest.scan(),
+        base + cell as i32,
+        (place - cell) as f32,
+        (normal / total) as f32,
+        group.iter().map(|c| c.weight).sum(),
+        colour.map(|x| (x / total + 0.5) as u8),
+    )
+}
+
+/// What is left of the crossings of one cell edge: none if as many enter as leave, else one of the surplus sign, the
+/// mean of those left when neighbours of opposite sign have cancelled.
+fn one_per_edge(crossings: &[Crossing], stack: &mut Vec<Crossing>) -> Option<Crossing> {
+    if let [single] = crossings {
+        return Some(*single);
+    }
+    stack.clear();
+    for &c in crossings {
+        match stack.last() {
+            Some(top) if top.enters() != c.enters() => {
+                stack.pop();
+            }
+            _ => stack.push(c),
+        }
+    }
+    match stack.as_slice() {
+        [] => None,
+        left => Some(fused(left)),
+    }
+}
