@@ -1,6 +1,7 @@
 """The public names: stubs, docstrings, exceptions and the parameter table agree with the module."""
 
 import ast
+import errno
 import inspect
 from pathlib import Path
 
@@ -120,7 +121,7 @@ def test_a_missing_file_is_a_file_error(tmp_path):
     missing = tmp_path / "missing.ply"
     with pytest.raises(surfrecon.FileError, match="missing.ply") as raised:
         surfrecon.open(missing)
-    assert raised.value.filename == str(missing)
+    assert raised.value.filename == str(missing) and raised.value.errno == errno.ENOENT
     with pytest.raises(TypeError, match="paths must be a path"):
         surfrecon.open(3)
 

@@ -45,7 +45,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{Scan, ScanSet, open, read};
+    use crate::scans::{Scan, ScanSet, formats, open, read};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

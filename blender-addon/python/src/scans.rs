@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PySlice};
+use pyo3::types::{PyDict, PyList, PySlice};
 use surfrecon::import;
 
 use crate::arrays;
@@ -32,15 +32,7 @@ pub fn open(py: Python<'_>, paths: &Bound<'_, PyAny>) -> PyResult<ScanSet> {
             PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
         })?,
     };
-    let set = detached(py, move || {
-        let mut all = import::ScanSet::default();
-        for path in paths {
-            let set = import::open(&path)?;
-            all.scans.extend(set.scans);
-            all.notes.extend(set.notes.into_iter().filter(|n| !all.notes.contains(n)).collect::<Vec<_>>());
-        }
-        Ok(all)
-    })?;
+    let set = detached(py, move || import::open_many(&paths))?;
     let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
 }
@@ -75,6 +67,16 @@ fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyA
     })
 }
 
+/// The endings of the names of files that can be read, without the dot, by the format's name.
+#[pyfunction]
+pub fn formats(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    for format in import::formats() {
+        dict.set_item(format.name, format.extensions)?;
+    }
+    Ok(dict)
+}
+
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Scan {
@@ -93,6 +95,12 @@ impl Scan {
     #[getter]
     fn path(&self) -> PathBuf {
         self.scan.path.clone()
+    }
+
+    /// Which scan of the file, counted from 0.
+    #[getter]
+    fn part(&self) -> usize {
+        self.scan.part
     }
 
     /// 4 x 4 float64: places the scan in the world.

@@ -1,0 +1,95 @@
+"""Files through Python: the formats themselves are tested in the core."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import surfrecon
+
+GRID = """ply
+format ascii 1.0
+obj_info num_cols 3
+obj_info num_rows 2
+element vertex 5
+property float x
+property float y
+property float z
+element range_grid 6
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+2 0 0
+0 1 0
+1 1 0.5
+1 0
+1 1
+1 2
+1 3
+1 4
+0
+"""
+
+MESH = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+1 0 0
+0 1 0
+3 0 1 2
+"""
+
+
+def test_a_range_grid_reads_as_a_range_image(tmp_path):
+    (tmp_path / "scan.ply").write_text(GRID)
+    image = surfrecon.read(tmp_path / "scan.ply")
+    assert isinstance(image, surfrecon.RangeImage) and image.name == "scan"
+    assert (image.rows, image.cols) == (2, 3) and image.valid.sum() == 5
+    assert [1, 1, 0.5] in image.points.reshape(-1, 3).tolist()
+
+
+def test_a_mesh_reads_as_a_mesh(tmp_path):
+    (tmp_path / "mesh.ply").write_text(MESH)
+    mesh = surfrecon.read(str(tmp_path / "mesh.ply"))
+    assert isinstance(mesh, surfrecon.Mesh) and mesh.triangles.tolist() == [[0, 1, 2]]
+
+
+def test_several_files_open_as_one_set(tmp_path):
+    for folder in ("a", "b"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "scan.ply").write_text(GRID)
+    scans = surfrecon.open([tmp_path / "a" / "scan.ply", tmp_path / "b" / "scan.ply"])
+    assert len(scans) == 2 and len({scan.name for scan in scans}) == 2
+    assert [scan.path for scan in scans] == [tmp_path / "a" / "scan.ply", tmp_path / "b" / "scan.ply"]
+    assert [scan.name for scan in scans[::-1]] == [scan.name for scan in reversed(list(scans))]
+    assert scans[-1].name == scans[1].name and np.array_equal(scans[0].world_from_sensor, np.eye(4))
+    with pytest.raises(IndexError, match="scan 2 of 2"):
+        scans[2]
+
+
+def test_a_damaged_file_is_a_format_error(tmp_path):
+    (tmp_path / "cut.ply").write_text(GRID[:-20])
+    with pytest.raises(surfrecon.FormatError, match=r"cut\.ply"):
+        surfrecon.read(tmp_path / "cut.ply")
+    (tmp_path / "other.xyz").write_text("1 2 3\n")
+    with pytest.raises(surfrecon.FormatError, match="unknown format"):
+        surfrecon.open(tmp_path / "other.xyz")
+
+
+def test_formats_have_endings():
+    assert {"ply", "conf"} <= {ending for endings in surfrecon.formats().values() for ending in endings}
+
+
+@pytest.mark.skipif("SURFRECON_DATA" not in os.environ, reason="SURFRECON_DATA is not set")
+def test_the_bunny_opens():
+    scans = surfrecon.open(Path(os.environ["SURFRECON_DATA"]) / "stanford_bunny" / "bun.conf")
+    assert len(scans) == 10 and scans.notes
+    triangles = sum(len(scan.read().triangulate().triangles) for scan in scans)
+    assert 690_000 < triangles < 691_600
