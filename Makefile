@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench fuzz wheel extension clean distclean
+.PHONY: help demo test check bench fuzz wheel extension generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -41,6 +41,9 @@ extension: ## Build the Blender extension with its wheel inside: out/extension/
 	@tools/setup_apt.sh
 	@tools/build_wheel.sh
 	@"$$(tools/python.sh)" tools/build_extension.py
+
+generate: ## Write the files that are generated from the code: the C header, PARAMETERS.md
+	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
 
 clean: ## Remove everything built here
 	cargo clean

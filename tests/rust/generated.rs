@@ -1,0 +1,85 @@
+//! Files that are generated from the code and committed: they must be what would be generated now.
+//!
+//! `SURFRECON_GENERATE=1 cargo test -p surfrecon-tests --test generated`, or `make generate`, writes them anew.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use surfrecon::params::{self, Default, ParamSpec, Unit};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Compares a committed file with what would be generated, or writes it when asked to.
+fn compare(name: &str, generated: &str) {
+    let path = root().join(name);
+    if std::env::var_os("SURFRECON_GENERATE").is_some() {
+        std::fs::write(&path, generated).unwrap_or_else(|error| panic!("{name}: {error}"));
+        return;
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let line = committed.lines().zip(generated.lines()).take_while(|(a, b)| a == b).count() + 1;
+    assert!(
+        committed == generated,
+        "{name} differs from what the code generates, from line {line}: run `make generate`"
+    );
+}
+
+#[test]
+fn header() {
+    let library = root().join("c-api");
+    let config = cbindgen::Config::from_file(library.join("cbindgen.toml")).expect("cbindgen.toml");
+    let mut builder = cbindgen::Builder::new().with_config(config);
+    for chapter in ["version", "status"] {
+        builder = builder.with_src(library.join("src").join(chapter).with_extension("rs"));
+    }
+    let mut header = Vec::new();
+    builder.generate().expect("cbindgen").write(&mut header);
+    let header = String::from_utf8(header).expect("the header is text");
+    compare("c-api/include/surfrecon.h", &header);
+}
+
+#[test]
+fn parameters() {
+    let mut page = "# Parameters\n\nThe same in every language; generated from the core's table by `make generate`. Lengths are in the \
+                    unit of the scans, angles in radians (hosts show degrees).\n"
+        .to_owned();
+    let mut operation = "";
+    for p in params::table() {
+        if p.operation != operation {
+            operation = p.operation;
+            let _ = write!(
+                page,
+                "\n## {operation}\n\n| name | unit | default | range | meaning |\n|---|---|---|---|---|\n"
+            );
+        }
+        let _ = writeln!(page, "| `{}` | {} | {} | {} | {} |", p.name, unit(p), default(p), range(p), p.text);
+    }
+    compare("PARAMETERS.md", &page);
+}
+
+fn unit(p: &ParamSpec) -> &'static str {
+    match p.unit {
+        Unit::WorldLength => "length",
+        Unit::Angle => "rad",
+        Unit::Ratio => "ratio",
+        Unit::Count => "count",
+    }
+}
+
+fn default(p: &ParamSpec) -> String {
+    match p.default {
+        Default::Value(value) => number(value),
+        Default::FromData(how) => how.to_owned(),
+    }
+}
+
+fn range(p: &ParamSpec) -> String {
+    let low = format!("{} {}", if p.min_excluded { ">" } else { ">=" }, number(p.min));
+    if p.max.is_finite() { format!("{low}, <= {}", number(p.max)) } else { low }
+}
+
+fn number(value: f64) -> String {
+    if value == std::f64::consts::FRAC_PI_2 { "π/2".to_owned() } else { value.to_string() }
+}
