@@ -3,9 +3,10 @@
 //! | file | what |
 //! |---|---|
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
-//! | `measure` | exact point-to-mesh distances, areas, angles |
+//! | `measure` | exact distances of points to a mesh; areas, angles, volume |
 
 pub mod check;
+pub mod measure;
 
 pub use check::{MeshReport, check, check_welded};
 
