@@ -1,1 +1,16 @@
-//! export
+//! Writing results: meshes, points, range grids and the lists that place scans.
+//!
+//! | file | what |
+//! |---|---|
+//! | `ply` | meshes, points and Stanford range grids, text or binary |
+//! | `conf` | VRIP's lists of placed scans |
+//! | `atomic` | every file appears whole or not at all |
+
+pub(crate) mod atomic;
+mod conf;
+mod ply;
+
+pub use conf::{PlacedFile, write_conf};
+pub use ply::{
+    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_range_grid_ply,
+};

@@ -122,6 +122,8 @@ pub(super) struct Attributes {
     pub(super) colour: Option<Vec<[u8; 4]>>,
     /// What a colour's channels are multiplied by to lie in 0 to 255.
     scale: [f64; 4],
+    /// Place in the file of the property of each slot.
+    order: [usize; SLOTS],
     floats: Vec<(usize, Vec<f32>)>,
     integers: Vec<(usize, Vec<i32>)>,
     flags: Vec<(usize, Vec<bool>)>,
@@ -138,10 +140,14 @@ impl Attributes {
                 _ => 1.0,
             };
         }
+        let mut order = [0; SLOTS];
+        for (place, &slot) in plan.slots.iter().enumerate() {
+            order[slot] = place;
+        }
         let normals = plan.has(NORMAL..NORMAL + 3).then(|| reserve(count)).transpose()?;
         let colour = plan.has(COLOUR..COLOUR + 3).then(|| reserve(count)).transpose()?;
         let mut all =
-            Attributes { normals, colour, scale, floats: Vec::new(), integers: Vec::new(), flags: Vec::new() };
+            Attributes { normals, colour, scale, order, floats: Vec::new(), integers: Vec::new(), flags: Vec::new() };
         if plan.types[COLOUR + 3].is_none() {
             all.scale[3] = f64::NAN;
         }
@@ -195,15 +201,17 @@ impl Attributes {
         Some(self.floats.swap_remove(at).1)
     }
 
-    /// As attributes of a mesh, normals left out, the colour first, then in the order of the table.
+    /// As attributes of a mesh in the order of the file, normals left out.
     pub(super) fn into_mesh_attributes(self) -> Vec<Attribute> {
         let mut named: Vec<(usize, Attribute)> = Vec::new();
-        named.extend(self.floats.into_iter().map(|(i, v)| (i, Attribute::f32(SCALARS[i].0, v))));
-        named.extend(self.integers.into_iter().map(|(i, v)| (i, Attribute::i32(SCALARS[i].0, v))));
-        named.extend(self.flags.into_iter().map(|(i, v)| (i, Attribute::bool(SCALARS[i].0, v))));
-        named.sort_by_key(|(i, _)| *i);
-        let colour = self.colour.map(|colour| Attribute::colour("colour", colour));
-        colour.into_iter().chain(named.into_iter().map(|(_, attribute)| attribute)).collect()
+        let order = self.order;
+        let place = |i: usize| order[FIRST_SCALAR + i];
+        named.extend(self.colour.map(|colour| (order[COLOUR], Attribute::colour("colour", colour))));
+        named.extend(self.floats.into_iter().map(|(i, v)| (place(i), Attribute::f32(SCALARS[i].0, v))));
+        named.extend(self.integers.into_iter().map(|(i, v)| (place(i), Attribute::i32(SCALARS[i].0, v))));
+        named.extend(self.flags.into_iter().map(|(i, v)| (place(i), Attribute::bool(SCALARS[i].0, v))));
+        named.sort_by_key(|(place, _)| *place);
+        named.into_iter().map(|(_, attribute)| attribute).collect()
     }
 }
 
