@@ -97,7 +97,9 @@ fn loops(configuration: u8) -> Vec<Vec<u8>> {
                 continue;
             }
             let end = (i + 1..i + 4).find(|&j| !inside(face[(j + 1) % 4])).expect("corner i is outside");
-            next[edge_between(face[end % 4], face[(end + 1) % 4]) as usize] = edge_between(face[i], face[(i + 1) % 4]);
+            let (enters, leaves) =
+                (edge_between(face[i], face[(i + 1) % 4]), edge_between(face[end % 4], face[(end + 1) % 4]));
+            next[enters as usize] = leaves;
         }
     }
     let mut loops = Vec::new();
