@@ -31,10 +31,12 @@ def new_mesh(name, coordinates, triangles):
     mesh.vertices.add(len(coordinates) // 3)
     mesh.loops.add(3 * count)
     mesh.polygons.add(count)
-    mesh.attributes["position"].data.foreach_set("vector", coordinates)
-    mesh.attributes[".corner_vert"].data.foreach_set("value", triangles)
-    # The property is unsigned: a signed array would be converted one by one.
-    mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.uint32))
+    if len(coordinates):
+        mesh.attributes["position"].data.foreach_set("vector", coordinates)
+    if count:
+        mesh.attributes[".corner_vert"].data.foreach_set("value", triangles)
+        # The property is unsigned: a signed array would be converted one by one.
+        mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.uint32))
     mesh.update(calc_edges=True)
     return mesh
 
@@ -186,22 +188,22 @@ def scan_of_object(obj, depsgraph):
     Raises `Refused` with a sentence about the object.
     """
     if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
-        raise Refused(f"{obj.name} is no mesh: deselect it")
-    matrix = np.array(obj.matrix_world, np.float64)
+        raise Refused(f'"{obj.name}" is no mesh: deselect it')
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
     with Placed(obj, depsgraph) as mesh:
         if mesh is None or len(mesh.vertices) == 0:
-            raise Refused(f"{obj.name} has no vertices")
+            raise Refused(f'"{obj.name}" has no vertices')
         if is_range_image(obj):
             image = range_image(obj, mesh, matrix)
             if image is not None:
                 return image
         if len(mesh.polygons) == 0:
             raise Refused(
-                f"{obj.name} has neither faces nor the attributes of a range image:"
+                f'"{obj.name}" has neither faces nor the attributes of a range image:'
                 " import it with File > Import > Range Scans"
             )
         if np.linalg.det(matrix[:3, :3]) == 0:
-            raise Refused(f"{obj.name} is flattened by a scale of 0")
+            raise Refused(f'"{obj.name}" is flattened by a scale of 0')
         content = surfrecon.Mesh(
             positions(mesh),
             triangles(mesh),
@@ -266,7 +268,7 @@ def rigid_and_rest(obj, matrix):
     """
     left, stretch, right = np.linalg.svd(matrix[:3, :3])
     if stretch[-1] <= 1e-7 * stretch[0]:
-        raise Refused(f"{obj.name} is flattened by a scale of 0")
+        raise Refused(f'"{obj.name}" is flattened by a scale of 0')
     rotation = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
     rest = rotation.T @ matrix[:3, :3]
     pose = np.eye(4)

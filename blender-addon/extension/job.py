@@ -118,7 +118,7 @@ class JobOperator:
         try:
             Running.begin(self.start(context), self.bl_label)
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            self.report({"ERROR"}, str(problem))
             return False
         return True
 
@@ -129,7 +129,7 @@ class JobOperator:
             self.report({"WARNING"}, f"{self.bl_label}: cancelled")
             return {"CANCELLED"}
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -159,12 +159,6 @@ class SURFRECON_OT_cancel(bpy.types.Operator):
         """Asks the job to stop; its operator does the rest."""
         Running.job.cancel()
         return {"FINISHED"}
-
-
-def sentence(problem):
-    """An exception's text as people expect it in Blender: with a capital letter."""
-    text = str(problem)
-    return text[:1].upper() + text[1:]
 
 
 def redraw(context):

@@ -5,6 +5,7 @@ import bpy
 
 from . import convert
 from .job import Running
+from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
 
 
@@ -117,7 +118,7 @@ def length(context, value):
 
 def menu_import(self, context):
     """The entry in File > Import."""
-    self.layout.operator("surfrecon.import_scans", text="Range Scans (.conf, .ply)")
+    self.layout.operator("surfrecon.import_scans", text=f"Range Scans ({', '.join(ENDINGS)})")
 
 
 CLASSES = (SURFRECON_PT_merge, SURFRECON_PT_options, SURFRECON_PT_report)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Options of the operators and the sidebar, made from the library's parameter table: no default is written here."""
 
+import math
+
 import bpy
 import surfrecon
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
@@ -51,8 +53,9 @@ def arguments(options):
     given = {}
     for name, parameter in PARAMETERS.items():
         value = getattr(options, name)
-        measured = parameter.default_from is not None and value == 0
-        given[name] = None if measured else value
+        # Blender's numbers are in single precision: the default, pi/2 say, may come back above its own limit.
+        unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
+        given[name] = None if unchanged else min(value, parameter.maximum)
     if not options.close_holes:
         given["max_hole_length"] = 0.0
     return given

@@ -3,15 +3,20 @@
 import numpy as np
 import surfrecon
 
-MAJOR, MINOR = 1.0, 0.4
+MAJOR, MINOR, SWELL, TOWARD = 1.0, 0.4, 0.08, 0.7
+
+
+def tube(azimuth):
+    """Radius of the tube: it swells toward one side, so that no turn or mirroring takes the shape onto itself."""
+    return MINOR + SWELL * np.cos(azimuth - TOWARD)
 
 
 def torus(detail=48):
-    """A closed torus about z; its distance is known, see `torus_distance`."""
+    """A closed torus about z whose tube swells toward one side; see `torus_distance`."""
     n, m = 2 * detail, detail
     a, b = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
-    ring = MAJOR + MINOR * np.cos(b)
-    positions = np.stack([ring * np.cos(a), ring * np.sin(a), MINOR * np.sin(b)], axis=-1).reshape(-1, 3)
+    ring = MAJOR + tube(a) * np.cos(b)
+    positions = np.stack([ring * np.cos(a), ring * np.sin(a), tube(a) * np.sin(b)], axis=-1).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
     corner = lambda di, dj: ((i + di) % n * m + (j + dj) % m).reshape(-1)  # noqa: E731
     p, q, r, s = corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)
@@ -20,9 +25,9 @@ def torus(detail=48):
 
 
 def torus_distance(points):
-    """Distance of points to the smooth torus, negative inside."""
-    points = np.asarray(points, float)
-    return np.hypot(np.hypot(points[..., 0], points[..., 1]) - MAJOR, points[..., 2]) - MINOR
+    """Distance of points near the smooth torus, negative inside; up to 1 % too large where the tube swells."""
+    x, y, z = np.moveaxis(np.asarray(points, float), -1, 0)
+    return np.hypot(np.hypot(x, y) - MAJOR, z) - tube(np.arctan2(y, x))
 
 
 def torus_scans(pixels=90, **options):

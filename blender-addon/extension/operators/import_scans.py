@@ -12,7 +12,8 @@ from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helpe
 from mathutils import Matrix
 
 from .. import convert
-from ..job import sentence
+
+ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
 
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
 
@@ -30,7 +31,7 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     filename_ext = ".conf"
-    filter_glob: StringProperty(default="*.conf;*.ply", options={"HIDDEN"})
+    filter_glob: StringProperty(default=";".join("*" + ending for ending in ENDINGS), options={"HIDDEN"})
     filepath: StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
@@ -83,7 +84,7 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
                 context.window_manager.progress_update(i + 1)
         except surfrecon.SurfreconError as problem:
             remove(obj for obj, _ in made)
-            self.report({"ERROR"}, sentence(problem))
+            self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}
         finally:
             context.window_manager.progress_end()
@@ -135,7 +136,7 @@ class SURFRECON_FH_scans(bpy.types.FileHandler):
     bl_idname = "SURFRECON_FH_scans"
     bl_label = "Range Scans"
     bl_import_operator = "surfrecon.import_scans"
-    bl_file_extensions = ".conf;.ply"
+    bl_file_extensions = ";".join(ENDINGS)
 
     @classmethod
     def poll_drop(cls, context):

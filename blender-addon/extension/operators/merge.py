@@ -36,18 +36,18 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         depsgraph = context.evaluated_depsgraph_get()
         objects = [obj for obj in context.selected_objects if REPORT not in obj]
         if not objects:
-            raise Refused("only results of earlier merges are selected: select the scans")
+            raise Refused("Only results of earlier merges are selected: select the scans")
         scans = [convert.scan_of_object(obj, depsgraph) for obj in objects]
         self.names = [obj.name for obj in objects]
         for obj, scan in zip(objects, scans, strict=True):
             if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
-                self.report({"WARNING"}, f"{obj.name} is no longer one vertex a pixel: merged as a plain mesh")
+                self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
         return surfrecon.Job.merge(scans, **arguments(self))
 
     def finish(self, context, result):
         """Puts the surface into the scene."""
         if len(result.mesh.triangles) == 0:
-            raise Refused("nothing is left of the surface: choose a smaller voxel, or keep smaller components")
+            raise Refused("Nothing is left of the surface: choose a smaller voxel, or keep smaller components")
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
         merged[REPORT] = convert.plain(result.report.as_dict())

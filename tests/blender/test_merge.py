@@ -1,0 +1,348 @@
+"""The merge operator: what it takes, what it makes, undo, cancel, messages."""
+
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+import surfrecon
+from files import write_set
+from shapes import torus, torus_distance, torus_scans
+
+VOXEL = 0.06
+
+
+@pytest.fixture(scope="module")
+def images():
+    return torus_scans(pixels=90, noise=0.001, pose_shift=0.001)
+
+
+@pytest.fixture
+def scans(tmp_path, images):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, images)))
+    return [bpy.data.objects[image.name] for image in images]
+
+
+@pytest.fixture
+def snapshot():
+    """Names of everything in the file."""
+
+    def taken():
+        kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.collections, bpy.data.materials)
+        selected = sorted(obj.name for obj in bpy.context.selected_objects)
+        return [sorted(kind.keys()) for kind in kinds], selected, bpy.context.object
+
+    return taken
+
+
+def add_mesh(name, mesh, matrix=None):
+    made = bpy.data.meshes.new(name)
+    made.from_pydata(mesh.positions.tolist(), [], mesh.triangles.tolist())
+    obj = bpy.data.objects.new(name, made)
+    bpy.context.collection.objects.link(obj)
+    if matrix is not None:
+        obj.matrix_world = matrix
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.view_layer.update()
+    return obj
+
+
+def surface(obj):
+    """The library's mesh of a result, in its own frame."""
+    mesh = obj.data
+    positions = np.array([v.co[:] for v in mesh.vertices])
+    return surfrecon.Mesh(positions, np.array([p.vertices[:] for p in mesh.polygons]))
+
+
+def test_the_surface_is_the_torus(scans):
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
+    merged = bpy.context.object
+    assert merged.name == "Merged" and bpy.context.selected_objects == [merged]
+    check = surface(merged).check()
+    assert check["is_manifold"] and check["components"] == 1 and check["genus"] == 1
+    distance = np.abs(torus_distance(surface(merged).positions))
+    assert np.quantile(distance, 0.99) < 0.01 and distance.max() < VOXEL
+    assert not merged.data.validate()
+    assert not any(np.isnan(v.co).any() for v in merged.data.vertices)
+
+
+def test_the_report_and_the_attributes_are_there(scans):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    merged = bpy.context.object
+    report = merged["surfrecon_report"].to_dict()
+    assert report["scans"] == len(scans) and report["voxel"] == pytest.approx(VOXEL)
+    assert sum(report["faces"]) == len(merged.data.polygons)
+    assert merged["surfrecon_scans"].split("\n") == [obj.name for obj in scans]
+    assert merged.data.attributes["confidence"].domain == "POINT"
+    assert merged.data.attributes["interpolated"].data_type == "BOOLEAN"
+    assert merged.data.attributes["hole_fill"].domain == "FACE"
+
+
+def test_blender_and_the_wheel_make_the_same_surface(scans, images):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    there = bpy.context.object.data
+    here = surfrecon.merge(images, voxel=VOXEL).mesh
+    # Matrices and samples pass through single precision, so single crossings may differ.
+    assert len(there.polygons) == pytest.approx(len(here.triangles), rel=0.005)
+
+
+def test_the_sidebar_s_options_are_used_unless_given(scans):
+    settings = bpy.context.scene.surfrecon
+    settings.voxel = 2 * VOXEL
+    bpy.ops.surfrecon.merge()
+    assert bpy.context.object["surfrecon_report"]["voxel"] == pytest.approx(2 * VOXEL)
+    for obj in scans:
+        obj.select_set(True)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert bpy.context.object["surfrecon_report"]["voxel"] == pytest.approx(VOXEL)
+
+
+def test_zero_means_measured(scans):
+    bpy.ops.surfrecon.merge()
+    report = bpy.context.object["surfrecon_report"].to_dict()
+    assert report["voxel"] > 0 and report["merge_distance"] > 0
+
+
+def test_open_holes_stay_open_on_request(scans, images):
+    holes = {}
+    for close in (False, True):
+        for obj in bpy.data.objects:
+            obj.select_set(obj in scans[:8])
+        bpy.ops.surfrecon.merge(voxel=VOXEL, close_holes=close, max_hole_length=100)
+        holes[close] = bpy.context.object["surfrecon_report"].to_dict()["holes"]
+    assert holes[False][0] == 0
+    assert holes[True][0] > 0
+
+
+def test_undo_is_one_step(scans):
+    bpy.ops.ed.undo_push(message="before")
+    count = len(bpy.data.objects)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    bpy.ops.ed.undo_push(message="after")
+    assert len(bpy.data.objects) == count + 1
+    bpy.ops.ed.undo()
+    assert len(bpy.data.objects) == count and "Merged" not in bpy.data.objects
+    bpy.ops.ed.redo()
+    assert "surfrecon_report" in bpy.data.objects["Merged"]
+
+
+def test_undo_keeps_the_range_images(scans):
+    bpy.ops.ed.undo_push(message="before")
+    names = [obj.name for obj in scans]
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    first = len(bpy.context.object.data.polygons)
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    for name in names:
+        bpy.data.objects[name].select_set(True)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert len(bpy.context.object.data.polygons) == first
+
+
+def test_saving_and_reloading_keeps_the_range_images(scans, tmp_path, extension):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    before = surface(bpy.context.object).positions.copy()
+    names = [obj.name for obj in scans]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scans.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True)
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "scans.blend"))
+    assert bpy.data.objects["Merged"]["surfrecon_report"].to_dict()["scans"] == len(names)
+    bpy.data.objects.remove(bpy.data.objects["Merged"])
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    for name in names:
+        obj = bpy.data.objects[name]
+        assert isinstance(extension.convert.scan_of_object(obj, depsgraph), surfrecon.RangeImage)
+        obj.select_set(True)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert np.array_equal(surface(bpy.context.object).positions, before)
+
+
+def test_deleted_vertices_are_invalid_pixels(scans, images, extension):
+    import bmesh
+
+    obj = scans[0]
+    edited = bmesh.new()
+    edited.from_mesh(obj.data)
+    edited.verts.ensure_lookup_table()
+    bmesh.ops.delete(edited, geom=edited.verts[:100], context="VERTS")
+    edited.to_mesh(obj.data)
+    edited.free()
+    image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+    assert image.valid.sum() == images[0].valid.sum() - 100
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
+
+
+@pytest.mark.parametrize("scale", [(2, 2, 2), (1, 1.5, 0.7), (-1, 1, 1), (-1, -1, -0.5)])
+def test_moved_turned_scaled_and_mirrored_scans_go_where_they_are_seen(scans, scale):
+    from mathutils import Matrix
+
+    change = Matrix.Translation((3, 2, 1)) @ Matrix.Rotation(1, 4, "X") @ Matrix.Diagonal((*scale, 1))
+    for obj in scans:
+        obj.matrix_world = change @ obj.matrix_world
+    bpy.context.view_layer.update()
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL * min(map(abs, scale))) == {"FINISHED"}
+    made = surface(bpy.context.object)
+    check = made.check()
+    assert check["is_manifold"] and check["components"] == 1 and check["genus"] == 1
+    back = np.array(change.inverted())
+    points = made.positions @ back[:3, :3].T + back[:3, 3]
+    assert np.quantile(np.abs(torus_distance(points)), 0.99) < 0.01
+    assert volume(made) > 0
+
+
+def volume(mesh):
+    a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (2, 1, 0.5), (-1, 1, 1)])
+def test_any_oriented_mesh_can_be_merged(scale):
+    from mathutils import Matrix
+
+    matrix = Matrix.Rotation(0.5, 4, "Y") @ Matrix.Diagonal((*scale, 1))
+    add_mesh("torus", torus(), matrix)
+    assert bpy.ops.surfrecon.merge(voxel=0.05) == {"FINISHED"}
+    made = surface(bpy.context.object)
+    assert made.check()["is_closed"] and made.check()["genus"] == 1
+    expected = volume(torus()) * abs(np.prod(scale))
+    assert volume(made) == pytest.approx(expected, rel=0.01)
+
+
+def test_modifiers_count():
+    obj = add_mesh("torus", torus())
+    modifier = obj.modifiers.new("Displace", "DISPLACE")
+    modifier.strength, modifier.mid_level = 0.1, 0
+    bpy.ops.surfrecon.merge(voxel=0.05)
+    assert np.median(torus_distance(surface(bpy.context.object).positions)) == pytest.approx(0.1, abs=0.005)
+
+
+def test_larger_polygons_are_cut():
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.ops.surfrecon.merge(voxel=0.11)
+    made = surface(bpy.context.object)
+    assert made.check()["is_closed"] and volume(made) == pytest.approx(8, rel=0.05)
+
+
+def test_colours_are_carried():
+    obj = add_mesh("torus", torus())
+    layer = obj.data.attributes.new("colour", "BYTE_COLOR", "POINT")
+    layer.data.foreach_set("color_srgb", np.tile(np.float32([1, 0, 0.2, 1]), len(obj.data.vertices)))
+    bpy.ops.surfrecon.merge(voxel=0.05)
+    merged = bpy.context.object.data.attributes["colour"]
+    assert merged.data_type == "BYTE_COLOR"
+    assert np.allclose([c.color_srgb for c in merged.data], [1, 0, 0.2, 1], atol=0.005)
+
+
+def test_cancelling_leaves_the_scene_as_it_was(scans, snapshot, extension, monkeypatch):
+    before = snapshot()
+    running = extension.job.Running
+    looks = []
+
+    def ended(original=running.ended):
+        looks.append(running.job.progress())
+        running.job.cancel()
+        return original()
+
+    monkeypatch.setattr(running, "ended", ended)
+    assert bpy.ops.surfrecon.merge(voxel=0.004) == {"CANCELLED"}
+    assert looks and running.job is None
+    assert snapshot() == before
+
+
+def test_a_second_job_is_refused(scans, extension, images):
+    job = surfrecon.Job.merge(images, voxel=0.004)
+    extension.job.Running.begin(job, "Merge Scans")
+    try:
+        assert not bpy.ops.surfrecon.merge.poll()
+        assert bpy.ops.surfrecon.cancel() == {"FINISHED"}
+    finally:
+        extension.job.Running.take()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+    assert bpy.ops.surfrecon.merge.poll()
+
+
+def test_nothing_selected():
+    assert not bpy.ops.surfrecon.merge.poll()
+
+
+def test_edit_mode(scans):
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert not bpy.ops.surfrecon.merge.poll()
+    bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def bad_camera():
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.collection.objects.link(camera)
+    camera.select_set(True)
+
+
+def bad_points():
+    mesh = bpy.data.meshes.new("points")
+    mesh.vertices.add(5)
+    obj = bpy.data.objects.new("points", mesh)
+    bpy.context.collection.objects.link(obj)
+    obj.select_set(True)
+
+
+def bad_flat():
+    obj = add_mesh("flat", torus())
+    obj.scale = (1, 1, 0)
+    bpy.context.view_layer.update()
+
+
+def bad_empty():
+    add_mesh("empty", surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
+
+
+@pytest.mark.parametrize(
+    ("select", "text"),
+    [
+        (bad_camera, '"Camera" is no mesh'),
+        (bad_points, '"points" has neither faces nor the attributes of a range image'),
+        (bad_flat, '"flat" is flattened by a scale of 0'),
+        (bad_empty, '"empty" has no vertices'),
+    ],
+)
+def test_bad_selections_get_one_sentence_and_change_nothing(select, text, snapshot):
+    add_mesh("torus", torus())
+    select()
+    before = snapshot()
+    with pytest.raises(RuntimeError, match=text):
+        bpy.ops.surfrecon.merge()
+    assert snapshot() == before
+
+
+def test_a_result_alone_is_no_scan(scans, snapshot):
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    before = snapshot()
+    with pytest.raises(RuntimeError, match="Only results of earlier merges are selected"):
+        bpy.ops.surfrecon.merge()
+    assert snapshot() == before
+
+
+def test_a_voxel_larger_than_everything_is_no_crash(scans, snapshot):
+    before = snapshot()
+    try:
+        bpy.ops.surfrecon.merge(voxel=100)
+    except RuntimeError as problem:
+        assert "voxel" in str(problem)
+        assert snapshot() == before
+
+
+@pytest.mark.skipif("SURFRECON_DATA" not in os.environ, reason="SURFRECON_DATA is not set")
+def test_the_bunny():
+    conf = Path(os.environ["SURFRECON_DATA"]) / "stanford_bunny" / "bun.conf"
+    bpy.ops.surfrecon.import_scans(filepath=str(conf), axis_forward="-Z", axis_up="Y")
+    assert len(bpy.data.collections["bun"].objects) == 10
+    bpy.ops.surfrecon.merge(voxel=0.001436)
+    merged = bpy.context.object
+    check = surface(merged).check()
+    assert check["is_manifold"] and check["components"] == 1
+    report = merged["surfrecon_report"].to_dict()
+    assert report["input_triangles"] == pytest.approx(690_821, rel=1e-3)
+    # Upright: the bunny is about as high as it is wide, and it stands on its feet.
+    assert 0.14 < merged.dimensions.z < 0.17

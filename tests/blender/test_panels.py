@@ -1,0 +1,113 @@
+"""The sidebar draws in every state, and names only what exists."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+import surfrecon
+from files import write_set
+from shapes import torus_scans
+
+
+class FakeLayout:
+    """Takes what a layout takes, checks names, and notes every text."""
+
+    def __init__(self, texts):
+        self.__dict__["texts"] = texts
+
+    def prop(self, data, name, **_):
+        getattr(data, name)
+        self.texts.append(data.bl_rna.properties[name].name)
+
+    def operator(self, name, **_):
+        category, operator = name.split(".")
+        getattr(getattr(bpy.ops, category), operator).get_rna_type()
+        self.texts.append(name)
+        return SimpleNamespace()
+
+    def label(self, text="", **_):
+        self.texts.append(text)
+
+    def progress(self, factor, text, **_):
+        assert 0 <= factor <= 1
+        self.texts.append(text)
+
+    def separator(self, **_):
+        pass
+
+    def template_color_ramp(self, data, name, **_):
+        getattr(data, name)
+
+    def _part(self, **_):
+        return FakeLayout(self.texts)
+
+    row = column = split = box = _part
+
+    def __setattr__(self, name, value):
+        assert name in bpy.types.UILayout.bl_rna.properties
+
+
+def draw(panel):
+    """Texts of a panel, or None where it hides."""
+    if hasattr(panel, "poll") and not panel.poll(bpy.context):
+        return None
+    texts = []
+    panel.draw(SimpleNamespace(layout=FakeLayout(texts)), bpy.context)
+    return texts
+
+
+@pytest.fixture
+def panels(extension):
+    return {cls.__name__.rpartition("_")[2]: cls for cls in extension.panels.CLASSES}
+
+
+def test_an_empty_scene(panels):
+    assert "surfrecon.merge" in draw(panels["merge"])
+    assert draw(panels["report"]) is None
+
+
+def test_every_parameter_has_its_row(panels):
+    texts = draw(panels["options"])
+    for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
+        assert parameter.name.replace("_", " ").capitalize() in texts
+
+
+def test_options_have_the_library_s_defaults_ranges_and_texts():
+    options = bpy.types.Scene.bl_rna.properties["surfrecon"].fixed_type.properties
+    operator = bpy.ops.surfrecon.merge.get_rna_type().properties
+    for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
+        for prop in (options[parameter.name], operator[parameter.name]):
+            assert prop.default == pytest.approx(parameter.default or 0)
+            assert prop.hard_min == pytest.approx(parameter.minimum)
+            assert prop.hard_max == pytest.approx(min(parameter.maximum, 1e9))
+            assert prop.description.startswith(parameter.text.removesuffix("."))
+            kind = {"length": "LENGTH", "angle": "ROTATION"}.get(parameter.unit, "NONE")
+            assert getattr(prop, "unit", "NONE") == kind
+
+
+def test_a_running_job_shows_progress_and_cancel(panels, extension):
+    running = extension.job.Running
+    running.begin(surfrecon.Job.merge(torus_scans(pixels=30)), "Merge Scans")
+    try:
+        texts = draw(panels["merge"])
+        assert "surfrecon.cancel" in texts and "surfrecon.merge" not in texts
+        assert any("%" in text for text in texts)
+    finally:
+        running.cancel()
+
+
+def test_the_report_of_a_result(panels, tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    assert "Selected: 12 scans, 0 meshes" in draw(panels["merge"])
+    bpy.ops.surfrecon.merge()
+    bpy.context.scene.unit_settings.system = "METRIC"
+    texts = draw(panels["report"])
+    assert "Voxel used" in texts and f"{len(bpy.context.object.data.polygons):,}" in texts
+    bpy.context.scene.unit_settings.system = "NONE"
+    assert draw(panels["report"])
+
+
+def test_the_menu_has_the_importer(extension):
+    texts = []
+    extension.panels.menu_import(SimpleNamespace(layout=FakeLayout(texts)), bpy.context)
+    assert texts == ["surfrecon.import_scans"]
