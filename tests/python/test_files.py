@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import surfrecon
+from shapes import torus, torus_scans
 
 GRID = """ply
 format ascii 1.0
@@ -81,6 +82,40 @@ def test_a_damaged_file_is_a_format_error(tmp_path):
     (tmp_path / "other.xyz").write_text("1 2 3\n")
     with pytest.raises(surfrecon.FormatError, match="unknown format"):
         surfrecon.open(tmp_path / "other.xyz")
+
+
+def test_scans_written_and_opened_again_stand_where_they_stood(tmp_path):
+    images = torus_scans(pixels=40)
+    images[0].colour = np.full((40, 40, 3), 0.5)
+    surfrecon.write_scans(tmp_path / "ring.conf", images)
+    scans = surfrecon.open(tmp_path / "ring.conf")
+    assert [scan.name for scan in scans] == [image.name for image in images]
+    for scan, image in zip(scans, images, strict=True):
+        again = scan.read()
+        assert np.array_equal(again.valid, image.valid)
+        assert np.allclose(again.world_points(), image.world_points(), atol=1e-6, equal_nan=True)
+    assert np.array_equal(scans[0].read().colour[images[0].valid], images[0].colour[images[0].valid])
+
+
+def test_scans_without_names_of_their_own_are_refused(tmp_path):
+    images = torus_scans(pixels=10)
+    for name in ("", "scan01", "../scan", "a\\b"):
+        images[0].name = name
+        with pytest.raises(surfrecon.InputError, match="name of its own"):
+            surfrecon.write_scans(tmp_path / "ring.conf", images)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
+    mesh = torus()
+    mesh.write(tmp_path / "torus.ply")
+    again = surfrecon.read(tmp_path / "torus.ply")
+    assert np.array_equal(again.triangles, mesh.triangles)
+    assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
+    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply"):
+        mesh.write(tmp_path / "torus.stl")
+    with pytest.raises(surfrecon.FileError):
+        mesh.write(tmp_path / "missing" / "torus.ply")
 
 
 def test_formats_have_endings():

@@ -4,19 +4,28 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use surfrecon::Progress;
 use surfrecon::merge::Merged;
 
 use crate::errors::{input_error, internal_error, to_python};
+use crate::measure::DistanceCall;
 use crate::merge::{MergeCall, MergeResult};
+use crate::mesh::Mesh;
 
-type Outcome = std::thread::Result<surfrecon::Result<Merged>>;
+/// What a call gives.
+enum Made {
+    Merged(Box<Merged>),
+    Distances(Vec<f64>),
+}
+
+type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``. Dropping a running job cancels it.
+/// Made by ``Job.merge`` or ``Job.distances``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -26,10 +35,10 @@ pub struct Job {
 }
 
 impl Job {
-    fn start(call: MergeCall) -> PyResult<Self> {
+    fn start(call: impl FnOnce(&Progress<'static>) -> surfrecon::Result<Made> + Send + 'static) -> PyResult<Self> {
         let progress = Arc::new(Progress::none());
         let watched = progress.clone();
-        let work = move || catch_unwind(AssertUnwindSafe(|| call.run(&watched)));
+        let work = move || catch_unwind(AssertUnwindSafe(|| call(&watched)));
         let thread = std::thread::Builder::new()
             .name("surfrecon-job".to_owned())
             .spawn(work)
@@ -58,7 +67,7 @@ impl Job {
         grazing_limit: Option<f64>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
-        Job::start(MergeCall::new(
+        let call = MergeCall::new(
             scans,
             voxel,
             merge_distance,
@@ -67,7 +76,19 @@ impl Job {
             edge_limit,
             grazing_limit,
             threads,
-        )?)
+        )?;
+        Job::start(move |progress| Ok(Made::Merged(Box::new(call.run(progress)?))))
+    }
+
+    /// Starts ``surfrecon.distances`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     InputError, TypeError: like ``distances``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (points, mesh, *, signed = false, threads = None))]
+    fn distances(points: &Bound<'_, PyAny>, mesh: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+        let call = DistanceCall::new(points, mesh, signed, threads)?;
+        Job::start(move |progress| Ok(Made::Distances(call.run(progress)?)))
     }
 
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
@@ -89,19 +110,20 @@ impl Job {
         thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Waits for the end and hands out the result; once only.
+    /// Waits for the end and hands out what the call returns; once only.
     ///
     /// Raises:
     ///     Cancelled: after ``cancel``.
     ///     RuntimeError: the result was fetched before.
     ///     others: like the call itself.
-    fn result(&self, py: Python<'_>) -> PyResult<MergeResult> {
+    fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(thread) = thread else {
             return Err(PyRuntimeError::new_err("the result of this job was already fetched"));
         };
         match py.detach(|| thread.join()) {
-            Ok(Ok(Ok(merged))) => MergeResult::new(py, merged),
+            Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
+            Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),
             Ok(Ok(Err(error))) => Err(to_python(&error)),
             Ok(Err(panic)) | Err(panic) => Err(internal_error(&*panic)),
         }

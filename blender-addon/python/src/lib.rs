@@ -9,12 +9,14 @@
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
 //! | `merge` | the merge and its report |
+//! | `measure` | distances |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
 mod arrays;
 mod errors;
 mod job;
+mod measure;
 mod merge;
 mod mesh;
 mod params;
@@ -33,6 +35,8 @@ mod _native {
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]
+    use crate::measure::distances;
+    #[pymodule_export]
     use crate::merge::{MergeReport, MergeResult, merge};
     #[pymodule_export]
     use crate::mesh::Mesh;
@@ -45,7 +49,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{Scan, ScanSet, formats, open, read};
+    use crate::scans::{Scan, ScanSet, formats, open, read, write_scans};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

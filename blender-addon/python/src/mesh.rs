@@ -1,14 +1,17 @@
 //! `Mesh`: a triangle mesh that never changes; its arrays are views.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
+use surfrecon::export::{PlyEncoding, write_ply};
 use surfrecon::mesh::{Attribute, AttributeData};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
+use crate::progress::Watch;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
 ///
@@ -135,6 +138,17 @@ impl Mesh {
         Ok(dict)
     }
 
+    /// Writes the mesh with all its attributes as a binary PLY file.
+    ///
+    /// Raises:
+    ///     InputError: a name that doesn't end in ``.ply``, coordinates that don't fit single precision.
+    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        check_ending(&path, "ply")?;
+        let mesh = self.mesh.clone();
+        Watch::new(None).run(py, move |progress| write_ply(&path, &mesh, PlyEncoding::default(), progress))
+    }
+
     fn __repr__(&self) -> String {
         let names = |attributes: &[Attribute]| attributes.iter().map(|a| a.name.clone()).collect::<Vec<_>>().join(", ");
         let mesh = &self.mesh;
@@ -147,6 +161,17 @@ impl Mesh {
         }
         text + ">"
     }
+}
+
+/// Refuses a name with another ending than the format's.
+///
+/// # Errors
+/// `InputError`.
+pub fn check_ending(path: &Path, ending: &str) -> PyResult<()> {
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {
+        return Ok(());
+    }
+    Err(input_error(format!("{}: the name must end in .{ending}", path.display())))
 }
 
 fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {

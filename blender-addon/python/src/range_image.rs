@@ -1,18 +1,21 @@
 //! `RangeImage`: a grid of samples with its projection and pose.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
+use surfrecon::export::{PlyEncoding, write_range_grid_ply};
 use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, check_ending};
 use crate::params::value_of;
+use crate::progress::Watch;
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
 ///
@@ -320,6 +323,17 @@ impl RangeImage {
         }
         self.image_mut().confidence = confidence.map(|c| c.0);
         Ok(())
+    }
+
+    /// Writes the image as a Stanford range grid (binary PLY). Its pose is not written: see ``write_scans``.
+    ///
+    /// Raises:
+    ///     InputError: a name that doesn't end in ``.ply``, rays that go round more than half a sphere.
+    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        check_ending(&path, "ply")?;
+        let image = self.image.clone();
+        Watch::new(None).run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
     }
 
     /// Triangulates the grid, leaving out jumps.

@@ -1,16 +1,19 @@
 //! Opening and reading files.
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice};
+use surfrecon::export::{PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_range_grid_ply};
 use surfrecon::import;
 
 use crate::arrays;
-use crate::errors::detached;
-use crate::mesh::Mesh;
+use crate::errors::{detached, input_error};
+use crate::mesh::{Mesh, check_ending};
 use crate::point_cloud::PointCloud;
+use crate::progress::Watch;
 use crate::range_image::RangeImage;
 
 /// Opens scans without reading their samples.
@@ -57,6 +60,42 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyAny>> 
         }
     })?;
     to_object(py, content)
+}
+
+/// Writes range images as Stanford range grids, a file each named like the image, and the ``.conf`` that places them.
+///
+/// Args:
+///     path: the ``.conf``; the grids go into its folder.
+///     images: range images with different names.
+///
+/// Raises:
+///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere.
+///     FileError: writing failed.
+#[pyfunction]
+pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeImage>>) -> PyResult<()> {
+    check_ending(&path, "conf")?;
+    let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
+    let mut names = HashSet::new();
+    if let Some(image) = images.iter().find(|i| !is_file_name(&i.name) || !names.insert(i.name.to_lowercase())) {
+        let problem = "each image needs a name of its own that can be a file's";
+        return Err(input_error(format!("{:?}: {problem}", image.name)));
+    }
+    let folder = path.parent().map(PathBuf::from).unwrap_or_default();
+    Watch::new(None).run_parts(py, |watch| {
+        let mut placed = Vec::with_capacity(images.len());
+        for (k, image) in images.iter().enumerate() {
+            let file = format!("{}.ply", image.name);
+            let progress = watch.part(k, images.len());
+            write_range_grid_ply(&folder.join(&file), image, PlyEncoding::default(), &progress)?;
+            placed.push(PlacedFile { file, world_from_file: image.world_from_sensor * range_grid_frame(image)? });
+        }
+        write_conf(&path, &placed)
+    })
+}
+
+/// Whether a name is that of a file in the same folder, on any system.
+fn is_file_name(name: &str) -> bool {
+    !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\', ':', '\0'])
 }
 
 fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {

@@ -30,6 +30,7 @@ from ._native import (
     Scan,
     ScanSet,
     __version__,
+    distances,
     formats,
     merge,
     open,
@@ -37,6 +38,7 @@ from ._native import (
     read,
     turntable,
     virtual_scan,
+    write_scans,
 )
 
 __all__ = [
@@ -59,6 +61,7 @@ __all__ = [
     "ScanSet",
     "SurfreconError",
     "__version__",
+    "distances",
     "formats",
     "merge",
     "open",
@@ -66,4 +69,5 @@ __all__ = [
     "read",
     "turntable",
     "virtual_scan",
+    "write_scans",
 ]

@@ -1,0 +1,35 @@
+"""Distances through Python."""
+
+import numpy as np
+import pytest
+import surfrecon
+from shapes import torus, torus_distance
+
+CUBE = surfrecon.Mesh(
+    [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ],
+)
+
+
+def test_distances_to_a_cube_are_exact():
+    points = [[0.5, 0.5, 2], [2, 2, 2], [0.5, 0.5, 0.75], [1, 1, 1]]
+    assert surfrecon.distances(points, CUBE) == pytest.approx([1, 3**0.5, 0.25, 0])
+    assert surfrecon.distances(points, CUBE, signed=True) == pytest.approx([1, 3**0.5, -0.25, 0])
+
+
+def test_a_job_measures_the_same():
+    points = np.random.default_rng(0).normal(size=(5000, 3))
+    job = surfrecon.Job.distances(points, torus())
+    assert np.array_equal(job.result(), surfrecon.distances(points, torus(), threads=1))
+    assert np.allclose(surfrecon.distances(points, torus(200)), np.abs(torus_distance(points)), rtol=0.05, atol=0.02)
+
+
+def test_what_cannot_be_measured_is_refused():
+    with pytest.raises(surfrecon.InputError, match="point 1 has a coordinate that is not finite"):
+        surfrecon.distances([[0, 0, 0], [0, np.inf, 0]], CUBE)
+    with pytest.raises(surfrecon.InputError, match="no triangle"):
+        surfrecon.distances([[0, 0, 0]], surfrecon.Mesh(np.eye(3), np.zeros((0, 3), int)))
+    assert surfrecon.distances(np.zeros((0, 3)), CUBE).shape == (0,)

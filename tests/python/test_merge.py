@@ -1,0 +1,229 @@
+"""The merge through Python: inputs, progress, cancelling, the interpreter lock, jobs."""
+
+import gc
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+import surfrecon
+from shapes import torus, torus_distance, torus_scans
+
+VOXEL = 0.06
+
+
+@pytest.fixture(scope="module")
+def images():
+    return torus_scans(pixels=90, noise=0.001, pose_shift=0.001)
+
+
+@pytest.fixture(scope="module")
+def many():
+    """Enough work to watch: about a second."""
+    return torus_scans(pixels=700)
+
+
+def same(a, b):
+    return np.array_equal(a.positions, b.positions) and np.array_equal(a.triangles, b.triangles)
+
+
+def test_the_surface_is_the_torus(images):
+    result = surfrecon.merge(images, voxel=VOXEL)
+    check = result.mesh.check()
+    assert check["is_manifold"] and check["components"] == 1 and check["genus"] == 1
+    distance = np.abs(torus_distance(result.mesh.positions))
+    assert np.quantile(distance, 0.99) < 0.01 and distance.max() < VOXEL
+    report = result.report
+    assert report.scans == len(images) and report.voxel == VOXEL and sum(report.faces) == len(result.mesh.triangles)
+    assert set(report.as_dict()) == {name for name in dir(report) if not name.startswith("_")} - {"as_dict"}
+
+
+def test_any_mixture_and_order_of_sources_makes_the_same_surface(images, tmp_path):
+    surfrecon.write_scans(tmp_path / "ring.conf", images)
+    scans = surfrecon.open(tmp_path / "ring.conf")
+    from_set = surfrecon.merge(scans, voxel=VOXEL).mesh
+    read = [scan.read() for scan in scans]
+    assert same(surfrecon.merge(read, voxel=VOXEL).mesh, from_set)
+    mixed = [scan if k % 2 else image for k, (scan, image) in enumerate(zip(scans, read, strict=True))]
+    assert same(surfrecon.merge(mixed[::-1], voxel=VOXEL, threads=1).mesh, from_set)
+
+
+def test_meshes_are_placed_by_their_matrices():
+    mesh = torus()
+    moved = np.eye(4)
+    moved[:3, 3] = (10, 20, 30)
+    made = surfrecon.merge([(mesh, moved)], voxel=0.05).mesh
+    assert np.allclose(made.positions.mean(axis=0), mesh.positions.mean(axis=0) + (10, 20, 30), atol=0.05)
+    # Mirroring turns triangles around; the surface's outside stays outside.
+    mirrored = surfrecon.merge([(mesh, np.diag([-1.0, 1, 1, 1]), "mirrored")], voxel=0.05).mesh
+    for surface in (made, mirrored):
+        assert surface.check()["is_closed"]
+        assert surfrecon.distances([surface.positions.mean(axis=0)], surface, signed=True)[0] > 0
+        assert volume(surface) == pytest.approx(volume(mesh), rel=0.01)
+
+
+def volume(mesh):
+    a, b, c = (mesh.positions[mesh.triangles[:, i]] for i in range(3))
+    return np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+
+
+def test_progress_runs_on_the_calling_thread_and_rises(many):
+    ticks = []
+    surfrecon.merge(many, progress=lambda stage, share: ticks.append((threading.get_ident(), stage, share)))
+    shares = [share for _, _, share in ticks]
+    assert {thread for thread, _, _ in ticks} == {threading.get_ident()}
+    assert shares == sorted(shares) and shares[0] >= 0 and shares[-1] <= 1
+    assert all(stage for _, stage, _ in ticks)
+
+
+def test_other_threads_run_meanwhile(many):
+    stop, ticks = threading.Event(), []
+
+    def tick():
+        while not stop.wait(0.001):
+            ticks.append(time.monotonic())
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    start = time.monotonic()
+    surfrecon.merge(many, voxel=0.004)
+    end = time.monotonic()
+    stop.set()
+    thread.join()
+    times = [start, *(t for t in ticks if start < t < end), end]
+    # With the lock held this would be the whole call.
+    assert max(np.diff(times)) < 0.3 * (end - start)
+
+
+def memory():
+    """Bytes of this process in memory."""
+    with open("/proc/self/statm") as statm:
+        return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def test_cancelling_at_every_tick_raises_and_leaves_nothing(many):
+    total = []
+    surfrecon.merge(many, voxel=0.004, progress=lambda *_: total.append(1))
+    assert len(total) >= 3
+    gc.collect()
+    before = memory()
+    for limit in range(min(len(total), 8)):
+        left = iter(range(limit))
+        with pytest.raises(surfrecon.Cancelled, match="cancelled"):
+            surfrecon.merge(many, voxel=0.004, progress=lambda *_, left=left: next(left, None) is not None)
+    gc.collect()
+    # A leak of one call would show: a finished one holds tens of megabytes.
+    assert memory() - before < 200e6
+
+
+def test_cancelling_answers_at_once(many):
+    cancelled = []
+
+    def cancel(*_):
+        cancelled.append(time.monotonic())
+        return False
+
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.merge(many, voxel=0.002, progress=cancel)
+    assert time.monotonic() - cancelled[0] < 0.5
+
+
+def test_an_exception_of_the_callback_comes_out(many):
+    with pytest.raises(ZeroDivisionError):
+        surfrecon.merge(many, progress=lambda *_: 1 / 0)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals differ")
+def test_ctrl_c_cancels():
+    script = """
+import os, signal, sys, threading
+sys.path.insert(0, sys.argv[1])
+import surfrecon
+from shapes import torus_scans
+scans = torus_scans(pixels=400)
+threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+try:
+    surfrecon.merge(scans, voxel=0.001)
+except KeyboardInterrupt:
+    sys.exit(42)
+"""
+    command = [sys.executable, "-c", script, os.path.dirname(__file__)]
+    assert subprocess.run(command, timeout=60, check=False).returncode == 42
+    assert signal.getsignal(signal.SIGINT) is not None
+
+
+def test_a_job_makes_the_same_surface(images):
+    job = surfrecon.Job.merge(images, voxel=VOXEL)
+    shares = []
+    while not job.done():
+        stage, share = job.progress()
+        shares.append(share)
+        time.sleep(0.001)
+    assert shares == sorted(shares)
+    result = job.result()
+    assert same(result.mesh, surfrecon.merge(images, voxel=VOXEL).mesh)
+    with pytest.raises(RuntimeError, match="already fetched"):
+        job.result()
+
+
+def test_a_job_cancels_at_once(many):
+    job = surfrecon.Job.merge(many, voxel=0.002)
+    time.sleep(0.05)
+    start = time.monotonic()
+    job.cancel()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+    assert time.monotonic() - start < 0.5
+
+
+def test_a_dropped_job_stops(many):
+    job = surfrecon.Job.merge(many, voxel=0.002)
+    time.sleep(0.02)
+    del job
+    deadline = time.monotonic() + 5
+    while any("surfrecon-job" in name for name in thread_names()):
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def thread_names():
+    names = []
+    for thread in os.listdir("/proc/self/task"):
+        try:
+            with open(f"/proc/self/task/{thread}/comm") as comm:
+                names.append(comm.read().strip())
+        except FileNotFoundError:
+            pass
+    return names
+
+
+def test_errors_of_a_job_come_with_its_result(tmp_path):
+    surfrecon.write_scans(tmp_path / "ring.conf", torus_scans(pixels=20))
+    scans = surfrecon.open(tmp_path / "ring.conf")
+    (tmp_path / "scan03.ply").unlink()
+    with pytest.raises(surfrecon.FileError, match="scan03"):
+        surfrecon.Job.merge(scans).result()
+    with pytest.raises(surfrecon.ParameterError, match=re.escape("voxel must be a finite number > 0, got -1")):
+        surfrecon.Job.merge(scans, voxel=-1)
+
+
+def test_changing_an_image_does_not_change_a_running_job(images):
+    expected = surfrecon.merge(images, voxel=VOXEL).mesh
+    image = images[0]
+    pose = image.world_from_sensor
+    job = surfrecon.Job.merge(images, voxel=VOXEL)
+    image.world_from_sensor = np.eye(4)
+    try:
+        assert same(job.result().mesh, expected)
+    finally:
+        image.world_from_sensor = pose
+
+
+def test_nothing_to_merge():
+    with pytest.raises(surfrecon.InputError):
+        surfrecon.merge([])
