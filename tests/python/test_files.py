@@ -114,7 +114,7 @@ def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
     assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
     with pytest.raises(surfrecon.InputError, match=r"must end in \.ply"):
         mesh.write(tmp_path / "torus.stl")
-    with pytest.raises(surfrecon.FileError):
+    with pytest.raises(surfrecon.SurfreconError, match="missing"):
         mesh.write(tmp_path / "missing" / "torus.ply")
 
 
