@@ -4,6 +4,10 @@
 //! |---|---|
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
 //! | `neighbours` | nearest neighbours among fixed points |
+//! | `predicates` | exact signs of determinants |
+//! | `triangles` | do two triangles cross |
 
 pub mod bvh;
 pub mod neighbours;
+pub mod predicates;
+pub mod triangles;

@@ -1,5 +1,7 @@
 //! Marching Intersections: registered scans -> one surface. \[MI04\]
 
+pub mod holes;
+
 pub mod source;
 
 mod lattice;
