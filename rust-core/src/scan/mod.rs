@@ -6,12 +6,15 @@
 //! | `rays` | the rays of a camera's pixels, in tiles that run close together |
 //! | `noise` | what a real scanner adds: noise, steps, dropouts, a wrong pose |
 //! | `shapes` | meshes to scan whose distances are known exactly |
+//! | `sculpture` | the rich shape of the demo: a serpent around a column |
 
 mod camera;
 
 mod noise;
 
 mod rays;
+
+pub mod sculpture;
 
 pub mod shapes;
 
