@@ -5,6 +5,7 @@ import bpy
 
 from . import convert
 from .job import Running
+from .operators.error_map import FIGURES, RAMP_NODE
 from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
 
@@ -88,6 +89,42 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
             values.label(text=value)
 
 
+class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
+    """Distances of the active object to the scans."""
+
+    bl_label = "Error Map"
+    bl_parent_id = "SURFRECON_PT_merge"
+
+    @classmethod
+    def poll(cls, context):
+        """Only for meshes that aren't scans."""
+        return (
+            context.object is not None and context.object.type == "MESH" and not convert.is_range_image(context.object)
+        )
+
+    def draw(self, context):
+        """The button, then the legend and the figures."""
+        layout = self.layout
+        if Running.job is None:
+            layout.operator_context = "INVOKE_DEFAULT"
+            layout.operator("surfrecon.error_map", icon="COLOR")
+        if FIGURES not in context.object:
+            return
+        figures = context.object[FIGURES].to_dict()
+        for slot in context.object.material_slots:
+            if slot.material is not None and slot.material.use_nodes and RAMP_NODE in slot.material.node_tree.nodes:
+                layout.template_color_ramp(slot.material.node_tree.nodes[RAMP_NODE], "color_ramp")
+                row = layout.row()
+                row.label(text=length(context, 0))
+                row.label(text=length(context, figures["limit"]))
+                break
+        split = layout.split(factor=0.5)
+        names, values = split.column(), split.column()
+        for name in ("mean", "rms", "p95", "max"):
+            names.label(text={"rms": "RMS", "p95": "95 % below"}.get(name, name.capitalize()))
+            values.label(text=length(context, figures[name]))
+
+
 def report_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
     faces = report["faces"]
@@ -121,7 +158,7 @@ def menu_import(self, context):
     self.layout.operator("surfrecon.import_scans", text=f"Range Scans ({', '.join(ENDINGS)})")
 
 
-CLASSES = (SURFRECON_PT_merge, SURFRECON_PT_options, SURFRECON_PT_report)
+CLASSES = (SURFRECON_PT_merge, SURFRECON_PT_options, SURFRECON_PT_report, SURFRECON_PT_error)
 
 
 def register():

@@ -179,8 +179,12 @@ def test_moved_turned_scaled_and_mirrored_scans_go_where_they_are_seen(scans, sc
     from mathutils import Matrix
 
     change = Matrix.Translation((3, 2, 1)) @ Matrix.Rotation(1, 4, "X") @ Matrix.Diagonal((*scale, 1))
+    # An object itself can't be sheared, its parent's scale can do that to it.
+    parent = bpy.data.objects.new("Parent", None)
+    bpy.context.collection.objects.link(parent)
+    parent.matrix_world = change
     for obj in scans:
-        obj.matrix_world = change @ obj.matrix_world
+        obj.parent = parent
     bpy.context.view_layer.update()
     assert bpy.ops.surfrecon.merge(voxel=VOXEL * min(map(abs, scale))) == {"FINISHED"}
     made = surface(bpy.context.object)

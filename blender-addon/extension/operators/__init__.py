@@ -3,12 +3,13 @@
 
 import bpy
 
-from . import import_scans, merge
+from . import error_map, import_scans, merge
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
     import_scans.SURFRECON_FH_scans,
     merge.SURFRECON_OT_merge,
+    error_map.SURFRECON_OT_error_map,
 )
 
 

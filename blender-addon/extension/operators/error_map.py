@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Colour a surface by its distance to the scans it was made from, or to any other surface."""
+
+import bpy
+import numpy as np
+import surfrecon
+
+from .. import convert
+from ..job import JobOperator, Refused
+from .merge import SCANS
+
+ATTRIBUTE, FIGURES = "error", "surfrecon_error"
+MAP_NODE, RAMP_NODE = "Error range", "Error colours"
+
+# Position along the scale and sRGB colour: calm where the distance is small.
+RAMP = (
+    (0.0, (0.16, 0.33, 0.60)),
+    (0.3, (0.20, 0.65, 0.66)),
+    (0.55, (0.95, 0.90, 0.45)),
+    (0.8, (0.93, 0.45, 0.20)),
+    (1.0, (0.65, 0.06, 0.12)),
+)
+
+
+class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
+    """Colour the active surface by its distance to the other selected objects, or to the scans it was merged from"""
+
+    bl_idname = "surfrecon.error_map"
+    bl_label = "Error Map"
+
+    limit: bpy.props.FloatProperty(
+        name="Full scale",
+        description="Distance of the last colour. 0: a round number above 95 % of the distances",
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=5,
+        min=0,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be a surface."""
+        if not super().poll(context):
+            return False
+        if context.object is None or context.object.type != "MESH":
+            cls.poll_message_set("Make a mesh the active object")
+            return False
+        return True
+
+    def start(self, context):
+        """Gathers the vertices and what they are measured against."""
+        measured = context.object
+        references = [obj for obj in context.selected_objects if obj is not measured]
+        if not references:
+            names = measured.get(SCANS, "").split("\n")
+            references = [bpy.data.objects[name] for name in names if name in bpy.data.objects]
+        if not references:
+            raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
+        depsgraph = context.evaluated_depsgraph_get()
+        reference = union([convert.scan_of_object(obj, depsgraph) for obj in references])
+        points = convert.positions(measured.data) @ np.array(measured.matrix_world)[:3, :3].T
+        self.measured = measured.name
+        return surfrecon.Job.distances(points + np.array(measured.matrix_world)[:3, 3], reference)
+
+    def finish(self, context, distances):
+        """Stores the distances and shows them."""
+        measured = bpy.data.objects.get(self.measured)
+        if measured is None or len(measured.data.vertices) != len(distances):
+            raise Refused(f'"{self.measured}" was changed meanwhile: try again')
+        limit = self.limit or round_up(np.quantile(distances, 0.95)) if len(distances) else 1.0
+        convert.store(measured.data, ATTRIBUTE, distances.astype(np.float32))
+        measured[FIGURES] = {
+            "mean": float(np.mean(distances)),
+            "rms": float(np.sqrt(np.mean(distances**2))),
+            "p95": float(np.quantile(distances, 0.95)),
+            "max": float(np.max(distances)),
+            "limit": float(limit),
+        }
+        show(measured, limit)
+        for area in context.screen.areas if context.screen else ():
+            if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
+                area.spaces.active.shading.type = "MATERIAL"
+
+
+def union(scans):
+    """One mesh in the world of everything `convert.scan_of_object` gives."""
+    positions, triangles, count = [], [], 0
+    for scan in scans:
+        if isinstance(scan, surfrecon.RangeImage):
+            mesh, matrix = scan.triangulate(), scan.world_from_sensor
+        else:
+            mesh, matrix, _ = scan
+        positions.append(mesh.positions @ matrix[:3, :3].T + matrix[:3, 3])
+        triangles.append(mesh.triangles.astype(np.int64) + count)
+        count += len(mesh.positions)
+    return surfrecon.Mesh(np.concatenate(positions), np.concatenate(triangles))
+
+
+def round_up(value):
+    """The next of 1, 2, 5, 10, 20 ... in any power of ten; 1 for 0."""
+    if not value > 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(next(step * power for step in (1, 2, 5, 10) if step * power >= value * (1 - 1e-9)))
+
+
+def show(obj, limit):
+    """Gives the object a material that shows the attribute."""
+    slot = obj.material_slots[0] if obj.material_slots else None
+    if slot is None:
+        obj.data.materials.append(None)
+        slot = obj.material_slots[0]
+    if slot.material is None or MAP_NODE not in getattr(slot.material.node_tree, "nodes", {}):
+        slot.material = error_material(f"{obj.name} error")
+    slot.material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
+
+
+def error_material(name):
+    """A material that colours by the attribute `error`."""
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    attribute = nodes.new("ShaderNodeAttribute")
+    attribute.attribute_name = ATTRIBUTE
+    scale = nodes.new("ShaderNodeMapRange")
+    scale.name = scale.label = MAP_NODE
+    ramp = nodes.new("ShaderNodeValToRGB")
+    ramp.name = ramp.label = RAMP_NODE
+    elements = ramp.color_ramp.elements
+    while len(elements) < len(RAMP):
+        elements.new(1)
+    for element, (position, colour) in zip(elements, RAMP, strict=True):
+        element.position = position
+        element.color = (*(linear(x) for x in colour), 1)
+    shader = nodes["Principled BSDF"]
+    shader.inputs["Roughness"].default_value = 0.6
+    for k, node in enumerate((attribute, scale, ramp)):
+        node.location = (-900 + 250 * k, 300)
+    links.new(attribute.outputs["Fac"], scale.inputs["Value"])
+    links.new(scale.outputs["Result"], ramp.inputs["Fac"])
+    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    return material
+
+
+def linear(x):
+    """Linear light of an sRGB channel."""
+    return x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4

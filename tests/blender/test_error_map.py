@@ -1,0 +1,78 @@
+"""The error map: what it measures, shows and refuses."""
+
+import bpy
+import numpy as np
+import pytest
+from files import write_set
+from shapes import torus, torus_scans
+from test_merge import VOXEL, add_mesh
+
+
+def errors(obj):
+    values = np.empty(len(obj.data.vertices), np.float32)
+    obj.data.attributes["error"].data.foreach_get("value", values)
+    return values
+
+
+@pytest.fixture
+def merged(tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=90, noise=0.001))))
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    return bpy.context.object
+
+
+def test_the_distance_to_the_scans_is_that_of_the_noise(merged):
+    assert bpy.ops.surfrecon.error_map() == {"FINISHED"}
+    assert np.quantile(errors(merged), 0.9) < 0.003
+    figures = merged["surfrecon_error"].to_dict()
+    assert figures["rms"] == pytest.approx(np.sqrt(np.mean(errors(merged).astype(float) ** 2)), rel=1e-4)
+    assert figures["mean"] <= figures["rms"] <= figures["max"] and figures["p95"] <= figures["limit"]
+
+
+def test_a_shifted_copy_is_as_far_as_it_was_shifted(extension):
+    from mathutils import Matrix
+
+    add_mesh("truth", torus(100))
+    copy = add_mesh("copy", torus(100), Matrix.Diagonal((1, 1, 1, 1)))
+    for vertex in copy.data.vertices:
+        vertex.co.z += 0.05
+    copy.data.update()
+    bpy.ops.surfrecon.error_map()
+    assert bpy.context.object is copy
+    assert errors(copy).max() == pytest.approx(0.05, rel=0.01)
+    assert copy["surfrecon_error"]["limit"] == pytest.approx(0.05)
+
+
+def test_scaled_objects_are_measured_in_the_world():
+    from mathutils import Matrix
+
+    add_mesh("truth", torus(60), Matrix.Scale(2, 4))
+    copy = add_mesh("copy", torus(60), Matrix.Scale(2, 4))
+    bpy.ops.surfrecon.error_map()
+    assert errors(copy).max() < 1e-6
+
+
+def test_the_material_shows_the_attribute_and_is_made_once(merged):
+    bpy.ops.surfrecon.error_map()
+    material = merged.material_slots[0].material
+    nodes = material.node_tree.nodes
+    assert nodes["Error range"].inputs["From Max"].default_value == pytest.approx(merged["surfrecon_error"]["limit"])
+    assert any(getattr(node, "attribute_name", "") == "error" for node in nodes)
+    bpy.ops.surfrecon.error_map(limit=0.5)
+    assert merged.material_slots[0].material is material and len(bpy.data.materials) == 1
+    assert nodes["Error range"].inputs["From Max"].default_value == 0.5
+
+
+def test_nothing_to_compare_with():
+    add_mesh("alone", torus())
+    with pytest.raises(RuntimeError, match='Select the scans that "alone" is to be compared with'):
+        bpy.ops.surfrecon.error_map()
+    assert not bpy.data.materials and "error" not in bpy.context.object.data.attributes
+
+
+def test_full_scales_are_round(extension):
+    from importlib import import_module
+
+    round_up = import_module(f"{extension.__name__}.operators.error_map").round_up
+    assert [round_up(x) for x in (0.0011, 0.2, 3, 7, 10)] == pytest.approx([0.002, 0.2, 5, 10, 10])
+    assert round_up(0) == 1
