@@ -8,6 +8,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_PATH = re.compile(rb"(?<![\w.$}\])-])/(?:work|root|home|Users|tmp|mnt)/[\w.]")
 LARGEST = 1 << 20
+# A citation such as [MI04] or [MI04, sec. 3]; alone in a doc comment rustdoc would take it for a link.
+CITATION = re.compile(r"\[([A-Z][A-Za-z]{0,5}[0-9]{2})\b")
+BARE_CITATION = re.compile(r"^\s*//[/!].*(?<!\\)\[[A-Z][A-Za-z]{0,5}[0-9]{2}\]")
 LICENCES = [
     "LICENSE-MIT",
     "LICENSE-APACHE",
@@ -34,6 +37,18 @@ def problems():
         for number, line in enumerate(content.splitlines(), 1):
             if b"\0" not in line and MACHINE_PATH.search(line):
                 yield f"{name}:{number}: a path of one machine: {line.strip().decode(errors='replace')[:80]}"
+    references = (ROOT / "REFERENCES.md").read_text()
+    for path in files():
+        if path.suffix != ".rs":
+            continue
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            where = f"{path.relative_to(ROOT)}:{number}"
+            if BARE_CITATION.search(line):
+                yield f"{where}: escape the brackets of the citation, or rustdoc takes it for a link"
+            if "//" in line:
+                for key in CITATION.findall(line):
+                    if f"| {key} |" not in references:
+                        yield f"{where}: {key} is not in REFERENCES.md"
     for name in LICENCES:
         if not (ROOT / name).is_file():
             yield f"{name} is missing"

@@ -14,7 +14,10 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("scan", &["geom", "mesh", "range_image"]),
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
-    ("import", &["mesh", "point_cloud", "range_image", "triangulate", "merge::OrientedSurface", "merge::ScanSource"]),
+    (
+        "import",
+        &["geom", "mesh", "point_cloud", "range_image", "triangulate", "merge::OrientedSurface", "merge::ScanSource"],
+    ),
     ("export", &["mesh", "point_cloud", "range_image"]),
 ];
 /// The table of parameters gathers those of the operations.

@@ -20,7 +20,7 @@ pub enum Side {
     /// All distances are positive.
     Ignored,
     /// Distances behind the surface are negative. The side follows from the angle-weighted normal of the closest face, edge
-    /// or vertex [BA05], which is right wherever the mesh is closed, and beside a boundary means the side of the nearest face.
+    /// or vertex \[BA05\], which is right wherever the mesh is closed, and beside a boundary means the side of the nearest face.
     Signed,
 }
 
@@ -119,7 +119,7 @@ pub fn deviation(
     Ok(Deviation { summary: Summary::of(&distances), distances })
 }
 
-/// Normals of edges and vertices that tell the side of a point. [BA05]
+/// Normals of edges and vertices that tell the side of a point. \[BA05\]
 struct PseudoNormals {
     vertices: Vec<DVec3>,
     /// Both ends, the smaller first, and the sum of the unit normals of the faces; sorted.

@@ -18,7 +18,7 @@ enum Purpose {
     Turn = 5,
 }
 
-/// A random word: the finalizer of SplitMix64 [SLF14] over a chain of the three inputs.
+/// A random word: the finalizer of SplitMix64 \[SLF14\] over a chain of the three inputs.
 fn word(seed: u64, purpose: Purpose, index: u64) -> u64 {
     let mix = |mut z: u64| {
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

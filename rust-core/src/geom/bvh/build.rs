@@ -1,4 +1,4 @@
-//! Building the hierarchy: binned surface area heuristic, in parallel. [Wald07]
+//! Building the hierarchy: binned surface area heuristic, in parallel. \[Wald07\]
 //!
 //! The tree depends on the triangles alone: bins are filled and boxes joined with operations that don't depend on their
 //! order, and parts are split in place by one thread each.

@@ -1,4 +1,4 @@
-//! Many rays at once: 64 rays walk the tree together, four to a vector. [ORM08], [WBW13]
+//! Many rays at once: 64 rays walk the tree together, four to a vector. \[ORM08\], \[WBW13\]
 //!
 //! Rays that run close together (neighbouring pixels) visit the same nodes, so a node is fetched once for all of them.
 //! A node is skipped if the first ray that was still alive misses it, an interval test over all rays misses it, and then

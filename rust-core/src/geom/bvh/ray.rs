@@ -1,4 +1,4 @@
-//! One ray: watertight triangle test in f64. [WBW13]
+//! One ray: watertight triangle test in f64. \[WBW13\]
 //!
 //! The ray is sheared so that it runs along an axis through the origin; a triangle is hit if the origin lies in its
 //! projection. Both triangles at an edge see the same two projected points, and the sign of the difference of two
