@@ -125,14 +125,14 @@ pub struct Turntable {
     pub elevation: f64,
     /// The vertical.
     pub up: DVec3,
-    /// Rows and columns of each image.
+    /// Pixels across the diagonal of the bounds. An orthographic image has as many rows and columns as the bounds need.
     pub pixels: usize,
     /// Angle between the first and the last row of a pinhole camera, in radians; `None`: orthographic cameras.
     pub height_angle: Option<f64>,
 }
 
 impl Default for Turntable {
-    /// Eight around, two above, two below, orthographic, z up, 400 x 400 pixels.
+    /// Eight around, two above, two below, orthographic, z up, 400 pixels across.
     fn default() -> Self {
         Turntable {
             around: 8,
@@ -172,8 +172,7 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Came
             let from = (a * azimuth.cos() + b * azimuth.sin()) * elevation.cos() + up * elevation.sin();
             cameras.push(match table.height_angle {
                 None => {
-                    let spacing = 2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64;
-                    Camera::orthographic(table.pixels, table.pixels, spacing, centre, -from, up)
+                    orthographic_fit((lo, hi), 2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64, -from, up)
                 }
                 Some(angle) => {
                     let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
@@ -183,4 +182,12 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Came
         }
     }
     Ok(cameras)
+}
+
+/// An orthographic camera that sees the bounds with a margin of at least half a pixel, and little else.
+fn orthographic_fit((lo, hi): (DVec3, DVec3), spacing: f64, toward: DVec3, up: DVec3) -> Camera {
+    let axes = axes(toward, up);
+    let size = hi - lo;
+    let pixels = |axis: DVec3| (size.dot(axis.abs()) / spacing).ceil() as usize + 2;
+    Camera::orthographic(pixels(axes.y), pixels(axes.x), spacing, lo.midpoint(hi), toward, up)
 }
