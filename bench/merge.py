@@ -8,6 +8,7 @@ figures are medians.
 import json
 import os
 import statistics
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,6 @@ from surface import distances, sample, topology
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "bench"
 EXAMPLES = ROOT / "target" / "release" / "examples"
-MM = 1e3  # all data sets here are in metres
 SAMPLES = 200_000
 
 OURS, WHEEL = "surfrecon", "surfrecon-wheel"
@@ -36,6 +36,7 @@ class Case:
     name: str
     conf: Path
     voxel: float
+    mm: float = 1e3  # millimetres in the scans' unit
     truth: Path | None = None  # the shape that was scanned, where it is known
     paper: tuple | None = None  # shares of case a, b, c in per cent in the paper's Table 2
 
@@ -46,6 +47,7 @@ DATA_CASES = [
     ("dragon 0.75 mm", "stanford_dragon_stand/dragonStandRight.conf", 0.00075, None),
     ("happy 0.60 mm", "stanford_happy_stand/happyStandRight.conf", 0.0006, None),
 ]
+VIRTUAL_SCANS, VIRTUAL_VOXEL = 12, 1.0
 
 
 def data_cases(skipped):
@@ -60,6 +62,21 @@ def data_cases(skipped):
         else:
             cases.append(Case(name, Path(data) / conf, voxel, paper=paper))
     return cases
+
+
+def virtual_scans(scans):
+    """Scans a known shape, in millimetres, with noise, dropouts and slightly wrong poses; returns the folder."""
+    folder = OUT / "inputs" / f"virtual_{scans}"
+    program = [EXAMPLES / "virtual_scans", folder, "--scans", scans, "--ascii"]
+    subprocess.run(list(map(str, program)), check=True, stdout=subprocess.DEVNULL)
+    return folder
+
+
+def virtual_case():
+    """Where the truth is known."""
+    folder = virtual_scans(VIRTUAL_SCANS)
+    voxel = VIRTUAL_VOXEL
+    return Case(f"virtual {voxel:g} mm", folder / "scans.conf", voxel, mm=1.0, truth=folder / "truth.ply")
 
 
 def command(tool, case, folder, out, report):
@@ -77,7 +94,7 @@ def quality(case, folder, out):
     if mesh.faces is None or len(mesh.faces) == 0:
         return {"triangles": 0}
     figures = topology(mesh.vertices, mesh.faces)
-    off = distances(read_ply(folder / "points.ply").vertices, mesh.vertices, mesh.faces) * MM
+    off = distances(read_ply(folder / "points.ply").vertices, mesh.vertices, mesh.faces) * case.mm
     figures |= {
         "rms_mm": float(np.sqrt(np.mean(off**2))),
         "max_mm": float(off.max()),
@@ -87,12 +104,12 @@ def quality(case, folder, out):
     # Surface where no scan has any: how far the result strays from the scans.
     scans = read_ply(folder / "all.ply")
     on_surface = sample(mesh.vertices, mesh.faces, SAMPLES)
-    astray = distances(on_surface, scans.vertices, scans.faces) * MM
+    astray = distances(on_surface, scans.vertices, scans.faces) * case.mm
     figures |= {"surface_to_scans_mean_mm": float(astray.mean()), "surface_to_scans_max_mm": float(astray.max())}
     if case.truth:
         truth = read_ply(case.truth)
-        to_truth = distances(on_surface, truth.vertices, truth.faces) * MM
-        from_truth = distances(sample(truth.vertices, truth.faces, SAMPLES), mesh.vertices, mesh.faces) * MM
+        to_truth = distances(on_surface, truth.vertices, truth.faces) * case.mm
+        from_truth = distances(sample(truth.vertices, truth.faces, SAMPLES), mesh.vertices, mesh.faces) * case.mm
         figures |= {
             "to_truth_mean_mm": float(to_truth.mean()),
             "to_truth_max_mm": float(to_truth.max()),
@@ -104,7 +121,7 @@ def quality(case, folder, out):
 
 def run_case(case, tools, repeats):
     """Runs the tools in turn on one case; returns a row a tool and our own report."""
-    folder = OUT / "inputs" / case.conf.stem
+    folder = OUT / "inputs" / f"{case.conf.parent.name}_prepared"
     prepared = prepare(case.conf, folder)
     runs, failures = {tool: [] for tool in tools}, {}
     report = OUT / "inputs" / "report.json"
@@ -123,7 +140,12 @@ def run_case(case, tools, repeats):
                 print(f"    failed: {failed}", flush=True)
     rows = []
     for tool in tools:
-        row = {"case": case.name, "tool": tool, "voxel_mm": case.voxel * MM, "input_triangles": prepared["triangles"]}
+        row = {
+            "case": case.name,
+            "tool": tool,
+            "voxel_mm": case.voxel * case.mm,
+            "input_triangles": prepared["triangles"],
+        }
         if tool in failures:
             rows.append(row | {"failed": failures[tool]})
             continue
@@ -181,10 +203,41 @@ def show_shares(shares):
     )
 
 
+def growth(repeats):
+    """How our time and memory grow with twice the scans and half the voxel; a row for each combination."""
+    rows = []
+    for scans in (VIRTUAL_SCANS, 2 * VIRTUAL_SCANS):
+        conf = virtual_scans(scans) / "scans.conf"
+        for voxel in (VIRTUAL_VOXEL, VIRTUAL_VOXEL / 2):
+            case = Case(f"{scans} scans {voxel:g} mm", conf, voxel, mm=1.0)
+            out, report = OUT / "inputs" / "growth.ply", OUT / "inputs" / "growth.json"
+            print(f"  {case.name}: {repeats} runs", flush=True)
+            runs = [measured.run(command(OURS, case, None, out, report))[0] for _ in range(repeats)]
+            figures = {name: statistics.median(run[name] for run in runs) for name in ("cpu_s", "wall_s", "peak_mb")}
+            told = json.loads(report.read_text())
+            row = {"scans": scans, "voxel_mm": voxel, "input_triangles": told["input_triangles"]} | figures
+            rows.append(row | {"triangles": sum(told["faces"]), "intersections": told["intersections"]})
+    for row in rows:
+        row["cpu_growth"] = row["cpu_s"] / rows[0]["cpu_s"]
+        row["peak_growth"] = row["peak_mb"] / rows[0]["peak_mb"]
+    return rows
+
+
+def show_growth(rows):
+    """Prints the table of growth."""
+    print("\nGrowth, surfrecon on virtual scans")
+    columns = {
+        "scans": "scans", "voxel mm": "voxel_mm", "input triangles": "input_triangles", "triangles": "triangles",
+        "intersections": "intersections", "CPU s": "cpu_s", "x": "cpu_growth", "wall s": "wall_s", "MB": "peak_mb",
+        "x ": "peak_growth",
+    }  # fmt: skip
+    table.show(rows, columns)
+
+
 def main(only_cases, repeats):
     """Runs the benchmark and returns what goes into the JSON file."""
     skipped = []
-    cases = [case for case in data_cases(skipped) if only_cases in case.name]
+    cases = [case for case in [*data_cases(skipped), virtual_case()] if only_cases in case.name]
     rows, shares = [], []
     for case in cases:
         print(f"\n{case.name}", flush=True)
@@ -198,6 +251,9 @@ def main(only_cases, repeats):
             shares.append({"case": case.name} | made | paper)
     if shares:
         show_shares(shares)
+    grown = growth(repeats) if only_cases in "growth" else []
+    if grown:
+        show_growth(grown)
     for reason in skipped:
         print(f"SKIPPED {reason}")
-    return {"rows": rows, "face_shares": shares, "skipped": skipped}
+    return {"rows": rows, "face_shares": shares, "growth": grown, "skipped": skipped}
