@@ -26,7 +26,9 @@ const GAP_ROUNDS: usize = 2;
 /// Times pinched cells are looked for.
 const PINCH_ROUNDS: usize = 1;
 
-type Rows = Vec<u64>;
+/// Rows of a window with those before and after it. The length is known at compile time, so loops need no bounds checks.
+type Rows = Box<[u64; LENGTH]>;
+const LENGTH: usize = WIDTH * WIDTH + 2 * PAD;
 
 /// What reconstruction needs to know of a brick.
 pub struct BrickSurface {
@@ -66,7 +68,9 @@ pub struct Analyser {
 
 impl Default for Analyser {
     fn default() -> Self {
-        let rows = || vec![0_u64; WIDTH * WIDTH + 2 * PAD];
+        let rows = || -> Rows {
+            vec![0_u64; LENGTH].into_boxed_slice().try_into().expect("the vector has the array's length")
+        };
         Analyser {
             direct_in: rows(),
             direct_out: rows(),
@@ -147,8 +151,8 @@ impl Analyser {
             let corners = c[i] | c[i - NEXT_Y] | c[i - NEXT_Z] | c[i - NEXT_Y - NEXT_Z];
             self.need[i] = (corners | corners << 1) & !(self.direct_in[i] | self.direct_out[i]);
         }
-        self.inside.copy_from_slice(&self.direct_in);
-        self.outside.copy_from_slice(&self.direct_out);
+        self.inside.copy_from_slice(&self.direct_in[..]);
+        self.outside.copy_from_slice(&self.direct_out[..]);
         for _ in 0..2 {
             neighbours(&self.inside, &mut self.bad);
             neighbours(&self.outside, &mut self.spare);
@@ -198,7 +202,7 @@ impl Analyser {
 
     fn accept_gaps(&mut self) {
         for axis in 0..3 {
-            self.accepted[axis].copy_from_slice(&self.gap[axis]);
+            self.accepted[axis].copy_from_slice(&self.gap[axis][..]);
         }
         for _ in 0..GAP_ROUNDS {
             self.find_bad_cells();

@@ -63,28 +63,32 @@ pub fn place(surface: &mut Surface, lattice: &Lattice) {
 
 /// The vertices around each artificial vertex, as starts and a flat list.
 fn neighbours(surface: &Surface, slot_of: &[u32]) -> (Vec<u32>, Vec<u32>) {
-    let pairs: Vec<(u32, u32)> = surface
+    let pairs: Vec<Vec<(u32, u32)>> = surface
         .triangles
         .par_chunks(1 << 14)
-        .flat_map_iter(|triangles| {
-            triangles.iter().flat_map(|t| {
-                (0..3).flat_map(move |i| {
-                    let slot = slot_of[t[i] as usize];
-                    (1..3).filter(move |_| slot != u32::MAX).map(move |j| (slot, t[(i + j) % 3]))
-                })
-            })
+        .map(|triangles| {
+            let mut pairs = Vec::new();
+            for &[a, b, c] in triangles {
+                for (v, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                    let slot = slot_of[v as usize];
+                    if slot != u32::MAX {
+                        pairs.extend(others.map(|other| (slot, other)));
+                    }
+                }
+            }
+            pairs
         })
         .collect();
     let mut starts = vec![0_u32; surface.artificial.len() + 1];
-    for &(slot, _) in &pairs {
+    for &(slot, _) in pairs.iter().flatten() {
         starts[slot as usize + 1] += 1;
     }
     for slot in 1..starts.len() {
         starts[slot] += starts[slot - 1];
     }
     let mut next = starts.clone();
-    let mut list = vec![0; pairs.len()];
-    for (slot, vertex) in pairs {
+    let mut list = vec![0; starts[starts.len() - 1] as usize];
+    for (slot, vertex) in pairs.into_iter().flatten() {
         list[next[slot as usize] as usize] = vertex;
         next[slot as usize] += 1;
     }

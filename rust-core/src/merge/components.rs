@@ -13,14 +13,10 @@ pub struct Dropped {
 /// Drops connected parts with less than `min_share` of all triangles, and vertices without a triangle. The largest part
 /// always stays.
 pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
-    let mut parts = UnionFind::new(surface.positions.len());
-    for t in &surface.triangles {
-        let root = parts.union(t[0], t[1]);
-        parts.union(root, t[2]);
-    }
+    let part_of = parts(surface.positions.len(), &surface.triangles);
     let mut faces = vec![0_u32; surface.positions.len()];
     for t in &surface.triangles {
-        faces[parts.find(t[0]) as usize] += 1;
+        faces[part_of[t[0] as usize] as usize] += 1;
     }
     let largest = faces.iter().copied().max().unwrap_or(0);
     let least = (min_share * surface.triangles.len() as f64).min(f64::from(largest));
@@ -31,9 +27,10 @@ pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
             dropped.faces += u64::from(f);
         }
     }
-    let keep: Vec<bool> = (0..surface.positions.len() as u32)
-        .map(|v| {
-            let f = faces[parts.find(v) as usize];
+    let keep: Vec<bool> = part_of
+        .iter()
+        .map(|&part| {
+            let f = faces[part as usize];
             f > 0 && f64::from(f) >= least
         })
         .collect();
@@ -69,31 +66,31 @@ fn compact(surface: &mut Surface, keep: &[bool]) {
     surface.artificial.iter_mut().for_each(|a| a.vertex = number[a.vertex as usize]);
 }
 
-struct UnionFind {
-    parent: Vec<u32>,
-}
-
-impl UnionFind {
-    fn new(len: usize) -> Self {
-        UnionFind { parent: (0..len as u32).collect() }
-    }
-
-    #[inline]
-    fn find(&mut self, mut v: u32) -> u32 {
-        while self.parent[v as usize] != v {
-            let up = self.parent[self.parent[v as usize] as usize];
-            self.parent[v as usize] = up;
+/// The lowest vertex of each vertex's part: union by lower index with path halving.
+fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut parent: Vec<u32> = (0..vertices as u32).collect();
+    fn find(parent: &mut [u32], mut v: u32) -> u32 {
+        while parent[v as usize] != v {
+            let up = parent[parent[v as usize] as usize];
+            parent[v as usize] = up;
             v = up;
         }
         v
     }
-
-    /// Joins two sets under the lower root.
-    #[inline]
-    fn union(&mut self, a: u32, b: u32) -> u32 {
-        let (a, b) = (self.find(a), self.find(b));
-        let (low, high) = (a.min(b), a.max(b));
-        self.parent[high as usize] = low;
-        low
+    for &[a, b, c] in triangles {
+        let up = [parent[a as usize], parent[b as usize], parent[c as usize]];
+        if up[0] == up[1] && up[1] == up[2] {
+            continue;
+        }
+        let roots = [find(&mut parent, a), find(&mut parent, b), find(&mut parent, c)];
+        let lowest = roots[0].min(roots[1]).min(roots[2]);
+        for root in roots {
+            parent[root as usize] = lowest;
+        }
     }
+    // Parents have lower indices, so one pass upward finds every root.
+    for v in 0..vertices {
+        parent[v] = parent[parent[v] as usize];
+    }
+    parent
 }

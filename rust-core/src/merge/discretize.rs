@@ -40,16 +40,17 @@ pub fn discretize(
         }
         let [b, c] = if flipped { [c, b] } else { [b, c] };
         let corners = [a as usize, b as usize, c as usize];
-        let triangle = Triangle { vertices: corners.map(|v| vertices[v]) };
+        let triangle = Triangle { vertices: [vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]] };
         let low = triangle.bound(i64::min);
         let high = triangle.bound(i64::max);
-        let extent = [0, 1, 2].map(|i| high[i] - low[i]);
         // Most triangles are smaller than a cell: their lines are none or one in each direction.
-        let lines = [0, 1, 2].map(|i| (ceil_cell(low[i]), ceil_cell(high[i])));
-        let empty = lines.map(|(from, to)| from >= to);
-        if empty.iter().filter(|&&e| e).count() >= 2 {
+        let lines_along = |i: usize| (ceil_cell(low[i]), ceil_cell(high[i]));
+        let lines = [lines_along(0), lines_along(1), lines_along(2)];
+        let empty = [lines[0].0 >= lines[0].1, lines[1].0 >= lines[1].1, lines[2].0 >= lines[2].1];
+        if u8::from(empty[0]) + u8::from(empty[1]) + u8::from(empty[2]) >= 2 {
             continue;
         }
+        let extent = [high[0] - low[0], high[1] - low[1], high[2] - low[2]];
         if extent.iter().any(|&e| e > SMALL_EXTENT * CELL * 4096) {
             return Err(Error::input(format!(
                 "{name}: triangle {t} spans more than {} cells: choose a larger voxel",
@@ -66,12 +67,14 @@ pub fn discretize(
             let mut emit = |hit: Hit| {
                 let normal = *normal.get_or_insert_with(|| triangle.unit_normal());
                 let weights = hit.barycentric;
-                let blend = |x: [f32; 3]| weights[0] * x[0] + weights[1] * x[1] + weights[2] * x[2];
-                let weight = blend(corners.map(|v| surface.confidence[v]));
-                let colour = colour.map_or([255; 4], |colour| {
-                    let corner = corners.map(|v| colour[v]);
-                    [0, 1, 2, 3].map(|i| (blend(corner.map(|c| f32::from(c[i]))) + 0.5) as u8)
-                });
+                let blend = |at: &dyn Fn(usize) -> f32| {
+                    weights[0] * at(corners[0]) + weights[1] * at(corners[1]) + weights[2] * at(corners[2])
+                };
+                let weight = blend(&|v| surface.confidence[v]);
+                let colour = match colour {
+                    Some(colour) => [0, 1, 2, 3].map(|i| (blend(&|v| f32::from(colour[v][i])) + 0.5) as u8),
+                    None => [255; 4],
+                };
                 buckets.push(axis, hit.line[0], hit.line[1], |line| {
                     Crossing::new(line, scan, hit.cell, hit.fraction, hit.sign_of(normal[axis]), weight, colour)
                 });
@@ -116,16 +119,17 @@ impl Hit {
 }
 
 impl Triangle {
-    #[inline]
+    #[inline(always)]
     fn bound(&self, choose: fn(i64, i64) -> i64) -> [i64; 3] {
         let [a, b, c] = &self.vertices;
-        [0, 1, 2].map(|i| choose(choose(a[i], b[i]), c[i]))
+        let at = |i: usize| choose(choose(a[i], b[i]), c[i]);
+        [at(0), at(1), at(2)]
     }
 
     fn unit_normal(&self) -> [f32; 3] {
         let [a, b, c] = self.vertices;
-        let ab = glam::DVec3::from_array([0, 1, 2].map(|i| (b[i] - a[i]) as f64));
-        let ac = glam::DVec3::from_array([0, 1, 2].map(|i| (c[i] - a[i]) as f64));
+        let ab = glam::DVec3::new((b[0] - a[0]) as f64, (b[1] - a[1]) as f64, (b[2] - a[2]) as f64);
+        let ac = glam::DVec3::new((c[0] - a[0]) as f64, (c[1] - a[1]) as f64, (c[2] - a[2]) as f64);
         ab.cross(ac).normalize_or_zero().as_vec3().to_array()
     }
 }
@@ -181,12 +185,11 @@ fn scan_lines<W: Wide>(
     emit: &mut impl FnMut(Hit),
 ) {
     let [u, v] = ACROSS[axis];
-    let flat = triangle.vertices.map(|p| [p[u], p[v]]);
-    let sides = [0, 1, 2].map(|i| {
-        // Side i lies opposite corner i.
-        let (from, to) = (flat[(i + 1) % 3], flat[(i + 2) % 3]);
-        [to[0] - from[0], to[1] - from[1]]
-    });
+    let [a, b, c] = &triangle.vertices;
+    let flat = [[a[u], a[v]], [b[u], b[v]], [c[u], c[v]]];
+    // Side i lies opposite corner i.
+    let side = |from: [i64; 2], to: [i64; 2]| [to[0] - from[0], to[1] - from[1]];
+    let sides = [side(flat[1], flat[2]), side(flat[2], flat[0]), side(flat[0], flat[1])];
     let area = W::cross(sides[2], [-sides[1][0], -sides[1][1]]);
     let orientation = area.signum();
     if orientation == 0 {
@@ -227,16 +230,19 @@ fn scan_lines<W: Wide>(
                 continue;
             }
             let whole = 1.0 / area.to_f64();
-            let barycentric = e.map(|e| e.to_f64() * whole);
-            let heights = triangle.vertices.map(|p| p[axis]);
+            let barycentric = [e[0].to_f64() * whole, e[1].to_f64() * whole, e[2].to_f64() * whole];
+            let [a, b, c] = &triangle.vertices;
+            let heights = [a[axis], b[axis], c[axis]];
             let lowest = heights[0].min(heights[1]).min(heights[2]);
-            let height: f64 = (0..3).map(|i| barycentric[i] * (heights[i] - lowest) as f64).sum();
+            let height = barycentric[0] * (heights[0] - lowest) as f64
+                + barycentric[1] * (heights[1] - lowest) as f64
+                + barycentric[2] * (heights[2] - lowest) as f64;
             let (cell, fraction) = locate(triangle, axis, e, area, lowest, height);
             emit(Hit {
                 line: [line_u, line_v],
                 cell,
                 fraction,
-                barycentric: barycentric.map(|b| b as f32),
+                barycentric: [barycentric[0] as f32, barycentric[1] as f32, barycentric[2] as f32],
                 positive: orientation > 0,
             });
         }
@@ -272,9 +278,10 @@ fn locate<W: Wide>(triangle: &Triangle, axis: usize, e: [W; 3], area: W, lowest:
     let from_cell = lowest >> FRACTION_BITS;
     let above = height + (lowest - (from_cell << FRACTION_BITS)) as f64;
     let cells = above * (1.0 / CELL as f64);
-    let floor = cells.floor();
-    let fraction = cells - floor;
-    let mut cell = from_cell + floor as i64;
+    // Truncation is the floor: the crossing lies above `from_cell`.
+    let floor = cells as i64;
+    let fraction = cells - floor as f64;
+    let mut cell = from_cell + floor;
     // Rounding errors of `cells` are below 1e-12 of the triangle's extent in cells, at most 2^21.
     if !(1e-5..=1.0 - 1e-5).contains(&fraction) {
         let node = if fraction < 0.5 { cell } else { cell + 1 };

@@ -5,7 +5,8 @@
 //!    of one sign and of different scans whose span is within the merge distance becomes one crossing; a group that is
 //!    too long is cut at its largest gap.
 //! 2. The distance along the normal is the distance along the line times `|dr|` (the printed eq. 1 divides).
-//! 3. Where all weights are 0 (borders) the plain mean is taken.
+//! 3. A crossing counts with at least a quarter of the largest trust of all scans. At borders trust is 0, eq. 2 would be
+//!    0/0 there; and a border next to a single other scan would have no say at all.
 //! 4. A cell edge keeps at most one crossing: the shift across cells and its artificial crossings follow from the signs
 //!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
 //!    removals do one after the other.
@@ -73,13 +74,32 @@ pub fn for_each_line(raw: &RawBundle, mut each: impl FnMut(usize, &mut Vec<Cross
     }
 }
 
-/// Fuses a bundle; `merge_distance` in cells.
-pub fn fuse(raw: RawBundle, merge_distance: f64) -> FusedBundle {
+/// What makes crossings one, and how they are averaged.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rule {
+    /// Largest distance along the normal, in cells.
+    pub merge_distance: f64,
+    /// Largest trust of any sample.
+    pub full_trust: f64,
+}
+
+/// Share of the full trust that every crossing has.
+const LEAST_SHARE: f64 = 0.25;
+
+impl Rule {
+    fn weight(&self, c: &Crossing) -> f64 {
+        let floor = if self.full_trust > 0.0 { LEAST_SHARE * self.full_trust } else { 1.0 };
+        floor + (1.0 - LEAST_SHARE) * f64::from(c.weight)
+    }
+}
+
+/// Fuses a bundle.
+pub fn fuse(raw: RawBundle, rule: Rule) -> FusedBundle {
     let mut fused: Vec<Crossing> = Vec::new();
     let mut counts: Vec<u32> = Vec::new();
     let mut lowest = i32::MAX;
     let mut highest = i32::MIN;
-    let mut fuser = LineFuser { merge_distance, ..LineFuser::default() };
+    let mut fuser = LineFuser { rule, ..LineFuser::default() };
     for_each_line(&raw, |_, line| {
         remove_fine_details(line);
         let from = fused.len();
@@ -129,8 +149,7 @@ pub fn fuse(raw: RawBundle, merge_distance: f64) -> FusedBundle {
 /// Fuses one line after the other, keeping its buffers.
 #[derive(Default)]
 struct LineFuser {
-    /// In cells.
-    merge_distance: f64,
+    rule: Rule,
     same_sign: Vec<Crossing>,
     clusters: Vec<Crossing>,
     edge: Vec<Crossing>,
@@ -146,7 +165,7 @@ impl LineFuser {
             for enters in [false, true] {
                 self.same_sign.clear();
                 self.same_sign.extend(line.iter().filter(|c| c.enters() == enters));
-                cluster(&self.same_sign, self.merge_distance, &mut self.clusters);
+                cluster(&self.same_sign, &self.rule, &mut self.clusters);
             }
             self.clusters.sort_by(|a, b| (a.cell.cmp(&b.cell)).then(a.fraction.total_cmp(&b.fraction)));
         }
@@ -155,7 +174,7 @@ impl LineFuser {
         while i < self.clusters.len() {
             let cell = self.clusters[i].cell;
             let end = i + self.clusters[i..].iter().take_while(|c| c.cell == cell).count();
-            out.extend(one_per_edge(&self.clusters[i..end], &mut self.edge));
+            out.extend(one_per_edge(&self.clusters[i..end], &self.rule, &mut self.edge));
             i = end;
         }
         for j in from + 1..out.len() {
@@ -168,11 +187,11 @@ impl LineFuser {
 }
 
 /// Splits crossings of one sign, sorted along their line, into clusters and appends each cluster's crossing.
-fn cluster(group: &[Crossing], merge_distance: f64, out: &mut Vec<Crossing>) {
+fn cluster(group: &[Crossing], rule: &Rule, out: &mut Vec<Crossing>) {
     match group {
         [] => {}
         [single] => out.push(*single),
-        _ if is_one_surface(group, merge_distance) => out.push(fused(group)),
+        _ if is_one_surface(group, rule) => out.push(fused(group, rule)),
         _ => {
             let gap = |i: usize| along(&group[i], &group[i + 1]);
             let mut cut = 0;
@@ -181,8 +200,8 @@ fn cluster(group: &[Crossing], merge_distance: f64, out: &mut Vec<Crossing>) {
                     cut = i;
                 }
             }
-            cluster(&group[..=cut], merge_distance, out);
-            cluster(&group[cut + 1..], merge_distance, out);
+            cluster(&group[..=cut], rule, out);
+            cluster(&group[cut + 1..], rule, out);
         }
     }
 }
@@ -192,28 +211,23 @@ fn along(from: &Crossing, to: &Crossing) -> f64 {
     f64::from(to.cell) - f64::from(from.cell) + (f64::from(to.fraction) - f64::from(from.fraction))
 }
 
-fn is_one_surface(group: &[Crossing], merge_distance: f64) -> bool {
+fn is_one_surface(group: &[Crossing], rule: &Rule) -> bool {
     let (sum, total) = group.iter().fold((0.0, 0.0), |(sum, total), c| {
-        let w = weight(c);
+        let w = rule.weight(c);
         (sum + w * f64::from(c.normal.abs()), total + w)
     });
-    along(&group[0], &group[group.len() - 1]) * (sum / total) <= merge_distance
+    along(&group[0], &group[group.len() - 1]) * (sum / total) <= rule.merge_distance
         && (1..group.len()).all(|i| group[..i].iter().all(|c| c.scan() != group[i].scan()))
 }
 
-/// A weight that is never 0, or borders alone on a line would have no place.
-fn weight(c: &Crossing) -> f64 {
-    f64::from(c.weight) + 1e-6
-}
-
 /// The weighted mean of a cluster. Sums run along the line, so they do not depend on the order of the scans.
-fn fused(group: &[Crossing]) -> Crossing {
+fn fused(group: &[Crossing], rule: &Rule) -> Crossing {
     let base = group[0].cell;
     let mut total = 0.0;
     let (mut place, mut normal, mut colour) = (0.0, 0.0, [0.0; 4]);
     let mut strongest = &group[0];
     for c in group {
-        let w = weight(c);
+        let w = rule.weight(c);
         total += w;
         place += w * (f64::from(c.cell - base) + f64::from(c.fraction));
         normal += w * f64::from(c.normal);
@@ -240,7 +254,7 @@ fn fused(group: &[Crossing]) -> Crossing {
 
 /// What is left of the crossings of one cell edge: none if as many enter as leave, else one of the surplus sign, the
 /// mean of those left when neighbours of opposite sign have cancelled.
-fn one_per_edge(crossings: &[Crossing], stack: &mut Vec<Crossing>) -> Option<Crossing> {
+fn one_per_edge(crossings: &[Crossing], rule: &Rule, stack: &mut Vec<Crossing>) -> Option<Crossing> {
     if let [single] = crossings {
         return Some(*single);
     }
@@ -255,6 +269,6 @@ fn one_per_edge(crossings: &[Crossing], stack: &mut Vec<Crossing>) -> Option<Cro
     }
     match stack.as_slice() {
         [] => None,
-        left => Some(fused(left)),
+        left => Some(fused(left, rule)),
     }
 }

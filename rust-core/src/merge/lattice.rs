@@ -26,15 +26,19 @@ pub const ROWS: usize = 1 << (2 * BRICK_BITS);
 pub const ACROSS: [[usize; 2]; 3] = [[1, 2], [2, 0], [0, 1]];
 
 /// Node coordinates must stay within plus or minus this, so that sums of neighbours fit an `i32`.
-const MAX_NODE: f64 = 1.0e9;
+const MAX_NODE: i64 = 1_000_000_000;
 
-/// The grid. Node coordinates count from `base`, a node of the world's grid near the scans: a shift of integers, which
-/// changes no result, keeps georeferenced scans exact in 32 bits.
+/// Cells from the world's origin must stay below this, so that fixed-point coordinates fit an `i64`.
+const MAX_WORLD_CELL: f64 = (1_u64 << 42) as f64;
+
+/// The grid. Node coordinates count from `base`, a node of the world's grid near the scans: so georeferenced scans fit 32
+/// bits. Whole bricks lie between two bases and world coordinates are rounded before the base is subtracted, so which
+/// base it is changes no result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// Size of a cell in world units.
     pub voxel: f64,
-    /// World node from which node coordinates count.
+    /// World node from which node coordinates count, a multiple of [`BRICK`].
     pub base: [i64; 3],
 }
 
@@ -42,20 +46,25 @@ impl Lattice {
     /// A grid whose base lies near `near`.
     ///
     /// # Errors
-    /// `near` is so far from the world's origin that its cell can't be counted in 53 bits.
+    /// `near` is too far from the world's origin, counted in cells.
     pub fn new(voxel: f64, near: DVec3) -> Result<Self> {
         let cell = near / voxel;
-        if !cell.is_finite() || cell.abs().max_element() > (1_u64 << 52) as f64 {
+        // Not `<`, or NaN would pass.
+        if !cell.to_array().iter().all(|c| c.abs() < MAX_WORLD_CELL) {
             return Err(Error::input(format!(
-                "a scan lies at {near}, more than 2^52 cells of {voxel} from the origin: choose a larger voxel or move the scans"
+                "a scan lies at {near}, more than 2^42 cells of {voxel} from the origin: choose a larger voxel or move the scans"
             )));
         }
-        Ok(Lattice { voxel, base: cell.round().to_array().map(|c| c as i64) })
+        Ok(Lattice { voxel, base: cell.to_array().map(|c| (c as i64) >> BRICK_BITS << BRICK_BITS) })
     }
 
     /// World position of a place on the grid, `cell + fraction` along each axis.
+    #[inline]
     pub fn world(&self, node: [i32; 3], axis: usize, fraction: f64) -> DVec3 {
-        let mut at = [0, 1, 2].map(|i| (self.base[i] + i64::from(node[i])) as f64);
+        let mut at = [0.0; 3];
+        for i in 0..3 {
+            at[i] = (self.base[i] + i64::from(node[i])) as f64;
+        }
         at[axis] += fraction;
         DVec3::from_array(at) * self.voxel
     }
@@ -65,35 +74,51 @@ impl Lattice {
     /// # Errors
     /// A coordinate is not finite, or too far from the other scans to be counted in cells.
     pub fn snap(&self, positions: &[DVec3], world_from_surface: &DAffine3, name: &str) -> Result<Vec<[i64; 3]>> {
-        let grid_from_surface = DAffine3 {
-            matrix3: world_from_surface.matrix3 * (1.0 / self.voxel),
-            translation: world_from_surface.translation / self.voxel,
+        let units_from_surface = DAffine3 {
+            matrix3: world_from_surface.matrix3 * (CELL as f64 / self.voxel),
+            translation: world_from_surface.translation * (CELL as f64 / self.voxel),
         };
-        let base = DVec3::from_array(self.base.map(|b| b as f64));
-        let mut largest = DVec3::ZERO;
+        let base = self.base.map(|b| b << FRACTION_BITS);
+        let mut outside = false;
         let snapped = positions
             .iter()
             .map(|&p| {
-                let cell = grid_from_surface.transform_point3(p) - base;
-                // NaN must not pass unseen: `max` would drop it.
-                largest = DVec3::select(cell.abs().cmple(largest), largest, cell.abs());
-                (cell * CELL as f64).round().to_array().map(|c| c as i64)
+                let units = units_from_surface.transform_point3(p);
+                let mut snapped = [0; 3];
+                for i in 0..3 {
+                    snapped[i] = round(units[i]) - base[i];
+                    // NaN and infinite coordinates fail the first test.
+                    outside |= !(units[i].abs() < MAX_WORLD_CELL * CELL as f64)
+                        || snapped[i].abs() > MAX_NODE << FRACTION_BITS;
+                }
+                snapped
             })
             .collect();
-        if largest.to_array().iter().all(|&c| c < MAX_NODE) {
+        if !outside {
             return Ok(snapped);
         }
-        let worst = positions.iter().position(|&p| {
-            let cell = grid_from_surface.transform_point3(p) - base;
-            !cell.to_array().iter().all(|c| c.abs() < MAX_NODE)
-        });
-        let worst = worst.unwrap_or(0);
+        let bad = |p: &DVec3| {
+            let units = units_from_surface.transform_point3(*p);
+            (0..3).any(|i| {
+                !(units[i].abs() < MAX_WORLD_CELL * CELL as f64)
+                    || (round(units[i]) - base[i]).abs() > MAX_NODE << FRACTION_BITS
+            })
+        };
+        let worst = positions.iter().position(bad).unwrap_or(0);
         Err(Error::input(format!(
-            "{name}: vertex {worst} lies at {}, which is not finite or more than {MAX_NODE:e} cells of {} from the first scan: choose a larger voxel or check the scan's pose",
+            "{name}: vertex {worst} lies at {}, which is not finite, or too far from the other scans or the origin to be counted in cells of {}: choose a larger voxel or check the scan's pose",
             world_from_surface.transform_point3(positions[worst]),
             self.voxel
         )))
     }
+}
+
+/// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; where the sum would round
+/// further, the slower way.
+#[inline]
+fn round(x: f64) -> i64 {
+    const SHIFT: f64 = 6_755_399_441_055_744.0;
+    if x.abs() < 1.0e15 { ((x + SHIFT) - SHIFT) as i64 } else { x.round_ties_even() as i64 }
 }
 
 /// Index of a row of nodes within its brick.

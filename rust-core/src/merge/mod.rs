@@ -37,6 +37,9 @@ mod pinches;
 // 8. small parts
 mod components;
 
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use anomalies::{Analyser, BrickSurface};
 use bundles::Buckets;
 use classify::{BrickLabels, Classifier};
@@ -225,12 +228,12 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
     clock.lap("measure");
 
     progress.stage(1, sources.len() as u64);
-    let lattice = std::sync::OnceLock::new();
-    let (buckets, triangles) = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
-    let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a vertex, so there is nothing to merge"))?;
-    report.input_triangles = triangles;
-    report.intersections = buckets.iter().map(|b| b.len).sum();
-    let raw = bundles::gather(buckets);
+    let lattice = OnceLock::new();
+    let scans = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
+    let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
+    report.input_triangles = scans.triangles;
+    report.intersections = scans.buckets.iter().map(|b| b.len).sum();
+    let raw = bundles::gather(scans.buckets);
     clock.lap("discretize");
 
     progress.stage(2, raw.len() as u64);
@@ -244,11 +247,12 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
     };
     clock.lap("overlap");
     report.merge_distance = merge_distance * report.voxel;
+    let rule = fuse::Rule { merge_distance, full_trust: f64::from(scans.full_trust) };
     let fused = raw
         .into_par_iter()
         .map(|raw| {
             progress.advance(1)?;
-            Ok(fuse::fuse(raw, merge_distance))
+            Ok(fuse::fuse(raw, rule))
         })
         .collect::<Result<Vec<_>>>()?;
     report.fused_intersections = fused.iter().map(|b| b.crossings.len() as u64).sum();
@@ -285,28 +289,39 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
     Ok(Merged { mesh, report })
 }
 
+/// What stage 1 found in all scans.
+struct Discretized {
+    /// The crossings of each worker.
+    buckets: Vec<Buckets>,
+    triangles: u64,
+    full_trust: f32,
+    /// Whether every scan has colours.
+    coloured: bool,
+}
+
+/// Loads scan after scan, at most one a worker at a time, and finds its crossings.
 fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     voxel: f64,
-    lattice: &std::sync::OnceLock<Lattice>,
+    lattice: &OnceLock<Lattice>,
     progress: &Progress<'_>,
-) -> Result<(Vec<Buckets>, u64)> {
-    let next = std::sync::atomic::AtomicUsize::new(0);
+) -> Result<Discretized> {
+    let next = AtomicUsize::new(0);
     let workers = rayon::current_num_threads().min(sources.len());
     let found = (0..workers)
         .into_par_iter()
         .with_max_len(1)
         .map(|_| {
+            let mut found = Discretized { buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true };
             let mut buckets = Buckets::default();
-            let mut triangles = 0;
             loop {
-                let scan = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                let Some(source) = sources.get(scan) else { return Ok((buckets, triangles)) };
+                let scan = next.fetch_add(1, Ordering::Relaxed);
+                let Some(source) = sources.get(scan) else { break };
                 let surface = source.load(&params.triangulation)?;
                 progress.check()?;
-                if let Some(&first) = surface.positions.first() {
-                    let near = surface.world_from_surface.transform_point3(first);
+                if let Some(&[first, ..]) = surface.triangles.first() {
+                    let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
                     let lattice = match lattice.get() {
                         Some(lattice) => *lattice,
                         None => {
@@ -315,14 +330,26 @@ fn discretize_all(
                         }
                     };
                     discretize(&surface, source.name(), scan as u32, &lattice, &mut buckets, progress)?;
-                    triangles += surface.triangles.len() as u64;
+                    found.triangles += surface.triangles.len() as u64;
+                    found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
+                    found.coloured &= surface.colour.is_some();
                 }
                 progress.advance(1)?;
             }
+            found.buckets.push(buckets);
+            Ok(found)
         })
         .collect::<Result<Vec<_>>>()?;
-    let triangles = found.iter().map(|f| f.1).sum();
-    Ok((found.into_iter().map(|f| f.0).collect(), triangles))
+    Ok(found.into_iter().fold(
+        Discretized { buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true },
+        |mut all, mut worker| {
+            all.buckets.append(&mut worker.buckets);
+            all.triangles += worker.triangles;
+            all.full_trust = all.full_trust.max(worker.full_trust);
+            all.coloured &= worker.coloured;
+            all
+        },
+    ))
 }
 
 type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;

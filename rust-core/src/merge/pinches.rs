@@ -22,9 +22,11 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
     if pinched.is_empty() {
         return 0;
     }
+    let mut is_pinched = vec![false; surface.positions.len()];
+    pinched.iter().for_each(|&v| is_pinched[v as usize] = true);
     let mut around: FxHashMap<u32, Vec<usize>> = pinched.iter().map(|&v| (v, Vec::new())).collect();
     for (t, triangle) in surface.triangles.iter().enumerate() {
-        for v in triangle {
+        for v in triangle.iter().filter(|v| is_pinched[**v as usize]) {
             if let Some(list) = around.get_mut(v) {
                 list.push(t);
             }
