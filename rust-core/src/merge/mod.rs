@@ -39,6 +39,7 @@ mod components;
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
 
 use anomalies::{Analyser, BrickSurface};
 use bundles::Buckets;
@@ -51,7 +52,7 @@ use rustc_hash::FxHashMap;
 pub use source::{OrientedSurface, PlacedMesh, ScanSource};
 
 use crate::error::{Error, Result};
-use crate::mesh::{Attribute, TriMesh};
+use crate::mesh::TriMesh;
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
 use crate::triangulate::TriangulateParams;
@@ -82,7 +83,7 @@ pub const PARAMS: &[ParamSpec] = &[
         operation: "merge",
         name: "max_hole_length",
         unit: Unit::WorldLength,
-        default: Default::FromData("40 voxels"),
+        default: Default::FromData("100 voxels, but at most a fifth of the diagonal of the surface"),
         min: 0.0,
         min_excluded: false,
         max: f64::INFINITY,
@@ -145,6 +146,8 @@ impl std::default::Default for MergeParams {
 pub struct MergeReport {
     /// Scans merged.
     pub scans: usize,
+    /// Names of the scans, in the order of their numbers in the attribute `source_scan`.
+    pub scan_names: Vec<String>,
     /// Triangles of all scans.
     pub input_triangles: u64,
     /// Cell size used, world units.
@@ -175,7 +178,11 @@ pub struct MergeReport {
     pub seconds: Vec<(&'static str, f64)>,
 }
 
-/// Result of a merge. Vertex attributes: `confidence` (f32), `interpolated` (bool), `colour` if every scan has colours; face attribute: `hole_fill` (bool).
+/// Result of a merge.
+///
+/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `interpolated` (bool: on no scan exactly,
+/// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if every
+/// scan has colours. Face attribute: `hole_fill` (bool).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Merged {
     /// The surface, in the world.
@@ -214,11 +221,12 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
 
 /// The paper's list of steps.
 fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    let mut clock = Clock::default();
+    let mut clock = Clock::start();
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
     // Numbers by name, so that the order of the list does not matter.
     let mut sources = sources.to_vec();
     sources.sort_by(|a, b| a.name().cmp(b.name()));
+    report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
 
     progress.stage(0, 1);
     report.voxel = match params.voxel {
@@ -229,11 +237,12 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
 
     progress.stage(1, sources.len() as u64);
     let lattice = OnceLock::new();
-    let scans = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
+    let mut scans = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
     let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
-    let raw = bundles::gather(scans.buckets);
+    report.working_bytes = report.intersections * size_of::<bundles::Crossing>() as u64;
+    let raw = bundles::gather(std::mem::take(&mut scans.buckets));
     clock.lap("discretize");
 
     progress.stage(2, raw.len() as u64);
@@ -279,15 +288,28 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
     report.dropped_components = [dropped.components, dropped.faces];
     clock.lap("components");
     report.faces = [surface.triangles.len() as u64 - surface.settled, surface.settled, 0];
-    let mesh = TriMesh {
-        positions: surface.positions,
-        triangles: surface.triangles,
-        vertex_attributes: vec![Attribute::f32("confidence", surface.confidence)],
-        face_attributes: Vec::new(),
+    let size = surface.extent();
+    report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
+    report.working_bytes = report.working_bytes.max(surface.bytes());
+
+    progress.stage(6, 1);
+    report.max_hole_length = match params.max_hole_length {
+        Some(length) => length,
+        None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
     };
+    let limit = report.max_hole_length;
+    let holes = holes::close(&mut surface.positions, &mut surface.triangles, &surface.boundary, limit, progress)?;
+    report.holes = [holes.closed as u64, holes.open.len() as u64];
+    report.faces[2] = (surface.triangles.len() - holes.first_triangle) as u64;
+    clock.lap("holes");
     report.seconds = clock.laps;
-    Ok(Merged { mesh, report })
+    Ok(Merged { mesh: surface.into_mesh(&holes, scans.coloured), report })
 }
+
+/// By default holes are closed up to a boundary of this many voxels ...
+const HOLE_VOXELS: f64 = 100.0;
+/// ... and of at most this share of the diagonal of the surface's bounding box.
+const HOLE_SHARE: f64 = 0.2;
 
 /// What stage 1 found in all scans.
 struct Discretized {
@@ -389,17 +411,19 @@ fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<Bri
     Ok(surfaces.into_iter().flatten().collect())
 }
 
-#[derive(Default)]
 struct Clock {
-    last: Option<std::time::Instant>,
+    last: Instant,
     laps: Vec<(&'static str, f64)>,
 }
 
 impl Clock {
+    fn start() -> Self {
+        Clock { last: Instant::now(), laps: Vec::new() }
+    }
+
     fn lap(&mut self, name: &'static str) {
-        let now = std::time::Instant::now();
-        let since = self.last.replace(now).map_or(0.0, |last| (now - last).as_secs_f64());
-        self.laps.push((name, since));
+        let now = Instant::now();
+        self.laps.push((name, (now - std::mem::replace(&mut self.last, now)).as_secs_f64()));
     }
 }
 

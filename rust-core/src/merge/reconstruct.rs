@@ -10,9 +10,11 @@ use rustc_hash::FxHashMap;
 use super::anomalies::{BrickSurface, gather};
 use super::artificial::NEAR_NODE;
 use super::classify::Bundles;
+use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
 use super::table::{EDGE_CORNERS, INTERIOR, TABLE};
 use crate::error::Result;
+use crate::mesh::{Attribute, TriMesh};
 use crate::progress::Progress;
 
 /// A vertex that no crossing gives a place: its edge, by axis and lower node.
@@ -60,6 +62,45 @@ pub struct Surface {
     pub boundary: Vec<[u32; 2]>,
     /// Triangles of cells settled by their neighbours: case b.
     pub settled: u64,
+}
+
+impl Surface {
+    /// Size of the bounding box.
+    pub fn extent(&self) -> DVec3 {
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = self.positions.iter().fold(empty, |(low, high), &p| (low.min(p), high.max(p)));
+        (high - low).max(DVec3::ZERO)
+    }
+
+    /// Bytes held by vertices and triangles.
+    pub fn bytes(&self) -> u64 {
+        let vertex = size_of::<DVec3>() + size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();
+        (self.positions.len() * vertex + self.triangles.len() * size_of::<[u32; 3]>()) as u64
+    }
+
+    /// The mesh with its attributes; vertices that fill holes take the mean of the ones they come from.
+    pub fn into_mesh(mut self, holes: &HoleReport, coloured: bool) -> TriMesh {
+        for sources in &holes.sources {
+            let sources = sources.map(|v| v as usize);
+            self.confidence.push(sources.iter().map(|&v| self.confidence[v]).sum::<f32>() / 3.0);
+            let mean = |i: usize| (sources.iter().map(|&v| u32::from(self.colour[v][i])).sum::<u32>() + 1) / 3;
+            self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);
+            self.scan.push(-1);
+        }
+        let interpolated = self.scan.iter().map(|&scan| scan < 0).collect();
+        let hole_fill = (0..self.triangles.len()).map(|t| t >= holes.first_triangle).collect();
+        let mut mesh = TriMesh::new(self.positions, self.triangles);
+        mesh.vertex_attributes = vec![
+            Attribute::f32("confidence", self.confidence),
+            Attribute::i32("source_scan", self.scan),
+            Attribute::bool("interpolated", interpolated),
+        ];
+        if coloured {
+            mesh.vertex_attributes.push(Attribute::colour("colour", self.colour));
+        }
+        mesh.face_attributes = vec![Attribute::bool("hole_fill", hole_fill)];
+        mesh
+    }
 }
 
 /// One brick's part of the surface to write.
