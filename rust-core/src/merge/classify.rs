@@ -124,7 +124,7 @@ impl Classifier {
     #[inline]
     fn vote(&mut self, axis: usize, crossing: &Crossing, first_node: i32) {
         let below = crossing.cell - first_node;
-        if below < -2 || below > BRICK {
+        if !(-2..=BRICK).contains(&below) {
             return;
         }
         let line = crossing.line() as i32;

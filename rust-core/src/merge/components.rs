@@ -42,10 +42,8 @@ pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
 
 fn compact(surface: &mut Surface, keep: &[bool]) {
     let mut number = vec![u32::MAX; keep.len()];
-    let mut next = 0;
-    for (v, _) in keep.iter().enumerate().filter(|k| *k.1) {
+    for (next, (v, _)) in (0..).zip(keep.iter().enumerate().filter(|k| *k.1)) {
         number[v] = next;
-        next += 1;
     }
     fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
         let mut v = 0;

@@ -9,7 +9,7 @@
 //! | 5 | `fair` | as smooth as the surroundings |
 //! | 6 | `fill` | tries until nothing crosses |
 //!
-//! Differences from the paper: (1) loops of more than [`minimal::LARGEST`] edges are cut along short chords first, because
+//! Differences from the paper: (1) loops of more than `minimal::LARGEST` edges are cut along short chords first, because
 //! the triangulation is cubic; (2) the fair surface is the one of least squared umbrella with mean value weights, which,
 //! unlike uniform ones, leave a flat hole flat however irregular its surroundings, and, unlike cotangents, are never
 //! negative; (3) an edge that the mesh already has is never used again, and what would cross the mesh or another fill is
