@@ -32,10 +32,10 @@ const ALL: [Convention; 4] = [
 ];
 
 /// Points of a scan that others are compared with, at most.
-const POINTS: usize = 1500;
+const POINTS: usize = 1000;
 
 /// Points compared under each convention, of all scans together, about.
-const QUERIES: usize = 1200;
+const QUERIES: usize = 600;
 
 /// Scans that take part, at most; of more, some are taken evenly.
 const SCANS: usize = 40;

@@ -5,14 +5,13 @@ use glam::DVec3;
 use super::columns::{Attributes, EMPTY_ROW, POSITION, Plan, Row, SKIP, reserve};
 use super::fault::{Fault, Parsed, Problem, place};
 use super::header::{Element, Encoding, Kind, ScalarType};
-use super::source::Source;
-
-/// A cell of a range grid without a sample.
-pub(super) const NO_VERTEX: u32 = u32::MAX;
+use super::source::{Grid, NO_VERTEX, Source};
 
 /// A position in the precision it is kept in.
 pub(super) trait Position: Copy {
     fn from_row(x: f64, y: f64, z: f64) -> Self;
+    fn from_single(position: [f32; 3]) -> Self;
+    fn to_single(self) -> [f32; 3];
 }
 
 impl Position for [f32; 3] {
@@ -20,12 +19,32 @@ impl Position for [f32; 3] {
     fn from_row(x: f64, y: f64, z: f64) -> Self {
         [x as f32, y as f32, z as f32]
     }
+
+    #[inline(always)]
+    fn from_single(position: [f32; 3]) -> Self {
+        position
+    }
+
+    #[inline(always)]
+    fn to_single(self) -> [f32; 3] {
+        self
+    }
 }
 
 impl Position for DVec3 {
     #[inline(always)]
     fn from_row(x: f64, y: f64, z: f64) -> Self {
         DVec3::new(x, y, z)
+    }
+
+    #[inline(always)]
+    fn from_single([x, y, z]: [f32; 3]) -> Self {
+        DVec3::new(x.into(), y.into(), z.into())
+    }
+
+    #[inline(always)]
+    fn to_single(self) -> [f32; 3] {
+        self.as_vec3().to_array()
     }
 }
 
@@ -65,12 +84,16 @@ pub(super) fn vertices<S: Source, P: Position>(
     let mut positions: Vec<P> = reserve(count)?;
     let mut attributes = Attributes::new(plan, count)?;
     if plan.is_bare() {
-        for index in 0..count {
+        loop {
+            source.plain_positions(count, &mut positions);
+            let index = positions.len();
+            if index == count {
+                return Ok(Vertices { positions, attributes });
+            }
             let position =
                 bare(source).map_err(|(fault, axis)| fault.at(element, index as u64, axis, source.text()))?;
             positions.push(position);
         }
-        return Ok(Vertices { positions, attributes });
     }
     let has_attributes = !attributes.is_empty();
     let mut row = EMPTY_ROW;
@@ -114,18 +137,52 @@ fn bare<S: Source, P: Position>(source: &mut S) -> Result<P, (Fault, Option<usiz
     Ok(P::from_row(x, y, z))
 }
 
-/// Reads the cells of a range grid: the vertex of each, or [`NO_VERTEX`].
-pub(super) fn range_grid<S: Source>(
+/// Points of cells whose vertices have been read before and have nothing but a position.
+pub(super) struct GridPoints<'a, P> {
+    pub(super) positions: &'a [P],
+    pub(super) points: Vec<[f32; 3]>,
+}
+
+impl<P: Position> Grid for GridPoints<'_, P> {
+    fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, vertex: u32) {
+        self.points.push(self.positions.get(vertex as usize).map_or([f32::NAN; 3], |p| p.to_single()));
+    }
+
+    #[inline(always)]
+    fn add_empty<const N: usize>(&mut self) {
+        self.points.extend_from_slice(&[[f32::NAN; 3]; N]);
+    }
+}
+
+/// Compares the claimed number of cells with the file.
+pub(super) fn claimed_cells<S: Source>(source: &S, element: &Element, encoding: Encoding) -> Parsed<usize> {
+    claimed(element, element.smallest_size(encoding), encoding, source.left())
+}
+
+/// Reads the `count` cells of a range grid of `cols` columns.
+pub(super) fn range_grid<S: Source, G: Grid>(
     source: &mut S,
     element: &Element,
-    encoding: Encoding,
+    count: usize,
     cols: u64,
     vertex_count: u64,
-) -> Parsed<Vec<u32>> {
+    grid: &mut G,
+) -> Parsed<()> {
     let (list, length_type, item_type) = index_list(element)?;
-    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
-    let mut cells: Vec<u32> = reserve(count)?;
-    for index in 0..count as u64 {
+    let plain = element.properties.len() == 1;
+    loop {
+        if plain {
+            source.plain_cells([length_type, item_type], vertex_count, count, grid);
+        }
+        if grid.len() == count {
+            return Ok(());
+        }
+        let index = grid.len() as u64;
         let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
         source.begin().map_err(|fault| at(fault, None, source.text()))?;
         let mut cell = NO_VERTEX;
@@ -148,9 +205,8 @@ pub(super) fn range_grid<S: Source>(
             cell = checked_index(vertex, vertex_count).map_err(|text| problem(source, text))?;
         }
         source.end().map_err(|fault| at(fault, None, source.text()))?;
-        cells.push(cell);
+        grid.add(cell);
     }
-    Ok(cells)
 }
 
 /// Reads faces into triangles: polygons as fans around their first vertex.
@@ -168,7 +224,18 @@ pub(super) fn faces<S: Source>(
     let mut attributes = Attributes::new(plan, count)?;
     let has_attributes = !attributes.is_empty();
     let mut row = EMPTY_ROW;
-    for index in 0..count as u64 {
+    let mut index = 0;
+    let plain = element.properties.len() == 1;
+    while index < count as u64 {
+        if plain {
+            let before = triangles.len();
+            let left = (count as u64 - index) as usize;
+            source.plain_triangles([length_type, item_type], vertex_count, before + left, &mut triangles);
+            index += (triangles.len() - before) as u64;
+            if index == count as u64 {
+                break;
+            }
+        }
         let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
         let first = triangles.len();
         source.begin().map_err(|fault| at(fault, None, source.text()))?;
@@ -205,6 +272,7 @@ pub(super) fn faces<S: Source>(
                 attributes.push(&row);
             }
         }
+        index += 1;
     }
     Ok((triangles, attributes))
 }

@@ -32,11 +32,11 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use self::body::{NO_VERTEX, Position, Vertices};
+use self::body::{GridPoints, Position, Vertices};
 use self::columns::{Attributes, Plan, reserve};
 use self::fault::{Parsed, Problem};
 use self::header::{Element, Encoding, Header};
-use self::source::{Ascii, Binary, Source};
+use self::source::{Ascii, Binary, NO_VERTEX, Source};
 use super::{Content, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
@@ -116,10 +116,10 @@ fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Co
             let parts = elements::<S, DVec3>(source, header, element, &plan, cols)?;
             let (points, origin) = narrow(&parts.vertices.positions)?;
             let vertices = Vertices { positions: points, attributes: parts.vertices.attributes };
-            range_image(vertices, &parts.cells, [rows, cols as usize], origin, scan)
+            range_image(vertices, parts.grid, [rows, cols as usize], origin, scan)
         } else {
             let parts = elements::<S, [f32; 3]>(source, header, element, &plan, cols)?;
-            range_image(parts.vertices, &parts.cells, [rows, cols as usize], DVec3::ZERO, scan)
+            range_image(parts.vertices, parts.grid, [rows, cols as usize], DVec3::ZERO, scan)
         };
     }
     let parts = elements::<S, DVec3>(source, header, element, &plan, 1)?;
@@ -150,10 +150,18 @@ fn grid_size(header: &Header, grid: &Element) -> Parsed<(usize, u64)> {
     Ok((rows as usize, cols))
 }
 
+/// The cells of a range grid.
+enum Cells {
+    /// Of each the vertex, or [`NO_VERTEX`].
+    Vertices(Vec<u32>),
+    /// Of each the point, or NaN: where vertices have nothing else, this saves a list of the grid's size.
+    Points(Vec<[f32; 3]>),
+}
+
 /// What the elements of a file hold.
 struct Parts<P> {
     vertices: Vertices<P>,
-    cells: Vec<u32>,
+    grid: Cells,
     triangles: Vec<[u32; 3]>,
     face_attributes: Option<Attributes>,
 }
@@ -168,12 +176,26 @@ fn elements<S: Source, P: Position>(
     let (encoding, vertex_count) = (header.encoding, vertex_element.count);
     let has_grid = header.element("range_grid").is_some();
     let mut vertices = None;
-    let (mut cells, mut triangles, mut face_attributes) = (Vec::new(), Vec::new(), None);
+    let (mut grid, mut triangles, mut face_attributes) = (Cells::Vertices(Vec::new()), Vec::new(), None);
     let mut strips = Vec::new();
     for element in header.elements.iter().filter(|e| e.count > 0) {
         match element.name.as_str() {
             "vertex" => vertices = Some(body::vertices(source, element, plan, encoding)?),
-            "range_grid" => cells = body::range_grid(source, element, encoding, cols, vertex_count)?,
+            "range_grid" => {
+                let count = body::claimed_cells(source, element, encoding)?;
+                grid = match &vertices {
+                    Some(Vertices { positions, attributes }) if attributes.is_empty() && !plan.wide_positions() => {
+                        let mut all = GridPoints { positions, points: reserve(count)? };
+                        body::range_grid(source, element, count, cols, vertex_count, &mut all)?;
+                        Cells::Points(all.points)
+                    }
+                    _ => {
+                        let mut all: Vec<u32> = reserve(count)?;
+                        body::range_grid(source, element, count, cols, vertex_count, &mut all)?;
+                        Cells::Vertices(all)
+                    }
+                };
+            }
             "face" if !has_grid => {
                 let (list, attributes) = body::faces(source, element, &Plan::new(element)?, encoding, vertex_count)?;
                 (triangles, face_attributes) = (list, Some(attributes));
@@ -195,7 +217,7 @@ fn elements<S: Source, P: Position>(
         Some(vertices) => vertices,
         None => Vertices { positions: Vec::new(), attributes: Attributes::new(plan, 0)? },
     };
-    Ok(Parts { vertices, cells, triangles, face_attributes })
+    Ok(Parts { vertices, grid, triangles, face_attributes })
 }
 
 /// Double to single precision around an origin of their own if they lie far out.
@@ -216,21 +238,24 @@ fn narrow(positions: &[DVec3]) -> Parsed<(Vec<[f32; 3]>, DVec3)> {
 
 fn range_image(
     mut vertices: Vertices<[f32; 3]>,
-    cells: &[u32],
+    grid: Cells,
     [rows, cols]: [usize; 2],
     origin: DVec3,
     scan: &Scan,
 ) -> Parsed<Content> {
-    let points = gather(&vertices.positions, cells, [f32::NAN; 3])?;
+    let (points, cells) = match grid {
+        Cells::Points(points) => (points, Vec::new()),
+        Cells::Vertices(cells) => (gather(&vertices.positions, &cells, [f32::NAN; 3])?, cells),
+    };
     drop(vertices.positions);
     let mut image = RangeImage::from_points(rows, cols, points, Viewing::ALONG_MINUS_Z)
         .map_err(|error| Problem::new("element range_grid", error.to_string()))?;
     image.name = scan.name.clone();
     image.world_from_sensor = scan.world_from_sensor * DAffine3::from_translation(origin);
     let attributes = &mut vertices.attributes;
-    image.colour = attributes.colour.take().map(|colour| gather(&colour, cells, [0; 4])).transpose()?;
-    image.intensity = attributes.take_float("intensity").map(|v| gather(&v, cells, 0.0)).transpose()?;
-    image.confidence = attributes.take_float("confidence").map(|v| gather(&trusted(v), cells, 0.0)).transpose()?;
+    image.colour = attributes.colour.take().map(|colour| gather(&colour, &cells, [0; 4])).transpose()?;
+    image.intensity = attributes.take_float("intensity").map(|v| gather(&v, &cells, 0.0)).transpose()?;
+    image.confidence = attributes.take_float("confidence").map(|v| gather(&trusted(v), &cells, 0.0)).transpose()?;
     Ok(Content::RangeImage(image))
 }
 

@@ -25,6 +25,17 @@ const INVERSE_POWERS: [f64; 23] = [
 
 const WHOLE_POWERS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000, 100_000_000];
 
+/// 10^0 to 10^15.
+const LONG_POWERS: [u64; 16] = {
+    let mut powers = [1; 16];
+    let mut i = 1;
+    while i < 16 {
+        powers[i] = powers[i - 1] * 10;
+        i += 1;
+    }
+    powers
+};
+
 /// Sign, digits and power of ten of a number: `(-1)^negative * digits * 10^exponent`.
 struct Decimal {
     negative: bool,
@@ -127,22 +138,50 @@ fn decimal(text: &[u8], start: usize) -> Option<Decimal> {
     Some(Decimal { negative, digits, exponent, end: at })
 }
 
+/// Rounds digits times a power of ten to f32; `None` where that could be wrong.
+#[inline(always)]
+fn round_f32(negative: bool, digits: u64, exponent: i32) -> Option<f32> {
+    let power = exponent.unsigned_abs() as usize;
+    let factor = if exponent < 0 { *INVERSE_POWERS.get(power)? } else { *POWERS.get(power)? };
+    // A signed whole number becomes a float in one instruction.
+    let wide = i64::try_from(digits).ok()? as f64 * factor;
+    let from_midpoint = (wide.to_bits() as u32 & 0x1FFF_FFFF).abs_diff(0x1000_0000);
+    // Below the normal f32 the midpoints lie elsewhere. 10^-22 keeps everything but zero far above that.
+    (from_midpoint > 8).then_some(if negative { -(wide as f32) } else { wide as f32 })
+}
+
+/// A number of the commonest shape only: a sign or none, one digit, a point, up to 15 digits. Else `None`.
+#[inline(always)]
+pub(super) fn read_plain_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
+    let negative = *text.get(start)? == b'-';
+    let at = start + usize::from(negative);
+    let head = eight(text, at);
+    let whole = (head & 0xFF).wrapping_sub(u64::from(b'0'));
+    if whole > 9 || head & 0xFF00 != u64::from(b'.') << 8 {
+        return None;
+    }
+    let (mut places, mut fraction) = leading_digits(eight(text, at + 2));
+    if places == 8 {
+        let (more, value) = leading_digits(eight(text, at + 10));
+        if more == 8 {
+            return None;
+        }
+        fraction = fraction * WHOLE_POWERS[more] + value;
+        places += more;
+    }
+    let digits = whole * LONG_POWERS[places & 15] + fraction;
+    // Below 2^53: one rounding less than in general.
+    let value = round_f32(negative, digits, -(places as i32))?;
+    Some((value, at + 2 + places))
+}
+
 /// The f32 that starts at `start` and the place after it; `None` if there is no number.
 #[inline(always)]
 pub(super) fn read_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
-    if let Some(d) = decimal(text, start) {
-        let power = d.exponent.unsigned_abs() as usize;
-        if power < 23 {
-            // Digits have at most 19 places, so they fit an i64 but for the very top.
-            let whole = d.digits as f64;
-            let wide = whole * if d.exponent < 0 { INVERSE_POWERS[power] } else { POWERS[power] };
-            let from_midpoint = (wide.to_bits() as u32 & 0x1FFF_FFFF).abs_diff(0x1000_0000);
-            // Below the normal f32 the midpoints lie elsewhere. 10^-22 keeps everything but zero far above that.
-            if from_midpoint > 8 || d.digits == 0 {
-                let narrow = wide as f32;
-                return Some((if d.negative { -narrow } else { narrow }, d.end));
-            }
-        }
+    if let Some(d) = decimal(text, start)
+        && let Some(value) = round_f32(d.negative, d.digits, d.exponent)
+    {
+        return Some((value, d.end));
     }
     slow(text, start, |token| token.parse::<f32>().ok(), f32::NAN)
 }
@@ -182,6 +221,13 @@ pub(super) fn read_integer(text: &[u8], start: usize) -> Option<(i64, usize)> {
     Some((if first == b'-' { -(digits as i64) } else { digits as i64 }, at))
 }
 
+/// Up to seven digits from `start`, and the place after them; else `None`.
+#[inline(always)]
+pub(super) fn read_plain_index(text: &[u8], start: usize) -> Option<(u64, usize)> {
+    let (count, value) = leading_digits(eight(text, start));
+    (count > 0 && count < 8).then_some((value, start + count))
+}
+
 /// The end of the token that starts at `start`.
 pub(super) fn token_end(text: &[u8], start: usize) -> usize {
     text[start..].iter().position(|&b| is_blank(b)).map_or(text.len(), |n| start + n)
@@ -216,6 +262,9 @@ mod tests {
     /// Theorem: what we read has the same bits as what the standard library reads.
     fn agrees(text: &str) {
         let bytes = padded(text);
+        if let Some((value, end)) = read_plain_f32(&bytes, 0) {
+            assert_eq!(Ok(value.to_bits()), text[..end].parse::<f32>().map(f32::to_bits), "plain {text}");
+        }
         let expected = text.parse::<f64>().ok().map(|v| (v.to_bits(), text.len()));
         assert_eq!(read_f64(&bytes, 0).map(|(v, end)| (v.to_bits(), end)), expected, "f64 {text}");
         let expected = text.parse::<f32>().ok().map(|v| (v.to_bits(), text.len()));

@@ -8,18 +8,18 @@ use std::fs::File;
 
 use glam::DVec3;
 
-use super::body::{self, vertex_row};
+use super::body::vertex_row;
 use super::columns::{EMPTY_ROW, POSITION, Plan};
 use super::fault::Parsed;
 use super::header::{Element, Encoding, Header, Kind};
 use super::number::PAD;
-use super::source::{Ascii, Binary, Source};
+use super::source::{Ascii, Binary, NO_VERTEX, Source};
 use super::{elements, read_header, vertex_plan};
 use crate::error::Result;
 use crate::import::{Scan, file};
 
 /// Bytes read at a time.
-const CHUNK: usize = 1 << 12;
+const CHUNK: usize = 1 << 11;
 
 /// Points taken from one chunk, unless there are fewer chunks than that needs.
 const PER_CHUNK: usize = 24;
@@ -56,18 +56,29 @@ fn from_text(scan: &Scan, header: &Header, element: &Element, plan: &Plan, count
     let (mut file, length) = file::open(&scan.path)?;
     let start = header.body as u64;
     let mut chunk = Vec::new();
-    file::read_at(&mut file, &scan.path, start, CHUNK, &mut chunk)?;
-    let lines = lines(&chunk, true);
-    let Some(last) = lines.last() else { return Ok(None) };
-    let mean_line = last.1 as f64 / lines.len() as f64;
-    let end = ((start as f64 + mean_line * element.count as f64) as u64).min(length);
+    // Lines may grow or shrink along the file: each look farther in mends the guess of where it ends.
+    let (mut bytes, mut seen, mut end) = (0, 0, start);
+    for quarter in 0..4 {
+        let at = start + (end - start) * quarter / 4;
+        file::read_at(&mut file, &scan.path, at, CHUNK, &mut chunk)?;
+        let lines = lines(&chunk, at == start);
+        chunk.resize(chunk.len() + PAD, b'\n');
+        for line in lines.into_iter().step_by(4).filter(|l| vertex_of_line(&chunk, *l, element, plan).is_some()) {
+            bytes += line.1 + 1 - line.0;
+            seen += 1;
+        }
+        if seen == 0 {
+            return Ok(None);
+        }
+        end = ((start as f64 + bytes as f64 / f64::from(seen) * element.count as f64) as u64).min(length).max(start);
+    }
     let chunks = count.div_ceil(PER_CHUNK).clamp(1, (end - start).div_ceil(CHUNK as u64).max(1) as usize);
     let per_chunk = count.div_ceil(chunks);
     let mut points = Vec::with_capacity(chunks * per_chunk);
     for c in 0..chunks as u64 {
         let at = start + (end - start).saturating_sub(CHUNK as u64) * c / (chunks as u64 - 1).max(1);
         file::read_at(&mut file, &scan.path, at, CHUNK, &mut chunk)?;
-        let lines = self::lines(&chunk, c == 0);
+        let lines = lines(&chunk, c == 0);
         chunk.resize(chunk.len() + PAD, b'\n');
         for i in strided(lines.len(), per_chunk) {
             points.extend(vertex_of_line(&chunk, lines[i], element, plan));
@@ -78,7 +89,7 @@ fn from_text(scan: &Scan, header: &Header, element: &Element, plan: &Plan, count
 
 /// Starts and ends of the whole lines of a chunk; its first bytes are one's start only if `from_start`.
 fn lines(chunk: &[u8], from_start: bool) -> Vec<(usize, usize)> {
-    let mut ends = chunk.iter().enumerate().filter(|(_, b)| matches!(**b, b'\n' | b'\r')).map(|(i, _)| i);
+    let mut ends = memchr::memchr2_iter(b'\n', b'\r', chunk);
     let mut start = if from_start { Some(0) } else { ends.next().map(|end| end + 1) };
     let mut lines = Vec::new();
     for end in ends {
@@ -173,6 +184,6 @@ fn whole(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
     })()
     .map_err(|problem| problem.into_error(path))?;
     let finite: Vec<DVec3> = all.into_iter().filter(|p| p.is_finite()).collect();
-    debug_assert!(finite.len() < body::NO_VERTEX as usize);
+    debug_assert!(finite.len() < NO_VERTEX as usize);
     Ok(strided(finite.len(), count).map(|i| finite[i]).collect())
 }

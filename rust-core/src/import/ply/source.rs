@@ -1,5 +1,6 @@
 //! Values out of the body of a PLY file, from text or from either binary encoding, always within its bounds.
 
+use super::body::Position;
 use super::fault::{Fault, line_number};
 use super::header::{Kind, Property, ScalarType};
 use super::number::{self, is_blank};
@@ -33,6 +34,24 @@ pub(super) trait Source {
         if count > self.left() as u64 / smallest { Err(Fault::End) } else { Ok(count) }
     }
 
+    /// Adds positions while the entries are three floats written in the commonest way; stops before the first that
+    /// isn't, or at `count`.
+    fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>);
+
+    /// Adds cells of a range grid while they are lists, written in the commonest way, of no vertex or one below
+    /// `vertex_count`; stops before the first that isn't, or at `count`.
+    fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G);
+
+    /// Adds triangles while faces are lists, written in the commonest way, of three vertices below `vertex_count`; stops
+    /// before the first that isn't, or at `count`.
+    fn plain_triangles(
+        &mut self,
+        types: [ScalarType; 2],
+        vertex_count: u64,
+        count: usize,
+        triangles: &mut Vec<[u32; 3]>,
+    );
+
     /// Skips a property, list or not.
     fn skip_property(&mut self, property: &Property) -> Result<(), Fault> {
         match property.kind {
@@ -44,6 +63,37 @@ pub(super) trait Source {
         }
     }
 }
+
+/// A cell of a range grid without a sample.
+pub(super) const NO_VERTEX: u32 = u32::MAX;
+
+/// What the cells of a range grid are put into: their vertices, or the points of their vertices.
+pub(super) trait Grid {
+    fn len(&self) -> usize;
+    /// The next cell has this vertex, which exists, or none.
+    fn add(&mut self, vertex: u32);
+    /// The next `N` cells have none.
+    fn add_empty<const N: usize>(&mut self);
+}
+
+impl Grid for Vec<u32> {
+    fn len(&self) -> usize {
+        self.len()
+    }
+
+    #[inline(always)]
+    fn add(&mut self, vertex: u32) {
+        self.push(vertex);
+    }
+
+    #[inline(always)]
+    fn add_empty<const N: usize>(&mut self) {
+        self.extend_from_slice(&[NO_VERTEX; N]);
+    }
+}
+
+/// Empty cells looked for at once, in text.
+const RUN: usize = 8;
 
 /// Text: numbers between blanks, one line an element, empty lines ignored.
 pub(super) struct Ascii<'a> {
@@ -71,10 +121,47 @@ impl Ascii<'_> {
         Err(if self.at >= self.length { Fault::End } else { Fault::LineEnd(self.at) })
     }
 
+    /// The start of the next line if this one ends at `at`, with or without a blank before its end.
+    #[inline(always)]
+    fn next_line(&self, at: usize) -> Option<usize> {
+        let at = at + usize::from(*self.text.get(at)? == b' ');
+        (*self.text.get(at)? == b'\n').then_some(at + 1)
+    }
+
+    /// Three floats of the commonest shape on a line, and the start of the next.
+    #[inline(always)]
+    fn plain_position(&self, at: usize) -> Option<([f32; 3], usize)> {
+        let (x, end) = number::read_plain_f32(self.text, at)?;
+        let (y, end) = number::read_plain_f32(self.text, self.past_blank(end)?)?;
+        let (z, end) = number::read_plain_f32(self.text, self.past_blank(end)?)?;
+        Some(([x, y, z], self.next_line(end)?))
+    }
+
+    #[inline(always)]
+    fn past_blank(&self, at: usize) -> Option<usize> {
+        (*self.text.get(at)? == b' ').then_some(at + 1)
+    }
+
+    /// A list of three vertices on a line, and the start of the next.
+    #[inline(always)]
+    fn plain_triangle(&self, at: usize) -> Option<([u64; 3], usize)> {
+        let at = self.past_blank(at + usize::from(*self.text.get(at)? == b'3'))?;
+        let (a, end) = number::read_plain_index(self.text, at)?;
+        let (b, end) = number::read_plain_index(self.text, self.past_blank(end)?)?;
+        let (c, end) = number::read_plain_index(self.text, self.past_blank(end)?)?;
+        Some(([a, b, c], self.next_line(end)?))
+    }
+
     /// A number of type float, rounded to that type.
     #[inline(always)]
     pub(super) fn float(&mut self) -> Result<f32, Fault> {
         let start = self.value()?;
+        if let Some((value, end)) = number::read_plain_f32(self.text, start)
+            && self.text.get(end).is_some_and(|&b| is_blank(b))
+        {
+            self.at = end;
+            return Ok(value);
+        }
         let (value, end) = number::read_f32(self.text, start).ok_or(Fault::NoNumber(start))?;
         self.at = end;
         Ok(value)
@@ -115,6 +202,53 @@ impl Source for Ascii<'_> {
         match scalar.whole_range() {
             Some((low, high)) if (low..=high).contains(&value) => Ok(value),
             _ => Err(Fault::Range(value, scalar)),
+        }
+    }
+
+    #[inline]
+    fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>) {
+        // To the start of a line; that there is none is for others to say.
+        let _ = self.begin();
+        while positions.len() < count {
+            let Some((position, next)) = self.plain_position(self.at) else { return };
+            positions.push(P::from_single(position));
+            self.at = next;
+        }
+    }
+
+    fn plain_cells<G: Grid>(&mut self, _: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G) {
+        const EMPTY: &[u8; 3 * RUN] = b"0 \n0 \n0 \n0 \n0 \n0 \n0 \n0 \n";
+        let _ = self.begin();
+        while grid.len() < count {
+            let Some(rest) = self.text.get(self.at..) else { return };
+            if rest.first_chunk() == Some(EMPTY) && count - grid.len() >= RUN {
+                grid.add_empty::<RUN>();
+                self.at += EMPTY.len();
+                continue;
+            }
+            let (cell, end) = match rest {
+                [b'0', ..] => (NO_VERTEX, self.at + 1),
+                [b'1', b' ', ..] => match number::read_plain_index(self.text, self.at + 2) {
+                    Some((vertex, end)) if vertex < vertex_count => (vertex as u32, end),
+                    _ => return,
+                },
+                _ => return,
+            };
+            let Some(next) = self.next_line(end) else { return };
+            grid.add(cell);
+            self.at = next;
+        }
+    }
+
+    fn plain_triangles(&mut self, _: [ScalarType; 2], vertex_count: u64, count: usize, triangles: &mut Vec<[u32; 3]>) {
+        let _ = self.begin();
+        while triangles.len() < count {
+            let Some((triangle, next)) = self.plain_triangle(self.at) else { return };
+            if triangle.iter().any(|&vertex| vertex >= vertex_count) {
+                return;
+            }
+            triangles.push(triangle.map(|vertex| vertex as u32));
+            self.at = next;
         }
     }
 
@@ -206,6 +340,66 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Fault> {
         // Exact: f64 holds every 32-bit whole number. Float types never get here, but would be cut.
         Ok(self.number(scalar)? as i64)
+    }
+
+    fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>) {
+        let Some(rest) = self.bytes.get(self.at..) else { return };
+        let (entries, _) = rest.as_chunks::<12>();
+        let entries = &entries[..entries.len().min(count - positions.len())];
+        positions.extend(entries.iter().map(|[a, b, c, d, e, f, g, h, i, j, k, l]| {
+            let float = |bytes| if BIG { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) };
+            P::from_single([float([*a, *b, *c, *d]), float([*e, *f, *g, *h]), float([*i, *j, *k, *l])])
+        }));
+        self.at += entries.len() * 12;
+    }
+
+    fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G) {
+        if types[0].size() != 1 || types[1].size() != 4 {
+            return;
+        }
+        while grid.len() < count {
+            match self.bytes.get(self.at..) {
+                Some([0, ..]) => {
+                    grid.add(NO_VERTEX);
+                    self.at += 1;
+                }
+                Some([1, a, b, c, d, ..]) => {
+                    let bytes = [*a, *b, *c, *d];
+                    let vertex = if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+                    // A negative int is larger than any number of vertices, too.
+                    if u64::from(vertex) >= vertex_count {
+                        return;
+                    }
+                    grid.add(vertex);
+                    self.at += 5;
+                }
+                _ => return,
+            }
+        }
+    }
+
+    fn plain_triangles(
+        &mut self,
+        types: [ScalarType; 2],
+        vertex_count: u64,
+        count: usize,
+        triangles: &mut Vec<[u32; 3]>,
+    ) {
+        if types[0].size() != 1 || types[1].size() != 4 {
+            return;
+        }
+        let Some(rest) = self.bytes.get(self.at..) else { return };
+        for [length, a, b, c, d, e, f, g, h, i, j, k, l] in
+            rest.as_chunks::<13>().0.iter().take(count - triangles.len())
+        {
+            let vertex = |bytes| if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
+            let triangle = [vertex([*a, *b, *c, *d]), vertex([*e, *f, *g, *h]), vertex([*i, *j, *k, *l])];
+            if *length != 3 || triangle.iter().any(|&vertex| u64::from(vertex) >= vertex_count) {
+                return;
+            }
+            triangles.push(triangle);
+            self.at += 13;
+        }
     }
 
     fn skip(&mut self, scalar: ScalarType, count: u64) -> Result<(), Fault> {
