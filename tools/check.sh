@@ -23,6 +23,7 @@ python=$(tools/python.sh) || exit 1
 ruff=$(tools/venv.sh lint)/bin/ruff || exit 1
 
 check "Rust formatting" cargo fmt --all --check
+check "Rust formatting of the fuzz targets" cargo fmt --manifest-path rust-core/fuzz/Cargo.toml --check
 check "Rust lints" cargo clippy --quiet --workspace --all-targets -- --deny warnings
 check "Rust documentation" env RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --workspace --no-deps
 check "Python formatting" "$ruff" format --no-cache --check .
