@@ -1,6 +1,6 @@
 //! Marching Intersections: registered scans -> one surface. \[MI04\]
 
-pub mod holes;
+mod holes;
 
 pub mod source;
 
@@ -36,6 +36,9 @@ mod pinches;
 
 // 8. small parts
 mod components;
+
+// 9. holes
+mod close;
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -297,13 +300,18 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
         Some(length) => length,
         None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
     };
-    let limit = report.max_hole_length;
-    let holes = holes::close(&mut surface.positions, &mut surface.triangles, &surface.boundary, limit, progress)?;
-    report.holes = [holes.closed as u64, holes.open.len() as u64];
-    report.faces[2] = (surface.triangles.len() - holes.first_triangle) as u64;
+    let holes = close::close_holes(&mut surface, report.max_hole_length, &lattice, progress)?;
+    report.holes = [holes.closed, holes.open];
+    if holes.peeled {
+        let dropped = components::drop_small(&mut surface, params.min_component_share);
+        report.dropped_components[0] += dropped.components;
+        report.dropped_components[1] += dropped.faces;
+    }
+    report.faces[2] = surface.hole_fill.iter().filter(|&&fill| fill).count() as u64;
+    report.faces[0] = surface.triangles.len() as u64 - report.faces[1] - report.faces[2];
     clock.lap("holes");
     report.seconds = clock.laps;
-    Ok(Merged { mesh: surface.into_mesh(&holes, scans.coloured), report })
+    Ok(Merged { mesh: surface.into_mesh(scans.coloured), report })
 }
 
 /// By default holes are closed up to a boundary of this many voxels ...

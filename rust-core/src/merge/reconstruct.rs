@@ -62,6 +62,8 @@ pub struct Surface {
     pub boundary: Vec<[u32; 2]>,
     /// Triangles of cells settled by their neighbours: case b.
     pub settled: u64,
+    /// Triangles that fill holes; triangles beyond its length don't.
+    pub hole_fill: Vec<bool>,
 }
 
 impl Surface {
@@ -78,8 +80,9 @@ impl Surface {
         (self.positions.len() * vertex + self.triangles.len() * size_of::<[u32; 3]>()) as u64
     }
 
-    /// The mesh with its attributes; vertices that fill holes take the mean of the ones they come from.
-    pub fn into_mesh(mut self, holes: &HoleReport, coloured: bool) -> TriMesh {
+    /// Takes in the vertices and triangles that hole closing has appended: attributes are the mean of the vertices that
+    /// each new one comes from.
+    pub fn adopt_fill(&mut self, holes: &HoleReport) {
         for sources in &holes.sources {
             let sources = sources.map(|v| v as usize);
             self.confidence.push(sources.iter().map(|&v| self.confidence[v]).sum::<f32>() / 3.0);
@@ -87,8 +90,14 @@ impl Surface {
             self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);
             self.scan.push(-1);
         }
+        self.hole_fill.resize(holes.first_triangle, false);
+        self.hole_fill.resize(self.triangles.len(), true);
+    }
+
+    /// The mesh with its attributes.
+    pub fn into_mesh(mut self, coloured: bool) -> TriMesh {
+        self.hole_fill.resize(self.triangles.len(), false);
         let interpolated = self.scan.iter().map(|&scan| scan < 0).collect();
-        let hole_fill = (0..self.triangles.len()).map(|t| t >= holes.first_triangle).collect();
         let mut mesh = TriMesh::new(self.positions, self.triangles);
         mesh.vertex_attributes = vec![
             Attribute::f32("confidence", self.confidence),
@@ -98,7 +107,7 @@ impl Surface {
         if coloured {
             mesh.vertex_attributes.push(Attribute::colour("colour", self.colour));
         }
-        mesh.face_attributes = vec![Attribute::bool("hole_fill", hole_fill)];
+        mesh.face_attributes = vec![Attribute::bool("hole_fill", self.hole_fill)];
         mesh
     }
 }
