@@ -67,7 +67,13 @@ fn pierces(s: [DVec3; 3], i: usize, sides: [i8; 3], t: [DVec3; 3]) -> bool {
 /// The triangles have their first corner in common. If they have more in common it lies on a ray from there, which leaves
 /// one of them through the opposite edge before it leaves the other.
 fn share_corner(s: [DVec3; 3], t: [DVec3; 3]) -> bool {
-    let (s_sides, t_sides) = (sides_of(t, s), sides_of(s, t));
+    let beside = |plane: [DVec3; 3], p| orient3d(plane[0], plane[1], plane[2], p);
+    let s_sides = [0, beside(t, s[1]), beside(t, s[2])];
+    if s_sides[1] * s_sides[2] > 0 {
+        // The edge opposite to the common corner stays on one side of t, so all of s does.
+        return false;
+    }
+    let t_sides = [0, beside(s, t[1]), beside(s, t[2])];
     if s_sides == [0; 3] || t_sides == [0; 3] {
         let (Some(flat), false) = (Flat::of(t), is_degenerate(s)) else { return false };
         let (s, t) = (flat.project(s), flat.project(t));

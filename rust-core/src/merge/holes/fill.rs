@@ -107,7 +107,20 @@ impl Rim {
         let n = hole.len();
         let mut order: Vec<(u32, u32)> = hole.iter().enumerate().map(|(i, &v)| (v, i as u32)).collect();
         order.sort_unstable();
-        let in_loop = |v: u32| order.binary_search_by_key(&v, |o| o.0).ok().map(|k| order[k].1);
+        // Most triangles of the region have no vertex of the loop; a bit for each remainder tells most of them apart.
+        let mut remainders = [0_u64; 4];
+        let place = |v: u32| ((v >> 6 & 3) as usize, v & 63);
+        for &v in hole {
+            let (word, bit) = place(v);
+            remainders[word] |= 1 << bit;
+        }
+        let in_loop = |v: u32| {
+            let (word, bit) = place(v);
+            if remainders[word] >> bit & 1 == 0 {
+                return None;
+            }
+            order.binary_search_by_key(&v, |o| o.0).ok().map(|k| order[k].1)
+        };
         let mut rim = Rim {
             normals: vec![None; n],
             scale: Vec::new(),

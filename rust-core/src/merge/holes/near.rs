@@ -46,8 +46,9 @@ impl Bounds {
     }
 }
 
-/// How far beyond the box of its loop a fill may reach, by that box's diagonal: a hemisphere over a circle reaches 0.35.
-const MARGIN: f64 = 0.4;
+/// How far beyond the box of its loop a fill may reach, by that box's diagonal: a quarter of a sphere's circumference
+/// bulges by 0.15, a hemisphere by 0.35.
+const MARGIN: f64 = 0.25;
 
 /// The region of which [`gather`] knows all triangles; no fill may leave it.
 pub(super) fn region(mesh: Mesh<'_>, hole: &[u32]) -> Bounds {
@@ -55,29 +56,27 @@ pub(super) fn region(mesh: Mesh<'_>, hole: &[u32]) -> Bounds {
     bounds.grown(MARGIN * bounds.min.distance(bounds.max))
 }
 
-/// Cells along each axis of the coarse grid.
-const CELLS: u32 = 64;
-
-/// A hole that touches more cells than this is compared with every triangle instead, and a triangle with every hole.
-const MANY_CELLS: u32 = 8192;
-
 /// For each hole the triangles whose boxes meet its region, rising.
 pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let regions: Vec<Bounds> = holes.iter().map(|hole| region(mesh, hole)).collect();
     let grid = Grid::new(&regions);
-    let cells: Vec<u32> = mesh.positions.par_iter().with_min_len(4096).map(|&p| grid.cell(p)).collect();
+    let cells: Vec<Cell> = mesh.positions.par_iter().with_min_len(4096).map(|&p| grid.cell(p)).collect();
+    const CHUNK: usize = 16384;
     let found: Vec<Vec<(u32, u32)>> = mesh
         .triangles
-        .par_chunks(16384)
+        .par_chunks(CHUNK)
         .enumerate()
         .map(|(chunk, triangles)| {
             let (mut found, mut candidates) = (Vec::new(), Vec::new());
             for (i, t) in triangles.iter().enumerate() {
-                candidates.clear();
-                grid.holes_at(t.map(|v| cells[v as usize]), &mut candidates);
+                let corners = t.map(|v| cells[v as usize]);
+                if grid.is_far(corners) {
+                    continue;
+                }
+                grid.holes_at(corners, &mut candidates);
                 if !candidates.is_empty() {
                     let bounds = Bounds::of(t.map(|v| mesh.positions[v as usize]));
-                    let triangle = (chunk * 16384 + i) as u32;
+                    let triangle = (chunk * CHUNK + i) as u32;
                     let near = candidates.iter().filter(|&&h| regions[h as usize].meets(&bounds));
                     found.extend(near.map(|&hole| (hole, triangle)));
                 }
@@ -92,13 +91,76 @@ pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>]) -> Vec<Vec<u32>> {
     near
 }
 
+/// Cells along each axis of the coarse grid.
+const CELLS: u32 = 128;
+
+/// A hole that touches more cells than this is compared with every triangle instead, and a triangle with every hole.
+const MANY_CELLS: u32 = 8192;
+
+/// A cell: its places along x, y and z in fields of ten bits, and on top whether it is [`Cell::NEAR`].
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Cell(u32);
+
+impl Cell {
+    /// A touched cell is at most one place away along each axis.
+    const NEAR: u32 = 1 << 31;
+
+    const ONE_EACH: u32 = 1 | 1 << 10 | 1 << 20;
+
+    fn at([x, y, z]: [u32; 3]) -> Self {
+        Cell(x | y << 10 | z << 20)
+    }
+
+    fn places(self) -> [u32; 3] {
+        [self.0 & 127, self.0 >> 10 & 127, self.0 >> 20 & 127]
+    }
+
+    /// Whether `other` is at most one place away along each axis. All three at once: a bit above each field keeps it from
+    /// borrowing from the next.
+    fn is_beside(self, other: Cell) -> bool {
+        let guard = Cell::ONE_EACH << 8;
+        let ahead = ((other.0 & !Cell::NEAR) + guard + Cell::ONE_EACH).wrapping_sub(self.0 & !Cell::NEAR);
+        // Each field must be the guard with 0, 1 or 2: no higher bit, and not both low ones.
+        ((ahead ^ guard) & (Cell::ONE_EACH * 0x3fc)) | (ahead & ahead >> 1 & Cell::ONE_EACH) == 0
+    }
+}
+
+/// A bit for each cell.
+struct CellSet(Vec<u64>);
+
+impl CellSet {
+    fn new() -> Self {
+        CellSet(vec![0; (CELLS * CELLS * CELLS / 64) as usize])
+    }
+
+    fn place(cell: Cell) -> (usize, u32) {
+        let [x, y, z] = cell.places();
+        ((x >> 6 | y << 1 | z << 8) as usize, x & 63)
+    }
+
+    fn insert(&mut self, cell: Cell) {
+        let (word, bit) = Self::place(cell);
+        self.0[word] |= 1 << bit;
+    }
+
+    fn contains(&self, cell: Cell) -> bool {
+        let (word, bit) = Self::place(cell);
+        self.0[word] >> bit & 1 == 1
+    }
+}
+
 struct Grid {
     min: DVec3,
     cells_per_length: DVec3,
-    /// A bit a cell: whether `entries` has it.
-    touched: Vec<u64>,
-    /// Cells with the holes that touch them, sorted.
-    entries: Vec<(u32, u32)>,
+    /// Cells that a hole touches.
+    touched: CellSet,
+    /// Those and the cells around them.
+    near: CellSet,
+    /// Number of touched cells before each word of `touched`.
+    rank: Vec<u32>,
+    /// Where the holes of each touched cell begin in `holes_in`.
+    start: Vec<u32>,
+    holes_in: Vec<u32>,
     /// Holes that touch too many cells to list.
     large: Vec<u32>,
     holes: u32,
@@ -107,48 +169,88 @@ struct Grid {
 impl Grid {
     fn new(regions: &[Bounds]) -> Self {
         let whole = regions.iter().fold(Bounds::EMPTY, |a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) });
-        // The outermost cells take all that lies outside; so they belong to no hole.
+        // The outermost cells take all that lies outside; the holes' own are 1 to CELLS - 2.
         let size = (whole.max - whole.min).max(DVec3::splat(f64::MIN_POSITIVE));
         let mut grid = Grid {
             min: whole.min,
-            // A little less, so that the upper end of the region stays within the last cell but one.
-            cells_per_length: ((f64::from(CELLS - 2) - 1e-6) / size).min(DVec3::splat(f64::MAX)),
-            holes: regions.len() as u32,
-            touched: vec![0; (CELLS * CELLS * CELLS / 64) as usize],
-            entries: Vec::new(),
+            cells_per_length: (f64::from(CELLS - 3) / size).min(DVec3::splat(f64::MAX)),
+            touched: CellSet::new(),
+            near: CellSet::new(),
+            rank: Vec::new(),
+            start: Vec::new(),
+            holes_in: Vec::new(),
             large: Vec::new(),
+            holes: regions.len() as u32,
         };
+        let mut entries = Vec::new();
         for (hole, region) in regions.iter().enumerate() {
-            let (low, high) = (split(grid.cell(region.min)), split(grid.cell(region.max)));
+            let (low, high) = (grid.cell(region.min).places(), grid.cell(region.max).places());
             if count(low, high) > MANY_CELLS {
                 grid.large.push(hole as u32);
             } else {
-                cells_between(low, high, |cell| grid.entries.push((cell, hole as u32)));
+                cells_between(low, high, |cell| entries.push((cell, hole as u32)));
             }
         }
-        grid.entries.sort_unstable();
-        for &(cell, _) in &grid.entries {
-            grid.touched[(cell / 64) as usize] |= 1 << (cell % 64);
+        // Cells in the order of their bits in a set.
+        entries.sort_unstable();
+        for group in entries.chunk_by(|a, b| a.0 == b.0) {
+            grid.start.push(grid.holes_in.len() as u32);
+            grid.holes_in.extend(group.iter().map(|entry| entry.1));
+            grid.touched.insert(group[0].0);
+            let places = group[0].0.places();
+            let low = places.map(|p| p.saturating_sub(1));
+            let high = places.map(|p| (p + 1).min(CELLS - 1));
+            cells_between(low, high, |cell| grid.near.insert(cell));
         }
+        grid.start.push(grid.holes_in.len() as u32);
+        let mut before = 0;
+        grid.rank.extend(grid.touched.0.iter().map(|word| {
+            before += word.count_ones();
+            before - word.count_ones()
+        }));
         grid
+    }
+
+    /// The holes that touch a cell.
+    fn holes_in(&self, cell: Cell) -> &[u32] {
+        let (word, bit) = CellSet::place(cell);
+        let bits = self.touched.0[word];
+        if bits >> bit & 1 == 0 {
+            return &[];
+        }
+        let group = (self.rank[word] + (bits & ((1 << bit) - 1)).count_ones()) as usize;
+        &self.holes_in[self.start[group] as usize..self.start[group + 1] as usize]
     }
 
     /// The cell of a point. Along each axis it never falls where the coordinate rises, so what lies between two points
     /// lies in the cells between theirs.
-    fn cell(&self, p: DVec3) -> u32 {
-        let scaled = ((p - self.min) * self.cells_per_length).clamp(DVec3::NEG_ONE, DVec3::splat(f64::from(CELLS - 2)));
-        let [x, y, z] = scaled.to_array().map(|s| (s + 1.0) as u32);
-        x | y << 6 | z << 12
+    fn cell(&self, p: DVec3) -> Cell {
+        // Adding 2^52 leaves the nearest whole number in the lowest bits: faster than a conversion that minds the range.
+        const WHOLE: f64 = (1_u64 << 52) as f64;
+        let place = |p: f64, min: f64, scale: f64| {
+            let place = ((p - min) * scale + 1.0).max(0.0).min(f64::from(CELLS - 1));
+            (place + WHOLE).to_bits() as u32
+        };
+        let (min, scale) = (self.min, self.cells_per_length);
+        let cell = Cell::at([place(p.x, min.x, scale.x), place(p.y, min.y, scale.y), place(p.z, min.z, scale.z)]);
+        if self.near.contains(cell) { Cell(cell.0 | Cell::NEAR) } else { cell }
     }
 
-    /// Adds the holes that a triangle with corners in these cells may come near, each once.
-    fn holes_at(&self, corners: [u32; 3], holes: &mut Vec<u32>) {
+    /// Whether a triangle with corners in these cells surely touches none that a hole does: it spans few cells and its
+    /// corners are far from all holes.
+    fn is_far(&self, [a, b, c]: [Cell; 3]) -> bool {
+        (a.0 | b.0 | c.0) & Cell::NEAR == 0 && a.is_beside(b) && a.is_beside(c) && self.large.is_empty()
+    }
+
+    /// The holes that a triangle with corners in these cells may come near, each once.
+    fn holes_at(&self, corners: [Cell; 3], holes: &mut Vec<u32>) {
+        holes.clear();
         holes.extend_from_slice(&self.large);
         if corners[0] == corners[1] && corners[0] == corners[2] {
-            self.add(corners[0], holes);
+            holes.extend_from_slice(self.holes_in(corners[0]));
             return;
         }
-        let [a, b, c] = corners.map(split);
+        let [a, b, c] = corners.map(Cell::places);
         let low = [0, 1, 2].map(|i| a[i].min(b[i]).min(c[i]));
         let high = [0, 1, 2].map(|i| a[i].max(b[i]).max(c[i]));
         if count(low, high) > MANY_CELLS {
@@ -156,34 +258,23 @@ impl Grid {
             holes.extend(0..self.holes);
             return;
         }
-        cells_between(low, high, |cell| self.add(cell, holes));
+        cells_between(low, high, |cell| holes.extend_from_slice(self.holes_in(cell)));
         if holes.len() > 1 {
             holes.sort_unstable();
             holes.dedup();
         }
     }
-
-    fn add(&self, cell: u32, holes: &mut Vec<u32>) {
-        if self.touched[(cell / 64) as usize] >> (cell % 64) & 1 == 1 {
-            let first = self.entries.partition_point(|e| e.0 < cell);
-            holes.extend(self.entries[first..].iter().take_while(|e| e.0 == cell).map(|e| e.1));
-        }
-    }
-}
-
-fn split(cell: u32) -> [u32; 3] {
-    [cell & 63, cell >> 6 & 63, cell >> 12]
 }
 
 fn count(low: [u32; 3], high: [u32; 3]) -> u32 {
     (0..3).map(|i| high[i] - low[i] + 1).product()
 }
 
-fn cells_between(low: [u32; 3], high: [u32; 3], mut visit: impl FnMut(u32)) {
+fn cells_between(low: [u32; 3], high: [u32; 3], mut visit: impl FnMut(Cell)) {
     for z in low[2]..=high[2] {
         for y in low[1]..=high[1] {
             for x in low[0]..=high[0] {
-                visit(x | y << 6 | z << 12);
+                visit(Cell::at([x, y, z]));
             }
         }
     }
