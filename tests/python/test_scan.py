@@ -80,3 +80,10 @@ def test_scanning_reports_and_cancels():
     with pytest.raises(surfrecon.Cancelled):
         surfrecon.virtual_scan(mesh, cameras, progress=lambda stage, share: seen.append(share) or len(seen) < 3)
     assert len(seen) == 3 and seen == sorted(seen) and seen[0] >= 0 and seen[-1] <= 1
+
+
+def test_the_sculpture_is_closed_and_coloured():
+    mesh = surfrecon.sculpture(cell=6)
+    assert mesh.check()["is_closed"] and "colour" in mesh.vertex_attributes
+    with pytest.raises(surfrecon.InputError, match="cell must be"):
+        surfrecon.sculpture(cell=0.1)

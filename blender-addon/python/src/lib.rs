@@ -47,7 +47,7 @@ mod _native {
     #[pymodule_export]
     use crate::range_image::RangeImage;
     #[pymodule_export]
-    use crate::scan::{Camera, turntable, virtual_scan};
+    use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
     use crate::scans::{Scan, ScanSet, formats, open, read, write_scans};
 

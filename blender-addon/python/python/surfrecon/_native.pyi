@@ -257,6 +257,7 @@ def merge(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> MergeResult: ...
+def sculpture(*, cell: float | None = None, threads: int | None = None) -> Mesh: ...
 def turntable(
     mesh: Mesh,
     *,
