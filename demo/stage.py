@@ -1,38 +1,78 @@
 """The studio of the demo: floor, lights, camera, and three panels that see their subjects from the same side."""
 
+import colorsys
+
 import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-# Background and floor, linear; light and neutral so that the colours of the error map stand out.
-FLOOR = (0.72, 0.73, 0.74)
-CLAY = (0.62, 0.55, 0.48)
-# Azimuth of the camera around the vertical, 0 looking along +y, and its height above the horizon; degrees.
-ELEVATION = 14
-# Width of a panel: this many times the subject's largest extent seen from the camera.
-ROOM = 1.22
-SAMPLES = 12
+# Linear light. The floor is neutral, so that the colours of scans and errors stand out.
+FLOOR = (0.56, 0.57, 0.58)
+CLAY = (0.50, 0.43, 0.36)
+# Height of the camera above the horizon, degrees.
+ELEVATION = 13
+# A panel is this much wider and higher than its subject.
+ROOM = 1.25, 1.12
+# Height of the picture in pixels; its width follows from the subject.
+PIXELS = 800
+WIDEST = 2200
+SAMPLES = 8
 
 
 def material(name, colour=None, roughness=0.55):
-    """A plain material, or one that takes each object's viewport colour."""
+    """A plain material of a colour, or of the colour attribute of that name."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
-    shader = made.node_tree.nodes["Principled BSDF"]
+    nodes, links = made.node_tree.nodes, made.node_tree.links
+    shader = nodes["Principled BSDF"]
     shader.inputs["Roughness"].default_value = roughness
-    shader.inputs["Specular IOR Level"].default_value = 0.3
-    if colour is None:
-        info = made.node_tree.nodes.new("ShaderNodeObjectInfo")
-        made.node_tree.links.new(info.outputs["Color"], shader.inputs["Base Color"])
+    if isinstance(colour, str):
+        attribute = nodes.new("ShaderNodeAttribute")
+        attribute.attribute_name = colour
+        links.new(attribute.outputs["Color"], shader.inputs["Base Color"])
     else:
         shader.inputs["Base Color"].default_value = (*colour, 1)
     return made
 
 
-def bounds(objects):
-    """Corners of the box around objects, in the world."""
-    corners = np.array([obj.matrix_world @ Vector(c) for obj in objects for c in obj.bound_box])
+def scan_colour(k):
+    """A colour for the k-th scan: hues as far apart as a golden section keeps them, of even lightness."""
+    red, green, blue = colorsys.hls_to_rgb((0.58 + 0.618034 * k) % 1, 0.56, 0.55)
+    return red**2.2, green**2.2, blue**2.2
+
+
+def bounds(obj):
+    """Lower and upper corner of the box around an object, in the world."""
+    corners = np.array([obj.matrix_world @ Vector(c) for c in obj.bound_box])
     return corners.min(axis=0), corners.max(axis=0)
+
+
+def compose(merged, scans, azimuth):
+    """Puts scans, merged surface and error map side by side; returns width, height and panel width in pixels.
+
+    The scans and the surface stay where they are; what the picture shows left and right of the surface are instances.
+    """
+    scene = bpy.context.scene
+    stage = Stage(scene, *bounds(merged), azimuth)
+    for obj in scans:
+        obj.data.materials.append(material(obj.name, scan_colour(scans.index(obj))))
+    group = scans[0].users_collection[0]
+    instance = bpy.data.objects.new("Scans in the picture", None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", group
+    instance.location = stage.offset(-1)
+    instance.empty_display_size = 0.01
+    scene.collection.objects.link(instance)
+    # The scans themselves coincide with the surface: hidden until somebody ticks their collection.
+    bpy.context.view_layer.layer_collection.children[group.name].exclude = True
+
+    errors = bpy.data.objects.new("Error map", merged.data)
+    errors.location = stage.offset(1)
+    scene.collection.objects.link(errors)
+    # Both share the mesh: the middle one has its material on the object.
+    slot = merged.material_slots[0]
+    slot.link = "OBJECT"
+    slot.material = material("Surface", "colour" if "colour" in merged.data.attributes else CLAY)
+    return stage.build()
 
 
 class Stage:
@@ -49,16 +89,20 @@ class Stage:
         self.up = self.right.cross(self.toward)
         box = [Vector((x, y, z)) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
         seen = np.array([((c - self.centre).dot(self.right), (c - self.centre).dot(self.up)) for c in box])
-        self.width, self.height = 2 * np.abs(seen).max(axis=0)
-        self.panel = ROOM * max(self.width, 0.8 * self.height)
+        width, height = 2 * np.abs(seen).max(axis=0)
+        self.panel, self.height = float(ROOM[0] * width), float(ROOM[1] * height)
         self.depth = 4 * float(np.linalg.norm(self.high - self.low))
 
     def offset(self, panel):
         """Translation that brings a subject into panel -1, 0 or 1."""
         return self.right * (panel * self.panel)
 
-    def build(self, width, height):
-        """Floor, lights, camera and render settings for a picture of that many pixels."""
+    def build(self):
+        """Floor, lights, camera and render settings; returns width, height and panel width in pixels."""
+        shrink = min(1, WIDEST / (3 * self.panel / self.height * PIXELS))
+        height = round(PIXELS * shrink)
+        panel = round(height * self.panel / self.height)
+        width = 3 * panel
         self._floor()
         for name, direction, energy, angle in (
             ("Key", (0.55, 0.55, -0.75), 2.6, 14),
@@ -73,6 +117,7 @@ class Stage:
         self.scene.world = world
         self._camera(width, height)
         self._render_settings(width, height)
+        return {"width": width, "height": height, "panel": panel}
 
     def _floor(self):
         size = 20 * self.depth
@@ -98,7 +143,8 @@ class Stage:
     def _camera(self, width, height):
         camera = bpy.data.cameras.new("Camera")
         camera.type = "ORTHO"
-        camera.ortho_scale = 3 * self.panel * max(1, height / width)
+        # The longer side of the picture.
+        camera.ortho_scale = max(3 * self.panel, self.height)
         camera.clip_end = 10 * self.depth
         eye = bpy.data.objects.new("Camera", camera)
         axes = Matrix((self.right, self.up, -self.toward)).transposed().to_4x4()
