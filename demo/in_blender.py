@@ -31,7 +31,12 @@ SCANNER = {
     "pose_turn": 0.0005,
     "seed": 2004,
 }
-CAMERAS = {"around": 9, "above": 3, "below": 2, "pixels": 480}
+PIXELS = 480
+RINGS = (
+    {"around": 8, "above": 0, "below": 2},
+    {"around": 0, "above": 5, "below": 0, "elevation": 0.6},
+    {"around": 0, "above": 3, "below": 0, "elevation": 1.1},
+)
 # Where the camera of the picture stands, degrees around the vertical.
 AZIMUTH = {"sculpture": 20, "other": 0}
 
@@ -55,7 +60,8 @@ def scan_sculpture(folder):
     import surfrecon
 
     truth = surfrecon.sculpture()
-    scans = surfrecon.virtual_scan(truth, surfrecon.turntable(truth, **CAMERAS), **SCANNER)
+    cameras = [camera for ring in RINGS for camera in surfrecon.turntable(truth, pixels=PIXELS, **ring)]
+    scans = surfrecon.virtual_scan(truth, cameras, **SCANNER)
     for k, scan in enumerate(scans):
         scan.name = f"scan{k:02}"
     folder.mkdir(parents=True, exist_ok=True)
@@ -125,7 +131,8 @@ def main():
         clock.done("scan the sculpture virtually")
 
     # The sculpture is in mm with z up; the scans of the Stanford archive are in m with y up.
-    options = {"unit": "MM"} if given is None else {"axis_forward": "-Z", "axis_up": "Y"}
+    unit, up = ("MM", "Z") if given is None else (os.environ.get("UNIT", "M"), os.environ.get("UP", "Y"))
+    options = {"unit": unit, "axis_up": up, "axis_forward": {"Y": "-Z"}.get(up, "Y")}
     bpy.ops.surfrecon.import_scans(filepath=str(conf), **options)
     scans = list(bpy.context.selected_objects)
     samples = sum(len(obj.data.vertices) for obj in scans)

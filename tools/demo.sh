@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Merges scans inside Blender and renders the result: out/demo.blend, out/demo.glb, out/demo.png and a table of the run.
 # Usage: tools/demo.sh [SCANS.conf]      without scans of one's own a sculpture is scanned virtually
+# Scans of one's own are taken to be in metres with y up, as the Stanford archive's: UNIT=MM and UP=Z say otherwise.
 # The extension must have been built (make extension).
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"

@@ -86,7 +86,7 @@ def test_a_damaged_file_is_a_format_error(tmp_path):
 
 def test_scans_written_and_opened_again_stand_where_they_stood(tmp_path):
     images = torus_scans(pixels=40)
-    images[0].colour = np.full((40, 40, 3), 0.5)
+    images[0].colour = np.full((*images[0].valid.shape, 3), 0.5)
     surfrecon.write_scans(tmp_path / "ring.conf", images)
     scans = surfrecon.open(tmp_path / "ring.conf")
     assert [scan.name for scan in scans] == [image.name for image in images]

@@ -181,7 +181,8 @@ fn source(index: usize, item: &Bound<'_, PyAny>) -> PyResult<Source> {
 /// Result of a merge.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct MergeResult {
-    /// The surface, in the world. Vertex attributes: ``confidence``, ``interpolated``, and ``colour`` if every scan has
+    /// The surface, in the world. Vertex attributes: ``confidence`` (summed over the scans), ``interpolated`` (on no scan
+    /// exactly), ``source_scan`` (the scan of largest weight, -1 where interpolated), and ``colour`` if every scan has
     /// colours; attribute of the triangles: ``hole_fill``.
     #[pyo3(get)]
     mesh: Py<Mesh>,
@@ -216,6 +217,12 @@ impl MergeReport {
     #[getter]
     fn scans(&self) -> usize {
         self.report.scans
+    }
+
+    /// Names of the scans, in the order of their numbers in the attribute ``source_scan``.
+    #[getter]
+    fn scan_names(&self) -> &[String] {
+        &self.report.scan_names
     }
 
     /// Triangles of all scans.
@@ -308,32 +315,36 @@ impl MergeReport {
 
     /// All figures by name.
     fn as_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(slf.py());
-        for name in REPORT {
-            dict.set_item(name, slf.getattr(*name)?)?;
+        macro_rules! dict_of {
+            ($($name:ident),*) => {{
+                // Names every field: a figure that is added to the core must be added here.
+                let surfrecon::merge::MergeReport { $($name: _),* } = &slf.get().report;
+                let dict = PyDict::new(slf.py());
+                $(dict.set_item(stringify!($name), slf.getattr(stringify!($name))?)?;)*
+                Ok(dict)
+            }};
         }
-        Ok(dict)
+        dict_of!(
+            scans,
+            scan_names,
+            input_triangles,
+            voxel,
+            merge_distance,
+            max_hole_length,
+            overlap_residual,
+            grid,
+            intersections,
+            fused_intersections,
+            artificial_intersections,
+            faces,
+            holes,
+            dropped_components,
+            working_bytes,
+            seconds
+        )
     }
 
     fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
         Ok(format!("<MergeReport {}>", MergeReport::as_dict(slf)?.repr()?))
     }
 }
-
-const REPORT: &[&str] = &[
-    "scans",
-    "input_triangles",
-    "voxel",
-    "merge_distance",
-    "max_hole_length",
-    "overlap_residual",
-    "grid",
-    "intersections",
-    "fused_intersections",
-    "artificial_intersections",
-    "faces",
-    "holes",
-    "dropped_components",
-    "working_bytes",
-    "seconds",
-];
