@@ -53,9 +53,8 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 /// Opens the scans of a file and decides what its quaternions mean.
 pub(super) fn open(path: &Path) -> Result<ScanSet> {
-    let (bytes, length) = file::read_padded(path, 0)?;
     let mut notes = Vec::new();
-    let placed = parse(path, &bytes[..length], &mut notes)?;
+    let placed = parse(path, &file::read(path)?, &mut notes)?;
     let mut scans = Vec::with_capacity(placed.len());
     for one in &placed {
         // A list within a list could name itself.

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
+use super::window::Window;
 use crate::error::{Error, Result};
 
 /// Opens a regular file; also its length.
@@ -21,19 +22,17 @@ pub(super) fn open(path: &Path) -> Result<(File, u64)> {
     Ok((file, metadata.len()))
 }
 
-/// Reads a whole file and puts `pad` line ends after it; also its length without them.
-pub(super) fn read_padded(path: &Path, pad: usize) -> Result<(Vec<u8>, usize)> {
+/// Reads a whole file.
+pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
     let (file, length) = open(path)?;
     let mut bytes = Vec::new();
-    let wanted = usize::try_from(length).ok().and_then(|n| n.checked_add(pad + 1));
+    let wanted = usize::try_from(length).ok();
     if wanted.is_none_or(|wanted| bytes.try_reserve_exact(wanted).is_err()) {
         return Err(Error::OutOfMemory(format!("{}: {length} bytes", path.display())));
     }
     // A file that grows meanwhile is read no further.
     file.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
-    let length = bytes.len();
-    bytes.resize(length + pad, b'\n');
-    Ok((bytes, length))
+    Ok(bytes)
 }
 
 /// The first bytes of a file, at most `count`.
@@ -44,12 +43,14 @@ pub(super) fn read_start(path: &Path, count: usize) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// At most `count` bytes from `at` into `bytes`.
-pub(super) fn read_at(file: &mut File, path: &Path, at: u64, count: usize, bytes: &mut Vec<u8>) -> Result<()> {
-    bytes.clear();
+/// A window on `length` bytes from `at`, or fewer if the file ends.
+pub(super) fn window_at<'a>(file: &'a mut File, path: &Path, at: u64, length: u64) -> Result<Window<'a>> {
     file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
-    file.take(count as u64).read_to_end(bytes).map_err(|e| Error::io(path, e))?;
-    Ok(())
+    let mut window = Window::new(file, length);
+    match window.failure() {
+        Some(error) => Err(Error::io(path, error)),
+        None => Ok(window),
+    }
 }
 
 /// The file's own name, for notes.

@@ -5,12 +5,13 @@
 //! | `ply` | range grids, meshes and points |
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
-//! | `file` | regular files, whole or in part |
+//! | `file`, `window` | regular files, whole or in part; a window that moves along one |
 
 mod conf;
 mod file;
 mod overlap;
 mod ply;
+mod window;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

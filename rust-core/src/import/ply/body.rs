@@ -55,9 +55,9 @@ pub(super) struct Vertices<P> {
 }
 
 /// Compares the claimed number of entries with what the rest of the file can hold, before anything is allocated.
-pub(super) fn claimed(element: &Element, smallest: u64, encoding: Encoding, left: usize) -> Parsed<usize> {
+pub(super) fn claimed(element: &Element, smallest: u64, encoding: Encoding, left: u64) -> Parsed<usize> {
     // Text may end without a line end.
-    let left = left as u64 + u64::from(encoding == Encoding::Ascii);
+    let left = left + u64::from(encoding == Encoding::Ascii);
     let most = left.checked_div(smallest).unwrap_or(0);
     if element.count > most {
         let problem = format!(
@@ -80,7 +80,7 @@ pub(super) fn vertices<S: Source, P: Position>(
     plan: &Plan,
     encoding: Encoding,
 ) -> Parsed<Vertices<P>> {
-    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.window().left())?;
     let mut positions: Vec<P> = reserve(count)?;
     let mut attributes = Attributes::new(plan, count)?;
     if plan.is_bare() {
@@ -90,8 +90,7 @@ pub(super) fn vertices<S: Source, P: Position>(
             if index == count {
                 return Ok(Vertices { positions, attributes });
             }
-            let position =
-                bare(source).map_err(|(fault, axis)| fault.at(element, index as u64, axis, source.text()))?;
+            let position = bare(source).map_err(|(fault, axis)| fault.at(element, index as u64, axis, source))?;
             positions.push(position);
         }
     }
@@ -99,7 +98,7 @@ pub(super) fn vertices<S: Source, P: Position>(
     let mut row = EMPTY_ROW;
     for index in 0..count {
         vertex_row(source, element, plan, &mut row)
-            .map_err(|(fault, property)| fault.at(element, index as u64, property, source.text()))?;
+            .map_err(|(fault, property)| fault.at(element, index as u64, property, source))?;
         positions.push(P::from_row(row[POSITION], row[POSITION + 1], row[POSITION + 2]));
         if has_attributes {
             attributes.push(&row);
@@ -154,14 +153,14 @@ impl<P: Position> Grid for GridPoints<'_, P> {
     }
 
     #[inline(always)]
-    fn add_empty<const N: usize>(&mut self) {
-        self.points.extend_from_slice(&[[f32::NAN; 3]; N]);
+    fn add_empty(&mut self, count: usize) {
+        self.points.resize(self.points.len() + count, [f32::NAN; 3]);
     }
 }
 
 /// Compares the claimed number of cells with the file.
 pub(super) fn claimed_cells<S: Source>(source: &S, element: &Element, encoding: Encoding) -> Parsed<usize> {
-    claimed(element, element.smallest_size(encoding), encoding, source.left())
+    claimed(element, element.smallest_size(encoding), encoding, source.window().left())
 }
 
 /// Reads the `count` cells of a range grid of `cols` columns.
@@ -183,15 +182,15 @@ pub(super) fn range_grid<S: Source, G: Grid>(
             return Ok(());
         }
         let index = grid.len() as u64;
-        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
-        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        let at = |fault: Fault, property, source: &S| fault.at(element, index, property, source);
+        source.begin().map_err(|fault| at(fault, None, source))?;
         let mut cell = NO_VERTEX;
         for (p, property) in element.properties.iter().enumerate() {
             if p != list {
-                source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+                source.skip_property(property).map_err(|fault| at(fault, Some(p), source))?;
                 continue;
             }
-            let length = source.whole(length_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            let length = source.whole(length_type).map_err(|fault| at(fault, Some(p), source))?;
             if length == 0 {
                 continue;
             }
@@ -201,10 +200,10 @@ pub(super) fn range_grid<S: Source, G: Grid>(
             if length != 1 {
                 return Err(problem(source, format!("a cell holds at most one vertex, this one {length}")));
             }
-            let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source))?;
             cell = checked_index(vertex, vertex_count).map_err(|text| problem(source, text))?;
         }
-        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        source.end().map_err(|fault| at(fault, None, source))?;
         grid.add(cell);
     }
 }
@@ -219,7 +218,7 @@ pub(super) fn faces<S: Source>(
 ) -> Parsed<(Vec<[u32; 3]>, Attributes)> {
     let (list, length_type, item_type) = index_list(element)?;
     let corner = if encoding == Encoding::Ascii { 2 } else { item_type.size() as u64 };
-    let count = claimed(element, element.smallest_size(encoding) + 3 * corner, encoding, source.left())?;
+    let count = claimed(element, element.smallest_size(encoding) + 3 * corner, encoding, source.window().left())?;
     let mut triangles: Vec<[u32; 3]> = reserve(count)?;
     let mut attributes = Attributes::new(plan, count)?;
     let has_attributes = !attributes.is_empty();
@@ -236,9 +235,9 @@ pub(super) fn faces<S: Source>(
                 break;
             }
         }
-        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
+        let at = |fault: Fault, property, source: &S| fault.at(element, index, property, source);
         let first = triangles.len();
-        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        source.begin().map_err(|fault| at(fault, None, source))?;
         for (p, property) in element.properties.iter().enumerate() {
             if p != list {
                 let read = match property.kind {
@@ -247,15 +246,15 @@ pub(super) fn faces<S: Source>(
                     }
                     _ => source.skip_property(property),
                 };
-                read.map_err(|fault| at(fault, Some(p), source.text()))?;
+                read.map_err(|fault| at(fault, Some(p), source))?;
                 continue;
             }
-            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source))?;
             if length < 3 {
                 return Err(wrong(source, element, index, format!("a face needs 3 vertices, this one has {length}")));
             }
             let corner = |source: &mut S| -> Parsed<u32> {
-                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source))?;
                 checked_index(vertex, vertex_count).map_err(|text| wrong(source, element, index, text))
             };
             let apex = corner(source)?;
@@ -266,7 +265,7 @@ pub(super) fn faces<S: Source>(
                 previous = next;
             }
         }
-        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        source.end().map_err(|fault| at(fault, None, source))?;
         if has_attributes {
             for _ in first..triangles.len() {
                 attributes.push(&row);
@@ -286,20 +285,20 @@ pub(super) fn strips<S: Source>(
     triangles: &mut Vec<[u32; 3]>,
 ) -> Parsed<()> {
     let (list, length_type, item_type) = index_list(element)?;
-    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.window().left())?;
     for index in 0..count as u64 {
-        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
-        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        let at = |fault: Fault, property, source: &S| fault.at(element, index, property, source);
+        source.begin().map_err(|fault| at(fault, None, source))?;
         for (p, property) in element.properties.iter().enumerate() {
             if p != list {
-                source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+                source.skip_property(property).map_err(|fault| at(fault, Some(p), source))?;
                 continue;
             }
-            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+            let length = source.length(length_type, item_type).map_err(|fault| at(fault, Some(p), source))?;
             let mut last = [0; 2];
             let mut strip = 0_u64;
             for _ in 0..length {
-                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source.text()))?;
+                let vertex = source.whole(item_type).map_err(|fault| at(fault, Some(p), source))?;
                 if vertex == -1 {
                     strip = 0;
                     continue;
@@ -314,7 +313,7 @@ pub(super) fn strips<S: Source>(
                 strip += 1;
             }
         }
-        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        source.end().map_err(|fault| at(fault, None, source))?;
     }
     Ok(())
 }
@@ -324,14 +323,14 @@ pub(super) fn skip<S: Source>(source: &mut S, element: &Element, encoding: Encod
     if element.count == 0 {
         return Ok(());
     }
-    let count = claimed(element, element.smallest_size(encoding), encoding, source.left())?;
+    let count = claimed(element, element.smallest_size(encoding), encoding, source.window().left())?;
     for index in 0..count as u64 {
-        let at = |fault: Fault, property, text: Option<&[u8]>| fault.at(element, index, property, text);
-        source.begin().map_err(|fault| at(fault, None, source.text()))?;
+        let at = |fault: Fault, property, source: &S| fault.at(element, index, property, source);
+        source.begin().map_err(|fault| at(fault, None, source))?;
         for (p, property) in element.properties.iter().enumerate() {
-            source.skip_property(property).map_err(|fault| at(fault, Some(p), source.text()))?;
+            source.skip_property(property).map_err(|fault| at(fault, Some(p), source))?;
         }
-        source.end().map_err(|fault| at(fault, None, source.text()))?;
+        source.end().map_err(|fault| at(fault, None, source))?;
     }
     Ok(())
 }
@@ -340,10 +339,10 @@ pub(super) fn skip<S: Source>(source: &mut S, element: &Element, encoding: Encod
 #[cold]
 fn wrong<S: Source>(source: &S, element: &Element, index: u64, problem: String) -> Box<Problem> {
     let place = place(element, index);
-    match source.line() {
-        Some(line) => Problem::new(format!("line {line}"), format!("{place}: {problem}")),
-        None => Problem::new(place, problem),
+    if S::TEXT {
+        return Problem::on_line_of(source.window().offset(source.window().at), format!("{place}: {problem}"));
     }
+    Problem::new(place, problem)
 }
 
 /// The list of vertex indices of an element: its property and its types.

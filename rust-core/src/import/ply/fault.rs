@@ -1,29 +1,73 @@
 //! What can be wrong with a PLY file, put into words with the place where it is.
 
 use std::fmt;
+use std::io::Read;
+use std::path::Path;
 
 use super::header::{Element, ScalarType};
 use super::number;
+use super::source::Source;
+use crate::error::Error;
 
 /// Result while parsing; the path is added at the end.
 pub(super) type Parsed<T> = Result<T, Box<Problem>>;
 
 /// What is wrong where.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub(super) struct Problem {
+    /// Line or element; empty until the line of `byte` is known.
     pub(super) at: String,
     pub(super) text: String,
-    /// Memory was refused: not the file's fault.
-    pub(super) memory: bool,
+    /// A byte of the line that the problem is on.
+    byte: Option<u64>,
+    kind: Kind,
+}
+
+#[derive(Debug)]
+enum Kind {
+    /// The file is at fault.
+    Format,
+    /// Memory was refused.
+    Memory,
+    /// Reading failed.
+    Io(std::io::Error),
 }
 
 impl Problem {
     pub(super) fn new(at: impl Into<String>, text: impl Into<String>) -> Box<Self> {
-        Box::new(Problem { at: at.into(), text: text.into(), memory: false })
+        Box::new(Problem { at: at.into(), text: text.into(), byte: None, kind: Kind::Format })
+    }
+
+    /// A problem on the line of that byte of a text file.
+    pub(super) fn on_line_of(byte: u64, text: impl Into<String>) -> Box<Self> {
+        Box::new(Problem { at: String::new(), text: text.into(), byte: Some(byte), kind: Kind::Format })
     }
 
     pub(super) fn memory(what: impl Into<String>) -> Box<Self> {
-        Box::new(Problem { at: String::new(), text: what.into(), memory: true })
+        Box::new(Problem { at: String::new(), text: what.into(), byte: None, kind: Kind::Memory })
+    }
+
+    pub(super) fn io(error: std::io::Error) -> Box<Self> {
+        Box::new(Problem { at: String::new(), text: error.to_string(), byte: None, kind: Kind::Io(error) })
+    }
+
+    /// Finds the line, if there is one to find, by reading the file again up to it.
+    pub(super) fn locate(mut self: Box<Self>, file: &mut dyn Read) -> Box<Self> {
+        if let Some(byte) = self.byte.take() {
+            self.at = match line_number(file, byte) {
+                Ok(line) => format!("line {line}"),
+                Err(_) => format!("byte {byte}"),
+            };
+        }
+        self
+    }
+
+    pub(super) fn into_error(self, path: &Path) -> Error {
+        match self.kind {
+            Kind::Memory => Error::OutOfMemory(format!("{}: {}", path.display(), self.text)),
+            Kind::Io(error) => Error::io(path, error),
+            Kind::Format => Error::format(path, self.at, self.text),
+        }
     }
 }
 
@@ -51,14 +95,14 @@ pub(super) enum Fault {
 }
 
 impl Fault {
-    /// In words, at entry `index` of `element`, reading its property number `property`. `text`: the file if it is text.
+    /// In words, at entry `index` of `element`, reading its property number `property`.
     #[cold]
-    pub(super) fn at(
+    pub(super) fn at<S: Source>(
         self,
         element: &Element,
         index: u64,
         property: Option<usize>,
-        text: Option<&[u8]>,
+        source: &S,
     ) -> Box<Problem> {
         let entry = place(element, index);
         let entry = match property.and_then(|p| element.properties.get(p)) {
@@ -68,16 +112,18 @@ impl Fault {
         let (byte, problem) = match self {
             Fault::End => return Problem::new(entry, "the file ends"),
             Fault::Range(value, scalar) => {
-                return Problem::new(entry, format!("{value} is out of range (the type is {})", scalar.name()));
+                let problem = format!("{value} is out of range (the type is {})", scalar.name());
+                if S::TEXT { (source.window().at, problem) } else { return Problem::new(entry, problem) }
             }
             Fault::LineEnd(byte) => (byte, "the line ends too early; an element has one line".to_owned()),
-            Fault::NoNumber(byte) => (byte, format!("expected a number, found `{}`", token(text, byte))),
-            Fault::NoWhole(byte) => (byte, format!("expected a whole number, found `{}`", token(text, byte))),
-            Fault::LineGoesOn(byte) => {
-                (byte, format!("expected the end of the line, found `{}`; an element has one line", token(text, byte)))
-            }
+            Fault::NoNumber(byte) => (byte, format!("expected a number, found `{}`", token(source, byte))),
+            Fault::NoWhole(byte) => (byte, format!("expected a whole number, found `{}`", token(source, byte))),
+            Fault::LineGoesOn(byte) => (
+                byte,
+                format!("expected the end of the line, found `{}`; an element has one line", token(source, byte)),
+            ),
         };
-        Problem::new(format!("line {}", line_number(text.unwrap_or(&[]), byte)), format!("{entry}: {problem}"))
+        Problem::on_line_of(source.window().offset(byte), format!("{entry}: {problem}"))
     }
 }
 
@@ -86,9 +132,10 @@ pub(super) fn place(element: &Element, index: u64) -> String {
     format!("{} {index} of {} (counted from 0)", element.name, element.count)
 }
 
-fn token(text: Option<&[u8]>, at: usize) -> String {
-    let Some(text) = text else { return String::new() };
-    let end = number::token_end(text, at);
+/// What stands at a byte of the window, shortened.
+fn token(source: &impl Source, at: usize) -> String {
+    let text = source.window().padded();
+    let end = number::token_end(text, at).min(source.window().end());
     let mut shown: String = String::from_utf8_lossy(&text[at..end.min(at + 160)]).chars().take(40).collect();
     if end - at > shown.len() {
         shown.push('…');
@@ -97,10 +144,19 @@ fn token(text: Option<&[u8]>, at: usize) -> String {
 }
 
 /// Number of the line that holds byte `at`, counted from 1; LF, CR LF and CR all end lines.
-pub(super) fn line_number(text: &[u8], at: usize) -> usize {
-    let before = &text[..at.min(text.len())];
-    let ends = (0..before.len())
-        .filter(|&i| before[i] == b'\n' || (before[i] == b'\r' && text.get(i + 1) != Some(&b'\n')))
-        .count();
-    ends + 1
+fn line_number(file: &mut dyn Read, at: u64) -> std::io::Result<u64> {
+    let mut line = 1;
+    let mut before = 0;
+    let mut buffer = vec![0; 1 << 16];
+    let mut file = file.take(at);
+    loop {
+        let count = file.read(&mut buffer)?;
+        if count == 0 {
+            return Ok(line);
+        }
+        for &byte in &buffer[..count] {
+            line += u64::from(byte == b'\r' || (byte == b'\n' && before != b'\r'));
+            before = byte;
+        }
+    }
 }

@@ -18,7 +18,7 @@
 //! vertices. *What is not*: several cells of a grid may name the same vertex, and vertices that no cell names are left
 //! out. Coordinates that aren't finite make a pixel invalid, are left out of a cloud, and are an error in a mesh.
 //!
-//! Cost: one pass over the file, which is in memory as a whole; nothing else grows beyond the result.
+//! Cost: one pass over the file; memory for the result and a window of 256 KiB.
 
 mod body;
 mod columns;
@@ -28,6 +28,7 @@ pub(crate) mod number;
 mod preview;
 mod source;
 
+use std::io::Read;
 use std::path::Path;
 
 use glam::{DAffine3, DVec3};
@@ -37,6 +38,7 @@ use self::columns::{Attributes, Plan, reserve};
 use self::fault::{Parsed, Problem};
 use self::header::{Element, Encoding, Header};
 use self::source::{Ascii, Binary, NO_VERTEX, Source};
+use super::window::Window;
 use super::{Content, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
@@ -54,16 +56,15 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 /// Opens a file as one scan; reads its header only.
 pub(super) fn open(path: &Path) -> Result<ScanSet> {
-    let (header, _) = read_header(path)?;
+    let header = read_header(path)?;
     let notes = header.notes.iter().map(|note| format!("{}: {note}", file::name(path))).collect();
     Ok(ScanSet { scans: vec![Scan::new(path)], notes })
 }
 
 /// Reads a scan.
 pub(super) fn read(scan: &Scan) -> Result<Content> {
-    let path = &scan.path;
-    let (bytes, length) = file::read_padded(path, number::PAD)?;
-    parse(&bytes, length, scan).map_err(|problem| problem.into_error(path))
+    let (mut file, length) = file::open(&scan.path)?;
+    parse(&mut file, length, scan).map_err(|problem| located(problem, &scan.path))
 }
 
 /// About `count` points of a scan, in its own frame.
@@ -71,41 +72,48 @@ pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
     preview::points(scan, count)
 }
 
-impl Problem {
-    fn into_error(self, path: &Path) -> Error {
-        if self.memory {
-            return Error::OutOfMemory(format!("{}: {}", path.display(), self.text));
-        }
-        Error::format(path, self.at, self.text)
+/// The error of a file, with its line if it has one.
+fn located(problem: Box<Problem>, path: &Path) -> Error {
+    match file::open(path) {
+        Ok((mut file, _)) => problem.locate(&mut file).into_error(path),
+        Err(error) => error,
     }
 }
 
-/// Reads no more of the file than its header needs; also the bytes read.
-fn read_header(path: &Path) -> Result<(Header, Vec<u8>)> {
-    let mut length = 1 << 12;
+/// Reads no more of the file than its header needs.
+fn read_header(path: &Path) -> Result<Header> {
+    let (mut file, length) = file::open(path)?;
+    let mut window = Window::small(&mut file, length);
+    header_in(&mut window).map_err(|problem| problem.into_error(path))
+}
+
+/// The header at the start of a window, which afterwards stands at the body.
+fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
     loop {
-        let start = file::read_start(path, length)?;
-        match Header::parse(&start) {
-            Ok(Some(header)) => return Ok((header, start)),
-            Ok(None) if start.len() < length => {
-                return Err(Error::format(path, "header", "the file ends before `end_header`"));
-            }
-            Ok(None) => length *= 8,
-            Err(problem) => return Err(problem.into_error(path)),
+        if let Some(header) = Header::parse(window.rest())? {
+            window.at = header.body;
+            return Ok(header);
+        }
+        if !window.grow() {
+            return Err(match window.failure() {
+                Some(error) => Problem::io(error),
+                None => Problem::new("header", "the file ends before `end_header`"),
+            });
         }
     }
 }
 
-/// Parses a whole file of `length` bytes, padded with line ends.
-fn parse(bytes: &[u8], length: usize, scan: &Scan) -> Parsed<Content> {
-    let header =
-        Header::parse(&bytes[..length])?.ok_or_else(|| Problem::new("header", "the file ends before `end_header`"))?;
-    let at = header.body;
-    match header.encoding {
-        Encoding::Ascii => content(&mut Ascii { text: bytes, length, at }, &header, scan),
-        Encoding::LittleEndian => content(&mut Binary::<false> { bytes: &bytes[..length], at }, &header, scan),
-        Encoding::BigEndian => content(&mut Binary::<true> { bytes: &bytes[..length], at }, &header, scan),
-    }
+/// Parses a whole file of `length` bytes.
+fn parse(file: &mut dyn Read, length: u64, scan: &Scan) -> Parsed<Content> {
+    let mut window = Window::new(file, length);
+    let header = header_in(&mut window)?;
+    let content = match header.encoding {
+        Encoding::Ascii => content(&mut Ascii { window: &mut window }, &header, scan),
+        Encoding::LittleEndian => content(&mut Binary::<false> { window: &mut window }, &header, scan),
+        Encoding::BigEndian => content(&mut Binary::<true> { window: &mut window }, &header, scan),
+    };
+    // What looked like the end of the file was none.
+    window.failure().map_or(content, |error| Err(Problem::io(error)))
 }
 
 fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Content> {
@@ -205,7 +213,7 @@ fn elements<S: Source, P: Position>(
         }
     }
     if !source.at_end() {
-        let left = source.left();
+        let left = source.window().left();
         let problem = format!("{left} bytes follow the last element: the counts of the header don't match the file");
         return Err(Problem::new("after the last element", problem));
     }

@@ -2,14 +2,13 @@
 //!
 //! The common shapes (sign, up to 19 digits with a point, small exponent) are read eight digits at a time; everything
 //! else, and every case where rounding could be in doubt, goes through `str::parse`. All functions want [`PAD`] bytes of
-//! white space after the text so that eight bytes can always be looked at.
+//! white space after the text: numbers end at a blank, and eight bytes are looked at at once.
+//!
+//! [`PAD`]: crate::import::window::PAD
 //!
 //! *Rounding.* For f64: digits below 2^53 and a power of ten up to 10^22 are both exact, so one division or product
 //! rounds once, correctly (Clinger 1990). For f32: a product in f64 is off by at most two units in its last place;
 //! rounding it to f32 is right unless the midpoint of two f32 lies that close, which the low 29 bits show.
-
-/// White space wanted after the text.
-pub(crate) const PAD: usize = 32;
 
 /// 10^0 to 10^22: all exact.
 const POWERS: [f64; 23] = [
@@ -251,6 +250,7 @@ fn slow<T: Copy>(text: &[u8], start: usize, parse: impl Fn(&str) -> Option<T>, n
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::import::window::PAD;
     use proptest::prelude::*;
 
     fn padded(text: &str) -> Vec<u8> {

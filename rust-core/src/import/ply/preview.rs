@@ -12,10 +12,10 @@ use super::body::vertex_row;
 use super::columns::{EMPTY_ROW, POSITION, Plan};
 use super::fault::Parsed;
 use super::header::{Element, Encoding, Header, Kind};
-use super::number::PAD;
-use super::source::{Ascii, Binary, NO_VERTEX, Source};
-use super::{elements, read_header, vertex_plan};
-use crate::error::Result;
+use super::source::{Ascii, Binary, Source};
+use super::{elements, header_in, located, read_header, vertex_plan};
+use crate::error::{Error, Result};
+use crate::import::window::Window;
 use crate::import::{Scan, file};
 
 /// Bytes read at a time.
@@ -26,7 +26,7 @@ const PER_CHUNK: usize = 24;
 
 pub(super) fn points(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
     let path = &scan.path;
-    let (header, _) = read_header(path)?;
+    let header = read_header(path)?;
     let (element, plan) = vertex_plan(&header).map_err(|problem| problem.into_error(path))?;
     if count == 0 || element.count == 0 {
         return Ok(Vec::new());
@@ -55,15 +55,13 @@ fn from_text(scan: &Scan, header: &Header, element: &Element, plan: &Plan, count
     }
     let (mut file, length) = file::open(&scan.path)?;
     let start = header.body as u64;
-    let mut chunk = Vec::new();
     // Lines may grow or shrink along the file: each look farther in mends the guess of where it ends.
     let (mut bytes, mut seen, mut end) = (0, 0, start);
     for quarter in 0..4 {
         let at = start + (end - start) * quarter / 4;
-        file::read_at(&mut file, &scan.path, at, CHUNK, &mut chunk)?;
-        let lines = lines(&chunk, at == start);
-        chunk.resize(chunk.len() + PAD, b'\n');
-        for line in lines.into_iter().step_by(4).filter(|l| vertex_of_line(&chunk, *l, element, plan).is_some()) {
+        let mut window = file::window_at(&mut file, &scan.path, at, CHUNK as u64)?;
+        let lines = lines(window.rest(), at == start);
+        for line in lines.into_iter().step_by(4).filter(|l| vertex_of_line(&mut window, *l, element, plan).is_some()) {
             bytes += line.1 + 1 - line.0;
             seen += 1;
         }
@@ -77,11 +75,10 @@ fn from_text(scan: &Scan, header: &Header, element: &Element, plan: &Plan, count
     let mut points = Vec::with_capacity(chunks * per_chunk);
     for c in 0..chunks as u64 {
         let at = start + (end - start).saturating_sub(CHUNK as u64) * c / (chunks as u64 - 1).max(1);
-        file::read_at(&mut file, &scan.path, at, CHUNK, &mut chunk)?;
-        let lines = lines(&chunk, c == 0);
-        chunk.resize(chunk.len() + PAD, b'\n');
+        let mut window = file::window_at(&mut file, &scan.path, at, CHUNK as u64)?;
+        let lines = lines(window.rest(), c == 0);
         for i in strided(lines.len(), per_chunk) {
-            points.extend(vertex_of_line(&chunk, lines[i], element, plan));
+            points.extend(vertex_of_line(&mut window, lines[i], element, plan));
         }
     }
     Ok(Some(points))
@@ -107,12 +104,18 @@ fn strided(count: usize, wanted: usize) -> impl Iterator<Item = usize> {
     (0..taken).map(move |i| i * count / taken)
 }
 
-fn vertex_of_line(chunk: &[u8], (start, end): (usize, usize), element: &Element, plan: &Plan) -> Option<DVec3> {
-    if chunk[start..end].iter().all(|b| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b' ' | b'\t')) {
+fn vertex_of_line(
+    window: &mut Window<'_>,
+    (start, end): (usize, usize),
+    element: &Element,
+    plan: &Plan,
+) -> Option<DVec3> {
+    let whole_number = |b: &u8| b.is_ascii_digit() || matches!(b, b'-' | b'+' | b' ' | b'\t');
+    if window.padded()[start..end].iter().all(whole_number) {
         return None;
     }
-    let mut source = Ascii { text: chunk, length: chunk.len() - PAD, at: start };
-    vertex(&mut source, element, plan).filter(|_| source.at == end)
+    window.at = start;
+    vertex(&mut Ascii { window: &mut *window }, element, plan).filter(|_| window.at == end)
 }
 
 fn vertex<S: Source>(source: &mut S, element: &Element, plan: &Plan) -> Option<DVec3> {
@@ -150,13 +153,12 @@ fn from_binary<const BIG: bool>(
     // At least one entry a chunk, and no overlap.
     let per_chunk = (CHUNK as u64 / stride).max(1).min(element.count.div_ceil(chunks));
     let mut points = Vec::with_capacity(count);
-    let mut bytes = Vec::new();
     for c in 0..chunks {
         let first = (u128::from(element.count - per_chunk) * u128::from(c) / u128::from((chunks - 1).max(1))) as u64;
-        file::read_at(&mut file, &scan.path, start + first * stride, (per_chunk * stride) as usize, &mut bytes)?;
+        let mut window = file::window_at(&mut file, &scan.path, start + first * stride, per_chunk * stride)?;
         for i in strided(per_chunk as usize, count.div_ceil(chunks as usize)) {
-            let mut source = Binary::<BIG> { bytes: &bytes, at: (i * stride as usize).min(bytes.len()) };
-            points.extend(vertex(&mut source, element, plan));
+            window.at = i * stride as usize;
+            points.extend(vertex(&mut Binary::<BIG> { window: &mut window }, element, plan));
         }
     }
     Ok(Some(points))
@@ -165,25 +167,25 @@ fn from_binary<const BIG: bool>(
 /// Reads everything and takes some of it.
 fn whole(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
     let path = &scan.path;
-    let (bytes, length) = file::read_padded(path, PAD)?;
-    let all = (|| -> Parsed<Vec<DVec3>> {
-        let Some(header) = Header::parse(&bytes[..length])? else { return Ok(Vec::new()) };
-        let (element, plan) = vertex_plan(&header)?;
-        let at = header.body;
-        let cols = header.grid_cols.unwrap_or(1).max(1);
-        let parts = match header.encoding {
-            Encoding::Ascii => elements(&mut Ascii { text: &bytes, length, at }, &header, element, &plan, cols)?,
-            Encoding::LittleEndian => {
-                elements(&mut Binary::<false> { bytes: &bytes[..length], at }, &header, element, &plan, cols)?
-            }
-            Encoding::BigEndian => {
-                elements(&mut Binary::<true> { bytes: &bytes[..length], at }, &header, element, &plan, cols)?
-            }
-        };
-        Ok(parts.vertices.positions)
-    })()
-    .map_err(|problem| problem.into_error(path))?;
+    let (mut file, length) = file::open(path)?;
+    let mut window = Window::new(&mut file, length);
+    let all = positions(&mut window).map_err(|problem| located(problem, path))?;
+    if let Some(error) = window.failure() {
+        return Err(Error::io(path, error));
+    }
     let finite: Vec<DVec3> = all.into_iter().filter(|p| p.is_finite()).collect();
-    debug_assert!(finite.len() < NO_VERTEX as usize);
     Ok(strided(finite.len(), count).map(|i| finite[i]).collect())
+}
+
+/// The positions of all vertices of a file.
+fn positions(window: &mut Window<'_>) -> Parsed<Vec<DVec3>> {
+    let header = header_in(window)?;
+    let (element, plan) = vertex_plan(&header)?;
+    let cols = header.grid_cols.unwrap_or(1).max(1);
+    let parts = match header.encoding {
+        Encoding::Ascii => elements(&mut Ascii { window }, &header, element, &plan, cols)?,
+        Encoding::LittleEndian => elements(&mut Binary::<false> { window }, &header, element, &plan, cols)?,
+        Encoding::BigEndian => elements(&mut Binary::<true> { window }, &header, element, &plan, cols)?,
+    };
+    Ok(parts.vertices.positions)
 }

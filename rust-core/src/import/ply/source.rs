@@ -1,12 +1,15 @@
 //! Values out of the body of a PLY file, from text or from either binary encoding, always within its bounds.
 
 use super::body::Position;
-use super::fault::{Fault, line_number};
+use super::fault::Fault;
 use super::header::{Kind, Property, ScalarType};
 use super::number::{self, is_blank};
+use crate::import::window::Window;
 
 /// Where an element's values come from.
 pub(super) trait Source {
+    /// Whether this is text, where errors have lines.
+    const TEXT: bool;
     /// Starts an entry of an element.
     fn begin(&mut self) -> Result<(), Fault>;
     /// The next number; whole-number types are checked to hold one.
@@ -17,12 +20,8 @@ pub(super) trait Source {
     fn skip(&mut self, scalar: ScalarType, count: u64) -> Result<(), Fault>;
     /// Ends an entry.
     fn end(&mut self) -> Result<(), Fault>;
-    /// Bytes left.
-    fn left(&self) -> usize;
-    /// The file, if it is text.
-    fn text(&self) -> Option<&[u8]>;
-    /// The number of the line now being read, if the file is text.
-    fn line(&self) -> Option<usize>;
+    /// What is being read.
+    fn window(&self) -> &Window<'_>;
     /// Skips fillers after the last element; true if nothing else is left.
     fn at_end(&mut self) -> bool;
 
@@ -30,8 +29,8 @@ pub(super) trait Source {
     fn length(&mut self, length: ScalarType, item: ScalarType) -> Result<u64, Fault> {
         let count = self.whole(length)?;
         let count = u64::try_from(count).map_err(|_| Fault::Range(count, length))?;
-        let smallest = if self.text().is_some() { 1 } else { item.size() as u64 };
-        if count > self.left() as u64 / smallest { Err(Fault::End) } else { Ok(count) }
+        let smallest = if Self::TEXT { 1 } else { item.size() as u64 };
+        if count > self.window().left() / smallest { Err(Fault::End) } else { Ok(count) }
     }
 
     /// Adds positions while the entries are three floats written in the commonest way; stops before the first that
@@ -72,8 +71,8 @@ pub(super) trait Grid {
     fn len(&self) -> usize;
     /// The next cell has this vertex, which exists, or none.
     fn add(&mut self, vertex: u32);
-    /// The next `N` cells have none.
-    fn add_empty<const N: usize>(&mut self);
+    /// The next `count` cells have none.
+    fn add_empty(&mut self, count: usize);
 }
 
 impl Grid for Vec<u32> {
@@ -87,97 +86,148 @@ impl Grid for Vec<u32> {
     }
 
     #[inline(always)]
-    fn add_empty<const N: usize>(&mut self) {
-        self.extend_from_slice(&[NO_VERTEX; N]);
+    fn add_empty(&mut self, count: usize) {
+        self.resize(self.len() + count, NO_VERTEX);
     }
 }
 
 /// Empty cells looked for at once, in text.
 const RUN: usize = 8;
 
+/// Longest number in text; what is longer is not taken for one.
+const LONGEST: usize = 512;
+
 /// Text: numbers between blanks, one line an element, empty lines ignored.
-pub(super) struct Ascii<'a> {
-    /// The file and [`number::PAD`] line ends after it.
-    pub(super) text: &'a [u8],
-    /// Length without the padding.
-    pub(super) length: usize,
-    pub(super) at: usize,
+pub(super) struct Ascii<'w, 'r> {
+    pub(super) window: &'w mut Window<'r>,
 }
 
-impl Ascii<'_> {
+impl Ascii<'_, '_> {
     /// Goes to the next value on this line.
     #[inline(always)]
-    pub(super) fn value(&mut self) -> Result<usize, Fault> {
-        // After most numbers comes one blank.
-        while let Some(&byte) = self.text.get(self.at) {
+    fn value(&mut self) -> Result<usize, Fault> {
+        loop {
+            // After most numbers comes one blank; past the end of the window come line ends.
+            let byte = self.window.padded()[self.window.at];
             if !is_blank(byte) {
-                return Ok(self.at);
+                self.window.ensure(LONGEST);
+                return Ok(self.window.at);
             }
             if byte == b'\n' || byte == b'\r' {
-                break;
+                if self.window.at < self.window.end() {
+                    return Err(Fault::LineEnd(self.window.at));
+                }
+                if !self.window.ensure(1) {
+                    return Err(Fault::End);
+                }
+                continue;
             }
-            self.at += 1;
+            self.window.at += 1;
         }
-        Err(if self.at >= self.length { Fault::End } else { Fault::LineEnd(self.at) })
     }
 
-    /// The start of the next line if this one ends at `at`, with or without a blank before its end.
+    /// Ends the value that starts at `start`.
     #[inline(always)]
-    fn next_line(&self, at: usize) -> Option<usize> {
-        let at = at + usize::from(*self.text.get(at)? == b' ');
-        (*self.text.get(at)? == b'\n').then_some(at + 1)
-    }
-
-    /// Three floats of the commonest shape on a line, and the start of the next.
-    #[inline(always)]
-    fn plain_position(&self, at: usize) -> Option<([f32; 3], usize)> {
-        let (x, end) = number::read_plain_f32(self.text, at)?;
-        let (y, end) = number::read_plain_f32(self.text, self.past_blank(end)?)?;
-        let (z, end) = number::read_plain_f32(self.text, self.past_blank(end)?)?;
-        Some(([x, y, z], self.next_line(end)?))
-    }
-
-    #[inline(always)]
-    fn past_blank(&self, at: usize) -> Option<usize> {
-        (*self.text.get(at)? == b' ').then_some(at + 1)
-    }
-
-    /// A list of three vertices on a line, and the start of the next.
-    #[inline(always)]
-    fn plain_triangle(&self, at: usize) -> Option<([u64; 3], usize)> {
-        let at = self.past_blank(at + usize::from(*self.text.get(at)? == b'3'))?;
-        let (a, end) = number::read_plain_index(self.text, at)?;
-        let (b, end) = number::read_plain_index(self.text, self.past_blank(end)?)?;
-        let (c, end) = number::read_plain_index(self.text, self.past_blank(end)?)?;
-        Some(([a, b, c], self.next_line(end)?))
+    fn finish<T>(&mut self, start: usize, read: Option<(T, usize)>, fault: fn(usize) -> Fault) -> Result<T, Fault> {
+        match read {
+            // The window ends only where the file does, or after LONGEST bytes.
+            Some((value, end)) if end < self.window.end() || self.window.is_last() => {
+                self.window.at = end;
+                Ok(value)
+            }
+            _ => Err(fault(start)),
+        }
     }
 
     /// A number of type float, rounded to that type.
     #[inline(always)]
-    pub(super) fn float(&mut self) -> Result<f32, Fault> {
+    fn float(&mut self) -> Result<f32, Fault> {
         let start = self.value()?;
-        if let Some((value, end)) = number::read_plain_f32(self.text, start)
-            && self.text.get(end).is_some_and(|&b| is_blank(b))
+        let text = self.window.padded();
+        if let Some((value, end)) = number::read_plain_f32(text, start)
+            && is_blank(text[end])
         {
-            self.at = end;
+            self.window.at = end;
             return Ok(value);
         }
-        let (value, end) = number::read_f32(self.text, start).ok_or(Fault::NoNumber(start))?;
-        self.at = end;
-        Ok(value)
+        let read = number::read_f32(text, start);
+        self.finish(start, read, Fault::NoNumber)
+    }
+
+    /// Reads line after line with `line`, which gets the window's text and the start of a line, and returns the start of
+    /// the next; stops where it returns none.
+    #[inline(always)]
+    fn plain_lines(&mut self, mut line: impl FnMut(&[u8], usize) -> Option<usize>) {
+        // A line longer than this is none of the commonest.
+        const MARGIN: usize = 256;
+        while self.begin().is_ok() {
+            let end = self.window.end();
+            let safe = if self.window.is_last() { end } else { end.saturating_sub(MARGIN) };
+            let text = self.window.padded();
+            let mut at = self.window.at;
+            let mut stopped = false;
+            while at < safe && !stopped {
+                match line(text, at) {
+                    Some(next) => at = next,
+                    None => stopped = true,
+                }
+            }
+            self.window.at = at.min(end);
+            if stopped {
+                return;
+            }
+        }
     }
 }
 
-impl Source for Ascii<'_> {
+/// The start of the next line if this one ends at `at`, with or without a blank before its end.
+#[inline(always)]
+fn next_line(text: &[u8], at: usize) -> Option<usize> {
+    let at = at + usize::from(*text.get(at)? == b' ');
+    (*text.get(at)? == b'\n').then_some(at + 1)
+}
+
+#[inline(always)]
+fn past_blank(text: &[u8], at: usize) -> Option<usize> {
+    (*text.get(at)? == b' ').then_some(at + 1)
+}
+
+/// Three floats of the commonest shape on a line, and the start of the next.
+#[inline(always)]
+fn plain_position(text: &[u8], at: usize) -> Option<([f32; 3], usize)> {
+    let (x, end) = number::read_plain_f32(text, at)?;
+    let (y, end) = number::read_plain_f32(text, past_blank(text, end)?)?;
+    let (z, end) = number::read_plain_f32(text, past_blank(text, end)?)?;
+    Some(([x, y, z], next_line(text, end)?))
+}
+
+/// A list of three vertices on a line, and the start of the next.
+#[inline(always)]
+fn plain_triangle(text: &[u8], at: usize) -> Option<([u64; 3], usize)> {
+    let at = past_blank(text, at + usize::from(*text.get(at)? == b'3'))?;
+    let (a, end) = number::read_plain_index(text, at)?;
+    let (b, end) = number::read_plain_index(text, past_blank(text, end)?)?;
+    let (c, end) = number::read_plain_index(text, past_blank(text, end)?)?;
+    Some(([a, b, c], next_line(text, end)?))
+}
+
+impl Source for Ascii<'_, '_> {
+    const TEXT: bool = true;
+
     #[inline(always)]
     fn begin(&mut self) -> Result<(), Fault> {
-        while let Some(&byte) = self.text.get(self.at) {
-            if !is_blank(byte) {
-                return Ok(());
+        loop {
+            while self.window.at < self.window.end() {
+                if !is_blank(self.window.padded()[self.window.at]) {
+                    self.window.ensure(LONGEST);
+                    return Ok(());
+                }
+                self.window.at += 1;
             }
-            self.at += 1;
+            if !self.window.ensure(1) {
+                return Err(Fault::End);
+            }
         }
-        Err(Fault::End)
     }
 
     #[inline(always)]
@@ -186,9 +236,8 @@ impl Source for Ascii<'_> {
             ScalarType::F32 => Ok(self.float()?.into()),
             ScalarType::F64 => {
                 let start = self.value()?;
-                let (value, end) = number::read_f64(self.text, start).ok_or(Fault::NoNumber(start))?;
-                self.at = end;
-                Ok(value)
+                let read = number::read_f64(self.window.padded(), start);
+                self.finish(start, read, Fault::NoNumber)
             }
             _ => Ok(self.whole(scalar)? as f64),
         }
@@ -197,65 +246,76 @@ impl Source for Ascii<'_> {
     #[inline(always)]
     fn whole(&mut self, scalar: ScalarType) -> Result<i64, Fault> {
         let start = self.value()?;
-        let (value, end) = number::read_integer(self.text, start).ok_or(Fault::NoWhole(start))?;
-        self.at = end;
+        let read = number::read_integer(self.window.padded(), start);
+        let value = self.finish(start, read, Fault::NoWhole)?;
         match scalar.whole_range() {
             Some((low, high)) if (low..=high).contains(&value) => Ok(value),
             _ => Err(Fault::Range(value, scalar)),
         }
     }
 
-    #[inline]
     fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>) {
-        // To the start of a line; that there is none is for others to say.
-        let _ = self.begin();
-        while positions.len() < count {
-            let Some((position, next)) = self.plain_position(self.at) else { return };
+        self.plain_lines(|text, at| {
+            if positions.len() == count {
+                return None;
+            }
+            let (position, next) = plain_position(text, at)?;
             positions.push(P::from_single(position));
-            self.at = next;
-        }
+            Some(next)
+        });
     }
 
     fn plain_cells<G: Grid>(&mut self, _: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G) {
         const EMPTY: &[u8; 3 * RUN] = b"0 \n0 \n0 \n0 \n0 \n0 \n0 \n0 \n";
-        let _ = self.begin();
-        while grid.len() < count {
-            let Some(rest) = self.text.get(self.at..) else { return };
-            if rest.first_chunk() == Some(EMPTY) && count - grid.len() >= RUN {
-                grid.add_empty::<RUN>();
-                self.at += EMPTY.len();
-                continue;
+        self.plain_lines(|text, at| {
+            if grid.len() == count {
+                return None;
             }
-            let (cell, end) = match rest {
-                [b'0', ..] => (NO_VERTEX, self.at + 1),
-                [b'1', b' ', ..] => match number::read_plain_index(self.text, self.at + 2) {
-                    Some((vertex, end)) if vertex < vertex_count => (vertex as u32, end),
-                    _ => return,
-                },
-                _ => return,
-            };
-            let Some(next) = self.next_line(end) else { return };
-            grid.add(cell);
-            self.at = next;
-        }
+            match text.get(at..)? {
+                [b'1', b' ', ..] => {
+                    let (vertex, end) = number::read_plain_index(text, at + 2)?;
+                    let next = next_line(text, end)?;
+                    if vertex >= vertex_count {
+                        return None;
+                    }
+                    grid.add(vertex as u32);
+                    Some(next)
+                }
+                rest @ [b'0', ..] => {
+                    let most = (count - grid.len()) / RUN;
+                    let runs = rest.as_chunks().0.iter().take(most).take_while(|run| *run == EMPTY).count();
+                    if runs > 0 {
+                        grid.add_empty(runs * RUN);
+                        return Some(at + runs * EMPTY.len());
+                    }
+                    let next = next_line(text, at + 1)?;
+                    grid.add(NO_VERTEX);
+                    Some(next)
+                }
+                _ => None,
+            }
+        });
     }
 
     fn plain_triangles(&mut self, _: [ScalarType; 2], vertex_count: u64, count: usize, triangles: &mut Vec<[u32; 3]>) {
-        let _ = self.begin();
-        while triangles.len() < count {
-            let Some((triangle, next)) = self.plain_triangle(self.at) else { return };
+        self.plain_lines(|text, at| {
+            if triangles.len() == count {
+                return None;
+            }
+            let (triangle, next) = plain_triangle(text, at)?;
             if triangle.iter().any(|&vertex| vertex >= vertex_count) {
-                return;
+                return None;
             }
             triangles.push(triangle.map(|vertex| vertex as u32));
-            self.at = next;
-        }
+            Some(next)
+        });
     }
 
     fn skip(&mut self, _: ScalarType, count: u64) -> Result<(), Fault> {
         for _ in 0..count {
             let start = self.value()?;
-            self.at = number::token_end(self.text, start);
+            let end = number::token_end(self.window.padded(), start);
+            self.finish(start, Some(((), end.min(self.window.end()))), Fault::NoNumber)?;
         }
         Ok(())
     }
@@ -268,16 +328,8 @@ impl Source for Ascii<'_> {
         }
     }
 
-    fn left(&self) -> usize {
-        self.length.saturating_sub(self.at)
-    }
-
-    fn text(&self) -> Option<&[u8]> {
-        Some(&self.text[..self.length])
-    }
-
-    fn line(&self) -> Option<usize> {
-        Some(line_number(self.text, self.at))
+    fn window(&self) -> &Window<'_> {
+        self.window
     }
 
     fn at_end(&mut self) -> bool {
@@ -286,25 +338,22 @@ impl Source for Ascii<'_> {
 }
 
 /// Binary, most significant byte first if `BIG`.
-pub(super) struct Binary<'a, const BIG: bool> {
-    pub(super) bytes: &'a [u8],
-    pub(super) at: usize,
+pub(super) struct Binary<'w, 'r, const BIG: bool> {
+    pub(super) window: &'w mut Window<'r>,
 }
 
-impl<'a, const BIG: bool> Binary<'a, BIG> {
+impl<const BIG: bool> Binary<'_, '_, BIG> {
     #[inline(always)]
-    pub(super) fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        let bytes = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk::<N>()).ok_or(Fault::End)?;
-        self.at += N;
-        Ok(*bytes)
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        self.window.ensure(N);
+        let bytes = *self.window.rest().first_chunk::<N>().ok_or(Fault::End)?;
+        self.window.at += N;
+        Ok(bytes)
     }
 
-    /// The next `count` bytes.
-    pub(super) fn slice(&mut self, count: usize) -> Result<&'a [u8], Fault> {
-        let end = self.at.checked_add(count).ok_or(Fault::End)?;
-        let bytes = self.bytes.get(self.at..end).ok_or(Fault::End)?;
-        self.at = end;
-        Ok(bytes)
+    #[inline(always)]
+    fn u32(bytes: [u8; 4]) -> u32 {
+        if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }
     }
 }
 
@@ -316,7 +365,9 @@ macro_rules! decode {
     }};
 }
 
-impl<const BIG: bool> Source for Binary<'_, BIG> {
+impl<const BIG: bool> Source for Binary<'_, '_, BIG> {
+    const TEXT: bool = false;
+
     #[inline(always)]
     fn begin(&mut self) -> Result<(), Fault> {
         Ok(())
@@ -343,14 +394,16 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
     }
 
     fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>) {
-        let Some(rest) = self.bytes.get(self.at..) else { return };
-        let (entries, _) = rest.as_chunks::<12>();
-        let entries = &entries[..entries.len().min(count - positions.len())];
-        positions.extend(entries.iter().map(|[a, b, c, d, e, f, g, h, i, j, k, l]| {
-            let float = |bytes| if BIG { f32::from_be_bytes(bytes) } else { f32::from_le_bytes(bytes) };
-            P::from_single([float([*a, *b, *c, *d]), float([*e, *f, *g, *h]), float([*i, *j, *k, *l])])
-        }));
-        self.at += entries.len() * 12;
+        while positions.len() < count && self.window.ensure(12) {
+            let (entries, _) = self.window.rest().as_chunks::<12>();
+            let entries = &entries[..entries.len().min(count - positions.len())];
+            positions.extend(entries.iter().map(|[a, b, c, d, e, f, g, h, i, j, k, l]| {
+                let float = |bytes| f32::from_bits(Self::u32(bytes));
+                P::from_single([float([*a, *b, *c, *d]), float([*e, *f, *g, *h]), float([*i, *j, *k, *l])])
+            }));
+            let used = entries.len() * 12;
+            self.window.at += used;
+        }
     }
 
     fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G) {
@@ -358,22 +411,31 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
             return;
         }
         while grid.len() < count {
-            match self.bytes.get(self.at..) {
-                Some([0, ..]) => {
-                    grid.add(NO_VERTEX);
-                    self.at += 1;
-                }
-                Some([1, a, b, c, d, ..]) => {
-                    let bytes = [*a, *b, *c, *d];
-                    let vertex = if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
-                    // A negative int is larger than any number of vertices, too.
-                    if u64::from(vertex) >= vertex_count {
-                        return;
+            self.window.ensure(5);
+            let mut rest = self.window.rest();
+            let before = rest.len();
+            while grid.len() < count {
+                match rest {
+                    [0, after @ ..] => {
+                        grid.add(NO_VERTEX);
+                        rest = after;
                     }
-                    grid.add(vertex);
-                    self.at += 5;
+                    [1, a, b, c, d, after @ ..] => {
+                        let vertex = Self::u32([*a, *b, *c, *d]);
+                        // A negative int is larger than any number of vertices, too.
+                        if u64::from(vertex) >= vertex_count {
+                            break;
+                        }
+                        grid.add(vertex);
+                        rest = after;
+                    }
+                    _ => break,
                 }
-                _ => return,
+            }
+            let used = before - rest.len();
+            self.window.at += used;
+            if used == 0 {
+                return;
             }
         }
     }
@@ -388,23 +450,36 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
         if types[0].size() != 1 || types[1].size() != 4 {
             return;
         }
-        let Some(rest) = self.bytes.get(self.at..) else { return };
-        for [length, a, b, c, d, e, f, g, h, i, j, k, l] in
-            rest.as_chunks::<13>().0.iter().take(count - triangles.len())
-        {
-            let vertex = |bytes| if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) };
-            let triangle = [vertex([*a, *b, *c, *d]), vertex([*e, *f, *g, *h]), vertex([*i, *j, *k, *l])];
-            if *length != 3 || triangle.iter().any(|&vertex| u64::from(vertex) >= vertex_count) {
+        while triangles.len() < count && self.window.ensure(13) {
+            let mut used = 0;
+            for [length, a, b, c, d, e, f, g, h, i, j, k, l] in
+                self.window.rest().as_chunks().0.iter().take(count - triangles.len())
+            {
+                let triangle = [Self::u32([*a, *b, *c, *d]), Self::u32([*e, *f, *g, *h]), Self::u32([*i, *j, *k, *l])];
+                if *length != 3 || triangle.iter().any(|&vertex| u64::from(vertex) >= vertex_count) {
+                    break;
+                }
+                triangles.push(triangle);
+                used += 13;
+            }
+            self.window.at += used;
+            if used == 0 {
                 return;
             }
-            triangles.push(triangle);
-            self.at += 13;
         }
     }
 
     fn skip(&mut self, scalar: ScalarType, count: u64) -> Result<(), Fault> {
-        let bytes = usize::try_from(count).ok().and_then(|n| n.checked_mul(scalar.size())).ok_or(Fault::End)?;
-        self.slice(bytes).map(|_| ())
+        let mut bytes = count.checked_mul(scalar.size() as u64).ok_or(Fault::End)?;
+        while bytes > 0 {
+            if !self.window.ensure(1) {
+                return Err(Fault::End);
+            }
+            let here = bytes.min(self.window.rest().len() as u64);
+            self.window.at += here as usize;
+            bytes -= here;
+        }
+        Ok(())
     }
 
     #[inline(always)]
@@ -412,20 +487,19 @@ impl<const BIG: bool> Source for Binary<'_, BIG> {
         Ok(())
     }
 
-    fn left(&self) -> usize {
-        self.bytes.len() - self.at
-    }
-
-    fn text(&self) -> Option<&[u8]> {
-        None
-    }
-
-    fn line(&self) -> Option<usize> {
-        None
+    fn window(&self) -> &Window<'_> {
+        self.window
     }
 
     fn at_end(&mut self) -> bool {
         // Some writers end binary files with a line end or zeros.
-        self.bytes[self.at..].iter().all(|&b| is_blank(b) || b == 0x1A)
+        while self.window.ensure(1) {
+            let fillers = self.window.rest().iter().take_while(|&&b| is_blank(b) || b == 0x1A).count();
+            if fillers == 0 {
+                return false;
+            }
+            self.window.at += fillers;
+        }
+        true
     }
 }

@@ -18,9 +18,8 @@ const MESH: &str = "ply\nformat ascii 1.0\ncomment a square, a triangle\nelement
     0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 0 4\n2 2 2 5\n4 0 1 2 3 1\n3 1 4 2 0\n";
 
 fn parse_bytes(bytes: &[u8]) -> Parsed<Content> {
-    let mut padded = bytes.to_vec();
-    padded.extend([b'\n'; number::PAD]);
-    parse(&padded, bytes.len(), &Scan::new(Path::new("test.ply")))
+    parse(&mut &bytes[..], bytes.len() as u64, &Scan::new(Path::new("test.ply")))
+        .map_err(|problem| problem.locate(&mut &bytes[..]))
 }
 
 fn image(bytes: &[u8]) -> RangeImage {
@@ -181,9 +180,7 @@ fn coordinates_far_out_keep_their_precision() {
         4512345.123 512345.5 100.25\n4512346.123 512345.5 101.25\n1 0\n1 1\n";
     let mut scan = Scan::new(Path::new("far.ply"));
     scan.world_from_sensor = DAffine3::from_rotation_z(1.0);
-    let mut padded = text.as_bytes().to_vec();
-    padded.extend([b'\n'; number::PAD]);
-    let Content::RangeImage(image) = parse(&padded, text.len(), &scan).unwrap() else { panic!() };
+    let Content::RangeImage(image) = parse(&mut text.as_bytes(), text.len() as u64, &scan).unwrap() else { panic!() };
     let expected = scan.world_from_sensor.transform_point3(DVec3::new(4_512_345.123, 512_345.5, 100.25));
     assert!(image.point_in_world(0).distance(expected) < 1e-6);
     assert!((image.point_in_world(1).distance(image.point_in_world(0)) - 2.0_f64.sqrt()).abs() < 1e-6);
@@ -234,7 +231,7 @@ fn what_is_wrong_is_named_with_its_place() {
     );
     case(
         &GRID.replace("7 8 9", "7 8 300"),
-        "vertex 2 of 5 (counted from 0), property blue: 300 is out of range (the type is uchar)",
+        "line 18: vertex 2 of 5 (counted from 0), property blue: 300 is out of range (the type is uchar)",
     );
     case(
         &GRID.replace("7 8 9", "7 8 9.5"),
@@ -277,7 +274,7 @@ fn cut_at_every_byte() {
     for file in files {
         for length in 0..file.len() {
             if let Err(problem) = parse_bytes(&file[..length]) {
-                assert!(!problem.at.is_empty() && !problem.text.is_empty() && !problem.memory);
+                assert!(!problem.at.is_empty() && !problem.text.is_empty());
             } else {
                 let rest = &file[length..];
                 assert!(rest.iter().all(|b| b.is_ascii_whitespace()), "{length} of {} bytes", file.len());
