@@ -3,7 +3,7 @@
 //! The tree depends on the triangles alone: bins are filled and boxes joined with operations that don't depend on their
 //! order, and parts are split in place by one thread each.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{Frame, GROWTH, HEURISTIC_DEPTH, Node, Slot};
@@ -22,30 +22,30 @@ const PARALLEL: usize = 4096;
 /// A triangle to place: its grown box in the frame.
 #[derive(Clone, Copy)]
 struct Item {
-    lo: Vec3,
-    hi: Vec3,
+    lo: Vec3A,
+    hi: Vec3A,
     triangle: u32,
 }
 
 #[derive(Clone, Copy)]
 struct Box3 {
-    lo: Vec3,
-    hi: Vec3,
+    lo: Vec3A,
+    hi: Vec3A,
 }
 
 impl Box3 {
-    const EMPTY: Box3 = Box3 { lo: Vec3::INFINITY, hi: Vec3::NEG_INFINITY };
+    const EMPTY: Box3 = Box3 { lo: Vec3A::INFINITY, hi: Vec3A::NEG_INFINITY };
 
     fn join(self, other: Box3) -> Box3 {
         Box3 { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    fn add(self, p: Vec3) -> Box3 {
+    fn add(self, p: Vec3A) -> Box3 {
         Box3 { lo: self.lo.min(p), hi: self.hi.max(p) }
     }
 
     fn half_area(self) -> f32 {
-        let d = (self.hi - self.lo).max(Vec3::ZERO);
+        let d = (self.hi - self.lo).max(Vec3A::ZERO);
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 }
@@ -56,7 +56,7 @@ impl Item {
     }
 
     /// Twice the centre of the box.
-    fn middle(&self) -> Vec3 {
+    fn middle(&self) -> Vec3A {
         self.lo + self.hi
     }
 }
@@ -80,8 +80,8 @@ pub(super) fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Frame, Vec<
         .map(|(t, triangle)| {
             let [a, b, c] = corners(triangle).map(|p| frame.to_frame(p));
             Item {
-                lo: (a.min(b).min(c) - GROWTH).as_vec3(),
-                hi: (a.max(b).max(c) + GROWTH).as_vec3(),
+                lo: (a.min(b).min(c) - GROWTH).as_vec3a(),
+                hi: (a.max(b).max(c) + GROWTH).as_vec3a(),
                 triangle: t as u32,
             }
         })
@@ -157,10 +157,12 @@ fn split(items: &mut [Item], bounds: Box3, middles: Box3, depth: usize) -> Optio
         // Nothing to tell them apart by, or a tree too deep already: halves.
         return (items.len() > LEAF).then_some(items.len() / 2);
     }
-    let scale = Vec3::select(size.cmpgt(Vec3::ZERO), (BINS as f32 * 0.9999) / size, Vec3::ZERO);
-    let bin_of = |i: &Item| ((i.middle() - middles.lo) * scale).min(Vec3::splat((BINS - 1) as f32));
-    let bins = fill(items, &bin_of);
-    let Some((cost, axis, last)) = best_plane(&bins, size) else {
+    // A bin for about every item will do, or the bins cost more than the items.
+    let count = (items.len().next_power_of_two() / 2).clamp(4, BINS);
+    let scale = Vec3A::select(size.cmpgt(Vec3A::ZERO), (count as f32 * 0.9999) / size, Vec3A::ZERO);
+    let bin_of = |i: &Item| ((i.middle() - middles.lo) * scale).min(Vec3A::splat((count - 1) as f32));
+    let bins = fill(items, count, &bin_of);
+    let Some((cost, axis, last)) = best_plane(&bins, count, size) else {
         return (items.len() > LEAF).then_some(items.len() / 2);
     };
     let (split_cost, leaf_cost) = (NODE_COST * bounds.half_area() + cost, items.len() as f32 * bounds.half_area());
@@ -168,20 +170,26 @@ fn split(items: &mut [Item], bounds: Box3, middles: Box3, depth: usize) -> Optio
         return None;
     }
     let split = partition(items, |i| bin_of(i)[axis] < (last + 1) as f32);
-    debug_assert!(split > 0 && split < items.len());
+    assert!(split > 0 && split < items.len(), "both sides of the cheapest plane have items");
     Some(split)
 }
 
-type Bins = [[(Box3, u32); BINS]; 3];
+/// A box and the number of its triangles.
+type Bin = (Box3, u32);
+type Bins = [[Bin; BINS]; 3];
 
-fn fill(items: &[Item], bin_of: &(impl Fn(&Item) -> Vec3 + Sync)) -> Bins {
+fn join(a: Bin, b: Bin) -> Bin {
+    (a.0.join(b.0), a.1 + b.1)
+}
+
+fn fill(items: &[Item], count: usize, bin_of: &(impl Fn(&Item) -> Vec3A + Sync)) -> Bins {
     let of = |items: &[Item]| {
-        let mut bins = [[(Box3::EMPTY, 0u32); BINS]; 3];
+        let mut bins: Bins = [[(Box3::EMPTY, 0); BINS]; 3];
         for item in items {
-            let bin = bin_of(item);
+            let bin = bin_of(item).as_ivec3().to_array();
             for axis in 0..3 {
-                let slot = &mut bins[axis][bin[axis] as usize];
-                *slot = (slot.0.join(item.bounds()), slot.1 + 1);
+                let slot = &mut bins[axis][bin[axis] as usize % BINS];
+                *slot = join(*slot, (item.bounds(), 1));
             }
         }
         bins
@@ -189,33 +197,37 @@ fn fill(items: &[Item], bin_of: &(impl Fn(&Item) -> Vec3 + Sync)) -> Bins {
     if items.len() < 16 * PARALLEL {
         return of(items);
     }
-    let empty = || [[(Box3::EMPTY, 0u32); BINS]; 3];
-    items.par_chunks(PARALLEL).map(of).reduce(empty, |mut a, b| {
-        for axis in 0..3 {
-            for k in 0..BINS {
-                a[axis][k] = (a[axis][k].0.join(b[axis][k].0), a[axis][k].1 + b[axis][k].1);
+    items.par_chunks(PARALLEL).map(of).reduce(
+        || [[(Box3::EMPTY, 0); BINS]; 3],
+        |mut a, b| {
+            for axis in 0..3 {
+                for k in 0..count {
+                    a[axis][k] = join(a[axis][k], b[axis][k]);
+                }
             }
-        }
-        a
-    })
+            a
+        },
+    )
 }
 
 /// Cheapest plane: its cost (half area times triangles, both sides), its axis and the last bin on its left.
-fn best_plane(bins: &Bins, size: Vec3) -> Option<(f32, usize, usize)> {
+fn best_plane(bins: &Bins, count: usize, size: Vec3A) -> Option<(f32, usize, usize)> {
     let mut best: Option<(f32, usize, usize)> = None;
     for axis in 0..3 {
         if size[axis] <= 0.0 {
             continue;
         }
-        let mut right_cost = [0.0_f32; BINS];
-        let mut right = (Box3::EMPTY, 0u32);
-        for k in (1..BINS).rev() {
-            right = (right.0.join(bins[axis][k].0), right.1 + bins[axis][k].1);
-            right_cost[k] = if right.1 == 0 { f32::INFINITY } else { right.0.half_area() * right.1 as f32 };
+        let mut right_cost = [f32::INFINITY; BINS];
+        let mut right = (Box3::EMPTY, 0);
+        for k in (1..count).rev() {
+            right = join(right, bins[axis][k]);
+            if right.1 > 0 {
+                right_cost[k] = right.0.half_area() * right.1 as f32;
+            }
         }
-        let mut left = (Box3::EMPTY, 0u32);
-        for k in 0..BINS - 1 {
-            left = (left.0.join(bins[axis][k].0), left.1 + bins[axis][k].1);
+        let mut left = (Box3::EMPTY, 0);
+        for k in 0..count - 1 {
+            left = join(left, bins[axis][k]);
             if left.1 == 0 {
                 continue;
             }

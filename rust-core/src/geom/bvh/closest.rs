@@ -1,4 +1,4 @@
-//! The closest point of a triangle [Ericson05, sec. 5.1.5] and of the whole hierarchy.
+//! The closest point of a triangle \[Ericson05, sec. 5.1.5\] and of the whole hierarchy.
 
 use glam::DVec3;
 

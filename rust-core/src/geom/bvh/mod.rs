@@ -5,7 +5,7 @@
 //! | `build` | binned surface area heuristic, in parallel | \[Wald07\] |
 //! | `ray` | watertight ray/triangle test in f64 | \[WBW13\] |
 //! | `packet` | 64 rays at once: f32 filter in four lanes, decided by `ray` | \[ORM08\], \[WBW13\] |
-//! | `closest` | closest point of a triangle and of the whole hierarchy | [Ericson05, sec. 5.1.5] |
+//! | `closest` | closest point of a triangle and of the whole hierarchy | \[Ericson05, sec. 5.1.5\] |
 //!
 //! Every answer is decided in f64 on the caller's coordinates. The f32 boxes only choose which triangles are looked at;
 //! they are grown by more than their own rounding and that of the rays, so they never hide a triangle. Answers therefore

@@ -1,4 +1,4 @@
-//! Marching tetrahedra on the body-centred lattice, then a few steps that even out the triangles. [Bloomenthal94]
+//! Marching tetrahedra on the body-centred lattice, then a few steps that even out the triangles. \[Bloomenthal94\]
 //!
 //! All tetrahedra are congruent and nearly regular, and the surface in each depends on its four signs alone, so the result
 //! is a closed oriented manifold whatever the field. Only blocks that the surface can reach are looked at.
