@@ -15,7 +15,9 @@
 use super::classify::Plane;
 use super::lattice::{BRICK, ROWS};
 
-/// Margin of neighbouring nodes on each side of a brick: the reach of all steps together.
+/// Margin of neighbouring nodes on each side of a brick: the reach of all steps together. Whether an edge is used depends
+/// on the labels of nodes from 7 below to 9 above it: labels of corners reach 3 and 4, gap edges 1 more above, each of the
+/// [`GAP_ROUNDS`] and [`PINCH_ROUNDS`] 1 on both sides, cells 1 more each.
 pub const MARGIN: i32 = 9;
 /// Rows along y and z of a window.
 const WIDTH: usize = (BRICK + 2 * MARGIN) as usize;

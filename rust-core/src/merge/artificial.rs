@@ -12,6 +12,8 @@ use super::reconstruct::{Artificial, AtNode, Surface};
 const ROUNDS: usize = 4;
 /// Artificial vertices keep this distance, in cells, from the nodes of their edge.
 const INSET: f64 = 1.0 / 32.0;
+/// Parts of a cell, or of trust 1, in which means are formed.
+const UNITS: f64 = (1_u64 << 32) as f64;
 /// Vertices of several edges that meet exactly in a node are moved this far apart, in cells: enough to stay distinct in
 /// single precision.
 const APART: f64 = 1.0 / 4096.0;
@@ -34,22 +36,23 @@ pub fn place(surface: &mut Surface, lattice: &Lattice) {
             .map(|slot| {
                 let Artificial { vertex, axis, node } = surface.artificial[slot];
                 let known = |v: &&u32| round > 0 || slot_of[**v as usize] == u32::MAX;
-                let (mut along, mut trust, mut colour, mut count) = (0.0, 0.0, [0.0_f32; 4], 0.0_f32);
+                let base = lattice.world(node, axis as usize, 0.0)[axis as usize];
+                // Whole numbers: the sums must not depend on the order of the neighbours.
+                let (mut along, mut trust, mut colour, mut count) = (0_i64, 0_i64, [0_u32; 4], 0_u32);
                 for &v in of(slot).iter().filter(known) {
                     let v = v as usize;
-                    along += surface.positions[v][axis as usize];
-                    trust += surface.confidence[v];
-                    (0..4).for_each(|i| colour[i] += f32::from(surface.colour[v][i]));
-                    count += 1.0;
+                    along += ((surface.positions[v][axis as usize] - base) / lattice.voxel * UNITS) as i64;
+                    trust += (f64::from(surface.confidence[v]) * UNITS) as i64;
+                    (0..4).for_each(|i| colour[i] += u32::from(surface.colour[v][i]));
+                    count += 1;
                 }
-                if count == 0.0 {
+                if count == 0 {
                     let v = vertex as usize;
                     return (surface.positions[v], surface.confidence[v], surface.colour[v]);
                 }
-                let base = lattice.world(node, axis as usize, 0.0);
-                let fraction = (along / f64::from(count) - base[axis as usize]) / lattice.voxel;
-                let position = lattice.world(node, axis as usize, fraction.clamp(INSET, 1.0 - INSET));
-                (position, trust / count, colour.map(|c| (c / count + 0.5) as u8))
+                let mean = |sum: i64| sum as f64 / f64::from(count) / UNITS;
+                let position = lattice.world(node, axis as usize, mean(along).clamp(INSET, 1.0 - INSET));
+                (position, mean(trust) as f32, colour.map(|c| ((c + count / 2) / count) as u8))
             })
             .collect();
         for (slot, (position, trust, colour)) in placed.into_iter().enumerate() {

@@ -38,16 +38,17 @@ const MAX_WORLD_CELL: f64 = (1_u64 << 42) as f64;
 pub struct Lattice {
     /// Size of a cell in world units.
     pub voxel: f64,
-    /// World node from which node coordinates count, a multiple of [`BRICK`].
+    /// World node from which node coordinates count: a corner of a brick.
     pub base: [i64; 3],
 }
 
 impl Lattice {
-    /// A grid whose base lies near `near`.
+    /// A grid whose base lies near `near`; bricks are counted from the world node `corner`, which changes no result but
+    /// the order of its vertices and triangles.
     ///
     /// # Errors
     /// `near` is too far from the world's origin, counted in cells.
-    pub fn new(voxel: f64, near: DVec3) -> Result<Self> {
+    pub fn new(voxel: f64, near: DVec3, corner: [i64; 3]) -> Result<Self> {
         let cell = near / voxel;
         // Not `<`, or NaN would pass.
         if !cell.to_array().iter().all(|c| c.abs() < MAX_WORLD_CELL) {
@@ -55,7 +56,8 @@ impl Lattice {
                 "a scan lies at {near}, more than 2^42 cells of {voxel} from the origin: choose a larger voxel or move the scans"
             )));
         }
-        Ok(Lattice { voxel, base: cell.to_array().map(|c| (c as i64) >> BRICK_BITS << BRICK_BITS) })
+        let base = |i: usize| ((cell[i] as i64 - corner[i]) >> BRICK_BITS << BRICK_BITS) + corner[i];
+        Ok(Lattice { voxel, base: [base(0), base(1), base(2)] })
     }
 
     /// World position of a place on the grid, `cell + fraction` along each axis.

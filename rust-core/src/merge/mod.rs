@@ -48,6 +48,7 @@ use anomalies::{Analyser, BrickSurface};
 use bundles::Buckets;
 use classify::{BrickLabels, Classifier};
 use discretize::discretize;
+use glam::DVec3;
 use lattice::Lattice;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -219,11 +220,16 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
     }
     progress.plan(PLAN);
     let pool = crate::threads::pool(params.threads)?;
-    progress.run(&pool, || merge(sources, params, progress))
+    progress.run(&pool, || merge(sources, params, [0; 3], progress))
 }
 
-/// The paper's list of steps.
-fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+/// The paper's list of steps. `corner` is where bricks are counted from.
+fn merge(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    corner: [i64; 3],
+    progress: &Progress<'_>,
+) -> Result<Merged> {
     let mut clock = Clock::start();
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
     // Numbers by name, so that the order of the list does not matter.
@@ -240,7 +246,8 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<
 
     progress.stage(1, sources.len() as u64);
     let lattice = OnceLock::new();
-    let mut scans = discretize_all(&sources, params, report.voxel, &lattice, progress)?;
+    let mut scans =
+        discretize_all(&sources, params, &lattice, |near| Lattice::new(report.voxel, near, corner), progress)?;
     let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
@@ -333,8 +340,8 @@ struct Discretized {
 fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
-    voxel: f64,
     lattice: &OnceLock<Lattice>,
+    lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
     let next = AtomicUsize::new(0);
@@ -355,7 +362,7 @@ fn discretize_all(
                     let lattice = match lattice.get() {
                         Some(lattice) => *lattice,
                         None => {
-                            let made = Lattice::new(voxel, near)?;
+                            let made = lattice_near(near)?;
                             *lattice.get_or_init(|| made)
                         }
                     };
@@ -457,3 +464,6 @@ impl MergeParams {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,12 +4,13 @@
 //! share the edge's vertex and nothing else. Stage 5 gives most such cells up; what that leaves is split here, so that
 //! the result is manifold whatever the input.
 
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::lattice::Lattice;
 use super::reconstruct::Surface;
 
-/// How far, in cells, the vertex of each further fan is moved along its edge of the grid.
+/// How far, in cells, the vertex of each fan is moved along its edge of the grid, toward its fan.
 const APART: f64 = 1.0 / 1024.0;
 
 /// Splits all pinched vertices; returns how many.
@@ -34,7 +35,8 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
     }
     for &vertex in &pinched {
         let mut left = around.remove(&vertex).expect("every pinched vertex has its list");
-        let mut first = true;
+        let mut own = Some(vertex);
+        let position = surface.positions[vertex as usize];
         while let Some(t) = left.pop() {
             let mut fan = vec![t];
             let mut next = 0;
@@ -49,27 +51,33 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
                     shared == 0
                 });
             }
-            if !std::mem::take(&mut first) {
-                give_own_vertex(surface, lattice, vertex, &fan);
-            }
+            separate(surface, lattice, vertex, own.take(), &fan, position);
         }
     }
     pinched.len()
 }
 
-fn give_own_vertex(surface: &mut Surface, lattice: &Lattice, vertex: u32, fan: &[usize]) {
-    let copy = surface.positions.len() as u32;
+/// Gives a fan at `vertex`, which lay at `position`, a vertex of its own: `keep`, or a new one.
+fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, keep: Option<u32>, fan: &[usize], position: DVec3) {
     let v = vertex as usize;
-    let position = surface.positions[v];
-    let mean =
-        fan.iter().flat_map(|&t| surface.triangles[t]).map(|u| surface.positions[u as usize]).sum::<glam::DVec3>()
-            / (3 * fan.len()) as f64;
     // Along the grid line the vertex lies on: the axis where it is furthest from a node.
     let cells = position / lattice.voxel;
     let off = (cells - cells.round()).abs();
     let axis = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
+    let side: i32 = fan
+        .iter()
+        .flat_map(|&t| surface.triangles[t])
+        .map(|u| surface.positions[u as usize][axis] - position[axis])
+        .map(|d| i32::from(d > 0.0) - i32::from(d < 0.0))
+        .sum();
     let mut moved = position;
-    moved[axis] += APART * lattice.voxel * (mean[axis] - position[axis]).signum();
+    moved[axis] += APART * lattice.voxel * f64::from(side.signum());
+    let copy = keep.unwrap_or(surface.positions.len() as u32);
+    surface.scan[v] = -1;
+    if keep.is_some() {
+        surface.positions[v] = moved;
+        return;
+    }
     surface.positions.push(moved);
     surface.confidence.push(surface.confidence[v]);
     surface.colour.push(surface.colour[v]);
