@@ -7,9 +7,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use glam::DVec3;
 use surfrecon::geom::bvh::{Bvh, Ray};
 use surfrecon::mesh::TriMesh;
-use surfrecon::mesh::measure::{Side, deviation};
+use surfrecon::mesh::measure::{Side, bounds, deviation};
 use surfrecon::scan::shapes::Shape;
-use surfrecon::scan::{Camera, ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::scan::{Camera, ScanParams, Turntable, scan, turntable};
 use surfrecon::{Progress, RangeImage};
 
 /// A ring of bumps: curved, concave and self-occluding.

@@ -12,7 +12,8 @@ use std::time::Instant;
 use clap::Parser;
 use surfrecon::export::{PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_ply, write_range_grid_ply};
 use surfrecon::geom::bvh::Bvh;
-use surfrecon::scan::{ScanParams, Turntable, bounds, scan, sculpture, turntable};
+use surfrecon::mesh::measure::bounds;
+use surfrecon::scan::{ScanParams, Turntable, scan, sculpture, turntable};
 use surfrecon::{Error, Progress, Result};
 
 /// Scans a sculpture with a virtual scanner.

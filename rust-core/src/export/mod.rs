@@ -4,13 +4,16 @@
 //! |---|---|
 //! | `ply` | meshes, points and Stanford range grids, text or binary |
 //! | `conf` | VRIP's lists of placed scans |
+//! | `glb` | binary glTF: meshes with colours and custom attributes |
 //! | `atomic` | every file appears whole or not at all |
 
 pub(crate) mod atomic;
 mod conf;
+mod glb;
 mod ply;
 
 pub use conf::{PlacedFile, write_conf};
+pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use ply::{
     PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_range_grid_ply,
 };

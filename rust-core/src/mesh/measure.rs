@@ -205,6 +205,12 @@ pub fn enclosed_volume(mesh: &TriMesh) -> f64 {
     sixfold / 6.0
 }
 
+/// Lower and upper corner of the points; `None` without points.
+pub fn bounds(positions: &[DVec3]) -> Option<(DVec3, DVec3)> {
+    let first = *positions.first()?;
+    Some(positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
+}
+
 /// Areas and angles of a mesh's triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quality {

@@ -106,12 +106,6 @@ fn axes(toward: DVec3, up: DVec3) -> Axes {
     Axes { x, y: x.cross(toward), toward }
 }
 
-/// Lower and upper corner of the points; `None` without points.
-pub fn bounds(positions: &[DVec3]) -> Option<(DVec3, DVec3)> {
-    let first = *positions.first()?;
-    Some(positions.iter().fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
-}
-
 /// How [`turntable`] places its cameras.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turntable {

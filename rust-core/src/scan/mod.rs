@@ -18,7 +18,8 @@ pub mod sculpture;
 
 pub mod shapes;
 
-pub use camera::{Camera, Turntable, bounds, turntable};
+pub use crate::mesh::measure::bounds;
+pub use camera::{Camera, Turntable, turntable};
 
 use glam::DVec3;
 use rayon::prelude::*;
