@@ -19,6 +19,8 @@ use super::lattice::{BRICK, ROWS};
 /// on the labels of nodes from 7 below to 9 above it: labels of corners reach 3 and 4, gap edges 1 more above, each of the
 /// [`GAP_ROUNDS`] and [`PINCH_ROUNDS`] 1 on both sides, cells 1 more each.
 pub const MARGIN: i32 = 9;
+/// How far from a labelled node, along each axis, a corner can get a label, or a cell lie.
+pub const LABEL_REACH: i32 = 4;
 /// Rows along y and z of a window.
 const WIDTH: usize = (BRICK + 2 * MARGIN) as usize;
 /// Rows before and after the window, so that neighbours need no test; what they hold never reaches the brick.

@@ -21,6 +21,8 @@ pub struct BrickLabels {
     pub inside: Plane,
     /// Nodes labelled outside.
     pub outside: Plane,
+    /// Lowest and highest labelled node along each axis.
+    pub bounds: [[i32; 2]; 3],
 }
 
 /// All fused bundles with their index.
@@ -106,11 +108,15 @@ impl Classifier {
         if self.touched.is_empty() {
             return None;
         }
-        let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS] });
+        let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: [[BRICK, -1]; 3] });
         for &node in &self.touched {
             let votes = std::mem::take(&mut self.votes[node as usize]);
             let (row, bit) = (node as usize >> BRICK_BITS, 1_u32 << (i32::from(node) & (BRICK - 1)));
             let sum = if votes.said & 1 != 0 { votes.near } else { votes.far };
+            for (i, bounds) in labels.bounds.iter_mut().enumerate() {
+                let along = i32::from(node) >> (BRICK_BITS * i as u32) & (BRICK - 1);
+                *bounds = [bounds[0].min(along), bounds[1].max(along)];
+            }
             if sum > 0.0 {
                 labels.inside[row] |= bit;
             } else {

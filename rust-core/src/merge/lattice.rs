@@ -50,8 +50,7 @@ impl Lattice {
     /// `near` is too far from the world's origin, counted in cells.
     pub fn new(voxel: f64, near: DVec3, corner: [i64; 3]) -> Result<Self> {
         let cell = near / voxel;
-        // Not `<`, or NaN would pass.
-        if !cell.to_array().iter().all(|c| c.abs() < MAX_WORLD_CELL) {
+        if !cell.is_finite() || cell.abs().max_element() >= MAX_WORLD_CELL {
             return Err(Error::input(format!(
                 "a scan lies at {near}, more than 2^42 cells of {voxel} from the origin: choose a larger voxel or move the scans"
             )));
@@ -88,10 +87,8 @@ impl Lattice {
                 let units = units_from_surface.transform_point3(p);
                 let mut snapped = [0; 3];
                 for i in 0..3 {
-                    snapped[i] = round(units[i]) - base[i];
-                    // NaN and infinite coordinates fail the first test.
-                    outside |= !(units[i].abs() < MAX_WORLD_CELL * CELL as f64)
-                        || snapped[i].abs() > MAX_NODE << FRACTION_BITS;
+                    snapped[i] = round(units[i]).saturating_sub(base[i]);
+                    outside |= is_outside(units[i], snapped[i]);
                 }
                 snapped
             })
@@ -101,10 +98,7 @@ impl Lattice {
         }
         let bad = |p: &DVec3| {
             let units = units_from_surface.transform_point3(*p);
-            (0..3).any(|i| {
-                !(units[i].abs() < MAX_WORLD_CELL * CELL as f64)
-                    || (round(units[i]) - base[i]).abs() > MAX_NODE << FRACTION_BITS
-            })
+            (0..3).any(|i| is_outside(units[i], round(units[i]).saturating_sub(base[i])))
         };
         let worst = positions.iter().position(bad).unwrap_or(0);
         Err(Error::input(format!(
@@ -113,6 +107,14 @@ impl Lattice {
             self.voxel
         )))
     }
+}
+
+/// Whether a coordinate, in fixed-point units of the world and of the grid, is not finite or too far away.
+#[inline]
+fn is_outside(world: f64, grid: i64) -> bool {
+    !world.is_finite()
+        || world.abs() >= MAX_WORLD_CELL * CELL as f64
+        || grid.unsigned_abs() > (MAX_NODE as u64) << FRACTION_BITS
 }
 
 /// The nearest integer, halves to even. Adding 1.5 * 2^52 leaves no bits after the point; where the sum would round

@@ -405,11 +405,21 @@ fn label_nodes(bundles: &classify::Bundles, progress: &Progress<'_>) -> Result<L
 }
 
 fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
-    // A cell belongs to the brick of its lowest corner, which may lie in the brick below a labelled one.
-    let mut bricks: Vec<[i32; 3]> = labels
-        .keys()
-        .flat_map(|b| (0..8).map(move |i| [b[0] - (i & 1), b[1] - (i >> 1 & 1), b[2] - (i >> 2)]))
-        .collect();
+    // Around labelled nodes others get labels too: neighbours within reach may hold cells and vertices.
+    let mut bricks: Vec<[i32; 3]> = Vec::new();
+    for (brick, labels) in labels {
+        let reach = labels.bounds.map(|[low, high]| {
+            [
+                (low - anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
+                (high + anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
+            ]
+        });
+        for z in reach[2][0]..=reach[2][1] {
+            for y in reach[1][0]..=reach[1][1] {
+                bricks.extend((reach[0][0]..=reach[0][1]).map(|x| [brick[0] + x, brick[1] + y, brick[2] + z]));
+            }
+        }
+    }
     bricks.sort_unstable();
     bricks.dedup();
     progress.stage(4, bricks.len() as u64);
