@@ -62,7 +62,7 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
         row = column.row()
         row.active = settings.close_holes
         row.prop(settings, "max_hole_length")
-        layout.prop(settings, "min_component_share")
+        layout.prop(settings, "min_component_share", text="Smallest part")
         column = layout.column(align=True)
         column.prop(settings, "edge_limit")
         column.prop(settings, "grazing_limit")
@@ -130,17 +130,18 @@ def report_lines(context, report):
     faces = report["faces"]
     total = max(sum(faces), 1)
     closed, left = report["holes"]
-    parts, part_faces = report["dropped_components"]
-    yield "Scans", f"{report['scans']}, {report['input_triangles']:,} triangles"
+    parts, _ = report["dropped_components"]
+    yield "Scans", f"{report['scans']}"
+    yield "Their triangles", f"{report['input_triangles']:,}"
     yield "Triangles", f"{int(sum(faces)):,}"
-    yield "Voxel used", length(context, report["voxel"])
-    yield "Merge distance used", length(context, report["merge_distance"])
+    yield "Voxel", length(context, report["voxel"])
+    yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
-    yield "Holes", f"{closed} closed, {left} left"
-    yield "Holes closed up to", length(context, report["max_hole_length"])
-    yield "Small parts dropped", f"{parts} ({part_faces:,} triangles)"
-    yield "Cases a / b / c", " / ".join(f"{100 * n / total:.2f} %" for n in faces)
+    yield "Holes closed, left", f"{closed}, {left}"
+    yield "Closed up to", length(context, report["max_hole_length"])
+    yield "Small parts dropped", f"{parts}"
+    yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield "Time", f"{sum(report['seconds'].values()):.2f} s"
     yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"
 

@@ -102,7 +102,7 @@ def test_the_report_of_a_result(panels, tmp_path):
     bpy.ops.surfrecon.merge()
     bpy.context.scene.unit_settings.system = "METRIC"
     texts = draw(panels["report"])
-    assert "Voxel used" in texts and f"{len(bpy.context.object.data.polygons):,}" in texts
+    assert "Voxel" in texts and f"{len(bpy.context.object.data.polygons):,}" in texts
     bpy.context.scene.unit_settings.system = "NONE"
     assert draw(panels["report"])
 
