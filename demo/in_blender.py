@@ -110,6 +110,15 @@ def summary(distances):
     }
 
 
+def show_camera_view():
+    """Lets the saved file open with the picture's view and its materials."""
+    for screen in bpy.data.screens:
+        for area in screen.areas:
+            if area.type == "VIEW_3D":
+                area.spaces.active.shading.type = "MATERIAL"
+                area.spaces.active.region_3d.view_perspective = "CAMERA"
+
+
 def main():
     """Runs the demo."""
     archive, out = sys.argv[1], Path(sys.argv[2]).resolve()
@@ -167,6 +176,8 @@ def main():
     bpy.ops.export_scene.gltf(
         filepath=str(out / "demo.glb"), export_format="GLB", use_selection=True, export_materials="NONE"
     )
+    show_camera_view()
+    bpy.context.preferences.filepaths.save_version = 0
     bpy.ops.wm.save_as_mainfile(filepath=str(out / "demo.blend"), compress=True)
     clock.done("save")
     bpy.context.scene.render.filepath = str(out / "demo.render.png")

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Python wheel into target/wheels/. Usage: tools/build_wheel.sh
-# It is linked by zig against glibc 2.28, the oldest that Blender's own builds support. Blender does not look at the glibc
-# number of a wheel: one that is too new is not refused, it only fails to load.
+# On Linux it is linked by zig against glibc 2.28, the oldest that Blender's own builds support. Blender does not look at
+# the glibc number of a wheel: one that is too new is not refused, it only fails to load.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
@@ -9,7 +9,9 @@ cd "$root"
 # maturin finds zig through the `python` on PATH.
 PATH=$("$root/tools/venv.sh" build)/bin:$PATH
 lock wheel
+portable=()
+if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28); fi
 rm -f target/wheels/surfrecon-*.whl
-maturin build --quiet --release --zig --compatibility manylinux_2_28 -i "$("$root/tools/python.sh")" \
+maturin build --quiet --release "${portable[@]}" -i "$("$root/tools/python.sh")" \
     --manifest-path blender-addon/python/Cargo.toml --out target/wheels >&2
 ls target/wheels/surfrecon-*.whl

@@ -207,6 +207,19 @@ def test_bad_confidences_are_refused_and_change_nothing(image):
     assert image.confidence[1, 1] == 1
 
 
+def test_points_far_away_are_refused_before_they_lose_detail():
+    x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
+    points = np.stack([x, y, np.zeros_like(x)], axis=2) * 0.01 + 1 / 3
+    assert surfrecon.RangeImage.from_points(points).valid.all()
+    with pytest.raises(surfrecon.InputError, match="put it into world_from_sensor"):
+        surfrecon.RangeImage.from_points(points + 4.5e6)
+    image = surfrecon.RangeImage.from_points(points)
+    pose = np.eye(4)
+    pose[:3, 3] = 4.5e6
+    image.world_from_sensor = pose
+    assert np.allclose(image.world_points(), points + 4.5e6, rtol=0, atol=1e-7)
+
+
 def test_an_empty_mesh_is_a_mesh():
     mesh = surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert mesh.positions.shape == (0, 3) and mesh.triangles.shape == (0, 3) and mesh.positions_f32().shape == (0,)

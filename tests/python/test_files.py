@@ -112,10 +112,23 @@ def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
     again = surfrecon.read(tmp_path / "torus.ply")
     assert np.array_equal(again.triangles, mesh.triangles)
     assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
-    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply"):
+    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply or \.glb"):
         mesh.write(tmp_path / "torus.stl")
     with pytest.raises(surfrecon.SurfreconError, match="missing"):
         mesh.write(tmp_path / "missing" / "torus.ply")
+
+
+def test_a_mesh_is_written_as_gltf(tmp_path):
+    mesh = surfrecon.Mesh(np.eye(3), [[0, 1, 2]], colour=np.full((3, 3), 0.5))
+    mesh.write(tmp_path / "triangle.glb", metres_per_unit=0.001, up="z")
+    content = (tmp_path / "triangle.glb").read_bytes()
+    assert content[:4] == b"glTF" and int.from_bytes(content[8:12], "little") == len(content)
+    assert b"COLOR_0" in content and b"0.001" in content
+    with pytest.raises(surfrecon.InputError, match="up must be"):
+        mesh.write(tmp_path / "triangle.glb", up="x")
+    with pytest.raises(surfrecon.InputError, match="metres_per_unit must be a finite number > 0, got 0"):
+        mesh.write(tmp_path / "other.glb", metres_per_unit=0)
+    assert not (tmp_path / "other.glb").exists()
 
 
 def test_formats_have_endings():

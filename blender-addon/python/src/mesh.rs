@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DAffine3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{PlyEncoding, write_ply};
+use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_ply};
 use surfrecon::mesh::{Attribute, AttributeData};
 
 use crate::arrays;
@@ -138,15 +139,34 @@ impl Mesh {
         Ok(dict)
     }
 
-    /// Writes the mesh with all its attributes as a binary PLY file.
+    /// Writes the mesh: ``.ply`` (binary, with all attributes) or ``.glb`` (binary glTF, with the attributes of vertices).
+    ///
+    /// Args:
+    ///     path: its ending decides on the format.
+    ///     metres_per_unit: length of a unit of the mesh, for glTF, which is in metres; other formats keep the unit.
+    ///     up: axis of the mesh that points up, ``"y"`` or ``"z"``, for glTF, where y does.
     ///
     /// Raises:
-    ///     InputError: a name that doesn't end in ``.ply``, coordinates that don't fit single precision.
+    ///     InputError: another ending, coordinates that don't fit single precision.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        check_ending(&path, "ply")?;
+    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y"))]
+    fn write(&self, py: Python<'_>, path: PathBuf, metres_per_unit: f64, up: &str) -> PyResult<()> {
         let mesh = self.mesh.clone();
-        Watch::new(None).run(py, move |progress| write_ply(&path, &mesh, PlyEncoding::default(), progress))
+        let up = match up {
+            "y" => Up::Y,
+            "z" => Up::Z,
+            _ => return Err(input_error(format!("up must be \"y\" or \"z\", got {up:?}"))),
+        };
+        let watch = Watch::new(None);
+        match ending(&path).as_str() {
+            "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, PlyEncoding::default(), progress)),
+            "glb" => watch.run(py, move |progress| {
+                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                let node = GlbNode { name: &name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+                write_glb(&path, &[node], &GlbOptions { metres_per_unit, up }, progress)
+            }),
+            _ => Err(input_error(format!("{}: the name must end in .ply or .glb", path.display()))),
+        }
     }
 
     fn __repr__(&self) -> String {
@@ -167,11 +187,16 @@ impl Mesh {
 ///
 /// # Errors
 /// `InputError`.
-pub fn check_ending(path: &Path, ending: &str) -> PyResult<()> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)) {
+pub fn check_ending(path: &Path, wanted: &str) -> PyResult<()> {
+    if ending(path) == wanted {
         return Ok(());
     }
-    Err(input_error(format!("{}: the name must end in .{ending}", path.display())))
+    Err(input_error(format!("{}: the name must end in .{wanted}", path.display())))
+}
+
+/// The ending of a file's name, in lower case, without the dot.
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
 }
 
 fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {

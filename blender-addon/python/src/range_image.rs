@@ -50,6 +50,34 @@ fn made(image: surfrecon::Result<Core>, name: Option<String>) -> PyResult<RangeI
     Ok(image.into())
 }
 
+/// Largest share of the distance of neighbouring samples by which single precision may move a point.
+const DETAIL: f64 = 0.05;
+
+/// Refuses points that single precision would move by more than [`DETAIL`].
+fn keeps_detail(exact: &[f64], rounded: &[f32], cols: usize) -> PyResult<()> {
+    let moved = exact.iter().zip(rounded).map(|(&x, &y)| (x - f64::from(y)).abs()).filter(|d| !d.is_nan());
+    let moved = moved.fold(0.0, f64::max);
+    if moved == 0.0 {
+        return Ok(());
+    }
+    let points = arrays::vectors(exact);
+    let rows = points.chunks_exact(cols.max(1));
+    let mut steps: Vec<f64> = rows.flat_map(|row| row.windows(2).map(|p| p[0].distance(p[1]))).collect();
+    steps.retain(|d| d.is_finite());
+    if steps.is_empty() {
+        return Ok(());
+    }
+    let middle = steps.len() / 2;
+    let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if moved <= DETAIL * step {
+        return Ok(());
+    }
+    Err(input_error(format!(
+        "points are kept as float32, which moves some by {moved:.3e} where samples are {step:.3e} apart: subtract an \
+         offset and put it into world_from_sensor"
+    )))
+}
+
 /// "parallel" with a direction, or "from" an origin.
 fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
@@ -68,14 +96,15 @@ impl RangeImage {
     /// A range image of one point a pixel.
     ///
     /// Args:
-    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite: invalid pixel. Keep
-    ///         large offsets in ``world_from_sensor``.
+    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite: invalid pixel. Large
+    ///         offsets belong into ``world_from_sensor``.
     ///     viewing: ``("parallel", direction)`` or ``("from", origin)`` in the sensor's frame; by default parallel along
     ///         -z, the sensor at +z.
     ///     name: for messages and reports.
     ///
     /// Raises:
-    ///     InputError: wrong shape, or a viewing direction that isn't usable.
+    ///     InputError: wrong shape, a viewing direction that isn't usable, or points so far from the origin that float32
+    ///         would lose their detail.
     ///     TypeError: entries that aren't real numbers.
     #[staticmethod]
     #[pyo3(signature = (points, *, viewing = None, name = None))]
@@ -85,7 +114,9 @@ impl RangeImage {
         name: Option<String>,
     ) -> PyResult<Self> {
         let viewing = self::viewing(viewing)?;
-        let (coordinates, shape) = arrays::floats32(points, "points", &[None, None, Some(3)])?;
+        let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
+        let coordinates: Vec<f32> = exact.iter().map(|&x| x as f32).collect();
+        keeps_detail(&exact, &coordinates, shape[1])?;
         let points: Vec<[f32; 3]> = bytemuck::cast_slice(&coordinates).to_vec();
         made(Core::from_points(shape[0], shape[1], points, viewing), name)
     }
