@@ -130,7 +130,8 @@ impl<'a> Part<'a> {
             let p = (p - origin).as_vec3();
             [lo.min(p), hi.max(p)]
         });
-        if !mesh.positions.is_empty() && !(bounds[0].is_finite() && bounds[1].is_finite()) {
+        let is_finite = bounds[0].is_finite() && bounds[1].is_finite();
+        if !mesh.positions.is_empty() && !is_finite {
             return Err(Error::input(format!("{name}: a coordinate is too large for single precision")));
         }
         let mut colour = None;

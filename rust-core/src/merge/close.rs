@@ -89,8 +89,7 @@ fn peel(surface: &mut Surface, vertices: &FxHashSet<u32>) {
     }
     let mut t = 0;
     let keep: Vec<bool> = surface.triangles.iter().map(|t| !goes(t)).collect();
-    surface.hole_fill.resize(keep.len(), false);
-    surface.hole_fill.retain(|_| {
+    surface.cases.retain(|_| {
         t += 1;
         keep[t - 1]
     });

@@ -56,11 +56,8 @@ fn compact(surface: &mut Surface, keep: &[bool]) {
     retain(&mut surface.confidence, keep);
     retain(&mut surface.colour, keep);
     retain(&mut surface.scan, keep);
-    if !surface.hole_fill.is_empty() {
-        surface.hole_fill.resize(surface.triangles.len(), false);
-        let kept: Vec<bool> = surface.triangles.iter().map(|t| keep[t[0] as usize]).collect();
-        retain(&mut surface.hole_fill, &kept);
-    }
+    let kept: Vec<bool> = surface.triangles.iter().map(|t| keep[t[0] as usize]).collect();
+    retain(&mut surface.cases, &kept);
     surface.triangles.retain(|t| keep[t[0] as usize]);
     surface.triangles.iter_mut().for_each(|t| *t = t.map(|v| number[v as usize]));
     surface.boundary.retain(|side| keep[side[0] as usize]);

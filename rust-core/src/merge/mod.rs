@@ -297,7 +297,6 @@ fn merge(
     let dropped = components::drop_small(&mut surface, params.min_component_share);
     report.dropped_components = [dropped.components, dropped.faces];
     clock.lap("components");
-    report.faces = [surface.triangles.len() as u64 - surface.settled, surface.settled, 0];
     let size = surface.extent();
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
@@ -314,8 +313,7 @@ fn merge(
         report.dropped_components[0] += dropped.components;
         report.dropped_components[1] += dropped.faces;
     }
-    report.faces[2] = surface.hole_fill.iter().filter(|&&fill| fill).count() as u64;
-    report.faces[0] = surface.triangles.len() as u64 - report.faces[1] - report.faces[2];
+    report.faces = surface.count_cases();
     clock.lap("holes");
     report.seconds = clock.laps;
     Ok(Merged { mesh: surface.into_mesh(scans.coloured), report })

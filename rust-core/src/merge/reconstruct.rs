@@ -60,10 +60,8 @@ pub struct Surface {
     pub at_nodes: Vec<AtNode>,
     /// Sides of triangles that have no second triangle, in the direction of their triangle.
     pub boundary: Vec<[u32; 2]>,
-    /// Triangles of cells settled by their neighbours: case b.
-    pub settled: u64,
-    /// Triangles that fill holes; triangles beyond its length don't.
-    pub hole_fill: Vec<bool>,
+    /// How each triangle came to be.
+    pub cases: Vec<Case>,
 }
 
 impl Surface {
@@ -90,13 +88,19 @@ impl Surface {
             self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);
             self.scan.push(-1);
         }
-        self.hole_fill.resize(holes.first_triangle, false);
-        self.hole_fill.resize(self.triangles.len(), true);
+        self.cases.resize(self.triangles.len(), Case::Fill);
+    }
+
+    /// Number of triangles of each case.
+    pub fn count_cases(&self) -> [u64; 3] {
+        let mut counts = [0; 3];
+        self.cases.iter().for_each(|&case| counts[case as usize] += 1);
+        counts
     }
 
     /// The mesh with its attributes.
-    pub fn into_mesh(mut self, coloured: bool) -> TriMesh {
-        self.hole_fill.resize(self.triangles.len(), false);
+    pub fn into_mesh(self, coloured: bool) -> TriMesh {
+        let hole_fill = self.cases.iter().map(|&case| case == Case::Fill).collect();
         let interpolated = self.scan.iter().map(|&scan| scan < 0).collect();
         let mut mesh = TriMesh::new(self.positions, self.triangles);
         mesh.vertex_attributes = vec![
@@ -107,9 +111,21 @@ impl Surface {
         if coloured {
             mesh.vertex_attributes.push(Attribute::colour("colour", self.colour));
         }
-        mesh.face_attributes = vec![Attribute::bool("hole_fill", self.hole_fill)];
+        mesh.face_attributes = vec![Attribute::bool("hole_fill", hole_fill)];
         mesh
     }
+}
+
+/// How a triangle came to be: the cases a, b and c of the paper's Table 2.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Case {
+    /// Made directly from the crossings of its cell.
+    #[default]
+    Direct,
+    /// Its cell was settled by its neighbours.
+    Settled,
+    /// Fills a hole.
+    Fill,
 }
 
 /// One brick's part of the surface to write.
@@ -121,6 +137,7 @@ struct Part<'a> {
     colour: &'a mut [[u8; 4]],
     scan: &'a mut [i32],
     triangles: &'a mut [[u32; 3]],
+    cases: &'a mut [Case],
 }
 
 /// Edge of a cell: axis and offset of its lower node from the cell's lowest corner.
@@ -229,6 +246,7 @@ pub fn reconstruct(
         colour: vec![[255; 4]; vertices],
         scan: vec![-1; vertices],
         triangles: vec![[0; 3]; triangles],
+        cases: vec![Case::Direct; triangles],
         ..Surface::default()
     };
     let parts = split(&bricks, &mut surface);
@@ -237,15 +255,13 @@ pub fn reconstruct(
         .map(|mut part| {
             progress.advance(1)?;
             let (artificial, at_nodes) = part.place_vertices(bundles, lattice);
-            let (boundary, settled) = part.write_triangles(&bricks);
-            Ok((artificial, at_nodes, boundary, settled))
+            Ok((artificial, at_nodes, part.write_triangles(&bricks)))
         })
         .collect::<Result<Vec<_>>>()?;
-    for (artificial, at_nodes, boundary, settled) in rest {
+    for (artificial, at_nodes, boundary) in rest {
         surface.artificial.extend(artificial);
         surface.at_nodes.extend(at_nodes);
         surface.boundary.extend(boundary);
-        surface.settled += settled;
     }
     Ok(surface)
 }
@@ -258,7 +274,7 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
     }
     let (mut positions, mut confidence) = (&mut surface.positions[..], &mut surface.confidence[..]);
     let (mut colour, mut scan) = (&mut surface.colour[..], &mut surface.scan[..]);
-    let mut triangles = &mut surface.triangles[..];
+    let (mut triangles, mut cases) = (&mut surface.triangles[..], &mut surface.cases[..]);
     (bricks.list.iter().zip(&bricks.first_vertex))
         .map(|(surface, &first_vertex)| Part {
             surface,
@@ -268,6 +284,7 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
             colour: cut(&mut colour, surface.vertices),
             scan: cut(&mut scan, surface.vertices),
             triangles: cut(&mut triangles, surface.triangles),
+            cases: cut(&mut cases, surface.triangles),
         })
         .collect()
 }
@@ -336,8 +353,8 @@ impl Part<'_> {
         (artificial, at_nodes)
     }
 
-    /// Writes the triangles; returns the sides without a second triangle and the number of triangles of case b.
-    fn write_triangles(&mut self, bricks: &Bricks<'_>) -> (Vec<[u32; 2]>, u64) {
+    /// Writes the triangles; returns the sides without a second triangle.
+    fn write_triangles(&mut self, bricks: &Bricks<'_>) -> Vec<[u32; 2]> {
         let surface = self.surface;
         let inside = corner_rows(surface, |b| bricks.at(b).map(|s| &s.0.inside));
         let valid = corner_rows(surface, |b| bricks.at(b).map(|s| &s.0.valid));
@@ -353,12 +370,11 @@ impl Part<'_> {
             first + owner.before[axis][row] + (owner.used[axis][row] & below).count_ones()
         };
         let mut boundary = Vec::new();
-        let mut settled = 0;
         let mut next = 0;
         for_each_cell(surface, |cell| {
             let triangles = TABLE.triangles(configuration(&inside, cell));
             if surface.settled[row(cell[1], cell[2])] >> cell[0] & 1 != 0 {
-                settled += triangles.len() as u64;
+                self.cases[next..next + triangles.len()].fill(Case::Settled);
             }
             for triangle in triangles {
                 let corners = triangle.edges.map(|edge| vertex(cell, edge));
@@ -377,6 +393,6 @@ impl Part<'_> {
                 }
             }
         });
-        (boundary, settled)
+        boundary
     }
 }

@@ -32,7 +32,7 @@ fn scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
         let params = ScanParams { noise: 0.002, pose_shift: 0.003, seed: i as u64, ..ScanParams::default() };
         let mut image = scan::scan(&mesh, &bvh, camera, &params, &Progress::none()).unwrap();
         image.name = format!("scan{i}");
-        image.colour = Some(vec![[40 * i as u8, 100, 200, 255]; image.len()]);
+        image.colour = Some(vec![[(20 * i) as u8, 100, 200, 255]; image.len()]);
         image
     };
     cameras.iter().enumerate().map(look).collect()
