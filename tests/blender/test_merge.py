@@ -116,6 +116,12 @@ def test_open_holes_stay_open_on_request(scans, images):
     assert holes[True][0] > 0
 
 
+def test_operators_ask_for_an_undo_step():
+    # The bpy module crashes when any operator pushes its own step without a window, so the tests below push for them.
+    for name in ("merge", "import_scans", "error_map"):
+        assert "UNDO" in getattr(bpy.types, f"SURFRECON_OT_{name}").bl_options
+
+
 def test_undo_is_one_step(scans):
     bpy.ops.ed.undo_push(message="before")
     count = len(bpy.data.objects)
