@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use libfuzzer_sys::fuzz_target;
 use surfrecon::import;
 
-const SCAN: &[u8] = include_bytes!("../seeds/import_ply/range_grid_ascii.ply");
+const SCAN: &[u8] = include_bytes!("../seeds/import_ply/grid_text.ply");
 
 /// The folder with the scans `a.ply` and `b.ply`, the same for every input.
 fn folder() -> &'static PathBuf {
@@ -24,6 +24,9 @@ fn folder() -> &'static PathBuf {
 }
 
 fuzz_target!(|bytes: &[u8]| {
+    if !import::fuzzing::conf(bytes, folder()) {
+        return;
+    }
     let path = folder().join("scans.conf");
     std::fs::write(&path, bytes).expect("the scratch folder can be written");
     let Ok(set) = import::open(&path) else { return };

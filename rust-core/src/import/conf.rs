@@ -202,6 +202,32 @@ fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
     Some(scaled.map(|x| x / length))
 }
 
+/// For tests and fuzzing: text must not make the parser panic; what it accepts lies in the folder and is a rigid place.
+/// True if it is accepted.
+#[cfg(any(test, fuzzing))]
+pub(super) fn examine(bytes: &[u8], folder: &Path) -> bool {
+    sniff(bytes);
+    let path = folder.join("fuzz.conf");
+    match parse(&path, bytes, &mut Vec::new()) {
+        Ok(placed) => {
+            assert!(!placed.is_empty());
+            for one in placed {
+                let inside = one.path.strip_prefix(folder);
+                assert!(inside.is_ok_and(|p| p.components().all(|c| matches!(c, std::path::Component::Normal(_)))));
+                assert!(one.translation.is_finite());
+                let pose = one.pose(overlap::STANFORD);
+                assert!((pose.matrix3.determinant() - 1.0).abs() < 1e-9, "{pose:?}");
+            }
+            true
+        }
+        Err(Error::Format { path: at, .. }) => {
+            assert_eq!(at, path);
+            false
+        }
+        Err(other) => panic!("{other:?}"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,6 +279,7 @@ mod tests {
         let case = |text: &str, expected: &str| {
             let found = refused(text);
             assert!(found.starts_with(expected), "found: {found}\nexpected: {expected}");
+            examine(text.as_bytes(), &std::env::temp_dir());
         };
         case("bmesh a.ply 0 0 0 0 0 0 1\nbmesh x.ply 0 0 0 0 0 0 1\n", "line 2: there is no file ");
         case("bmesh ../a.ply 0 0 0 0 0 0 1", "line 1: ../a.ply leads out of the folder");

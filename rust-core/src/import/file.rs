@@ -1,10 +1,9 @@
 //! Files as the readers need them. Only regular files are read: a device or a pipe could go on for ever.
 
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::Read;
 use std::path::Path;
 
-use super::window::Window;
 use crate::error::{Error, Result};
 
 /// Opens a regular file; also its length.
@@ -41,16 +40,6 @@ pub(super) fn read_start(path: &Path, count: usize) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(count as u64).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     Ok(bytes)
-}
-
-/// A window on `length` bytes from `at`, or fewer if the file ends.
-pub(super) fn window_at<'a>(file: &'a mut File, path: &Path, at: u64, length: u64) -> Result<Window<'a>> {
-    file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
-    let mut window = Window::new(file, length);
-    match window.failure() {
-        Some(error) => Err(Error::io(path, error)),
-        None => Ok(window),
-    }
 }
 
 /// The file's own name, for notes.

@@ -234,6 +234,20 @@ impl ScanSource for Scan {
     }
 }
 
+/// What the fuzz targets call.
+#[cfg(fuzzing)]
+pub mod fuzzing {
+    /// Checks what a PLY file in memory reads as.
+    pub fn ply(bytes: &[u8]) {
+        super::ply::examine(bytes);
+    }
+
+    /// Checks what a `.conf` file in memory reads as; its scans are looked for in `folder`. True if it is accepted.
+    pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
+        super::conf::examine(bytes, folder)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,6 +5,9 @@ use std::io::{ErrorKind, Read};
 /// Line ends kept after the bytes in the window, so that a few bytes may be looked at past their end.
 pub(super) const PAD: usize = 32;
 
+/// Fewest bytes held at once, unless the file has fewer.
+pub(super) const SMALLEST: usize = 1 << 10;
+
 /// Bytes held at once, while nothing asks for more: fits the cache next to what is made of it.
 const SIZE: usize = 1 << 18;
 
@@ -34,6 +37,12 @@ impl<'a> Window<'a> {
     /// A small one, for the start of a file; it can grow.
     pub(super) fn small(reader: impl Read + 'a, length: u64) -> Self {
         Self::sized(reader, length, 1 << 12)
+    }
+
+    /// The smallest that readers can work with.
+    #[cfg(any(test, fuzzing))]
+    pub(super) fn tiny(reader: impl Read + 'a, length: u64) -> Self {
+        Self::sized(reader, length, SMALLEST)
     }
 
     fn sized(reader: impl Read + 'a, length: u64, size: usize) -> Self {
@@ -79,7 +88,7 @@ impl<'a> Window<'a> {
         self.before + at as u64
     }
 
-    /// Moves the window on if it has fewer than `wanted` unused bytes; true if it has them then.
+    /// Moves the window on if it has fewer than `wanted` unused bytes, at most [`SMALLEST`]; true if it has them then.
     #[inline(always)]
     pub(super) fn ensure(&mut self, wanted: usize) -> bool {
         if self.end.saturating_sub(self.at) >= wanted {

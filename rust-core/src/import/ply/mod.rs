@@ -56,7 +56,8 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 /// Opens a file as one scan; reads its header only.
 pub(super) fn open(path: &Path) -> Result<ScanSet> {
-    let header = read_header(path)?;
+    let (mut file, length) = file::open(path)?;
+    let header = read_header(&mut file, length, path)?;
     let notes = header.notes.iter().map(|note| format!("{}: {note}", file::name(path))).collect();
     Ok(ScanSet { scans: vec![Scan::new(path)], notes })
 }
@@ -69,7 +70,8 @@ pub(super) fn read(scan: &Scan) -> Result<Content> {
 
 /// About `count` points of a scan, in its own frame.
 pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
-    preview::points(scan, count)
+    let (mut file, length) = file::open(&scan.path)?;
+    preview::points(&mut file, length, &scan.path, count)
 }
 
 /// The error of a file, with its line if it has one.
@@ -80,11 +82,9 @@ fn located(problem: Box<Problem>, path: &Path) -> Error {
     }
 }
 
-/// Reads no more of the file than its header needs.
-fn read_header(path: &Path) -> Result<Header> {
-    let (mut file, length) = file::open(path)?;
-    let mut window = Window::small(&mut file, length);
-    header_in(&mut window).map_err(|problem| problem.into_error(path))
+/// Reads little more of the file than its header.
+fn read_header(file: &mut dyn Read, length: u64, path: &Path) -> Result<Header> {
+    header_in(&mut Window::small(file, length)).map_err(|problem| problem.into_error(path))
 }
 
 /// The header at the start of a window, which afterwards stands at the body.
@@ -105,7 +105,10 @@ fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
 
 /// Parses a whole file of `length` bytes.
 fn parse(file: &mut dyn Read, length: u64, scan: &Scan) -> Parsed<Content> {
-    let mut window = Window::new(file, length);
+    parse_in(Window::new(file, length), scan)
+}
+
+fn parse_in(mut window: Window<'_>, scan: &Scan) -> Parsed<Content> {
     let header = header_in(&mut window)?;
     let content = match header.encoding {
         Encoding::Ascii => content(&mut Ascii { window: &mut window }, &header, scan),
@@ -321,6 +324,34 @@ fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
         index += 1;
         kept[index - 1]
     });
+}
+
+/// For tests and fuzzing: a file in memory must not make the reader panic, must give the same whatever the size of the
+/// window, and what it gives must be valid.
+#[cfg(any(test, fuzzing))]
+pub(super) fn examine(bytes: &[u8]) {
+    let scan = Scan::new(Path::new("scan.ply"));
+    let outcome = |window| match parse_in(window, &scan).map_err(|problem| problem.locate(&mut &bytes[..])) {
+        Ok(content) => {
+            let (valid, size) = match &content {
+                Content::RangeImage(image) => (image.validate(), image.len()),
+                Content::Mesh(mesh) => (mesh.validate(), mesh.positions.len() + mesh.triangles.len()),
+                Content::Points(cloud) => (Ok(()), cloud.positions.len()),
+            };
+            assert!(valid.is_ok(), "{valid:?}");
+            assert!(size <= bytes.len(), "{size} entries from {} bytes", bytes.len());
+            format!("{content:?}")
+        }
+        Err(problem) => {
+            assert!(!problem.at.is_empty() && !problem.text.is_empty(), "{problem:?}");
+            problem.to_string()
+        }
+    };
+    let whole = outcome(Window::new(bytes, bytes.len() as u64));
+    assert_eq!(whole, outcome(Window::tiny(bytes, bytes.len() as u64)));
+    let mut file = std::io::Cursor::new(bytes);
+    let previewed = preview::points(&mut file, bytes.len() as u64, &scan.path, 50);
+    assert!(previewed.is_ok() || !whole.contains("RangeImage"), "a file can be read but not previewed: {previewed:?}");
 }
 
 #[cfg(test)]

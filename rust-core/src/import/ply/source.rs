@@ -4,7 +4,7 @@ use super::body::Position;
 use super::fault::Fault;
 use super::header::{Kind, Property, ScalarType};
 use super::number::{self, is_blank};
-use crate::import::window::Window;
+use crate::import::window::{SMALLEST, Window};
 
 /// Where an element's values come from.
 pub(super) trait Source {
@@ -96,6 +96,7 @@ const RUN: usize = 8;
 
 /// Longest number in text; what is longer is not taken for one.
 const LONGEST: usize = 512;
+const _: () = assert!(LONGEST < SMALLEST);
 
 /// Text: numbers between blanks, one line an element, empty lines ignored.
 pub(super) struct Ascii<'w, 'r> {
@@ -110,7 +111,7 @@ impl Ascii<'_, '_> {
             // After most numbers comes one blank; past the end of the window come line ends.
             let byte = self.window.padded()[self.window.at];
             if !is_blank(byte) {
-                self.window.ensure(LONGEST);
+                self.window.ensure(LONGEST + 1);
                 return Ok(self.window.at);
             }
             if byte == b'\n' || byte == b'\r' {
@@ -130,8 +131,8 @@ impl Ascii<'_, '_> {
     #[inline(always)]
     fn finish<T>(&mut self, start: usize, read: Option<(T, usize)>, fault: fn(usize) -> Fault) -> Result<T, Fault> {
         match read {
-            // The window ends only where the file does, or after LONGEST bytes.
-            Some((value, end)) if end < self.window.end() || self.window.is_last() => {
+            // Judged by its length alone: not by where the window happens to end.
+            Some((value, end)) if end - start <= LONGEST => {
                 self.window.at = end;
                 Ok(value)
             }
@@ -219,7 +220,7 @@ impl Source for Ascii<'_, '_> {
         loop {
             while self.window.at < self.window.end() {
                 if !is_blank(self.window.padded()[self.window.at]) {
-                    self.window.ensure(LONGEST);
+                    self.window.ensure(LONGEST + 1);
                     return Ok(());
                 }
                 self.window.at += 1;

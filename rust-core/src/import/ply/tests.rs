@@ -273,6 +273,7 @@ fn cut_at_every_byte() {
         .collect();
     for file in files {
         for length in 0..file.len() {
+            examine(&file[..length]);
             if let Err(problem) = parse_bytes(&file[..length]) {
                 assert!(!problem.at.is_empty() && !problem.text.is_empty());
             } else {
@@ -291,7 +292,7 @@ fn one_byte_changed() {
             for byte in [0, b'\n', b' ', b'-', b'0', b'9', b'e', b'.', 0x7F, 0x80, 0xFF] {
                 let mut changed = file.clone();
                 changed[at] = byte;
-                let _ = parse_bytes(&changed);
+                examine(&changed);
             }
         }
     }
@@ -339,4 +340,48 @@ fn previews_are_points_of_the_file() {
             }
         }
     }
+}
+
+/// Theorem: where the window's borders fall changes nothing.
+#[test]
+fn any_window_gives_the_same() {
+    let rows: String = (0..700).map(|i| format!("{i}.25 -{i}e-{} 0.{i} {}\n", i % 30, i % 256)).collect();
+    let header = "element vertex 700\nproperty float x\nproperty double y\nproperty float z\nproperty uchar red\n\
+        element face 300\nproperty list uchar int vertex_indices\nend_header\n";
+    let faces: String =
+        (0..300).map(|i| format!("{} {i} {} {}{}\n", 3 + i % 2, i + 1, i + 2, ["", " 9"][i % 2])).collect();
+    let mesh = format!("ply\nformat ascii 1.0\n{header}{rows}{faces}");
+    let bare: String = (0..600).map(|i| format!("{}.{i} -0.{i:07} 1.5 \n", i % 10)).collect();
+    let cells: String =
+        (0..4000).map(|i| if i % 7 < 6 { "0 \n".to_owned() } else { format!("1 {} \n", i / 7) }).collect();
+    let grid = format!(
+        "ply\nformat ascii 1.0\nobj_info num_cols 40\nobj_info num_rows 100\nelement vertex 600\nproperty float x\n\
+        property float y\nproperty float z\nelement range_grid 4000\nproperty list uchar int vertex_indices\n\
+        end_header\n{bare}{cells}"
+    );
+    for text in [mesh, grid] {
+        for bytes in [text.clone().into_bytes(), to_binary(&text, false), to_binary(&text, true)] {
+            assert!(parse_bytes(&bytes).is_ok());
+            // Each shift moves all borders.
+            for shift in 0..40 {
+                let comment = [b"\ncomment ".to_vec(), vec![b'x'; shift], b"\nelement vertex".to_vec()].concat();
+                let at = bytes.windows(15).position(|w| w == b"\nelement vertex").unwrap();
+                examine(&[&bytes[..at], &comment, &bytes[at + 15..]].concat());
+            }
+        }
+    }
+}
+
+#[test]
+fn endless_numbers_are_no_numbers() {
+    let with = |digits: usize| MESH.replace("0 0 0 1\n", &format!("0 0 0.{} 1\n", "3".repeat(digits)));
+    for digits in [400, 509, 510, 511, 512, 600, 1022, 1023, 1_000_000] {
+        examine(with(digits).as_bytes());
+        assert_eq!(parse_bytes(with(digits).as_bytes()).is_ok(), digits <= 510, "{digits} digits");
+    }
+    let found = refused(&with(1_000_000));
+    assert!(
+        found.starts_with("line 13: vertex 0 of 5 (counted from 0), property z: expected a number, found `0.333"),
+        "{found}"
+    );
 }

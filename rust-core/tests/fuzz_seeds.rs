@@ -1,0 +1,79 @@
+//! The seeds of the fuzz targets, small files of every shape the readers know. SURFRECON_GENERATE=1 writes them anew.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::{DAffine3, DVec3};
+use surfrecon::export::{self, PlacedFile, PlyEncoding, PlyOptions, PositionType};
+use surfrecon::mesh::Attribute;
+use surfrecon::range_image::Viewing;
+use surfrecon::{PointCloud, Progress, RangeImage, TriMesh};
+
+const ENCODINGS: [(&str, PlyEncoding); 3] =
+    [("text", PlyEncoding::Ascii), ("little", PlyEncoding::BinaryLittleEndian), ("big", PlyEncoding::BinaryBigEndian)];
+
+fn seeds() -> BTreeMap<String, Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seed");
+    let none = Progress::none();
+    let mut seeds = BTreeMap::new();
+    let mut keep = |name: String| assert!(seeds.insert(name, std::fs::read(&path).unwrap()).is_none());
+
+    let points = (0..20).map(|i| if i % 3 == 1 { [f32::NAN; 3] } else { [i as f32 * 0.25, -0.5, 1e-3 * i as f32] });
+    let mut image = RangeImage::from_points(4, 5, points.collect(), Viewing::ALONG_MINUS_Z).unwrap();
+    let plain = image.clone();
+    image.colour = Some((0..20).map(|i| [i, 2 * i, 255 - i, 255]).collect());
+    image.confidence = Some((0..20).map(|i| i as f32 / 20.0).collect());
+    let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 2, 1], [0, 1, 3]]);
+    mesh.vertex_attributes = vec![Attribute::f32("quality", vec![0.5; 4]), Attribute::i32("source_scan", vec![-1; 4])];
+    mesh.face_attributes = vec![Attribute::bool("hole_fill", vec![true, false])];
+    let cloud = PointCloud {
+        positions: vec![DVec3::ONE, DVec3::new(1e7, 0.125, -3.5)],
+        normals: Some(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+        colour: Some(vec![[1, 2, 3, 4]; 2]),
+        ..PointCloud::default()
+    };
+    for (name, encoding) in ENCODINGS {
+        export::write_range_grid_ply(&path, &plain, encoding, &none).unwrap();
+        keep(format!("import_ply/grid_{name}.ply"));
+        export::write_range_grid_ply(&path, &image, encoding, &none).unwrap();
+        keep(format!("import_ply/coloured_grid_{name}.ply"));
+        export::write_ply(&path, &mesh, encoding, &none).unwrap();
+        keep(format!("import_ply/mesh_{name}.ply"));
+        let doubles = PlyOptions { encoding, positions: PositionType::Double };
+        export::write_points_ply(&path, &cloud, doubles, &none).unwrap();
+        keep(format!("import_ply/points_{name}.ply"));
+    }
+    let strips = "ply\r\nformat ascii 1.0\r\ncomment odd in every way\r\nbye\r\nelement camera 1\r\n\
+        property double k\r\nproperty list uchar float view\r\nelement vertex 5\r\nproperty short x\r\nproperty uint y\r\n\
+        property char z\r\nproperty ushort red\r\nproperty float green\r\nproperty uchar blue\r\nelement tristrips 1\r\n\
+        property list int int vertex_indices\r\nend_header\r\n0.5 2 1 2\r\n-1 4000000000 7 65535 0.5 255\r\n1 0 0 0 0 0\r\n\
+        0 1 0 0 0 0\r\n1 1 1 1 1 1\r\n2 2 2 2 nan 2\r\n8 0 1 2 3 -1 2 3 4\r\n";
+    std::fs::write(&path, strips).unwrap();
+    keep("import_ply/strips.ply".to_owned());
+
+    let placed = |file: &str, angle: f64| PlacedFile {
+        file: file.to_owned(),
+        world_from_file: DAffine3::from_rotation_y(angle) * DAffine3::from_translation(DVec3::new(0.1, 0.0, -2.0)),
+    };
+    export::write_conf(&path, &[placed("a.ply", 0.0), placed("b.ply", 0.5), placed("deep/c.ply", -2.0)]).unwrap();
+    keep("import_conf/written.conf".to_owned());
+    let odd = "# odd\r\n\r\nCAMERA\t0 0 0 1 0 0 0\r\nmesh reference 0 0 0 0 0 0 1\r\n// b\r\n  mesh deep\\c.ply 1 2 3 4 5 6 7\r";
+    std::fs::write(&path, odd).unwrap();
+    keep("import_conf/odd.conf".to_owned());
+    seeds
+}
+
+#[test]
+fn seeds_are_up_to_date() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
+    for (name, bytes) in seeds() {
+        let path = root.join(&name);
+        if std::env::var_os("SURFRECON_GENERATE").is_some() {
+            std::fs::write(&path, &bytes).unwrap();
+        }
+        let found = std::fs::read(&path).unwrap_or_default();
+        assert!(found == bytes, "{name} is not what the code writes: run this test with SURFRECON_GENERATE=1");
+    }
+}
