@@ -343,6 +343,18 @@ mod tests {
     }
 
     #[test]
+    fn the_side_is_right_beyond_a_sharp_tip() {
+        // Seen from beside the tip, the faces on its other side look away from the point.
+        let base = [DVec3::new(1.0, 1.0, -10.0), DVec3::new(-1.0, 1.0, -10.0), DVec3::new(0.0, -1.0, -10.0)];
+        let positions = [vec![DVec3::ZERO], base.to_vec()].concat();
+        let mesh = TriMesh::new(positions, vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]);
+        assert!(enclosed_volume(&mesh) > 0.0);
+        let around: Vec<DVec3> = (0..24).map(|i| DVec3::new(0.0, 0.5, 0.2).rotate_z(0.26 * f64::from(i))).collect();
+        let measured = measure(&around, &mesh, Side::Signed);
+        assert!(around.iter().zip(&measured.distances).all(|(p, d)| (d - p.length()).abs() < 1e-15));
+    }
+
+    #[test]
     fn the_same_distances_for_any_number_of_threads() {
         let mesh = Shape::Torus { major: 2.0, minor: 0.5 }.mesh(12);
         let points: Vec<DVec3> =
