@@ -12,6 +12,11 @@ lock wheel
 portable=()
 if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28); fi
 rm -f target/wheels/surfrecon-*.whl
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
 maturin build --quiet --release "${portable[@]}" -i "$("$root/tools/python.sh")" \
-    --manifest-path blender-addon/python/Cargo.toml --out target/wheels >&2
+    --manifest-path blender-addon/python/Cargo.toml --out target/wheels >"$log" 2>&1 || {
+    cat "$log" >&2
+    die "maturin could not build the wheel, see above"
+}
 ls target/wheels/surfrecon-*.whl

@@ -1,8 +1,11 @@
-"""Checks the files of the tree: no paths of somebody's machine, no large files, licences where they belong."""
+"""Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
+dependencies with a reason, licences where they belong.
+"""
 
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,8 +30,31 @@ def files():
     return [path for path in paths if path.is_file()]
 
 
+def dependencies():
+    """Of each crate: its manifest, the names of its dependencies, and whether they are used by its library."""
+    for manifest in files():
+        if manifest.name == "Cargo.toml":
+            tables = tomllib.loads(manifest.read_text())
+            for section in ("dependencies", "dev-dependencies", "build-dependencies"):
+                for name in tables.get(section, {}):
+                    yield manifest, name, section == "dependencies"
+
+
+def dependency_problems():
+    """Yields dependencies without a reason and dependencies that nothing uses."""
+    reasons = (ROOT / "CONTRIBUTING.md").read_text()
+    for manifest, name, of_library in dependencies():
+        where = manifest.relative_to(ROOT)
+        if not name.startswith("surfrecon") and not re.search(rf"^\|[^|]*\b{re.escape(name)}\b[^|]*\|", reasons, re.M):
+            yield f"{where}: CONTRIBUTING.md has no line that says why {name} is needed"
+        sources = manifest.parent.rglob("*.rs")
+        if of_library and not any(re.search(rf"\b{name.replace('-', '_')}\b", path.read_text()) for path in sources):
+            yield f"{where}: nothing uses {name}"
+
+
 def problems():
     """Yields one sentence for each thing wrong."""
+    yield from dependency_problems()
     for path in files():
         name = path.relative_to(ROOT)
         content = path.read_bytes()

@@ -47,6 +47,7 @@ class RustOutput:
     def __init__(self):
         self.tally = Tally()
         self.among_successes = False
+        self.test = ""
         self.skip_counted = False
 
     def line(self, line):
@@ -56,6 +57,7 @@ class RustOutput:
         elif line == "failures:" or line.startswith("test result:"):
             self.among_successes = False
         if line.startswith("---- "):
+            self.test = line.split()[1]
             self.skip_counted = False
         skips = line.startswith("SKIPPED")
         if skips and not self.skip_counted:
@@ -64,7 +66,9 @@ class RustOutput:
         result = re.match(r"test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored", line)
         if result:
             self.tally.add(Tally(*map(int, result.groups())))
-        if not self.among_successes or skips:
+        if skips:
+            show(f"{line} ({self.test})")
+        elif not self.among_successes:
             show(line)
 
 
