@@ -4,13 +4,12 @@
 //! share the edge's vertex and nothing else. Stage 5 gives most such cells up; what that leaves is split here, so that
 //! the result is manifold whatever the input.
 
-use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::lattice::Lattice;
 use super::reconstruct::Surface;
 
-/// How far, in cells, the vertex of each fan is moved along its edge of the grid, toward its fan.
+/// Distance, in cells, between the vertices of the fans along their edge of the grid.
 const APART: f64 = 1.0 / 1024.0;
 
 /// Splits all pinched vertices; returns how many.
@@ -35,8 +34,7 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
     }
     for &vertex in &pinched {
         let mut left = around.remove(&vertex).expect("every pinched vertex has its list");
-        let mut own = Some(vertex);
-        let position = surface.positions[vertex as usize];
+        let mut fans = Vec::new();
         while let Some(t) = left.pop() {
             let mut fan = vec![t];
             let mut next = 0;
@@ -51,37 +49,56 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
                     shared == 0
                 });
             }
-            separate(surface, lattice, vertex, own.take(), &fan, position);
+            fans.push(fan);
         }
+        separate(surface, lattice, vertex, fans);
     }
     pinched.len()
 }
 
-/// Gives a fan at `vertex`, which lay at `position`, a vertex of its own: `keep`, or a new one.
-fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, keep: Option<u32>, fan: &[usize], position: DVec3) {
+/// Gives each fan at `vertex` a vertex of its own, in a row along the grid line it lies on, in the order in which the fans
+/// lie along it.
+fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, mut fans: Vec<Vec<usize>>) {
     let v = vertex as usize;
-    // Along the grid line the vertex lies on: the axis where it is furthest from a node.
+    let position = surface.positions[v];
+    // The axis along which the vertex is furthest from a node.
     let cells = position / lattice.voxel;
     let off = (cells - cells.round()).abs();
     let axis = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
-    let side: i32 = fan
-        .iter()
-        .flat_map(|&t| surface.triangles[t])
-        .map(|u| surface.positions[u as usize][axis] - position[axis])
-        .map(|d| i32::from(d > 0.0) - i32::from(d < 0.0))
-        .sum();
-    let mut moved = position;
-    moved[axis] += APART * lattice.voxel * f64::from(side.signum());
-    let copy = keep.unwrap_or(surface.positions.len() as u32);
+    // Places, not numbers, decide: which fan was found first must not matter.
+    fans.sort_by_cached_key(|fan| {
+        let others = || fan.iter().flat_map(|&t| surface.triangles[t]).filter(|&u| u != vertex);
+        let place = |u: u32| surface.positions[u as usize] - position;
+        let side: i32 = others().map(place).map(|d| i32::from(d[axis] > 0.0) - i32::from(d[axis] < 0.0)).sum();
+        let lowest = others().map(|u| surface.positions[u as usize].to_array().map(ordered)).min();
+        (side, lowest)
+    });
+    let middle = (fans.len() - 1) as f64 / 2.0;
     surface.scan[v] = -1;
-    if keep.is_some() {
-        surface.positions[v] = moved;
-        return;
+    for (rank, fan) in fans.iter().enumerate() {
+        let mut moved = position;
+        moved[axis] += APART * lattice.voxel * (rank as f64 - middle);
+        if rank == 0 {
+            surface.positions[v] = moved;
+        } else {
+            let copy = surface.positions.len() as u32;
+            surface.positions.push(moved);
+            surface.confidence.push(surface.confidence[v]);
+            surface.colour.push(surface.colour[v]);
+            surface.scan.push(-1);
+            rename(surface, vertex, copy, fan);
+        }
     }
-    surface.positions.push(moved);
-    surface.confidence.push(surface.confidence[v]);
-    surface.colour.push(surface.colour[v]);
-    surface.scan.push(-1);
+}
+
+/// A key that orders finite numbers as they are.
+fn ordered(x: f64) -> i64 {
+    let bits = x.to_bits() as i64;
+    bits ^ (((bits >> 63) as u64) >> 1) as i64
+}
+
+/// Puts `copy` in the place of `vertex` in a fan and in its boundary sides.
+fn rename(surface: &mut Surface, vertex: u32, copy: u32, fan: &[usize]) {
     for &t in fan {
         for corner in &mut surface.triangles[t] {
             if *corner == vertex {
