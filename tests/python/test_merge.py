@@ -141,14 +141,15 @@ def test_an_exception_of_the_callback_comes_out(many):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals differ")
 def test_ctrl_c_cancels():
     script = """
-import os, signal, sys, threading
+import os, signal, sys
 sys.path.insert(0, sys.argv[1])
 import surfrecon
 from shapes import torus_scans
 scans = torus_scans(pixels=400)
-threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+def interrupt(stage, fraction):
+    os.kill(os.getpid(), signal.SIGINT)
 try:
-    surfrecon.merge(scans, voxel=0.001)
+    surfrecon.merge(scans, voxel=0.0005, progress=interrupt)
 except KeyboardInterrupt:
     sys.exit(42)
 """
