@@ -25,8 +25,12 @@ const PARAMS_MAY_KNOW: &[&str] = &["triangulate::PARAMS", "scan::PARAMS", "merge
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
-const UNSAFE_FILES: &[&str] =
-    &["c-api/src/pointer.rs", "blender-addon/python/src/arrays.rs", "tests/rust/c_library.rs"];
+const UNSAFE_FILES: &[&str] = &[
+    "c-api/src/pointer.rs",
+    "blender-addon/python/src/arrays.rs",
+    "rust-core/tests/import_memory.rs",
+    "tests/rust/c_library.rs",
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
