@@ -11,6 +11,8 @@ pub struct PointCloud {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Colours, sRGB with straight alpha.
     pub colour: Option<Vec<[u8; 4]>>,
+    /// Strength of the returned signal, in the file's own unit.
+    pub intensity: Option<Vec<f32>>,
     /// Places the cloud in the world.
     pub world_from_cloud: DAffine3,
 }

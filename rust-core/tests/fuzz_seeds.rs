@@ -53,6 +53,16 @@ fn seeds() -> BTreeMap<String, Vec<u8>> {
     std::fs::write(&path, strips).unwrap();
     keep("import_ply/strips.ply".to_owned());
 
+    for (name, text) in [
+        ("plain.xyz", "# points\n0.5 -1e3 2\n1 2 3\n"),
+        ("coloured.pts", "2\n0 0 0 -1200 255 0 12\n1 0 0 300 1 2 3\n"),
+        ("named.asc", "//X,Y,Z,Nx,Ny,Nz\r\n1,2,3,0.6,0,0.8\r\n"),
+        ("commas.csv", "1,5;-2,25;3\n0,6;0;nan\n"),
+    ] {
+        std::fs::write(&path, text).unwrap();
+        keep(format!("import_points/{name}"));
+    }
+
     let placed = |file: &str, angle: f64| PlacedFile {
         file: file.to_owned(),
         world_from_file: DAffine3::from_rotation_y(angle) * DAffine3::from_translation(DVec3::new(0.1, 0.0, -2.0)),

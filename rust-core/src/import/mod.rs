@@ -5,12 +5,14 @@
 //! | `ply` | range grids, meshes and points |
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
+//! | `points` | scattered points in text: XYZ, PTS, ASC |
 //! | `file`, `window` | regular files, whole or in part; a window that moves along one |
 
 mod conf;
 mod file;
 mod overlap;
 mod ply;
+mod points;
 mod window;
 
 use std::collections::HashSet;
@@ -88,7 +90,7 @@ impl Format {
 }
 
 /// The formats that can be read.
-static FORMATS: [Format; 2] = [
+static FORMATS: [Format; 3] = [
     Format {
         name: "PLY (range grid, mesh or points)",
         extensions: &["ply"],
@@ -102,6 +104,14 @@ static FORMATS: [Format; 2] = [
         sniff: conf::sniff,
         open: conf::open,
         reader: None,
+    },
+    // Last: any lines of numbers are points.
+    Format {
+        name: "points in text",
+        extensions: &["xyz", "pts", "asc", "txt", "csv"],
+        sniff: points::sniff,
+        open: points::open,
+        reader: Some(Reader { read: points::read, preview: points::preview }),
     },
 ];
 
@@ -242,6 +252,11 @@ pub mod fuzzing {
         super::ply::examine(bytes);
     }
 
+    /// Checks what a file of points in text reads as.
+    pub fn points(bytes: &[u8]) {
+        super::points::examine(bytes);
+    }
+
     /// Checks what a `.conf` file in memory reads as; its scans are looked for in `folder`. True if it is accepted.
     pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
         super::conf::examine(bytes, folder)
@@ -299,7 +314,7 @@ mod tests {
         assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
         let unknown = refused(&file("x.bin", "MZ"));
         assert!(
-            unknown.ends_with("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf")
+            unknown.ends_with("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf; points in text: .xyz, .pts, .asc, .txt, .csv")
         );
         assert!(refused(&file("empty.ply", "")).contains("starts with a line `ply`"));
         assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));

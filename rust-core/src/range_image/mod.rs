@@ -229,6 +229,7 @@ impl RangeImage {
         Ok(PointCloud {
             normals: Some(normals.iter().map(|n| n.as_vec3().to_array()).collect()),
             colour: self.colour.as_ref().map(|c| grid.pixels.iter().map(|&p| c[p as usize]).collect()),
+            intensity: self.intensity.as_ref().map(|v| grid.pixels.iter().map(|&p| v[p as usize]).collect()),
             positions: grid.positions,
             world_from_cloud: self.world_from_sensor,
         })

@@ -303,10 +303,12 @@ fn mesh(parts: Parts<DVec3>, element: &Element) -> Parsed<Content> {
 }
 
 fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
+    let mut attributes = vertices.attributes;
     let mut cloud = PointCloud {
         positions: vertices.positions,
-        normals: vertices.attributes.normals,
-        colour: vertices.attributes.colour,
+        intensity: attributes.take_float("intensity"),
+        normals: attributes.normals,
+        colour: attributes.colour,
         world_from_cloud: scan.world_from_sensor,
     };
     if cloud.positions.iter().any(|p| !p.is_finite()) {
@@ -314,6 +316,7 @@ fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
         retain(&mut cloud.positions, &kept);
         cloud.normals.iter_mut().for_each(|normals| retain(normals, &kept));
         cloud.colour.iter_mut().for_each(|colour| retain(colour, &kept));
+        cloud.intensity.iter_mut().for_each(|intensity| retain(intensity, &kept));
     }
     Content::Points(cloud)
 }

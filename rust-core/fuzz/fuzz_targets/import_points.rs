@@ -1,0 +1,5 @@
+//! Any bytes as a file of points in text: read or refused with a line, never a panic; what was read is valid.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| surfrecon::import::fuzzing::points(bytes));
