@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench fuzz wheel extension generate clean distclean
+.PHONY: help demo test check bench fuzz wheel extension install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -21,7 +21,7 @@ demo: extension ## Scan a shape, merge the scans inside Blender, render: out/dem
 	@tools/demo.sh $(SCANS)
 
 test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender)
-	@tools/setup_apt.sh
+	@tools/setup_apt.sh test
 	@"$$(tools/python.sh)" tools/run_tests.py
 
 check: ## Formatting, lints, documentation, licences of dependencies
@@ -42,8 +42,11 @@ extension: ## Build the Blender extension with its wheel inside: out/extension/
 	@tools/build_wheel.sh
 	@"$$(tools/python.sh)" tools/build_extension.py
 
-generate: ## Write the files that are generated from the code: the C header, PARAMETERS.md
-	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
+install: ## Install the C library, its headers, pkg-config and CMake files: PREFIX=/usr/local
+	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"
+
+generate: ## Write the files that are generated from the code: the C header, its lists in c-api/abi, PARAMETERS.md
+	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated --test c_library
 
 clean: ## Remove everything built here
 	cargo clean

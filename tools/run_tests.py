@@ -90,7 +90,7 @@ class PytestOutput:
 
 
 class CheckOutput:
-    """Counts the `ok: ...` and `FAILED: ...` lines of tools/check.sh."""
+    """Counts the `ok: ...` and `FAILED: ...` lines of our scripts."""
 
     def __init__(self):
         self.tally = Tally()
@@ -165,6 +165,8 @@ def main():
     total.add(run("checks", ["tools/check.sh"], CheckOutput()))
     rust = ["cargo", "test", "--workspace", "--no-fail-fast", "--", "--show-output"]
     total.add(run("Rust tests", rust, RustOutput()))
+
+    total.add(run("C library installed", ["tests/c/installed.sh"], CheckOutput()))
 
     wheel = run("wheel", ["tools/build_wheel.sh"], PlainOutput())
     total.add(wheel)

@@ -1,11 +1,13 @@
 #!/usr/bin/env bash
 # Installs the system libraries the machine lacks. Does nothing when all are there.
-# Usage: tools/setup_apt.sh [bench]        for tests and demo; with `bench` also what the benchmark's peers need
+# Usage: tools/setup_apt.sh [test|bench]     for the demo; with `test` or `bench` also what tests or the benchmark's peers need
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
 # What the bpy module links to, and software OpenGL for rendering without a display.
 packages=(libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libgl1 libxxf86vm1 libgomp1 libegl1 libgl1-mesa-dri)
+# What programs in C are built with, run under and compared by.
+if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-tools binutils); fi
 # What pymeshlab and Open3D link to besides.
 if [ "${1:-}" = bench ]; then packages+=(libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1); fi
 

@@ -5,7 +5,14 @@
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
  *   Results are written through the last arguments, and only on SRF_OK.
  *   Pointers are borrowed for the call unless the comment says otherwise; const means not modified.
- *   Every call may be made from any thread, and no call ends the program.
+ *   Every call may be made from any thread, and no call ends the program. Allocations for what is handed in can fail
+ *   with SRF_ERR_OUT_OF_MEMORY; what the system then refuses to the work itself ends the program, as it would any.
+ *   Handles are numbers looked up in a table: a wrong or freed one is refused with SRF_ERR_HANDLE, never followed. A handle
+ *   may be used by several threads at once.
+ *   Structs that start with struct_size are filled by their _init function before use and grow only at the end: a program
+ *   built with an older header gets the defaults for what it does not know.
+ *   Values of enums are handed over as integers of fixed width, and checked. Lengths are in the unit of the data, angles
+ *   in radians, texts are UTF-8 and end with a zero byte.
  *
  * Generated from c-api/src by `make generate`; a test compares. Do not edit.
  */
@@ -13,7 +20,11 @@
 #ifndef SURFRECON_H
 #define SURFRECON_H
 
+#include <stddef.h>
 #include <stdint.h>
+
+// A length, or another value, that is to be measured from the data.
+#define SRF_FROM_DATA (-1.0)
 
 // Number of the binary interface this header describes. It grows when a program built against an older header would no
 // longer work; compare it with srf_abi_version().
@@ -39,7 +50,320 @@ typedef enum {
   SRF_ERR_NULL = 7,
   // A mistake of the library itself: please report it with the text.
   SRF_ERR_INTERNAL = 8,
+  // A handle is of another kind than asked for, was freed or never was one.
+  SRF_ERR_HANDLE = 9,
+  // The size a struct starts with is none this library can work with.
+  SRF_ERR_STRUCT_SIZE = 10,
 } srf_status;
+
+// How important a message of the log is.
+typedef enum {
+  // What a person may want to know, for example how a file was understood.
+  SRF_LOG_INFO = 1,
+  // What a person should look at, for example a part of the input that was left out.
+  SRF_LOG_WARNING = 2,
+} srf_log_level;
+
+// Type of the numbers of an array.
+typedef enum {
+  // float
+  SRF_F32 = 1,
+  // double
+  SRF_F64 = 2,
+  // int32_t
+  SRF_I32 = 3,
+  // uint32_t
+  SRF_U32 = 4,
+  // uint8_t
+  SRF_U8 = 5,
+} srf_type;
+
+// How pixels see.
+typedef enum {
+  // Rays along -z; the value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
+  SRF_ORTHOGRAPHIC = 1,
+  // Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1); the value is z. numbers: fx, fy, cx, cy in pixels.
+  SRF_PINHOLE_DEPTH = 2,
+  // The same, the value is the distance along the ray.
+  SRF_PINHOLE_RANGE = 3,
+  // Rays from the origin; the value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation
+  // (from the horizon toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
+  SRF_SPHERICAL = 4,
+  // A point a pixel, seen along parallel rays. numbers: x, y, z of their direction, toward the scene.
+  SRF_GRID_PARALLEL = 5,
+  // A point a pixel, seen from one place. numbers: x, y, z of it.
+  SRF_GRID_FROM = 6,
+} srf_projection_kind;
+
+// What the entries of an attribute belong to.
+typedef enum {
+  // One entry a vertex.
+  SRF_VERTICES = 1,
+  // One entry a triangle.
+  SRF_TRIANGLES = 2,
+} srf_domain;
+
+// What a scan holds.
+typedef enum {
+  // A srf_image.
+  SRF_CONTENT_IMAGE = 1,
+  // A srf_mesh.
+  SRF_CONTENT_MESH = 2,
+  // A srf_cloud.
+  SRF_CONTENT_CLOUD = 3,
+} srf_content;
+
+// How the numbers of a file are written.
+typedef enum {
+  // Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
+  SRF_BINARY = 1,
+  // Binary, coordinates in double precision.
+  SRF_BINARY_DOUBLE = 2,
+  // Text, coordinates as in SRF_BINARY.
+  SRF_ASCII = 3,
+} srf_encoding;
+
+// Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
+typedef struct srf_cloud srf_cloud;
+
+// A range image: rows x cols pixels, row after row, each valid or not, each with a viewing ray, placed in the world.
+// Released with srf_image_free().
+typedef struct srf_image srf_image;
+
+// A merge being put together: scans are added, then it is run, as often as wanted. Released with srf_merger_free().
+typedef struct srf_merger srf_merger;
+
+// A triangle mesh with named attributes of its vertices and triangles; triangles turn counter-clockwise seen from
+// outside. Released with srf_mesh_free().
+typedef struct srf_mesh srf_mesh;
+
+// Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
+// srf_scans_free().
+typedef struct srf_scans srf_scans;
+
+// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
+// given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
+typedef void (*srf_log_fn)(int32_t level, const char *text, void *user);
+
+// How the pixels of an image see, in the sensor's frame.
+typedef struct {
+  // A value of srf_projection_kind.
+  uint32_t kind;
+  // 0.
+  uint32_t reserved;
+  // What they mean is said with the kind; those it does not name are 0.
+  double numbers[4];
+} srf_projection;
+
+// An array of `count` elements of `components` numbers each.
+//
+// Handed in it is borrowed for the call and copied. Handed out it is a view that copies nothing: it stays until the handle
+// it came from is freed or changed, and must not be written to.
+typedef struct {
+  // The first number of the first element; may be NULL if count is 0. Needs no alignment.
+  const void *data;
+  // Number of elements.
+  size_t count;
+  // Bytes from one element to the next; 0 for elements without gaps. At least the size of an element.
+  size_t stride;
+  // A value of srf_type.
+  uint32_t type;
+  // Numbers an element: 3 for points and triangles, 4 for colours, 1 for plain values.
+  uint32_t components;
+} srf_array;
+
+// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
+typedef struct {
+  // Column after column.
+  double matrix[16];
+} srf_pose;
+
+// How range images become surfaces. Starts with its size; set to the defaults by srf_triangulate_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Longest edge between neighbouring samples, in the unit of the scans, > 0. Larger values bridge jumps, smaller ones
+  // open holes. SRF_FROM_DATA, the default: 3.4 times the median distance of neighbouring samples.
+  double edge_limit;
+  // Largest angle between a triangle's normal and the direction to the sensor, in radians, > 0, at most pi/2, the default.
+  double grazing_limit;
+} srf_triangulate_params;
+
+// What srf_mesh_check() found. Starts with its size; set by srf_mesh_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 for an oriented manifold with boundary, finite, without degenerate or duplicate triangles, else 0.
+  uint32_t is_manifold;
+  // Triangles, all of them.
+  uint64_t triangles;
+  // Vertices that a triangle uses.
+  uint64_t vertices;
+  // Vertices that none uses.
+  uint64_t unused_vertices;
+  // Vertices with a coordinate that is not finite.
+  uint64_t non_finite_vertices;
+  // Triangles that name a vertex twice.
+  uint64_t degenerate_triangles;
+  // Triangles of three different vertices whose area is zero.
+  uint64_t zero_area_triangles;
+  // Triangles with the same three vertices as another one, beyond the first.
+  uint64_t duplicate_triangles;
+  // Edges, each counted once.
+  uint64_t edges;
+  // Edges of one triangle.
+  uint64_t boundary_edges;
+  // Edges of more than two triangles.
+  uint64_t non_manifold_edges;
+  // Edges whose two triangles run through it in the same direction.
+  uint64_t misoriented_edges;
+  // Vertices whose triangles fall into more than one fan.
+  uint64_t non_manifold_vertices;
+  // Parts joined over edges.
+  uint64_t components;
+  // Triangles of the largest part.
+  uint64_t largest_component;
+  // Connected groups of boundary edges.
+  uint64_t boundary_loops;
+  // Vertices - edges + triangles.
+  int64_t euler_characteristic;
+  // Sum of the genera of all parts, boundary loops taken as closed by disks; -1 unless the mesh is a manifold.
+  int64_t genus;
+} srf_mesh_report;
+
+// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
+// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
+// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
+// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
+typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
+
+// Who watches a long call. NULL where one is asked for, or a NULL function: nobody.
+typedef struct {
+  // Asked during the call.
+  srf_progress_fn report;
+  // Handed to report as it is.
+  void *user;
+} srf_progress;
+
+// How scans are merged. Starts with its size; set to the defaults by srf_merge_params_init(). Lengths are in the unit of the
+// scans; SRF_FROM_DATA where they are to be measured.
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  uint32_t threads;
+  // Size of a cell of the grid, > 0. Smaller keeps more detail and costs time and memory with its inverse square.
+  // SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
+  double voxel;
+  // Surfaces of different scans closer than this, facing the same way, become one, >= 0. Choose it above the residual of
+  // the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
+  double merge_distance;
+  // Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
+  // at most a fifth of the diagonal of the surface.
+  double max_hole_length;
+  // Connected parts with a smaller share of the triangles are dropped, 0 to 1; 0 keeps all. Default 0.01.
+  double min_component_share;
+  // As in srf_triangulate_params.
+  double edge_limit;
+  // As in srf_triangulate_params.
+  double grazing_limit;
+} srf_merge_params;
+
+// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Scans merged.
+  uint32_t scans;
+  // Triangles of all scans.
+  uint64_t input_triangles;
+  // Size of a cell that was used, in the unit of the scans.
+  double voxel;
+  // Merge distance that was used, in the unit of the scans.
+  double merge_distance;
+  // Longest boundary that was closed, in the unit of the scans.
+  double max_hole_length;
+  // Median distance between overlapping scans along grid lines; SRF_FROM_DATA where it was not measured or none overlap.
+  double overlap_residual;
+  // Cells spanned along x, y and z.
+  uint64_t grid[3];
+  // Intersections of scans with grid lines.
+  uint64_t intersections;
+  // Intersections left after fusing.
+  uint64_t fused_intersections;
+  // Artificial intersections that became vertices.
+  uint64_t artificial_intersections;
+  // Faces made directly.
+  uint64_t faces_direct;
+  // Faces made after analysis of neighbouring cells.
+  uint64_t faces_settled;
+  // Faces that fill holes.
+  uint64_t faces_filling;
+  // Holes closed.
+  uint64_t holes_closed;
+  // Boundary loops left open.
+  uint64_t holes_open;
+  // Connected parts dropped.
+  uint64_t dropped_components;
+  // Faces of those.
+  uint64_t dropped_faces;
+  // Largest number of bytes held by intersections and the surface at once.
+  uint64_t working_bytes;
+} srf_merge_report;
+
+// What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
+// srf_scan_params_init(). Lengths are in the unit of the mesh.
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads().
+  uint32_t threads;
+  // Standard deviation of the noise along each ray, >= 0.
+  double noise;
+  // Growth of the noise at grazing angles, >= 0.
+  double noise_grazing;
+  // Step of the values, >= 0; 0 for none.
+  double quantum;
+  // Share of pixels without a value, 0 to 1.
+  double dropout;
+  // Further share of them at grazing angles, 0 to 1.
+  double dropout_grazing;
+  // Largest distance seen, > 0; SRF_FROM_DATA, the default, for no limit.
+  double max_range;
+  // Error of the reported position, >= 0.
+  double pose_shift;
+  // Error of the reported orientation, in radians, >= 0.
+  double pose_turn;
+  // What all randomness follows from, at most 2^53.
+  uint64_t seed;
+  // 1: triangles seen from behind give values too; 0, the default: they do not.
+  uint64_t backfaces;
+} srf_scan_params;
+
+// Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
+// srf_distances_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // How many.
+  uint64_t count;
+  // Mean.
+  double mean;
+  // Root of the mean square.
+  double rms;
+  // The smallest value that at least 95 % do not exceed.
+  double p95;
+  // Largest.
+  double max;
+  // Mean of the values with their signs.
+  double bias;
+  // Index of the largest, the first of several; 0 if there is none.
+  uint64_t worst;
+} srf_distances;
 
 #ifdef __cplusplus
 extern "C" {
@@ -60,6 +384,450 @@ const char *srf_last_error_message(void);
 // out_text   receives a static text on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
 srf_status srf_status_text(int32_t status, const char **out_text);
+
+// Worker threads of calls whose parameters say 0. Results are the same for any number.
+// threads    at most 1024; 0, the default, for one a core
+// returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
+srf_status srf_set_threads(uint32_t threads);
+
+// Number set by srf_set_threads. Since 0.1.
+uint32_t srf_threads(void);
+
+// Who gets the messages of the log from now on.
+// log        NULL for nobody, the default
+// user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned
+// returns    SRF_OK. Since 0.1.
+srf_status srf_set_log(srf_log_fn log,
+                       void *user);
+
+// Makes a range image.
+// rows, cols         size of the image
+// projection         how pixels see; not NULL
+// samples            rows * cols elements, row after row: for a grid 3 SRF_F32 or SRF_F64 (kept in single precision), for the
+//                    other kinds one SRF_F64 or SRF_F32; a number that is not finite makes its pixel invalid; not NULL
+// world_from_sensor  a rotation and a translation; NULL for the identity
+// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
+// out_image          receives a new handle on SRF_OK only; not NULL
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_image_create(size_t rows,
+                            size_t cols,
+                            const srf_projection *projection,
+                            const srf_array *samples,
+                            const srf_pose *world_from_sensor,
+                            const char *name,
+                            srf_image **out_image);
+
+// Releases an image; views of it are gone.
+// image      NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_image_free(srf_image *image);
+
+// Size of an image.
+// image      not NULL
+// out_rows   NULL if not wanted
+// out_cols   NULL if not wanted
+// out_valid  receives the number of valid pixels; NULL if not wanted
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_size(const srf_image *image, size_t *out_rows, size_t *out_cols, size_t *out_valid);
+
+// Name of an image.
+// image      not NULL
+// out_name   receives a text that stays until the image is freed or changed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_name(const srf_image *image, const char **out_name);
+
+// How the pixels of an image see, and where its sensor stands.
+// image           not NULL
+// out_projection  NULL if not wanted
+// out_pose        receives world_from_sensor; NULL if not wanted
+// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_camera(const srf_image *image, srf_projection *out_projection, srf_pose *out_pose);
+
+// A view of the samples, row after row: 3 SRF_F32 a pixel for a grid, else one SRF_F64. NaN: an invalid pixel.
+// image        not NULL
+// out_samples  receives the view on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_samples(const srf_image *image,
+                             srf_array *out_samples);
+
+// Copies the measured points in the world, 3 doubles a pixel, row after row; NaN for an invalid pixel.
+// image        not NULL
+// out_points   room for 3 * rows * cols doubles; not NULL
+// capacity     that room, in doubles
+// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_world_points(const srf_image *image,
+                                  double *out_points,
+                                  size_t capacity);
+
+// The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene; NaN for an
+// invalid pixel of a grid.
+// image          not NULL
+// row, col       a pixel of the image
+// out_origin     room for 3 doubles; not NULL
+// out_direction  room for 3 doubles; not NULL
+// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_ray(const srf_image *image,
+                         size_t row,
+                         size_t col,
+                         double *out_origin,
+                         double *out_direction);
+
+// Places the sensor in the world. Views of the image are gone.
+// image              not NULL
+// world_from_sensor  a rotation and a translation; NULL for the identity
+// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_set_pose(srf_image *image, const srf_pose *world_from_sensor);
+
+// Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
+// image        not NULL
+// colours      4 SRF_U8 a pixel, sRGB with straight alpha
+// intensities  one SRF_F32 or SRF_F64 a pixel, in the sensor's own unit
+// confidences  one SRF_F32 or SRF_F64 a pixel, >= 0; without them they follow from the geometry
+// returns      SRF_OK, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_image_set_attributes(srf_image *image,
+                                    const srf_array *colours,
+                                    const srf_array *intensities,
+                                    const srf_array *confidences);
+
+// Views of what pixels have besides their samples; what an image does not have is empty.
+// image            not NULL
+// out_colours      4 SRF_U8 a pixel; NULL if not wanted
+// out_intensities  one SRF_F32 a pixel; NULL if not wanted
+// out_confidences  one SRF_F32 a pixel; NULL if not wanted
+// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_attributes(const srf_image *image,
+                                srf_array *out_colours,
+                                srf_array *out_intensities,
+                                srf_array *out_confidences);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_triangulate_params_init(srf_triangulate_params *params);
+
+// Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
+// range_row, range_col, confidence, and colour if the image has colours. O(pixels).
+// image      not NULL
+// params     NULL for the defaults
+// out_mesh   receives a new handle on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_image_triangulate(const srf_image *image,
+                                 const srf_triangulate_params *params,
+                                 srf_mesh **out_mesh);
+
+// The valid pixels of an image as points, with normals and the image's colours and place in the world.
+// image      not NULL
+// out_cloud  receives a new handle on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_to_cloud(const srf_image *image, srf_cloud **out_cloud);
+
+// Makes a cloud.
+// positions         3 SRF_F64 or SRF_F32 a point; not NULL
+// normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
+// colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
+// world_from_cloud  NULL for the identity
+// out_cloud         receives a new handle on SRF_OK only; not NULL
+// returns           SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_cloud_create(const srf_array *positions,
+                            const srf_array *normals,
+                            const srf_array *colours,
+                            const srf_pose *world_from_cloud,
+                            srf_cloud **out_cloud);
+
+// Releases a cloud; views of it are gone.
+// cloud      NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_cloud_free(srf_cloud *cloud);
+
+// Views of a cloud's arrays; those it does not have are empty.
+// cloud          not NULL
+// out_positions  3 SRF_F64 a point; NULL if not wanted
+// out_normals    3 SRF_F32 a point; NULL if not wanted
+// out_colours    4 SRF_U8 a point; NULL if not wanted
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_cloud_arrays(const srf_cloud *cloud,
+                            srf_array *out_positions,
+                            srf_array *out_normals,
+                            srf_array *out_colours);
+
+// Where a cloud stands in the world.
+// cloud      not NULL
+// out_pose   receives world_from_cloud on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_cloud_pose(const srf_cloud *cloud, srf_pose *out_pose);
+
+// Makes a mesh.
+// positions  3 SRF_F64 or SRF_F32 a vertex, finite, in any unit; not NULL
+// triangles  3 SRF_U32 or SRF_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
+// out_mesh   receives a new handle on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_mesh_create(const srf_array *positions,
+                           const srf_array *triangles,
+                           srf_mesh **out_mesh);
+
+// Releases a mesh; views of it are gone. A call that works with it on another thread goes on.
+// mesh       NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_mesh_free(srf_mesh *mesh);
+
+// A view of the coordinates: 3 SRF_F64 a vertex.
+// mesh           not NULL
+// out_positions  receives the view on SRF_OK only; not NULL
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_positions(const srf_mesh *mesh, srf_array *out_positions);
+
+// A view of the triangles: 3 SRF_U32 a triangle.
+// mesh           not NULL
+// out_triangles  receives the view on SRF_OK only; not NULL
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_triangles(const srf_mesh *mesh, srf_array *out_triangles);
+
+// Number of attributes.
+// mesh       not NULL
+// domain     a value of srf_domain
+// out_count  receives the number on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_attribute_count(const srf_mesh *mesh, uint32_t domain, size_t *out_count);
+
+// Name of an attribute. Names in use: colour, confidence, intensity, error (in the mesh's unit), range_row, range_col,
+// source_scan, interpolated (vertices that lie on no scan), hole_fill (triangles).
+// mesh       not NULL
+// domain     a value of srf_domain
+// index      less than srf_mesh_attribute_count()
+// out_name   receives a text that stays until the mesh is freed or changed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_attribute_name(const srf_mesh *mesh,
+                                   uint32_t domain,
+                                   size_t index,
+                                   const char **out_name);
+
+// A view of an attribute: one SRF_F32, SRF_I32 or SRF_U8 (a flag) or four SRF_U8 (a colour, sRGB with straight alpha) an
+// entry.
+// mesh       not NULL
+// domain     a value of srf_domain
+// name       not NULL
+// out_data   receives the view on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if there is none of that name, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_attribute(const srf_mesh *mesh,
+                              uint32_t domain,
+                              const char *name,
+                              srf_array *out_data);
+
+// Sets an attribute, in place of one of the same name if there is one. Views of the mesh are gone.
+// mesh       not NULL
+// domain     a value of srf_domain
+// name       not NULL, not empty
+// data       one entry a vertex or triangle of one of the types of srf_mesh_attribute(), copied; NULL removes the attribute
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_mesh_set_attribute(srf_mesh *mesh,
+                                  uint32_t domain,
+                                  const char *name,
+                                  const srf_array *data);
+
+// Prepares a struct for srf_mesh_check().
+// report     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_report_init(srf_mesh_report *report);
+
+// Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
+// mesh        not NULL
+// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
+// out_report  initialized by srf_mesh_report_init(); not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_mesh_check(const srf_mesh *mesh,
+                          uint32_t welded,
+                          srf_mesh_report *out_report);
+
+// Opens files of scans: single scans, or lists that place several. Formats are recognized by content. How the files were
+// understood goes to the log too.
+// paths       UTF-8; not NULL, nor is any of them
+// count       number of paths, at least 1
+// out_scans   receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_open(const char *const *paths,
+                          size_t count,
+                          srf_scans **out_scans);
+
+// Releases a set of scans.
+// scans      NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_scans_free(srf_scans *scans);
+
+// Number of scans, and of notes on how the files were understood.
+// scans      not NULL
+// out_scans  NULL if not wanted
+// out_notes  NULL if not wanted
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_count(const srf_scans *scans, size_t *out_scans, size_t *out_notes);
+
+// A note on how the files were understood.
+// scans      not NULL
+// index      less than the number of notes
+// out_note   receives a text that stays until the set is freed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_note(const srf_scans *scans, size_t index, const char **out_note);
+
+// Name and place of a scan.
+// scans      not NULL
+// index      less than the number of scans
+// out_name   receives a text that stays until the set is freed; NULL if not wanted
+// out_pose   receives world_from_sensor; NULL if not wanted
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_describe(const srf_scans *scans,
+                              size_t index,
+                              const char **out_name,
+                              srf_pose *out_pose);
+
+// Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
+// srf_scans_describe() places.
+// scans        not NULL
+// index        less than the number of scans
+// out_content  receives a value of srf_content: which of the three handles was made; not NULL
+// out_image    receives a new handle or NULL; not NULL
+// out_mesh     receives a new handle or NULL; not NULL
+// out_cloud    receives a new handle or NULL; not NULL
+// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_read(const srf_scans *scans,
+                          size_t index,
+                          uint32_t *out_content,
+                          srf_image **out_image,
+                          srf_mesh **out_mesh,
+                          srf_cloud **out_cloud);
+
+// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
+// mesh       not NULL
+// path       UTF-8; not NULL
+// encoding   a value of srf_encoding
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_write_ply(const srf_mesh *mesh,
+                              const char *path,
+                              uint32_t encoding,
+                              const srf_progress *progress);
+
+// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
+// mesh             not NULL
+// path             UTF-8; not NULL
+// name             of the node, UTF-8; NULL for "mesh"
+// metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
+// z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
+// progress         NULL for none
+// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_write_glb(const srf_mesh *mesh,
+                              const char *path,
+                              const char *name,
+                              double metres_per_unit,
+                              uint32_t z_up,
+                              const srf_progress *progress);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merge_params_init(srf_merge_params *params);
+
+// Prepares a struct for srf_merger_run().
+// report     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merge_report_init(srf_merge_report *report);
+
+// Begins a merge without scans.
+// out_merger  receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merger_create(srf_merger **out_merger);
+
+// Releases a merge; what was added to it stays.
+// merger     NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_merger_free(srf_merger *merger);
+
+// Adds a range image as it is now; it may be freed or changed afterwards.
+// merger     not NULL
+// image      not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merger_add_image(srf_merger *merger, const srf_image *image);
+
+// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
+// merger           not NULL
+// mesh             not NULL
+// world_from_mesh  places it; NULL for the identity
+// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
+// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merger_add_mesh(srf_merger *merger,
+                               const srf_mesh *mesh,
+                               const srf_pose *world_from_mesh,
+                               const char *name);
+
+// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
+// merger     not NULL
+// scans      not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_merger_add_scans(srf_merger *merger, const srf_scans *scans);
+
+// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
+// any number of threads and any order of adding. Vertex attributes: confidence, interpolated (on no scan exactly), source_scan
+// (the scan of largest weight by the order of names, -1 where interpolated), colour if every scan has colours; of triangles:
+// hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
+// merger      not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only; not NULL
+// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED,
+//             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_merger_run(const srf_merger *merger,
+                          const srf_merge_params *params,
+                          const srf_progress *progress,
+                          srf_mesh **out_mesh,
+                          srf_merge_report *out_report);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scan_params_init(srf_scan_params *params);
+
+// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. Where the mesh has the
+// vertex attribute colour, the image has colours.
+// mesh               not NULL
+// rows, cols         size of the image
+// projection         how pixels see, no grid; not NULL
+// world_from_sensor  where the sensor stands: a rotation and a translation; NULL for the identity
+// params             NULL for the defaults
+// progress           NULL for none
+// out_image          receives a new handle on SRF_OK only; not NULL
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//                    SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_scan_mesh(const srf_mesh *mesh,
+                         size_t rows,
+                         size_t cols,
+                         const srf_projection *projection,
+                         const srf_pose *world_from_sensor,
+                         const srf_scan_params *params,
+                         const srf_progress *progress,
+                         srf_image **out_image);
+
+// Prepares a struct for srf_mesh_distances().
+// distances  not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_distances_init(srf_distances *distances);
+
+// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
+// any number of threads.
+// mesh           with at least one triangle; not NULL
+// points         3 SRF_F64 or SRF_F32 a point, finite; not NULL
+// is_signed      1: distances behind the surface are negative; 0: all are positive
+// threads        at most 1024; 0 for the number of srf_set_threads()
+// progress       NULL for none
+// out_distances  room for a double a point; NULL if only the figures are wanted
+// out_figures    initialized by srf_distances_init(); NULL if not wanted
+// returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+//                Since 0.1.
+srf_status srf_mesh_distances(const srf_mesh *mesh,
+                              const srf_array *points,
+                              uint32_t is_signed,
+                              uint32_t threads,
+                              const srf_progress *progress,
+                              double *out_distances,
+                              srf_distances *out_figures);
 
 #ifdef __cplusplus
 }  // extern "C"

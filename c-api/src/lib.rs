@@ -4,7 +4,13 @@
 //! |---|---|
 //! | `version` | which library this is |
 //! | `status` | outcome of a call, and the text of the last error |
+//! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
+//! | `array`, `pose` | arrays and transforms across the border |
+//! | `image`, `cloud`, `mesh` | what there is |
+//! | `files`, `merge`, `scan`, `measure` | what can be done with it |
 //! | `guard` | no panic gets out: every entry runs inside it |
+//! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
+//! | `sized` | structs that grow only at the end |
 //! | `pointer` | pointers of the caller, checked and used in one place |
 //!
 //! `unsafe` blocks are in `pointer` alone; the lint is lifted for the whole crate because exporting a symbol counts as
@@ -14,7 +20,20 @@
 // The comments become the header's, where each argument's line is its contract.
 #![allow(clippy::missing_safety_doc)]
 
+mod array;
+mod cloud;
+mod files;
 mod guard;
+mod handle;
+mod image;
+mod measure;
+mod merge;
+mod mesh;
 mod pointer;
+mod pose;
+mod progress;
+mod scan;
+mod settings;
+mod sized;
 mod status;
 mod version;

@@ -29,12 +29,16 @@ pub enum srf_status {
     SRF_ERR_NULL = 7,
     /// A mistake of the library itself: please report it with the text.
     SRF_ERR_INTERNAL = 8,
+    /// A handle is of another kind than asked for, was freed or never was one.
+    SRF_ERR_HANDLE = 9,
+    /// The size a struct starts with is none this library can work with.
+    SRF_ERR_STRUCT_SIZE = 10,
 }
 
 use srf_status::*;
 
 /// Every status with its short text.
-const TEXTS: [(srf_status, &CStr); 9] = [
+const TEXTS: [(srf_status, &CStr); 11] = [
     (SRF_OK, c"ok"),
     (SRF_ERR_PARAMETER, c"parameter out of range"),
     (SRF_ERR_INPUT, c"unusable input"),
@@ -44,6 +48,8 @@ const TEXTS: [(srf_status, &CStr); 9] = [
     (SRF_ERR_CANCELLED, c"cancelled"),
     (SRF_ERR_NULL, c"a pointer is NULL that must not be"),
     (SRF_ERR_INTERNAL, c"internal error"),
+    (SRF_ERR_HANDLE, c"not a handle of the kind asked for"),
+    (SRF_ERR_STRUCT_SIZE, c"unknown size of a struct"),
 ];
 
 /// Why a call failed.

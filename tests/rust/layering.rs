@@ -29,7 +29,10 @@ const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
     "blender-addon/python/src/arrays.rs",
     "rust-core/tests/import_memory.rs",
-    "tests/rust/c_library.rs",
+    "tests/rust/c/calls.rs",
+    "tests/rust/c/header.rs",
+    "tests/rust/c/library.rs",
+    "tests/rust/c/structs.rs",
 ];
 
 fn root() -> PathBuf {

@@ -1,0 +1,533 @@
+// surfrecon for C++17: thin owners of the handles of surfrecon.h, exceptions instead of status codes, lambdas for progress.
+//
+// Each class owns one handle, frees it, can be moved and not copied; `get()` is the handle for the functions of surfrecon.h,
+// which remain the manual. A call that fails throws surfrecon::Error (surfrecon::Cancelled for a cancelled one); what a
+// progress function throws comes out of the call it was handed to, which then is cancelled.
+
+#ifndef SURFRECON_HPP
+#define SURFRECON_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "surfrecon.h"
+
+namespace surfrecon {
+
+// What went wrong: what() names the thing and the remedy, status() is the number.
+class Error : public std::runtime_error {
+public:
+    Error(srf_status status, const std::string &text) : std::runtime_error(text), status_(status) {}
+    srf_status status() const noexcept { return status_; }
+
+private:
+    srf_status status_;
+};
+
+// The caller cancelled; nothing was left behind.
+class Cancelled : public Error {
+public:
+    using Error::Error;
+};
+
+// Throws unless `status` is SRF_OK.
+inline void check(srf_status status)
+{
+    if (status == SRF_OK) return;
+    const std::string text = srf_last_error_message();
+    if (status == SRF_ERR_CANCELLED) throw Cancelled(status, text);
+    throw Error(status, text);
+}
+
+// A view of `size()` elements of `N` numbers of type T each, without gaps; stays as long as what it is a view of.
+template <typename T, std::size_t N = 1>
+class View {
+public:
+    View() = default;
+    View(const T *data, std::size_t size) : data_(data), size_(size) {}
+    explicit View(const srf_array &array) : data_(static_cast<const T *>(array.data)), size_(array.count) {}
+    std::size_t size() const noexcept { return size_; }
+    bool empty() const noexcept { return size_ == 0; }
+    // The numbers of all elements, one after the other.
+    const T *data() const noexcept { return data_; }
+    // The numbers of an element.
+    const T *operator[](std::size_t i) const noexcept { return data_ + N * i; }
+    // As the functions of surfrecon.h take it.
+    srf_array array() const noexcept;
+
+private:
+    const T *data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+namespace detail {
+
+template <typename T>
+struct TypeOf;
+template <>
+struct TypeOf<float> { static constexpr std::uint32_t value = SRF_F32; };
+template <>
+struct TypeOf<double> { static constexpr std::uint32_t value = SRF_F64; };
+template <>
+struct TypeOf<std::int32_t> { static constexpr std::uint32_t value = SRF_I32; };
+template <>
+struct TypeOf<std::uint32_t> { static constexpr std::uint32_t value = SRF_U32; };
+template <>
+struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_U8; };
+
+template <typename T>
+srf_array array_of(const T *data, std::size_t count, std::uint32_t components)
+{
+    return srf_array{data, count, 0, TypeOf<T>::value, components};
+}
+
+// A handle that is freed when its owner goes.
+template <typename H, srf_status (*Free)(H *)>
+class Handle {
+public:
+    Handle() = default;
+    explicit Handle(H *handle) : handle_(handle) {}
+    H *get() const noexcept { return handle_.get(); }
+    explicit operator bool() const noexcept { return static_cast<bool>(handle_); }
+
+private:
+    struct Deleter {
+        void operator()(H *handle) const noexcept { Free(handle); }
+    };
+    std::unique_ptr<H, Deleter> handle_;
+};
+
+}  // namespace detail
+
+template <typename T, std::size_t N>
+srf_array View<T, N>::array() const noexcept
+{
+    return detail::array_of(data_, size_, static_cast<std::uint32_t>(N));
+}
+
+// Where a long call stands.
+struct Tick {
+    std::string_view stage;    // what is being done, for people
+    double fraction;           // share of the whole call that is done, 0 to 1
+    std::string_view message;  // both as one line
+};
+
+// Asked about every 30 ms on the calling thread: true goes on, false cancels. May throw.
+using ProgressFunction = std::function<bool(const Tick &)>;
+
+namespace detail {
+
+// Hands progress to a function of C++, and what that throws past the C library.
+class Watcher {
+public:
+    explicit Watcher(const ProgressFunction &function) : function_(function), progress_{&Watcher::report, this} {}
+    Watcher(const Watcher &) = delete;
+    Watcher &operator=(const Watcher &) = delete;
+    const srf_progress *get() const noexcept { return function_ ? &progress_ : nullptr; }
+    void check(srf_status status) const
+    {
+        if (thrown_) std::rethrow_exception(thrown_);
+        surfrecon::check(status);
+    }
+
+private:
+    static std::int32_t report(const char *stage, double fraction, const char *message, void *user)
+    {
+        auto &self = *static_cast<Watcher *>(user);
+        try {
+            return self.function_(Tick{stage, fraction, message}) ? 0 : 1;
+        } catch (...) {
+            self.thrown_ = std::current_exception();
+            return 1;
+        }
+    }
+
+    const ProgressFunction &function_;
+    srf_progress progress_;
+    std::exception_ptr thrown_;
+};
+
+}  // namespace detail
+
+// Version of the loaded library.
+inline std::string version() { return srf_version(); }
+
+// Worker threads of calls whose parameters say 0; 0 for one a core.
+inline void set_threads(std::uint32_t threads) { check(srf_set_threads(threads)); }
+
+// Places a frame in another; the identity unless changed.
+struct Pose : srf_pose {
+    Pose() : srf_pose{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}} {}
+    Pose(const srf_pose &pose) : srf_pose(pose) {}
+};
+
+// Parameters with their defaults.
+struct MergeParams : srf_merge_params {
+    MergeParams() { check(srf_merge_params_init(this)); }
+};
+struct TriangulateParams : srf_triangulate_params {
+    TriangulateParams() { check(srf_triangulate_params_init(this)); }
+};
+struct ScanParams : srf_scan_params {
+    ScanParams() { check(srf_scan_params_init(this)); }
+};
+
+// Figures over many distances.
+struct Distances : srf_distances {
+    Distances() { check(srf_distances_init(this)); }
+};
+
+// A triangle mesh.
+class Mesh : public detail::Handle<srf_mesh, srf_mesh_free> {
+public:
+    using Handle::Handle;
+
+    // Three coordinates a vertex, three indices a triangle.
+    template <typename Real>
+    static Mesh create(View<Real, 3> positions, View<std::uint32_t, 3> triangles)
+    {
+        const srf_array p = positions.array(), t = triangles.array();
+        srf_mesh *mesh = nullptr;
+        check(srf_mesh_create(&p, &t, &mesh));
+        return Mesh(mesh);
+    }
+
+    View<double, 3> positions() const
+    {
+        srf_array view{};
+        check(srf_mesh_positions(get(), &view));
+        return View<double, 3>(view);
+    }
+
+    View<std::uint32_t, 3> triangles() const
+    {
+        srf_array view{};
+        check(srf_mesh_triangles(get(), &view));
+        return View<std::uint32_t, 3>(view);
+    }
+
+    // Names of the attributes of the vertices or of the triangles.
+    std::vector<std::string> attributes(srf_domain domain) const
+    {
+        std::size_t count = 0;
+        check(srf_mesh_attribute_count(get(), domain, &count));
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < count; ++i) {
+            const char *name = nullptr;
+            check(srf_mesh_attribute_name(get(), domain, i, &name));
+            names.emplace_back(name);
+        }
+        return names;
+    }
+
+    // A view of an attribute; throws unless it has N numbers of type T an entry.
+    template <typename T, std::size_t N = 1>
+    View<T, N> attribute(srf_domain domain, const std::string &name) const
+    {
+        srf_array view{};
+        check(srf_mesh_attribute(get(), domain, name.c_str(), &view));
+        if (view.type != detail::TypeOf<T>::value || view.components != N) {
+            throw Error(SRF_ERR_INPUT, "attribute " + name + " is of another type");
+        }
+        return View<T, N>(view);
+    }
+
+    // Sets an attribute; views of the mesh are gone.
+    template <typename T, std::size_t N>
+    void set_attribute(srf_domain domain, const std::string &name, View<T, N> entries)
+    {
+        const srf_array array = entries.array();
+        check(srf_mesh_set_attribute(get(), domain, name.c_str(), &array));
+    }
+
+    // Is it what a surface must be, and what is its topology?
+    srf_mesh_report report(bool welded = false) const
+    {
+        srf_mesh_report report{};
+        check(srf_mesh_report_init(&report));
+        check(srf_mesh_check(get(), welded ? 1 : 0, &report));
+        return report;
+    }
+
+    // Exact distances of points to the mesh; `out`, if given, has room for one a point.
+    template <typename Real>
+    Distances distances(View<Real, 3> points, double *out = nullptr, bool is_signed = false,
+                        const ProgressFunction &progress = {}) const
+    {
+        const srf_array array = points.array();
+        Distances figures;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_distances(get(), &array, is_signed ? 1 : 0, 0, watcher.get(), out, &figures));
+        return figures;
+    }
+
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_BINARY, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write_ply(get(), path.c_str(), encoding, watcher.get()));
+    }
+
+    void write_glb(const std::string &path, double metres_per_unit, bool z_up = false, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write_glb(get(), path.c_str(), nullptr, metres_per_unit, z_up ? 1 : 0, watcher.get()));
+    }
+};
+
+// Scattered points.
+class Cloud : public detail::Handle<srf_cloud, srf_cloud_free> {
+public:
+    using Handle::Handle;
+
+    template <typename Real>
+    static Cloud create(View<Real, 3> positions)
+    {
+        const srf_array array = positions.array();
+        srf_cloud *cloud = nullptr;
+        check(srf_cloud_create(&array, nullptr, nullptr, nullptr, &cloud));
+        return Cloud(cloud);
+    }
+
+    View<double, 3> positions() const
+    {
+        srf_array view{};
+        check(srf_cloud_arrays(get(), &view, nullptr, nullptr));
+        return View<double, 3>(view);
+    }
+
+    View<float, 3> normals() const
+    {
+        srf_array view{};
+        check(srf_cloud_arrays(get(), nullptr, &view, nullptr));
+        return View<float, 3>(view);
+    }
+
+    View<std::uint8_t, 4> colours() const
+    {
+        srf_array view{};
+        check(srf_cloud_arrays(get(), nullptr, nullptr, &view));
+        return View<std::uint8_t, 4>(view);
+    }
+
+    Pose pose() const
+    {
+        Pose pose;
+        check(srf_cloud_pose(get(), &pose));
+        return pose;
+    }
+};
+
+// A range image.
+class Image : public detail::Handle<srf_image, srf_image_free> {
+public:
+    using Handle::Handle;
+
+    // One value a pixel, row after row.
+    template <typename Real>
+    static Image create(std::size_t rows, std::size_t cols, const srf_projection &projection, View<Real> values,
+                        const Pose &world_from_sensor = {}, const std::string &name = {})
+    {
+        return make(rows, cols, projection, values.array(), world_from_sensor, name);
+    }
+
+    // One point a pixel, row after row.
+    template <typename Real>
+    static Image create(std::size_t rows, std::size_t cols, const srf_projection &projection, View<Real, 3> points,
+                        const Pose &world_from_sensor = {}, const std::string &name = {})
+    {
+        return make(rows, cols, projection, points.array(), world_from_sensor, name);
+    }
+
+    // Scans a mesh virtually.
+    static Image scan(const Mesh &mesh, std::size_t rows, std::size_t cols, const srf_projection &projection,
+                      const Pose &world_from_sensor, const ScanParams &params = {}, const ProgressFunction &progress = {})
+    {
+        srf_image *image = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_scan_mesh(mesh.get(), rows, cols, &projection, &world_from_sensor, &params, watcher.get(), &image));
+        return Image(image);
+    }
+
+    std::size_t rows() const { return size()[0]; }
+    std::size_t cols() const { return size()[1]; }
+    // Number of valid pixels.
+    std::size_t valid() const { return size()[2]; }
+
+    std::string name() const
+    {
+        const char *name = nullptr;
+        check(srf_image_name(get(), &name));
+        return name;
+    }
+
+    srf_projection projection() const
+    {
+        srf_projection projection{};
+        check(srf_image_camera(get(), &projection, nullptr));
+        return projection;
+    }
+
+    Pose pose() const
+    {
+        Pose pose;
+        check(srf_image_camera(get(), nullptr, &pose));
+        return pose;
+    }
+
+    void set_pose(const Pose &world_from_sensor) { check(srf_image_set_pose(get(), &world_from_sensor)); }
+
+    // Three doubles a pixel, NaN for an invalid one.
+    std::vector<double> world_points() const
+    {
+        const auto [rows, cols, valid] = size();
+        std::vector<double> points(3 * rows * cols);
+        check(srf_image_world_points(get(), points.data(), points.size()));
+        return points;
+    }
+
+    Mesh triangulate(const TriangulateParams &params = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        check(srf_image_triangulate(get(), &params, &mesh));
+        return Mesh(mesh);
+    }
+
+    Cloud to_cloud() const
+    {
+        srf_cloud *cloud = nullptr;
+        check(srf_image_to_cloud(get(), &cloud));
+        return Cloud(cloud);
+    }
+
+private:
+    static Image make(std::size_t rows, std::size_t cols, const srf_projection &projection, const srf_array &samples,
+                      const Pose &world_from_sensor, const std::string &name)
+    {
+        srf_image *image = nullptr;
+        check(srf_image_create(rows, cols, &projection, &samples, &world_from_sensor, name.c_str(), &image));
+        return Image(image);
+    }
+
+    std::array<std::size_t, 3> size() const
+    {
+        std::array<std::size_t, 3> size{};
+        check(srf_image_size(get(), &size[0], &size[1], &size[2]));
+        return size;
+    }
+};
+
+// Scans of files, opened and not read.
+class Scans : public detail::Handle<srf_scans, srf_scans_free> {
+public:
+    using Handle::Handle;
+
+    static Scans open(const std::vector<std::string> &paths)
+    {
+        std::vector<const char *> pointers;
+        for (const std::string &path : paths) pointers.push_back(path.c_str());
+        srf_scans *scans = nullptr;
+        check(srf_scans_open(pointers.data(), pointers.size(), &scans));
+        return Scans(scans);
+    }
+
+    std::size_t size() const
+    {
+        std::size_t count = 0;
+        check(srf_scans_count(get(), &count, nullptr));
+        return count;
+    }
+
+    std::string name(std::size_t index) const
+    {
+        const char *name = nullptr;
+        check(srf_scans_describe(get(), index, &name, nullptr));
+        return name;
+    }
+
+    Pose pose(std::size_t index) const
+    {
+        Pose pose;
+        check(srf_scans_describe(get(), index, nullptr, &pose));
+        return pose;
+    }
+
+    // How the files were understood.
+    std::vector<std::string> notes() const
+    {
+        std::size_t count = 0;
+        check(srf_scans_count(get(), nullptr, &count));
+        std::vector<std::string> notes;
+        for (std::size_t i = 0; i < count; ++i) {
+            const char *note = nullptr;
+            check(srf_scans_note(get(), i, &note));
+            notes.emplace_back(note);
+        }
+        return notes;
+    }
+
+    // What a scan holds; one of the three is there.
+    struct Content {
+        Image image;
+        Mesh mesh;
+        Cloud cloud;
+    };
+
+    Content read(std::size_t index) const
+    {
+        std::uint32_t content = 0;
+        srf_image *image = nullptr;
+        srf_mesh *mesh = nullptr;
+        srf_cloud *cloud = nullptr;
+        check(srf_scans_read(get(), index, &content, &image, &mesh, &cloud));
+        return Content{Image(image), Mesh(mesh), Cloud(cloud)};
+    }
+};
+
+// A merge being put together.
+class Merger : public detail::Handle<srf_merger, srf_merger_free> {
+public:
+    Merger() : Handle(make()) {}
+
+    void add(const Image &image) { check(srf_merger_add_image(get(), image.get())); }
+    void add(const Scans &scans) { check(srf_merger_add_scans(get(), scans.get())); }
+    void add(const Mesh &mesh, const std::string &name, const Pose &world_from_mesh = {})
+    {
+        check(srf_merger_add_mesh(get(), mesh.get(), &world_from_mesh, name.c_str()));
+    }
+
+    struct Result {
+        Mesh mesh;
+        srf_merge_report report;
+    };
+
+    Result run(const MergeParams &params = {}, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        srf_merge_report report{};
+        check(srf_merge_report_init(&report));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
+        return Result{Mesh(mesh), report};
+    }
+
+private:
+    static srf_merger *make()
+    {
+        srf_merger *merger = nullptr;
+        check(srf_merger_create(&merger));
+        return merger;
+    }
+};
+
+}  // namespace surfrecon
+
+#endif

@@ -1,0 +1,249 @@
+//! Arrays across the border: borrowed ones in, views of our own out.
+
+use std::ffi::c_void;
+
+use bytemuck::{AnyBitPattern, NoUninit};
+use glam::DVec3;
+use surfrecon::mesh::AttributeData;
+
+use crate::pointer;
+use crate::status::{Failure, srf_status::*};
+
+/// Type of the numbers of an array.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_type {
+    /// float
+    SRF_F32 = 1,
+    /// double
+    SRF_F64 = 2,
+    /// int32_t
+    SRF_I32 = 3,
+    /// uint32_t
+    SRF_U32 = 4,
+    /// uint8_t
+    SRF_U8 = 5,
+}
+
+use srf_type::*;
+
+/// An array of `count` elements of `components` numbers each.
+///
+/// Handed in it is borrowed for the call and copied. Handed out it is a view that copies nothing: it stays until the handle
+/// it came from is freed or changed, and must not be written to.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct srf_array {
+    /// The first number of the first element; may be NULL if count is 0. Needs no alignment.
+    pub data: *const c_void,
+    /// Number of elements.
+    pub count: usize,
+    /// Bytes from one element to the next; 0 for elements without gaps. At least the size of an element.
+    pub stride: usize,
+    /// A value of srf_type.
+    pub r#type: u32,
+    /// Numbers an element: 3 for points and triangles, 4 for colours, 1 for plain values.
+    pub components: u32,
+}
+
+fn size_of_type(name: &str, type_: u32) -> Result<usize, Failure> {
+    match type_ {
+        t if t == SRF_F32 as u32 || t == SRF_I32 as u32 || t == SRF_U32 as u32 => Ok(4),
+        t if t == SRF_F64 as u32 => Ok(8),
+        t if t == SRF_U8 as u32 => Ok(1),
+        other => {
+            Err(Failure::new(SRF_ERR_INPUT, format!("{name}: type must be a value of srf_type, 1 to 5, got {other}")))
+        }
+    }
+}
+
+fn name_of_type(type_: u32) -> &'static str {
+    match type_ {
+        1 => "SRF_F32",
+        2 => "SRF_F64",
+        3 => "SRF_I32",
+        4 => "SRF_U32",
+        _ => "SRF_U8",
+    }
+}
+
+/// A borrowed array whose extent is checked.
+pub struct Borrowed<'a> {
+    name: &'a str,
+    bytes: &'a [u8],
+    count: usize,
+    stride: usize,
+    type_: u32,
+}
+
+impl<'a> Borrowed<'a> {
+    /// Takes an array of elements of `components` numbers.
+    pub fn new(name: &'a str, array: *const srf_array, components: u32) -> Result<Self, Failure> {
+        let array = pointer::read_struct(array)
+            .ok_or_else(|| Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")))?;
+        let wrong = |text: String| Failure::new(SRF_ERR_INPUT, format!("{name}: {text}"));
+        let size = size_of_type(name, array.r#type)? * components as usize;
+        if array.components != components {
+            return Err(wrong(format!("components must be {components}, got {}", array.components)));
+        }
+        let stride = if array.stride == 0 { size } else { array.stride };
+        if stride < size {
+            return Err(wrong(format!("a stride of {stride} bytes is less than the {size} bytes of an element")));
+        }
+        let length = match array.count {
+            0 => Some(0),
+            n => (n - 1).checked_mul(stride).and_then(|bytes| bytes.checked_add(size)),
+        };
+        let length = length.ok_or_else(|| wrong(format!("{} elements are more than there can be", array.count)))?;
+        let bytes = pointer::bytes(&format!("{name}.data"), array.data.cast(), length)?;
+        Ok(Borrowed { name, bytes, count: array.count, stride, type_: array.r#type })
+    }
+
+    /// Like [`Borrowed::new`], `None` for NULL.
+    pub fn optional(name: &'a str, array: *const srf_array, components: u32) -> Result<Option<Self>, Failure> {
+        if array.is_null() { Ok(None) } else { Self::new(name, array, components).map(Some) }
+    }
+
+    fn wrong_type(&self, wanted: &str) -> Failure {
+        let got = name_of_type(self.type_);
+        Failure::new(SRF_ERR_INPUT, format!("{}: type must be {wanted}, got {got}", self.name))
+    }
+
+    fn collect<T: AnyBitPattern, R>(&self, convert: impl Fn(T) -> R) -> Result<Vec<R>, Failure> {
+        let mut all = Vec::new();
+        all.try_reserve_exact(self.count).map_err(|_| {
+            Failure::new(
+                SRF_ERR_OUT_OF_MEMORY,
+                format!("not enough memory for the {} elements of {}", self.count, self.name),
+            )
+        })?;
+        let size = size_of::<T>();
+        all.extend((0..self.count).map(|i| {
+            let at = i * self.stride;
+            convert(bytemuck::pod_read_unaligned(&self.bytes[at..at + size]))
+        }));
+        Ok(all)
+    }
+
+    /// Points as doubles.
+    pub fn points(&self) -> Result<Vec<DVec3>, Failure> {
+        match self.type_ {
+            t if t == SRF_F64 as u32 => self.collect(|p: [f64; 3]| DVec3::from_array(p)),
+            t if t == SRF_F32 as u32 => self.collect(|p: [f32; 3]| DVec3::from_array(p.map(f64::from))),
+            _ => Err(self.wrong_type("SRF_F64 or SRF_F32")),
+        }
+    }
+
+    /// Points as floats.
+    pub fn points_f32(&self) -> Result<Vec<[f32; 3]>, Failure> {
+        match self.type_ {
+            t if t == SRF_F32 as u32 => self.collect(|p: [f32; 3]| p),
+            t if t == SRF_F64 as u32 => self.collect(|p: [f64; 3]| p.map(|x| x as f32)),
+            _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
+        }
+    }
+
+    /// Plain values as doubles.
+    pub fn values(&self) -> Result<Vec<f64>, Failure> {
+        match self.type_ {
+            t if t == SRF_F64 as u32 => self.collect(|x: [f64; 1]| x[0]),
+            t if t == SRF_F32 as u32 => self.collect(|x: [f32; 1]| f64::from(x[0])),
+            _ => Err(self.wrong_type("SRF_F64 or SRF_F32")),
+        }
+    }
+
+    /// Plain values as floats.
+    pub fn values_f32(&self) -> Result<Vec<f32>, Failure> {
+        match self.type_ {
+            t if t == SRF_F32 as u32 => self.collect(|x: [f32; 1]| x[0]),
+            t if t == SRF_F64 as u32 => self.collect(|x: [f64; 1]| x[0] as f32),
+            _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
+        }
+    }
+
+    /// Triples of vertices.
+    pub fn triangles(&self) -> Result<Vec<[u32; 3]>, Failure> {
+        match self.type_ {
+            t if t == SRF_U32 as u32 => self.collect(|t: [u32; 3]| t),
+            // A negative index becomes one that no mesh has, and is refused as out of range.
+            t if t == SRF_I32 as u32 => self.collect(|t: [i32; 3]| t.map(|v| u32::try_from(v).unwrap_or(u32::MAX))),
+            _ => Err(self.wrong_type("SRF_U32 or SRF_I32")),
+        }
+    }
+
+    /// Colours.
+    pub fn colours(&self) -> Result<Vec<[u8; 4]>, Failure> {
+        match self.type_ {
+            t if t == SRF_U8 as u32 => self.collect(|c: [u8; 4]| c),
+            _ => Err(self.wrong_type("SRF_U8")),
+        }
+    }
+
+    /// The entries of an attribute, by type and components: floats, integers, flags (one byte), colours (four bytes).
+    pub fn attribute(array: *const srf_array, name: &'a str) -> Result<AttributeData, Failure> {
+        let given = pointer::read_struct(array)
+            .ok_or_else(|| Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")))?;
+        let borrowed = Borrowed::new(name, array, given.components)?;
+        match (given.r#type, given.components) {
+            (t, 1) if t == SRF_F32 as u32 || t == SRF_F64 as u32 => Ok(AttributeData::F32(borrowed.values_f32()?)),
+            (t, 1) if t == SRF_I32 as u32 => Ok(AttributeData::I32(borrowed.collect(|x: [i32; 1]| x[0])?)),
+            (t, 1) if t == SRF_U8 as u32 => Ok(AttributeData::Bool(borrowed.collect(|x: [u8; 1]| x[0] != 0)?)),
+            (t, 4) if t == SRF_U8 as u32 => Ok(AttributeData::Colour(borrowed.colours()?)),
+            (t, n) => Err(Failure::new(
+                SRF_ERR_INPUT,
+                format!(
+                    "{name}: an attribute has one SRF_F32, SRF_I32 or SRF_U8 (a flag) or four SRF_U8 (a colour) an element, got {n} {}",
+                    name_of_type(t)
+                ),
+            )),
+        }
+    }
+}
+
+/// A view of a slice of ours.
+fn view<T: NoUninit>(values: &[T], type_: srf_type, components: u32) -> srf_array {
+    let data = if values.is_empty() { std::ptr::null() } else { values.as_ptr().cast() };
+    srf_array { data, count: values.len(), stride: size_of::<T>(), r#type: type_ as u32, components }
+}
+
+/// A view of points.
+pub fn points(values: &[DVec3]) -> srf_array {
+    view(bytemuck::cast_slice::<DVec3, [f64; 3]>(values), SRF_F64, 3)
+}
+
+/// A view of triples of floats.
+pub fn points_f32(values: &[[f32; 3]]) -> srf_array {
+    view(values, SRF_F32, 3)
+}
+
+/// A view of doubles.
+pub fn values(values: &[f64]) -> srf_array {
+    view(values, SRF_F64, 1)
+}
+
+/// A view of floats.
+pub fn values_f32(values: &[f32]) -> srf_array {
+    view(values, SRF_F32, 1)
+}
+
+/// A view of triangles.
+pub fn triangles(values: &[[u32; 3]]) -> srf_array {
+    view(values, SRF_U32, 3)
+}
+
+/// A view of colours.
+pub fn colours(values: &[[u8; 4]]) -> srf_array {
+    view(values, SRF_U8, 4)
+}
+
+/// A view of an attribute.
+pub fn attribute(data: &AttributeData) -> srf_array {
+    match data {
+        AttributeData::F32(v) => view(v, SRF_F32, 1),
+        AttributeData::I32(v) => view(v, SRF_I32, 1),
+        AttributeData::Bool(v) => view(v, SRF_U8, 1),
+        AttributeData::Colour(v) => view(v, SRF_U8, 4),
+    }
+}

@@ -1,0 +1,279 @@
+//! Reading and writing files.
+
+use std::ffi::{CString, c_char};
+use std::path::Path;
+
+use surfrecon::export::{self, GlbNode, GlbOptions, PlyEncoding, PlyOptions, PositionType, Up};
+use surfrecon::import::{self, Content, ScanSet};
+
+use crate::cloud::srf_cloud;
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::image::srf_image;
+use crate::mesh::srf_mesh;
+use crate::pointer;
+use crate::pose::{self, srf_pose};
+use crate::progress::{srf_progress, watched};
+use crate::settings::{srf_log_level::SRF_LOG_INFO, tell};
+use crate::status::{Failure, srf_status, srf_status::*};
+
+/// Scans opened together, with texts as C wants them.
+pub struct Scans {
+    pub set: ScanSet,
+    names: Vec<CString>,
+    notes: Vec<CString>,
+}
+
+/// Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
+/// srf_scans_free().
+#[allow(non_camel_case_types)]
+pub struct srf_scans {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_scans, Scans);
+
+/// What a scan holds.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_content {
+    /// A srf_image.
+    SRF_CONTENT_IMAGE = 1,
+    /// A srf_mesh.
+    SRF_CONTENT_MESH = 2,
+    /// A srf_cloud.
+    SRF_CONTENT_CLOUD = 3,
+}
+
+fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure> {
+    let path = pointer::text(name, path)?;
+    if path.is_empty() {
+        return Err(Failure::new(SRF_ERR_INPUT, format!("{name} must not be empty")));
+    }
+    Ok(Path::new(path))
+}
+
+/// Opens files of scans: single scans, or lists that place several. Formats are recognized by content. How the files were
+/// understood goes to the log too.
+/// paths       UTF-8; not NULL, nor is any of them
+/// count       number of paths, at least 1
+/// out_scans   receives a new handle on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_open(
+    paths: *const *const c_char,
+    count: usize,
+    out_scans: *mut *mut srf_scans,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_scans", out_scans)?;
+        let pointers = pointer::pointers("paths", paths, count)?;
+        let paths = pointers
+            .into_iter()
+            .enumerate()
+            .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
+            .collect::<Result<Vec<_>, Failure>>()?;
+        let set = import::open_many(&paths)?;
+        set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
+        let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
+        let names = set.scans.iter().map(|scan| text(&scan.name)).collect();
+        let notes = set.notes.iter().map(text).collect();
+        handle::give("out_scans", out_scans, Scans { set, names, notes })
+    })
+}
+
+/// Releases a set of scans.
+/// scans      NULL does nothing
+/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_free(scans: *mut srf_scans) -> srf_status {
+    guard(|| handle::free("scans", scans))
+}
+
+/// Number of scans, and of notes on how the files were understood.
+/// scans      not NULL
+/// out_scans  NULL if not wanted
+/// out_notes  NULL if not wanted
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_count(
+    scans: *const srf_scans,
+    out_scans: *mut usize,
+    out_notes: *mut usize,
+) -> srf_status {
+    guard(|| {
+        let scans = handle::get("scans", scans)?;
+        let give = |name, out: *mut usize, value| if out.is_null() { Ok(()) } else { pointer::write(name, out, value) };
+        give("out_scans", out_scans, scans.names.len())?;
+        give("out_notes", out_notes, scans.notes.len())
+    })
+}
+
+fn at<T>(all: &[T], index: usize) -> Result<&T, Failure> {
+    let refused = || Failure::new(SRF_ERR_PARAMETER, format!("index must be < {}, got {index}", all.len()));
+    all.get(index).ok_or_else(refused)
+}
+
+/// A note on how the files were understood.
+/// scans      not NULL
+/// index      less than the number of notes
+/// out_note   receives a text that stays until the set is freed, on SRF_OK only; not NULL
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_note(
+    scans: *const srf_scans,
+    index: usize,
+    out_note: *mut *const c_char,
+) -> srf_status {
+    guard(|| pointer::write("out_note", out_note, at(&handle::get("scans", scans)?.notes, index)?.as_ptr()))
+}
+
+/// Name and place of a scan.
+/// scans      not NULL
+/// index      less than the number of scans
+/// out_name   receives a text that stays until the set is freed; NULL if not wanted
+/// out_pose   receives world_from_sensor; NULL if not wanted
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_describe(
+    scans: *const srf_scans,
+    index: usize,
+    out_name: *mut *const c_char,
+    out_pose: *mut srf_pose,
+) -> srf_status {
+    guard(|| {
+        let scans = handle::get("scans", scans)?;
+        let scan = at(&scans.set.scans, index)?;
+        if !out_name.is_null() {
+            pointer::write("out_name", out_name, scans.names[index].as_ptr())?;
+        }
+        if out_pose.is_null() {
+            Ok(())
+        } else {
+            pointer::write("out_pose", out_pose, pose::pose(scan.world_from_sensor))
+        }
+    })
+}
+
+/// Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
+/// srf_scans_describe() places.
+/// scans        not NULL
+/// index        less than the number of scans
+/// out_content  receives a value of srf_content: which of the three handles was made; not NULL
+/// out_image    receives a new handle or NULL; not NULL
+/// out_mesh     receives a new handle or NULL; not NULL
+/// out_cloud    receives a new handle or NULL; not NULL
+/// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_read(
+    scans: *const srf_scans,
+    index: usize,
+    out_content: *mut u32,
+    out_image: *mut *mut srf_image,
+    out_mesh: *mut *mut srf_mesh,
+    out_cloud: *mut *mut srf_cloud,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_content", out_content)?;
+        pointer::writable("out_image", out_image)?;
+        pointer::writable("out_mesh", out_mesh)?;
+        pointer::writable("out_cloud", out_cloud)?;
+        let scans = handle::get("scans", scans)?;
+        let content = at(&scans.set.scans, index)?.read()?;
+        pointer::write("out_image", out_image, std::ptr::null_mut())?;
+        pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
+        pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;
+        let kind = match content {
+            Content::RangeImage(image) => {
+                handle::give("out_image", out_image, image.into())?;
+                srf_content::SRF_CONTENT_IMAGE
+            }
+            Content::Mesh(mesh) => {
+                handle::give("out_mesh", out_mesh, mesh.into())?;
+                srf_content::SRF_CONTENT_MESH
+            }
+            Content::Points(cloud) => {
+                handle::give("out_cloud", out_cloud, cloud)?;
+                srf_content::SRF_CONTENT_CLOUD
+            }
+        };
+        pointer::write("out_content", out_content, kind as u32)
+    })
+}
+
+/// How the numbers of a file are written.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_encoding {
+    /// Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
+    SRF_BINARY = 1,
+    /// Binary, coordinates in double precision.
+    SRF_BINARY_DOUBLE = 2,
+    /// Text, coordinates as in SRF_BINARY.
+    SRF_ASCII = 3,
+}
+
+fn ply_options(encoding: u32) -> Result<PlyOptions, Failure> {
+    let (encoding, positions) = match encoding {
+        e if e == srf_encoding::SRF_BINARY as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Auto),
+        e if e == srf_encoding::SRF_BINARY_DOUBLE as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
+        e if e == srf_encoding::SRF_ASCII as u32 => (PlyEncoding::Ascii, PositionType::Auto),
+        other => {
+            let text = format!("encoding must be a value of srf_encoding, 1 to 3, got {other}");
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+    };
+    Ok(PlyOptions { encoding, positions })
+}
+
+/// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
+/// mesh       not NULL
+/// path       UTF-8; not NULL
+/// encoding   a value of srf_encoding
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_ply(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    encoding: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        Ok(export::write_ply(path, &mesh.mesh, ply_options(encoding)?, &watched(progress))?)
+    })
+}
+
+/// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
+/// mesh             not NULL
+/// path             UTF-8; not NULL
+/// name             of the node, UTF-8; NULL for "mesh"
+/// metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
+/// z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
+/// progress         NULL for none
+/// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_glb(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    name: *const c_char,
+    metres_per_unit: f64,
+    z_up: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
+        let up = match z_up {
+            0 => Up::Y,
+            1 => Up::Z,
+            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
+        };
+        let node = GlbNode { name, mesh: &mesh.mesh, world_from_mesh: glam::DAffine3::IDENTITY };
+        let options = GlbOptions { up, metres_per_unit };
+        Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
+    })
+}

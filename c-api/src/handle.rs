@@ -1,0 +1,99 @@
+//! Handles: what the caller holds is a number that looks like a pointer and is never followed.
+//!
+//! Each is looked up in a table, so that a handle of another kind, one that was freed and one that never was are told apart
+//! and refused, and freeing a handle while another thread works with it only takes effect when that is done.
+
+use std::any::Any;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock, PoisonError, RwLock};
+
+use crate::pointer;
+use crate::status::{Failure, srf_status::*};
+
+/// A kind of handle.
+pub trait Handle {
+    /// What it stands for.
+    type Inner: Send + Sync + 'static;
+    /// Name in the header.
+    const NAME: &'static str;
+}
+
+/// What a handle stands for: read by cloning the inner pointer, changed by replacing or making it unique, so that a call
+/// that works with it on another thread goes on with what it began with.
+type Slot<T> = RwLock<Arc<T>>;
+
+type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>)>;
+
+static NEXT: AtomicUsize = AtomicUsize::new(1);
+
+fn table() -> &'static RwLock<Table> {
+    static TABLE: OnceLock<RwLock<Table>> = OnceLock::new();
+    TABLE.get_or_init(RwLock::default)
+}
+
+fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, Failure> {
+    if handle.is_null() {
+        return Err(Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")));
+    }
+    let table = table().read().unwrap_or_else(PoisonError::into_inner);
+    let Some((kind, slot)) = table.get(&handle.addr()) else {
+        let text = format!("{name} is not a handle of this library, or one that was freed");
+        return Err(Failure::new(SRF_ERR_HANDLE, text));
+    };
+    slot.clone()
+        .downcast()
+        .map_err(|_| Failure::new(SRF_ERR_HANDLE, format!("{name} must be a {}, got a {kind}", H::NAME)))
+}
+
+/// What a handle stands for. It lives as long as the answer does, even if the handle is freed meanwhile.
+pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Arc<H::Inner>, Failure> {
+    Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
+}
+
+/// Changes what a handle stands for; unchanged if `change` fails.
+pub fn change<H: Handle>(
+    name: &str,
+    handle: *const H,
+    change: impl FnOnce(&mut H::Inner) -> Result<(), Failure>,
+) -> Result<(), Failure>
+where
+    H::Inner: Clone,
+{
+    let slot = slot(name, handle)?;
+    let mut inner = slot.write().unwrap_or_else(PoisonError::into_inner);
+    change(Arc::make_mut(&mut inner))
+}
+
+/// Makes a handle and writes it to the caller.
+pub fn give<H: Handle>(name: &str, out: *mut *mut H, inner: H::Inner) -> Result<(), Failure> {
+    pointer::writable(name, out)?;
+    // Multiples of 16 like addresses of objects; never NULL, never one that was freed.
+    let number = NEXT.fetch_add(1, Ordering::Relaxed) * 16;
+    let slot: Arc<Slot<H::Inner>> = Arc::new(RwLock::new(Arc::new(inner)));
+    table().write().unwrap_or_else(PoisonError::into_inner).insert(number, (H::NAME, slot));
+    pointer::write(name, out, std::ptr::without_provenance_mut(number))
+}
+
+/// Ends a handle; NULL is fine.
+pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
+    if handle.is_null() {
+        return Ok(());
+    }
+    slot(name, handle.cast_const())?;
+    // What it stood for is dropped after the table is free for others again.
+    let ended = table().write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr());
+    drop(ended);
+    Ok(())
+}
+
+/// Makes an opaque type of the header a kind of handle.
+macro_rules! handle {
+    ($name:ident, $inner:ty) => {
+        impl $crate::handle::Handle for $name {
+            type Inner = $inner;
+            const NAME: &'static str = stringify!($name);
+        }
+    };
+}
+pub(crate) use handle;

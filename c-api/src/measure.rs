@@ -1,0 +1,106 @@
+//! Measuring.
+
+use surfrecon::mesh::measure::{self, Side, Summary};
+
+use crate::array::{Borrowed, srf_array};
+use crate::guard::guard;
+use crate::handle;
+use crate::mesh::srf_mesh;
+use crate::progress::{srf_progress, watched};
+use crate::settings::threads as threads_for;
+use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{pointer, sized};
+
+/// Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
+/// srf_distances_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_distances {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// How many.
+    pub count: u64,
+    /// Mean.
+    pub mean: f64,
+    /// Root of the mean square.
+    pub rms: f64,
+    /// The smallest value that at least 95 % do not exceed.
+    pub p95: f64,
+    /// Largest.
+    pub max: f64,
+    /// Mean of the values with their signs.
+    pub bias: f64,
+    /// Index of the largest, the first of several; 0 if there is none.
+    pub worst: u64,
+}
+
+impl From<Summary> for srf_distances {
+    fn from(s: Summary) -> Self {
+        srf_distances {
+            struct_size: size_of::<Self>() as u32,
+            reserved: 0,
+            count: s.count as u64,
+            mean: s.mean,
+            rms: s.rms,
+            p95: s.p95,
+            max: s.max,
+            bias: s.bias,
+            worst: s.worst.unwrap_or_default() as u64,
+        }
+    }
+}
+
+/// Prepares a struct for srf_mesh_distances().
+/// distances  not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_distances_init(distances: *mut srf_distances) -> srf_status {
+    let size = size_of::<srf_distances>() as u32;
+    guard(|| sized::init("distances", distances, srf_distances { struct_size: size, ..Default::default() }))
+}
+
+/// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
+/// any number of threads.
+/// mesh           with at least one triangle; not NULL
+/// points         3 SRF_F64 or SRF_F32 a point, finite; not NULL
+/// is_signed      1: distances behind the surface are negative; 0: all are positive
+/// threads        at most 1024; 0 for the number of srf_set_threads()
+/// progress       NULL for none
+/// out_distances  room for a double a point; NULL if only the figures are wanted
+/// out_figures    initialized by srf_distances_init(); NULL if not wanted
+/// returns        SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+///                Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_distances(
+    mesh: *const srf_mesh,
+    points: *const srf_array,
+    is_signed: u32,
+    threads: u32,
+    progress: *const srf_progress,
+    out_distances: *mut f64,
+    out_figures: *mut srf_distances,
+) -> srf_status {
+    guard(|| {
+        let side = match is_signed {
+            0 => Side::Ignored,
+            1 => Side::Signed,
+            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("is_signed must be 0 or 1, got {other}"))),
+        };
+        if !out_figures.is_null() {
+            sized::writable("out_figures", out_figures)?;
+        }
+        let mesh = handle::get("mesh", mesh)?;
+        let points = Borrowed::new("points", points, 3)?.points()?;
+        let deviation = measure::deviation(&points, &mesh.mesh, side, threads_for(threads), &watched(progress))?;
+        if !out_figures.is_null() {
+            sized::write("out_figures", out_figures, deviation.summary.into())?;
+        }
+        if out_distances.is_null() {
+            return Ok(());
+        }
+        pointer::copy_out("out_distances", out_distances, &deviation.distances)
+    })
+}

@@ -1,0 +1,329 @@
+//! Merging registered scans into one surface.
+
+use std::ffi::c_char;
+use std::sync::Arc;
+
+use surfrecon::merge::{self, MergeParams, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::triangulate::TriangulateParams;
+
+use crate::files::{Scans, srf_scans};
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::image::{Image, srf_image, srf_triangulate_params};
+use crate::mesh::{Mesh, srf_mesh};
+use crate::pose::{self, srf_pose};
+use crate::progress::{srf_progress, watched};
+use crate::settings::srf_log_level::SRF_LOG_WARNING;
+use crate::settings::{SRF_FROM_DATA, from_data, tell, threads};
+use crate::status::{Failure, srf_status};
+use crate::{pointer, sized};
+
+/// What was added to a merge; scans of a set are read when their turn comes.
+#[derive(Clone)]
+enum Source {
+    Image(Arc<Image>),
+    Mesh { name: String, mesh: Arc<Mesh>, world_from_mesh: glam::DAffine3 },
+    Scan { set: Arc<Scans>, index: usize },
+}
+
+impl ScanSource for Source {
+    fn name(&self) -> &str {
+        match self {
+            Source::Image(image) => image.image.name(),
+            Source::Mesh { name, .. } => name,
+            Source::Scan { set, index } => set.set.scans[*index].name(),
+        }
+    }
+
+    fn load(&self, triangulation: &TriangulateParams) -> surfrecon::Result<OrientedSurface> {
+        match self {
+            Source::Image(image) => image.image.load(triangulation),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
+                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(triangulation)
+            }
+            Source::Scan { set, index } => set.set.scans[*index].load(triangulation),
+        }
+    }
+}
+
+/// What a merge consists of so far.
+#[derive(Clone, Default)]
+pub struct Merger {
+    sources: Vec<Source>,
+}
+
+/// A merge being put together: scans are added, then it is run, as often as wanted. Released with srf_merger_free().
+#[allow(non_camel_case_types)]
+pub struct srf_merger {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_merger, Merger);
+
+/// How scans are merged. Starts with its size; set to the defaults by srf_merge_params_init(). Lengths are in the unit of the
+/// scans; SRF_FROM_DATA where they are to be measured.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_merge_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+    pub threads: u32,
+    /// Size of a cell of the grid, > 0. Smaller keeps more detail and costs time and memory with its inverse square.
+    /// SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
+    pub voxel: f64,
+    /// Surfaces of different scans closer than this, facing the same way, become one, >= 0. Choose it above the residual of
+    /// the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
+    pub merge_distance: f64,
+    /// Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
+    /// at most a fifth of the diagonal of the surface.
+    pub max_hole_length: f64,
+    /// Connected parts with a smaller share of the triangles are dropped, 0 to 1; 0 keeps all. Default 0.01.
+    pub min_component_share: f64,
+    /// As in srf_triangulate_params.
+    pub edge_limit: f64,
+    /// As in srf_triangulate_params.
+    pub grazing_limit: f64,
+}
+
+impl srf_merge_params {
+    fn defaults() -> Self {
+        let core = MergeParams::default();
+        let triangulation = srf_triangulate_params::defaults();
+        srf_merge_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: core.threads as u32,
+            voxel: core.voxel.unwrap_or(SRF_FROM_DATA),
+            merge_distance: core.merge_distance.unwrap_or(SRF_FROM_DATA),
+            max_hole_length: core.max_hole_length.unwrap_or(SRF_FROM_DATA),
+            min_component_share: core.min_component_share,
+            edge_limit: triangulation.edge_limit,
+            grazing_limit: triangulation.grazing_limit,
+        }
+    }
+
+    fn to_core(self) -> MergeParams {
+        MergeParams {
+            voxel: from_data(self.voxel),
+            merge_distance: from_data(self.merge_distance),
+            max_hole_length: from_data(self.max_hole_length),
+            min_component_share: self.min_component_share,
+            triangulation: TriangulateParams {
+                edge_limit: from_data(self.edge_limit),
+                grazing_limit: self.grazing_limit,
+            },
+            threads: threads(self.threads),
+        }
+    }
+}
+
+/// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_merge_report {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Scans merged.
+    pub scans: u32,
+    /// Triangles of all scans.
+    pub input_triangles: u64,
+    /// Size of a cell that was used, in the unit of the scans.
+    pub voxel: f64,
+    /// Merge distance that was used, in the unit of the scans.
+    pub merge_distance: f64,
+    /// Longest boundary that was closed, in the unit of the scans.
+    pub max_hole_length: f64,
+    /// Median distance between overlapping scans along grid lines; SRF_FROM_DATA where it was not measured or none overlap.
+    pub overlap_residual: f64,
+    /// Cells spanned along x, y and z.
+    pub grid: [u64; 3],
+    /// Intersections of scans with grid lines.
+    pub intersections: u64,
+    /// Intersections left after fusing.
+    pub fused_intersections: u64,
+    /// Artificial intersections that became vertices.
+    pub artificial_intersections: u64,
+    /// Faces made directly.
+    pub faces_direct: u64,
+    /// Faces made after analysis of neighbouring cells.
+    pub faces_settled: u64,
+    /// Faces that fill holes.
+    pub faces_filling: u64,
+    /// Holes closed.
+    pub holes_closed: u64,
+    /// Boundary loops left open.
+    pub holes_open: u64,
+    /// Connected parts dropped.
+    pub dropped_components: u64,
+    /// Faces of those.
+    pub dropped_faces: u64,
+    /// Largest number of bytes held by intersections and the surface at once.
+    pub working_bytes: u64,
+}
+
+impl From<MergeReport> for srf_merge_report {
+    fn from(r: MergeReport) -> Self {
+        srf_merge_report {
+            struct_size: size_of::<Self>() as u32,
+            scans: r.scans as u32,
+            input_triangles: r.input_triangles,
+            voxel: r.voxel,
+            merge_distance: r.merge_distance,
+            max_hole_length: r.max_hole_length,
+            overlap_residual: r.overlap_residual.unwrap_or(SRF_FROM_DATA),
+            grid: r.grid,
+            intersections: r.intersections,
+            fused_intersections: r.fused_intersections,
+            artificial_intersections: r.artificial_intersections,
+            faces_direct: r.faces[0],
+            faces_settled: r.faces[1],
+            faces_filling: r.faces[2],
+            holes_closed: r.holes[0],
+            holes_open: r.holes[1],
+            dropped_components: r.dropped_components[0],
+            dropped_faces: r.dropped_components[1],
+            working_bytes: r.working_bytes,
+        }
+    }
+}
+
+/// Sets the defaults.
+/// params     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merge_params_init(params: *mut srf_merge_params) -> srf_status {
+    guard(|| sized::init("params", params, srf_merge_params::defaults()))
+}
+
+/// Prepares a struct for srf_merger_run().
+/// report     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merge_report_init(report: *mut srf_merge_report) -> srf_status {
+    let size = size_of::<srf_merge_report>() as u32;
+    guard(|| sized::init("report", report, srf_merge_report { struct_size: size, ..Default::default() }))
+}
+
+/// Begins a merge without scans.
+/// out_merger  receives a new handle on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_create(out_merger: *mut *mut srf_merger) -> srf_status {
+    guard(|| handle::give("out_merger", out_merger, Merger::default()))
+}
+
+/// Releases a merge; what was added to it stays.
+/// merger     NULL does nothing
+/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_free(merger: *mut srf_merger) -> srf_status {
+    guard(|| handle::free("merger", merger))
+}
+
+fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
+    handle::change("merger", merger.cast_const(), |merger| {
+        merger.sources.extend(added);
+        Ok(())
+    })
+}
+
+/// Adds a range image as it is now; it may be freed or changed afterwards.
+/// merger     not NULL
+/// image      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *const srf_image) -> srf_status {
+    guard(|| add(merger, [Source::Image(handle::get("image", image)?)]))
+}
+
+/// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
+/// merger           not NULL
+/// mesh             not NULL
+/// world_from_mesh  places it; NULL for the identity
+/// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
+/// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_mesh(
+    merger: *mut srf_merger,
+    mesh: *const srf_mesh,
+    world_from_mesh: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| {
+        let mesh = handle::get("mesh", mesh)?;
+        let world_from_mesh = pose::read("world_from_mesh", world_from_mesh)?;
+        let name = pointer::text("name", name)?.to_owned();
+        add(merger, [Source::Mesh { name, mesh, world_from_mesh }])
+    })
+}
+
+/// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
+/// merger     not NULL
+/// scans      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
+    guard(|| {
+        let set = handle::get("scans", scans)?;
+        add(merger, (0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }))
+    })
+}
+
+/// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
+/// any number of threads and any order of adding. Vertex attributes: confidence, interpolated (on no scan exactly), source_scan
+/// (the scan of largest weight by the order of names, -1 where interpolated), colour if every scan has colours; of triangles:
+/// hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
+/// merger      not NULL
+/// params      NULL for the defaults
+/// progress    NULL for none
+/// out_mesh    receives a new handle on SRF_OK only; not NULL
+/// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED,
+///             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_run(
+    merger: *const srf_merger,
+    params: *const srf_merge_params,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_merge_report,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_mesh", out_mesh)?;
+        if !out_report.is_null() {
+            sized::writable("out_report", out_report)?;
+        }
+        let merger = handle::get("merger", merger)?;
+        let params = sized::read("params", params, srf_merge_params::defaults())?.to_core();
+        let sources: Vec<&dyn ScanSource> = merger.sources.iter().map(|s| s as &dyn ScanSource).collect();
+        let merged = merge::run(&sources, &params, &watched(progress))?;
+        warn_of_gaps(&merged.report);
+        if !out_report.is_null() {
+            sized::write("out_report", out_report, merged.report.into())?;
+        }
+        handle::give("out_mesh", out_mesh, merged.mesh.into())
+    })
+}
+
+/// Tells the log what a person should look at.
+fn warn_of_gaps(report: &MergeReport) {
+    let [_, open] = report.holes;
+    if open > 0 {
+        tell(
+            SRF_LOG_WARNING,
+            &format!("the merged surface has {open} open boundary loops; max_hole_length says which close"),
+        );
+    }
+    let [parts, faces] = report.dropped_components;
+    if parts > 0 {
+        tell(
+            SRF_LOG_WARNING,
+            &format!(
+                "{parts} small parts with {faces} triangles were dropped; min_component_share says which are small"
+            ),
+        );
+    }
+}

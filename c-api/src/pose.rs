@@ -1,0 +1,41 @@
+//! Poses across the border.
+
+use glam::DAffine3;
+
+use crate::pointer;
+use crate::status::Failure;
+
+/// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_pose {
+    /// Column after column.
+    pub matrix: [f64; 16],
+}
+
+/// The transform behind a pointer; NULL is the identity.
+pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
+    use crate::status::srf_status::SRF_ERR_INPUT;
+    if pose.is_null() {
+        return Ok(DAffine3::IDENTITY);
+    }
+    let m = pointer::read(name, pose)?.matrix;
+    if m.iter().any(|x| !x.is_finite()) {
+        return Err(Failure::new(SRF_ERR_INPUT, format!("{name} has a number that is not finite")));
+    }
+    if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
+        let text = format!(
+            "{name}: the last row must be 0 0 0 1, got {} {} {} {}; columns follow each other",
+            m[3], m[7], m[11], m[15]
+        );
+        return Err(Failure::new(SRF_ERR_INPUT, text));
+    }
+    Ok(DAffine3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[12], m[13], m[14]]))
+}
+
+/// A transform as the caller gets it.
+pub fn pose(transform: DAffine3) -> srf_pose {
+    let [a, b, c, d, e, f, g, h, i, x, y, z] = transform.to_cols_array();
+    srf_pose { matrix: [a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, x, y, z, 1.0] }
+}

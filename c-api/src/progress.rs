@@ -1,0 +1,46 @@
+//! Progress and cancelling.
+
+use std::ffi::{CString, c_char, c_void};
+use std::ops::ControlFlow;
+
+use surfrecon::{Progress, Tick};
+
+use crate::pointer;
+
+/// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
+/// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
+/// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
+/// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
+#[allow(non_camel_case_types)]
+pub type srf_progress_fn =
+    Option<unsafe extern "C" fn(stage: *const c_char, fraction: f64, message: *const c_char, user: *mut c_void) -> i32>;
+
+/// Who watches a long call. NULL where one is asked for, or a NULL function: nobody.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct srf_progress {
+    /// Asked during the call.
+    pub report: srf_progress_fn,
+    /// Handed to report as it is.
+    pub user: *mut c_void,
+}
+
+/// The progress of the core that reports to the caller's.
+pub fn watched(progress: *const srf_progress) -> Progress<'static> {
+    let Some(srf_progress { report: Some(report), user }) = pointer::read_struct(progress) else {
+        return Progress::none();
+    };
+    // The core calls it on the calling thread alone, so the pointer goes nowhere it did not come from.
+    let user = user.expose_provenance();
+    Progress::new(move |tick: Tick| {
+        let text = |text: String| CString::new(text).unwrap_or_default();
+        let stage = text(tick.stage.to_owned());
+        let message = text(format!("{}, {:.0} %", tick.stage, 100.0 * tick.fraction));
+        let user = std::ptr::with_exposed_provenance_mut(user);
+        match pointer::call_progress(report, &stage, tick.fraction, &message, user) {
+            0 => ControlFlow::Continue(()),
+            _ => ControlFlow::Break(()),
+        }
+    })
+}

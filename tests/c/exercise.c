@@ -1,0 +1,87 @@
+/* Every kind of handle made, used, handed around and freed, well and badly: run under sanitizers and valgrind. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "surfrecon.h"
+
+#define N 24
+
+static void must(int holds, const char *what)
+{
+    if (!holds) {
+        fprintf(stderr, "%s: %s\n", what, srf_last_error_message());
+        exit(1);
+    }
+}
+
+static int32_t cancel(const char *stage, double fraction, const char *message, void *user)
+{
+    (void)stage;
+    (void)fraction;
+    (void)message;
+    ++*(int *)user;
+    return 1;
+}
+
+static srf_image *height_map(void)
+{
+    const srf_projection plane = {SRF_ORTHOGRAPHIC, 0, {0, 0, 1, -1}};
+    float *heights = malloc(N * N * sizeof *heights);
+    srf_array samples = {NULL, N * N, 0, SRF_F32, 1};
+    srf_image *image = NULL;
+    int i;
+
+    for (i = 0; i < N * N; ++i) heights[i] = (float)sin(0.4 * (i % N)) * (float)cos(0.3 * (double)(i / N));
+    heights[100] = (float)NAN;
+    samples.data = heights;
+    must(srf_image_create(N, N, &plane, &samples, NULL, "height map", &image) == SRF_OK, "image");
+    free(heights);
+    return image;
+}
+
+int main(void)
+{
+    srf_image *image = height_map();
+    srf_mesh *surface = NULL, *merged = NULL;
+    srf_cloud *cloud = NULL;
+    srf_merger *merger = NULL;
+    srf_merge_params params;
+    srf_merge_report report;
+    srf_mesh_report topology;
+    srf_distances figures;
+    srf_array view, points;
+    srf_progress watcher;
+    double off[N * N];
+    int asked = 0;
+
+    must(srf_image_triangulate(image, NULL, &surface) == SRF_OK, "triangulate");
+    must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
+    must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_image(merger, image) == SRF_OK, "merger");
+    must(srf_merger_add_mesh(merger, surface, NULL, "the same again") == SRF_OK, "add");
+    must(srf_image_free(image) == SRF_OK && srf_image_free(image) == SRF_ERR_HANDLE, "freed twice");
+    must(srf_merge_params_init(&params) == SRF_OK && srf_merge_report_init(&report) == SRF_OK, "init");
+    watcher.report = cancel;
+    watcher.user = &asked;
+    params.voxel = 0.01;
+    must(srf_merger_run(merger, &params, &watcher, &merged, &report) == SRF_ERR_CANCELLED && merged == NULL, "cancel");
+    must(asked > 0, "asked");
+    params.voxel = 0.5;
+    must(srf_merger_run(merger, &params, NULL, &merged, &report) == SRF_OK && report.scans == 2, "merge");
+    must(srf_mesh_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, &topology) == SRF_OK, "check");
+    must(topology.is_manifold == 1, "manifold");
+    must(srf_cloud_arrays(cloud, &points, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
+    must(srf_distances_init(&figures) == SRF_OK, "init");
+    must(srf_mesh_distances(merged, &points, 0, 2, NULL, off, &figures) == SRF_OK && figures.max < 1.0, "distances");
+    must(srf_mesh_attribute(merged, SRF_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");
+    must(srf_mesh_attribute(merged, SRF_VERTICES, "no such thing", &view) == SRF_ERR_INPUT, "missing attribute");
+    must(strlen(srf_last_error_message()) > 0, "message");
+    must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ASCII, NULL) == SRF_OK, "write");
+    must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ASCII, NULL) == SRF_ERR_INPUT, "write nowhere");
+    must(srf_mesh_free(merged) == SRF_OK && srf_mesh_free(surface) == SRF_OK && srf_cloud_free(cloud) == SRF_OK, "free");
+    must(srf_merger_free(merger) == SRF_OK && srf_merger_free(NULL) == SRF_OK, "free");
+    must(srf_mesh_positions((srf_mesh *)(void *)&params, &view) == SRF_ERR_HANDLE, "a pointer that is no handle");
+    printf("fine\n");
+    return 0;
+}

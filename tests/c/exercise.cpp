@@ -1,0 +1,75 @@
+// The owners of surfrecon.hpp: made, moved, used, thrown out of; run under sanitizers.
+#include <cmath>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "surfrecon.hpp"
+
+namespace {
+
+void must(bool holds, const char *what)
+{
+    if (!holds) throw std::runtime_error(what);
+}
+
+template <typename Thrown, typename Function>
+std::string text_of(Function function)
+{
+    try {
+        function();
+    } catch (const Thrown &thrown) {
+        return thrown.what();
+    }
+    throw std::runtime_error("nothing was thrown");
+}
+
+}  // namespace
+
+int main()
+try {
+    using namespace surfrecon;
+    const std::vector<double> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const std::vector<std::uint32_t> triangles = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+    Mesh made = Mesh::create(View<double, 3>(positions.data(), 4), View<std::uint32_t, 3>(triangles.data(), 4));
+    const Mesh mesh = std::move(made);
+    must(!made && mesh && mesh.report().genus == 0, "a moved owner is empty");
+    must(mesh.positions().size() == 4 && mesh.positions()[3][2] == 1, "positions");
+
+    const srf_projection projection = {SRF_ORTHOGRAPHIC, 0, {-1, 1, 0.05, -0.05}};
+    Pose from_above;
+    from_above.matrix[14] = 5;
+    const Image image = Image::scan(mesh, 40, 40, projection, from_above);
+    must(image.valid() > 100 && image.rows() == 40 && std::isnan(image.world_points()[0]), "scan");
+    must(image.to_cloud().positions().size() == image.valid(), "cloud");
+
+    Merger merger;
+    merger.add(mesh, "tetrahedron");
+    MergeParams params;
+    params.voxel = 0.05;
+    int ticks = 0;
+    const auto result = merger.run(params, [&](const Tick &tick) {
+        ++ticks;
+        return tick.fraction <= 1.0;
+    });
+    must(result.mesh.report(true).is_manifold == 1 && result.report.voxel == 0.05, "merge");
+    must(result.mesh.attribute<float>(SRF_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");
+    must(result.mesh.distances(mesh.positions()).max < 0.05, "distances");
+
+    params.voxel = 0.0005;
+    text_of<Cancelled>([&] { merger.run(params, [](const Tick &) { return false; }); });
+    const auto thrower = [](const Tick &) -> bool { throw std::logic_error("out of the callback"); };
+    must(text_of<std::logic_error>([&] { merger.run(params, thrower); }) == "out of the callback", "exceptions get through");
+    params.voxel = -3;
+    const std::string text = text_of<Error>([&] { merger.run(params); });
+    must(text == "voxel must be a finite number > 0, got -3 (in the unit of the scans)", text.c_str());
+    text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
+    text_of<Error>([] { Scans::open({"missing.ply"}); });
+    text_of<Error>([&] { Image().rows(); });
+    std::cout << "fine\n";
+    return 0;
+} catch (const std::exception &error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+}

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# The C library as installed: the examples built by CMake and by pkg-config against the prefix, and run.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+prefix=$scratch/prefix
+failed=0
+
+check() {
+    local title=$1
+    shift
+    if "$@" >"$scratch/log" 2>&1; then
+        echo "ok: $title"
+    else
+        cat "$scratch/log"
+        echo "FAILED: $title: $*"
+        failed=1
+    fi
+}
+
+by_cmake() {
+    cmake -S c-api/examples -B "$scratch/build" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release &&
+        cmake --build "$scratch/build"
+}
+
+by_pkg_config() {
+    local flags
+    export PKG_CONFIG_PATH=$prefix/lib/pkgconfig
+    flags=$(pkg-config --cflags --libs surfrecon) || return 1
+    # shellcheck disable=SC2086 # several words
+    cc -std=c99 c-api/examples/c/merge_scans.c -o "$scratch/merge_scans" $flags &&
+        c++ -std=c++17 c-api/examples/cpp/live_tolerance.cpp -o "$scratch/live_tolerance" $flags
+}
+
+says_how_to_use() {
+    local said
+    said=$("$1" 2>&1)
+    [[ $said == "usage: "*" OUT.glb SCANS..." ]]
+}
+
+check "installs through cargo-c" tools/install_c.sh "$prefix"
+# Where the library is found is said by its consumer, not by a path inside it.
+export LD_LIBRARY_PATH=$prefix/lib
+check "examples build with CMake" by_cmake
+check "C example built by CMake runs" says_how_to_use "$scratch/build/merge_scans"
+check "C++ example built by CMake runs" "$scratch/build/live_tolerance" 0.005
+check "C++ example linked statically runs" env -u LD_LIBRARY_PATH "$scratch/build/live_tolerance_static" 0.005
+check "examples build with pkg-config" by_pkg_config
+check "C example built with pkg-config runs" says_how_to_use "$scratch/merge_scans"
+check "C++ example built with pkg-config runs" "$scratch/live_tolerance" 0.005
+# Two versions of the library may be installed beside each other: programs ask for the one they were built with.
+check "programs ask for the library by its versioned name" grep -q "libsurfrecon.so.0.1" <(readelf -d "$scratch/merge_scans")
+exit $failed

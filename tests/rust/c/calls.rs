@@ -1,0 +1,532 @@
+//! Every function: once right, once with zeros, with handles that never were, were freed or are of another kind, with wrong
+//! enums, after a cancel, and from eight threads at once.
+
+use std::ffi::{CString, c_char, c_void};
+
+use crate::library::*;
+
+const OK: i32 = 0;
+const PARAMETER: i32 = 1;
+const INPUT: i32 = 2;
+const IO: i32 = 4;
+const CANCELLED: i32 = 6;
+const NULL: i32 = 7;
+const HANDLE: i32 = 9;
+const STRUCT_SIZE: i32 = 10;
+
+const DEPTH: Projection = Projection { kind: 2, reserved: 0, numbers: [60.0, 60.0, 31.5, 31.5] };
+
+/// An octahedron around (0, 0, 4), subdivided by nothing: eight triangles.
+fn octahedron() -> Handle {
+    let api = api();
+    let positions: [[f64; 3]; 6] =
+        [[1.0, 0.0, 4.0], [-1.0, 0.0, 4.0], [0.0, 1.0, 4.0], [0.0, -1.0, 4.0], [0.0, 0.0, 5.0], [0.0, 0.0, 3.0]];
+    let triangles: [[u32; 3]; 8] =
+        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let mut mesh = Handle::NULL;
+    let (p, t) = (Array::of(&positions, F64, 3), Array::of(&triangles, U32, 3));
+    // SAFETY: as the header wants it.
+    api.ok(unsafe { (api.srf_mesh_create)(&p, &t, &mut mesh) });
+    mesh
+}
+
+fn scan(mesh: Handle) -> Handle {
+    let api = api();
+    let mut image = Handle::NULL;
+    // SAFETY: as the header wants it.
+    let status = unsafe {
+        (api.srf_scan_mesh)(mesh, 64, 64, &DEPTH, std::ptr::null(), std::ptr::null(), std::ptr::null(), &mut image)
+    };
+    api.ok(status);
+    image
+}
+
+fn merger_of(mesh: Handle) -> Handle {
+    let api = api();
+    let mut merger = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merger_create)(&mut merger));
+        api.ok((api.srf_merger_add_mesh)(merger, mesh, std::ptr::null(), c"octahedron".as_ptr()));
+    }
+    merger
+}
+
+fn params(voxel: f64) -> MergeParams {
+    let mut params = MergeParams::ZERO;
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_merge_params_init)(&mut params) });
+    params.set_f64(0, voxel);
+    params
+}
+
+/// Bytes of positions and triangles.
+fn bytes(mesh: Handle) -> Vec<u8> {
+    let api = api();
+    let (mut positions, mut triangles) = (Array::EMPTY, Array::EMPTY);
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_mesh_positions)(mesh, &mut positions));
+        api.ok((api.srf_mesh_triangles)(mesh, &mut triangles));
+    }
+    assert_eq!((positions.kind, positions.components, triangles.kind, triangles.components), (F64, 3, U32, 3));
+    [positions.bytes(), triangles.bytes()].concat()
+}
+
+fn merged(merger: Handle, params: &MergeParams) -> Vec<u8> {
+    let api = api();
+    let mut mesh = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merger_run)(merger, params, std::ptr::null(), &mut mesh, std::ptr::null_mut()));
+        let bytes = bytes(mesh);
+        api.ok((api.srf_mesh_free)(mesh));
+        bytes
+    }
+}
+
+#[test]
+fn zeros_are_refused_with_a_text_wherever_they_can_do_harm() {
+    // Freeing NULL does nothing, nobody is told and one thread a core works: all allowed.
+    let allowed = |name: &str| name.ends_with("_free") || name == "srf_set_threads" || name == "srf_set_log";
+    for (name, status) in api().call_with_zeros() {
+        if allowed(name) {
+            assert_eq!(status, OK, "{name}");
+        } else {
+            assert!(status == NULL, "{name}: {status}");
+        }
+    }
+    assert!(!api().message().is_empty());
+}
+
+#[test]
+fn handles_that_never_were_are_refused() {
+    let all = api().call_with_junk();
+    assert!(all.len() > 35, "{}", all.len());
+    for (name, status) in all {
+        // Some arguments are looked at before the handle; none of them is one either.
+        assert!([HANDLE, NULL, STRUCT_SIZE].contains(&status), "{name}: {status}");
+    }
+}
+
+#[test]
+fn handles_of_another_kind_and_freed_ones_are_refused() {
+    let api = api();
+    let mesh = octahedron();
+    let image = scan(mesh);
+    let mut view = Array::EMPTY;
+    // SAFETY: a wrong handle is allowed to be handed in.
+    unsafe {
+        api.refused((api.srf_mesh_positions)(image, &mut view), HANDLE, "mesh must be a srf_mesh, got a srf_image");
+        api.refused((api.srf_image_samples)(mesh, &mut view), HANDLE, "image must be a srf_image, got a srf_mesh");
+        api.refused((api.srf_mesh_free)(image), HANDLE, "srf_mesh");
+        api.ok((api.srf_image_free)(image));
+        api.refused((api.srf_image_free)(image), HANDLE, "freed");
+        api.refused((api.srf_image_samples)(image, &mut view), HANDLE, "freed");
+        assert!(view.data.is_null(), "written in spite of the error");
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn a_mesh_and_its_attributes() {
+    let api = api();
+    let mesh = octahedron();
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let floats: [f64; 6] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let confidence = Array::of(&floats, F64, 1);
+        api.ok((api.srf_mesh_set_attribute)(mesh, 1, c"confidence".as_ptr(), &confidence));
+        let flags: [u8; 8] = [0, 1, 0, 1, 0, 1, 0, 2];
+        api.ok((api.srf_mesh_set_attribute)(mesh, 2, c"hole_fill".as_ptr(), &Array::of(&flags, U8, 1)));
+        let mut count = 0;
+        api.ok((api.srf_mesh_attribute_count)(mesh, 1, &mut count));
+        assert_eq!(count, 1);
+        let mut name = std::ptr::null();
+        api.ok((api.srf_mesh_attribute_name)(mesh, 2, 0, &mut name));
+        assert_eq!(text(name), "hole_fill");
+        let mut view = Array::EMPTY;
+        api.ok((api.srf_mesh_attribute)(mesh, 1, c"confidence".as_ptr(), &mut view));
+        assert_eq!((view.kind, view.components, view.count, view.stride), (F32, 1, 6, 4));
+        assert_eq!(view.bytes(), floats.map(|x| (x as f32).to_ne_bytes()).concat());
+        api.ok((api.srf_mesh_attribute)(mesh, 2, c"hole_fill".as_ptr(), &mut view));
+        assert_eq!(view.bytes(), [0, 1, 0, 1, 0, 1, 0, 1]);
+
+        let missing = (api.srf_mesh_attribute)(mesh, 1, c"colour".as_ptr(), &mut view);
+        api.refused(missing, INPUT, "no attribute colour there; it has confidence");
+        api.refused((api.srf_mesh_attribute_name)(mesh, 1, 7, &mut name), PARAMETER, "index must be < 1, got 7");
+        let wrong = (api.srf_mesh_attribute_count)(mesh, 3, &mut count);
+        api.refused(wrong, PARAMETER, "SRF_VERTICES (1) or SRF_TRIANGLES (2), got 3");
+        let short = (api.srf_mesh_set_attribute)(mesh, 2, c"x".as_ptr(), &confidence);
+        api.refused(short, INPUT, "6 entries for 8 elements");
+        api.ok((api.srf_mesh_set_attribute)(mesh, 1, c"confidence".as_ptr(), std::ptr::null()));
+        api.ok((api.srf_mesh_attribute_count)(mesh, 1, &mut count));
+        assert_eq!(count, 0);
+
+        let mut report = MeshReport::ZERO;
+        api.ok((api.srf_mesh_report_init)(&mut report));
+        api.ok((api.srf_mesh_check)(mesh, 1, &mut report));
+        assert_eq!((report.second, report.numbers[0], report.numbers[1], report.numbers[16]), (1, 8, 6, 0));
+        api.refused((api.srf_mesh_check)(mesh, 2, &mut report), PARAMETER, "welded must be 0 or 1, got 2");
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn arrays_that_lie_are_refused() {
+    let api = api();
+    let positions: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let good = Array::of(&positions, F32, 3);
+    let mut mesh = Handle::NULL;
+    let mut create = |p: Array, t: &[[i32; 3]]| {
+        let t = Array::of(t, I32, 3);
+        // SAFETY: wrong in the ways that are checked.
+        unsafe { (api.srf_mesh_create)(&p, &t, &mut mesh) }
+    };
+    api.refused(create(Array { kind: 42, ..good }, &[]), INPUT, "type must be a value of srf_type, 1 to 5, got 42");
+    api.refused(create(Array { components: 2, ..good }, &[]), INPUT, "components must be 3, got 2");
+    api.refused(create(Array { stride: 11, ..good }, &[]), INPUT, "a stride of 11 bytes is less than the 12 bytes");
+    api.refused(create(Array { count: usize::MAX, ..good }, &[]), INPUT, "more than there can be");
+    api.refused(create(Array { data: std::ptr::null(), ..good }, &[]), NULL, "positions.data must not be NULL");
+    api.refused(create(good, &[[0, 1, 3]]), INPUT, "triangle 0 names vertex 3");
+    api.refused(create(good, &[[0, 1, -1]]), INPUT, "triangle 0 names vertex");
+    let bad: [[f32; 3]; 1] = [[0.0, f32::NAN, 0.0]];
+    api.refused(create(Array::of(&bad, F32, 3), &[]), INPUT, "vertex 0 has a coordinate that is not finite");
+    assert_eq!(mesh, Handle::NULL, "written in spite of the errors");
+}
+
+#[test]
+fn strides_and_unaligned_data_are_fine() {
+    let api = api();
+    // One byte of something else before each point.
+    let mut packed = vec![7_u8];
+    for point in [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]] {
+        packed.extend(point.map(f64::to_ne_bytes).concat());
+        packed.push(7);
+    }
+    let positions = Array { data: packed[1..].as_ptr().cast(), count: 3, stride: 25, kind: F64, components: 3 };
+    let mut mesh = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_mesh_create)(&positions, &Array::of(&[[0_u32, 1, 2]], U32, 3), &mut mesh));
+        let expected = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0_f64]].concat();
+        assert_eq!(bytes(mesh)[..72], expected.iter().flat_map(|x| x.to_ne_bytes()).collect::<Vec<_>>());
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn an_image_and_its_cloud() {
+    let api = api();
+    let mesh = octahedron();
+    let image = scan(mesh);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let (mut rows, mut cols, mut valid) = (0, 0, 0);
+        api.ok((api.srf_image_size)(image, &mut rows, &mut cols, &mut valid));
+        assert!((rows, cols) == (64, 64) && valid > 200, "{valid}");
+        let (mut projection, mut pose) = (DEPTH, [0.0; 16]);
+        projection.kind = 0;
+        api.ok((api.srf_image_camera)(image, &mut projection, &mut pose));
+        assert_eq!((projection, pose[0], pose[15]), (DEPTH, 1.0, 1.0));
+        let mut samples = Array::EMPTY;
+        api.ok((api.srf_image_samples)(image, &mut samples));
+        assert_eq!((samples.kind, samples.count), (F64, 4096));
+        let mut points = vec![0.0; 3 * 4096];
+        api.ok((api.srf_image_world_points)(image, points.as_mut_ptr(), points.len()));
+        assert_eq!(points.iter().filter(|x| !x.is_nan()).count(), 3 * valid);
+        let short = (api.srf_image_world_points)(image, points.as_mut_ptr(), 5);
+        api.refused(short, PARAMETER, "capacity must be >= 12288, got 5 (in doubles)");
+        let (mut origin, mut direction) = ([9.0; 3], [9.0; 3]);
+        api.ok((api.srf_image_ray)(image, 10, 20, origin.as_mut_ptr(), direction.as_mut_ptr()));
+        assert!(origin == [0.0; 3] && direction[2] > 0.5);
+        let outside = (api.srf_image_ray)(image, 64, 0, origin.as_mut_ptr(), direction.as_mut_ptr());
+        api.refused(outside, PARAMETER, "row must be < 64 and col < 64, got (64, 0)");
+
+        let moved = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 5.0, 6.0, 7.0, 1.0];
+        api.ok((api.srf_image_set_pose)(image, &moved));
+        api.ok((api.srf_image_camera)(image, std::ptr::null_mut(), &mut pose));
+        assert_eq!(pose, moved);
+        let mut rows_first = moved;
+        rows_first.swap(3, 12);
+        api.refused((api.srf_image_set_pose)(image, &rows_first), INPUT, "the last row must be 0 0 0 1");
+
+        let colours = vec![[9_u8; 4]; 4096];
+        let confidences = vec![-1.0_f32; 4096];
+        let (c, bad) = (Array::of(&colours, U8, 4), Array::of(&confidences, F32, 1));
+        let null = std::ptr::null();
+        api.ok((api.srf_image_set_attributes)(image, &c, null, null));
+        api.refused((api.srf_image_set_attributes)(image, null, null, &bad), INPUT, "the confidence is -1");
+        let mut view = Array::EMPTY;
+        let unwanted = std::ptr::null_mut;
+        api.ok((api.srf_image_attributes)(image, &mut view, unwanted(), unwanted()));
+        assert_eq!(view.count, 4096, "lost by a call that failed");
+
+        let mut surface = Handle::NULL;
+        api.ok((api.srf_image_triangulate)(image, null.cast(), &mut surface));
+        api.ok((api.srf_mesh_attribute)(surface, 1, c"range_row".as_ptr(), &mut view));
+        assert!(view.count > 200 && view.kind == I32);
+        let mut cloud = Handle::NULL;
+        api.ok((api.srf_image_to_cloud)(image, &mut cloud));
+        let (mut normals, mut positions) = (Array::EMPTY, Array::EMPTY);
+        api.ok((api.srf_cloud_arrays)(cloud, &mut positions, &mut normals, unwanted()));
+        assert_eq!((positions.count, normals.count), (valid, valid));
+        api.ok((api.srf_cloud_pose)(cloud, &mut pose));
+        assert_eq!(pose, moved);
+        for end in [(api.srf_mesh_free)(surface), (api.srf_cloud_free)(cloud), (api.srf_image_free)(image)] {
+            api.ok(end);
+        }
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn images_from_arrays() {
+    let api = api();
+    let values: Vec<f32> = (0..12).map(|i| if i == 5 { f32::NAN } else { i as f32 }).collect();
+    let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 1.0, -1.0] };
+    let mut image = Handle::NULL;
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let samples = Array::of(&values, F32, 1);
+        let null = std::ptr::null();
+        api.ok((api.srf_image_create)(3, 4, &plane, &samples, null, c"height map".as_ptr(), &mut image));
+        let mut name = std::ptr::null();
+        api.ok((api.srf_image_name)(image, &mut name));
+        assert_eq!(text(name), "height map");
+        let mut valid = 0;
+        api.ok((api.srf_image_size)(image, std::ptr::null_mut(), std::ptr::null_mut(), &mut valid));
+        assert_eq!(valid, 11);
+        api.ok((api.srf_image_free)(image));
+        let mut create = |projection: Projection, rows, samples: Array, pose: *const [f64; 16]| {
+            (api.srf_image_create)(rows, 4, &projection, &samples, pose, std::ptr::null(), &mut image)
+        };
+        api.refused(create(Projection { kind: 99, ..plane }, 3, samples, null.cast()), PARAMETER, "1 to 6, got 99");
+        api.refused(create(plane, 4, samples, null.cast()), INPUT, "4 x 4 pixels need 4 x 4 values, got 12");
+        let still = Projection { numbers: [0.0; 4], ..plane };
+        api.refused(create(still, 3, samples, null.cast()), INPUT, "step from pixel to pixel");
+        let nowhere = [f64::NAN; 16];
+        api.refused(create(plane, 3, samples, &nowhere), INPUT, "world_from_sensor has a number that is not finite");
+        let grid = Projection { kind: 6, ..plane };
+        api.refused(create(grid, 3, samples, null.cast()), INPUT, "components must be 3, got 1");
+        let bad = c"\xff";
+        let answer = (api.srf_image_create)(3, 4, &plane, &samples, null.cast(), bad.as_ptr(), &mut image);
+        api.refused(answer, INPUT, "name is not UTF-8");
+    }
+}
+
+#[test]
+fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
+    use glam::{DAffine3, DVec3};
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut params = params(0.07);
+    let expected = {
+        let mut view = Array::EMPTY;
+        // SAFETY: as the header wants it.
+        api().ok(unsafe { (api().srf_mesh_positions)(mesh, &mut view) });
+        let numbers: Vec<f64> = view.bytes().chunks(8).map(|b| f64::from_ne_bytes(b.try_into().unwrap())).collect();
+        let positions = numbers.chunks(3).map(DVec3::from_slice).collect();
+        let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let mesh = surfrecon::TriMesh::new(positions, triangles);
+        let name = "octahedron".to_owned();
+        let placed = surfrecon::merge::PlacedMesh { name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+        let params = surfrecon::merge::MergeParams { voxel: Some(0.07), ..Default::default() };
+        let merged = surfrecon::merge::run(&[&placed], &params, &surfrecon::Progress::none()).unwrap().mesh;
+        let positions = merged.positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_ne_bytes);
+        let triangles = merged.triangles.iter().flatten().flat_map(|v| v.to_ne_bytes());
+        positions.chain(triangles).collect::<Vec<u8>>()
+    };
+    assert!(expected.len() > 1000);
+    for threads in [1, 2, 8] {
+        params.second = threads;
+        assert!(merged(merger, &params) == expected, "{threads} threads");
+    }
+    // SAFETY: as the header wants it.
+    unsafe {
+        api().ok((api().srf_mesh_free)(mesh));
+        assert!(merged(merger, &params) == expected, "the merge keeps what was added");
+        api().ok((api().srf_merger_free)(merger));
+    }
+}
+
+unsafe extern "C" fn cancel(stage: *const c_char, fraction: f64, message: *const c_char, user: *mut c_void) -> i32 {
+    assert!(!text(stage).is_empty() && text(message).contains('%') && (0.0..=1.0).contains(&fraction));
+    // SAFETY: the counter handed in.
+    unsafe { *user.cast::<u32>() += 1 };
+    1
+}
+
+#[test]
+fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
+    let api = api();
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut asked = 0_u32;
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let (mut surface, mut report) = (Handle::NULL, MergeReport::ZERO);
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merge_report_init)(&mut report));
+        let before = report;
+        let long = params(0.001);
+        api.refused((api.srf_merger_run)(merger, &long, &watch, &mut surface, &mut report), CANCELLED, "cancelled");
+        assert!(asked >= 1 && surface == Handle::NULL && report == before);
+        api.ok((api.srf_merger_run)(merger, &params(0.1), std::ptr::null(), &mut surface, &mut report));
+        assert_eq!((report.size as usize, report.second), (size_of::<MergeReport>(), 1));
+        assert_eq!(report.f64(1), 0.1);
+        let points = [[0.0, 0.0, 4.0_f64], [3.0, 0.0, 4.0]];
+        let (mut off, mut figures) = ([0.0; 2], Distances::ZERO);
+        api.ok((api.srf_distances_init)(&mut figures));
+        let points = Array::of(&points, F64, 3);
+        let none = std::ptr::null();
+        api.ok((api.srf_mesh_distances)(surface, &points, 1, 0, none, off.as_mut_ptr(), &mut figures));
+        assert!(off[0] < -0.5 && (off[1] - 2.0).abs() < 0.05 && figures.numbers[0] == 2, "{off:?}");
+        let answer = (api.srf_mesh_distances)(surface, &points, 2, 0, none, off.as_mut_ptr(), &mut figures);
+        api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 2");
+        for end in [(api.srf_mesh_free)(surface), (api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range_say_value_range_and_unit() {
+    let api = api();
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut surface = Handle::NULL;
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let mut run =
+            |p: &MergeParams| (api.srf_merger_run)(merger, p, std::ptr::null(), &mut surface, std::ptr::null_mut());
+        api.refused(
+            run(&params(-2.0)),
+            PARAMETER,
+            "voxel must be a finite number > 0, got -2 (in the unit of the scans)",
+        );
+        let mut many = params(0.1);
+        many.second = 5000;
+        api.refused(run(&many), PARAMETER, "threads must be >= 0 and <= 1024, got 5000");
+        api.refused((api.srf_set_threads)(2000), PARAMETER, "threads must be >= 0 and <= 1024, got 2000");
+        let mut scan = ScanParams::ZERO;
+        api.ok((api.srf_scan_params_init)(&mut scan));
+        scan.set_f64(0, -1.0);
+        let null = std::ptr::null;
+        let mut image = Handle::NULL;
+        let answer = (api.srf_scan_mesh)(mesh, 8, 8, &DEPTH, null(), &scan, null().cast(), &mut image);
+        api.refused(answer, PARAMETER, "noise must be a finite number >= 0, got -1");
+        api.refused((api.srf_mesh_write_ply)(mesh, c"x.ply".as_ptr(), 9, null().cast()), PARAMETER, "1 to 3, got 9");
+        let glb = (api.srf_mesh_write_glb)(mesh, c"x.glb".as_ptr(), null().cast(), 1.0, 5, null().cast());
+        api.refused(glb, PARAMETER, "z_up must be 0 or 1, got 5");
+        api.ok((api.srf_merger_free)(merger));
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn files_go_out_and_come_back() {
+    let api = api();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| CString::new(folder.path().join(name).to_str().unwrap()).unwrap();
+    let mesh = octahedron();
+    let (ply, glb) = (path("mesh.ply"), path("mesh.glb"));
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let none = std::ptr::null();
+        api.ok((api.srf_mesh_write_ply)(mesh, ply.as_ptr(), 2, none));
+        api.ok((api.srf_mesh_write_glb)(mesh, glb.as_ptr(), std::ptr::null(), 0.001, 1, none));
+        assert!(std::fs::metadata(folder.path().join("mesh.glb")).unwrap().len() > 100);
+        let paths = [ply.as_ptr()];
+        let mut scans = Handle::NULL;
+        api.ok((api.srf_scans_open)(paths.as_ptr(), 1, &mut scans));
+        let (mut count, mut notes) = (0, 9);
+        api.ok((api.srf_scans_count)(scans, &mut count, &mut notes));
+        assert_eq!(count, 1);
+        let (mut name, mut pose) = (std::ptr::null(), [0.0; 16]);
+        api.ok((api.srf_scans_describe)(scans, 0, &mut name, &mut pose));
+        assert_eq!((text(name).as_str(), pose[5]), ("mesh", 1.0));
+        let (mut content, mut image, mut read, mut cloud) = (0, Handle::NULL, Handle::NULL, Handle::NULL);
+        api.ok((api.srf_scans_read)(scans, 0, &mut content, &mut image, &mut read, &mut cloud));
+        assert_eq!((content, image, cloud), (2, Handle::NULL, Handle::NULL));
+        assert!(bytes(read) == bytes(mesh));
+        let merger = merger_of(mesh);
+        api.ok((api.srf_merger_add_scans)(merger, scans));
+        let seen = scan(mesh);
+        api.ok((api.srf_merger_add_image)(merger, seen));
+        assert!(merged(merger, &params(0.1)).len() > 1000);
+        api.refused((api.srf_scans_note)(scans, notes, &mut name), PARAMETER, "index must be <");
+        for end in [(api.srf_mesh_free)(read), (api.srf_scans_free)(scans), (api.srf_merger_free)(merger)] {
+            api.ok(end);
+        }
+        api.ok((api.srf_image_free)(seen));
+        let missing = path("missing.ply");
+        api.refused((api.srf_scans_open)([missing.as_ptr()].as_ptr(), 1, &mut scans), IO, "missing.ply");
+        api.refused(
+            (api.srf_scans_open)([std::ptr::null()].as_ptr(), 1, &mut scans),
+            NULL,
+            "paths[0] must not be NULL",
+        );
+        let nowhere = path("no folder/mesh.ply");
+        api.refused((api.srf_mesh_write_ply)(mesh, nowhere.as_ptr(), 1, none), INPUT, "there is no folder");
+        api.refused((api.srf_mesh_write_ply)(mesh, c"".as_ptr(), 1, none), INPUT, "path must not be empty");
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+unsafe extern "C" fn count_messages(level: i32, said: *const c_char, user: *mut c_void) {
+    assert!(level == 1 || level == 2);
+    // SAFETY: the list handed in.
+    unsafe { (*user.cast::<std::sync::Mutex<Vec<String>>>()).lock().unwrap().push(text(said)) };
+}
+
+#[test]
+fn the_log_hears_of_gaps() {
+    let api = api();
+    let said = Box::leak(Box::new(std::sync::Mutex::new(Vec::<String>::new())));
+    let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0_f64]];
+    let mut mesh = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_set_log)(Some(count_messages), (said as *mut std::sync::Mutex<Vec<String>>).cast()));
+        let triangle = Array::of(&[[0_u32, 1, 2]], U32, 3);
+        api.ok((api.srf_mesh_create)(&Array::of(&positions, F64, 3), &triangle, &mut mesh));
+        let merger = merger_of(mesh);
+        merged(merger, &params(0.03));
+        api.ok((api.srf_set_log)(None, std::ptr::null_mut()));
+        assert!(said.get_mut().unwrap().iter().any(|text| text.contains("open boundary loops")), "{said:?}");
+        api.ok((api.srf_merger_free)(merger));
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn eight_threads_at_once_get_the_same() {
+    let shared = octahedron();
+    let results: Vec<Vec<u8>> = std::thread::scope(|scope| {
+        let work = || {
+            (0..5)
+                .map(|_| {
+                    let own = octahedron();
+                    let image = scan(shared);
+                    let merger = merger_of(own);
+                    // SAFETY: as the header wants it.
+                    unsafe {
+                        api().ok((api().srf_merger_add_image)(merger, image));
+                        api().ok((api().srf_mesh_free)(own));
+                        api().ok((api().srf_image_free)(image));
+                        let bytes = merged(merger, &params(0.05));
+                        api().ok((api().srf_merger_free)(merger));
+                        bytes
+                    }
+                })
+                .next_back()
+                .unwrap()
+        };
+        let threads: Vec<_> = (0..8).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert!(results.iter().all(|bytes| *bytes == results[0]));
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_mesh_free)(shared) });
+}

@@ -1,0 +1,219 @@
+//! The header: what it declares is what the library exports and what the committed lists say.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use crate::library::*;
+
+pub fn header() -> String {
+    std::fs::read_to_string(root().join("c-api/include/surfrecon.h")).unwrap()
+}
+
+/// The header's code without its comments, as one line of words.
+fn code() -> String {
+    let header = header();
+    let start = header.find("#include").unwrap();
+    let lines = header[start..].lines().map(|line| line.split("//").next().unwrap_or_default());
+    lines
+        .filter(|line| !line.trim_start().starts_with('#'))
+        .flat_map(str::split_whitespace)
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// Names of the functions the header declares, sorted.
+fn declared() -> Vec<String> {
+    let code = code();
+    let names = code.match_indices("srf_").filter_map(|(at, _)| {
+        let rest = &code[at..];
+        let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;
+        rest[end..].starts_with('(').then(|| rest[..end].to_owned())
+    });
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn run(program: &str, arguments: &[&str]) -> String {
+    let output =
+        Command::new(program).args(arguments).output().unwrap_or_else(|e| panic!("{program} can't be run: {e}"));
+    assert!(output.status.success(), "{program} {arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Compares with a committed list, or writes it when asked to.
+fn compare(name: &str, now: &str) {
+    let path = root().join("c-api/abi").join(name);
+    if std::env::var_os("SURFRECON_GENERATE").is_some() {
+        std::fs::write(&path, now).unwrap();
+        return;
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let gone: Vec<&str> = committed.lines().filter(|line| !now.lines().any(|l| l == *line)).collect();
+    assert!(gone.is_empty(), "the binary interface has lost or changed, against c-api/abi/{name}: {gone:#?}");
+    assert!(committed == now, "c-api/abi/{name} lacks what is new: run `make generate`");
+}
+
+#[test]
+fn symbols_are_those_declared_called_and_committed() {
+    let library = folder().join(libloading::library_filename("surfrecon"));
+    let listed = run("nm", &["--dynamic", "--defined-only", library.to_str().unwrap()]);
+    let mut exported: Vec<String> =
+        listed.lines().map(|line| line.split(' ').next_back().unwrap().to_owned()).collect();
+    exported.sort();
+    assert_eq!(exported, declared());
+    let mut called: Vec<&str> = NAMES.to_vec();
+    called.sort_unstable();
+    assert_eq!(called, declared());
+    compare("symbols.txt", &(exported.join("\n") + "\n"));
+}
+
+/// Structs of the header: name, and the names of the fields.
+fn structs() -> Vec<(String, Vec<String>)> {
+    let code = code();
+    let mut all = Vec::new();
+    for part in code.split("typedef struct {").skip(1) {
+        let (body, rest) = part.split_once('}').unwrap();
+        let name = rest.split(';').next().unwrap().trim().to_owned();
+        let field = |f: &str| f.split('[').next().unwrap().split([' ', '*']).next_back().unwrap().to_owned();
+        all.push((name, body.split(';').map(str::trim).filter(|f| !f.is_empty()).map(field).collect()));
+    }
+    all
+}
+
+fn compiled(compiler: &str, options: &[&str], source: &str, out: &Path) {
+    let file = out.with_extension("c");
+    std::fs::write(&file, source).unwrap();
+    let include = root().join("c-api/include");
+    let mut arguments = options.to_vec();
+    arguments.extend(["-I", include.to_str().unwrap(), file.to_str().unwrap(), "-o", out.to_str().unwrap()]);
+    run(compiler, &arguments);
+}
+
+#[test]
+fn layouts_are_those_committed() {
+    let mut source = "#include <stdio.h>\n#include \"surfrecon.h\"\nint main(void) {\n".to_owned();
+    for (name, fields) in structs() {
+        let _ = writeln!(source, "printf(\"{name}: %zu bytes\\n\", sizeof({name}));");
+        for field in fields {
+            let at = format!("offsetof({name}, {field})");
+            let size = format!("sizeof((({name} *)0)->{field})");
+            let _ = writeln!(source, "printf(\"{name}.{field}: %zu bytes at %zu\\n\", {size}, {at});");
+        }
+    }
+    source += "return 0; }\n";
+    let scratch = tempfile::tempdir().unwrap();
+    let program = scratch.path().join("layouts");
+    compiled("cc", &["-std=c99"], &source, &program);
+    let now = run(program.to_str().unwrap(), &[]);
+    assert!(now.lines().count() > 60, "{now}");
+    compare("layouts.txt", &now);
+}
+
+/// A library whose functions do nothing and whose debug information is the header's.
+fn stubs(out: &Path) {
+    let code = code();
+    let functions = code.split("extern \"C\" {").nth(1).unwrap_or(&code);
+    let mut source = "#include \"surfrecon.h\"\n".to_owned();
+    for declaration in functions.split(';').map(str::trim).filter(|d| d.contains('(') && d.starts_with(['s', 'c', 'u']))
+    {
+        let _ = writeln!(source, "{declaration} {{ __builtin_trap(); }}");
+    }
+    let options = ["-std=c99", "-g", "-shared", "-fPIC", "-Wl,-soname,libsurfrecon.so"];
+    compiled("cc", &options, &source, out);
+}
+
+#[test]
+fn libabigail_finds_no_break() {
+    if Command::new("abidiff").arg("--version").output().is_err() {
+        println!("SKIPPED: abidiff is not installed (package abigail-tools)");
+        return;
+    }
+    let scratch = tempfile::tempdir().unwrap();
+    let library = scratch.path().join("libsurfrecon.so");
+    stubs(&library);
+    let baseline = root().join("c-api/abi/surfrecon.abi");
+    if std::env::var_os("SURFRECON_GENERATE").is_some() {
+        let options = ["--no-corpus-path", "--no-comp-dir-path", "--no-show-locs", "--type-id-style", "hash"];
+        let out = ["--out-file", baseline.to_str().unwrap(), library.to_str().unwrap()];
+        run("abidw", &[&options[..], &out[..]].concat());
+    }
+    // Functions and fields that were added at the end are no break.
+    let arguments = ["--no-added-syms", "--no-show-locs", baseline.to_str().unwrap(), library.to_str().unwrap()];
+    let output = Command::new("abidiff").args(arguments).output().unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    // Bit 4 says that something changed, bit 8 that the change breaks programs.
+    assert!(output.status.code().is_some_and(|code| code & 0b1011 == 0), "{told}");
+}
+
+#[test]
+fn every_function_says_since_when_and_every_argument_what_it_is() {
+    let header = header();
+    let mut comment = String::new();
+    let mut declaration = String::new();
+    let mut checked = 0;
+    let start = header.find("extern \"C\" {").unwrap();
+    for line in header[start..].lines().skip(2) {
+        if let Some(text) = line.trim().strip_prefix("//") {
+            comment += text;
+            comment += "\n";
+        } else if line.trim().is_empty() || line.starts_with('#') {
+            comment.clear();
+        } else {
+            declaration += line.trim();
+            declaration += " ";
+            if !line.ends_with(';') {
+                continue;
+            }
+            assert!(comment.contains("Since "), "{declaration}");
+            let arguments = declaration.split_once('(').unwrap().1;
+            let arguments = arguments.trim_end_matches([' ', ';', ')']).split(',').filter(|a| *a != "void");
+            for argument in arguments {
+                let name = argument.trim().split([' ', '*']).next_back().unwrap();
+                let described = comment
+                    .lines()
+                    .any(|line| line.split("  ").next().unwrap_or_default().split(',').any(|word| word.trim() == name));
+                assert!(described || declaration.contains("srf_status_text"), "{name} of {declaration}");
+            }
+            checked += 1;
+            declaration.clear();
+            comment.clear();
+        }
+    }
+    assert_eq!(checked, NAMES.len());
+}
+
+#[test]
+fn versions_are_those_of_the_workspace_and_the_header() {
+    // SAFETY: no arguments.
+    let (version, abi_version) = unsafe { (text((api().srf_version)()), (api().srf_abi_version)()) };
+    assert_eq!(version, env!("CARGO_PKG_VERSION"));
+    assert!(header().contains(&format!("#define SRF_ABI_VERSION {abi_version}\n")));
+    let cmake = std::fs::read_to_string(root().join("c-api/cmake/surfreconConfigVersion.cmake")).unwrap();
+    assert!(cmake.contains(&format!("set(PACKAGE_VERSION \"{version}\")")));
+}
+
+#[test]
+fn every_status_of_the_header_has_a_text_and_no_other() {
+    let header = header();
+    let declared = header.lines().filter_map(|line| {
+        let (name, number) = line.trim().trim_end_matches(',').split_once(" = ")?;
+        (name == "SRF_OK" || name.starts_with("SRF_ERR_")).then(|| number.parse::<i32>().expect("a number"))
+    });
+    let declared: Vec<i32> = declared.collect();
+    assert!(declared.len() >= 11 && declared.contains(&0), "{declared:?}");
+    for status in -2..100 {
+        let mut out = std::ptr::null();
+        // SAFETY: `out` may be written.
+        let answer = unsafe { (api().srf_status_text)(status, &mut out) };
+        if declared.contains(&status) {
+            api().ok(answer);
+            assert!(!text(out).is_empty());
+        } else {
+            api().refused(answer, 1, &format!("got {status}"));
+            assert!(out.is_null(), "written in spite of the error");
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! The built C library, loaded as a stranger would, and every function the header declares.
+
+use std::ffi::{CStr, c_char, c_void};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
+
+use libloading::Library;
+
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The folder of the built library; cargo builds no library for a test that only loads it, so it is built here, once.
+pub fn folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().expect("the target folder").to_owned();
+        let built = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "--package", "surfrecon-capi", "--target-dir"])
+            .arg(&target)
+            .current_dir(root())
+            .status();
+        assert!(built.expect("cargo can be run").success(), "surfrecon-capi does not build");
+        target.join("debug")
+    })
+}
+
+/// A handle: never followed.
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Handle(pub *mut c_void);
+
+// SAFETY: a handle is a number that any thread may use.
+unsafe impl Send for Handle {}
+// SAFETY: as above.
+unsafe impl Sync for Handle {}
+
+impl Handle {
+    pub const NULL: Handle = Handle(std::ptr::null_mut());
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Array {
+    pub data: *const c_void,
+    pub count: usize,
+    pub stride: usize,
+    pub kind: u32,
+    pub components: u32,
+}
+
+pub const F32: u32 = 1;
+pub const F64: u32 = 2;
+pub const I32: u32 = 3;
+pub const U32: u32 = 4;
+pub const U8: u32 = 5;
+
+impl Array {
+    pub const EMPTY: Array = Array { data: std::ptr::null(), count: 0, stride: 0, kind: 0, components: 0 };
+
+    /// An array of `components` numbers an element.
+    pub fn of<T>(values: &[T], kind: u32, components: u32) -> Self {
+        let size = [4, 8, 4, 4, 1][kind as usize - 1] * components as usize;
+        Array { data: values.as_ptr().cast(), count: size_of_val(values) / size, stride: 0, kind, components }
+    }
+
+    /// The bytes of a view without gaps.
+    pub fn bytes(&self) -> Vec<u8> {
+        if self.count == 0 {
+            return Vec::new();
+        }
+        // SAFETY: the library says so.
+        unsafe { std::slice::from_raw_parts(self.data.cast::<u8>(), self.count * self.stride) }.to_vec()
+    }
+}
+
+#[repr(C)]
+pub struct Watch {
+    pub report: Option<unsafe extern "C" fn(*const c_char, f64, *const c_char, *mut c_void) -> i32>,
+    pub user: *mut c_void,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projection {
+    pub kind: u32,
+    pub reserved: u32,
+    pub numbers: [f64; 4],
+}
+
+/// A struct of the header that starts with its size, by the numbers after its first eight bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sized<const N: usize> {
+    pub size: u32,
+    pub second: u32,
+    pub numbers: [u64; N],
+}
+
+impl<const N: usize> Sized<N> {
+    pub const ZERO: Self = Sized { size: 0, second: 0, numbers: [0; N] };
+
+    pub fn f64(&self, index: usize) -> f64 {
+        f64::from_bits(self.numbers[index])
+    }
+
+    pub fn set_f64(&mut self, index: usize, value: f64) {
+        self.numbers[index] = value.to_bits();
+    }
+}
+
+pub type MergeParams = Sized<6>;
+pub type MergeReport = Sized<19>;
+pub type MeshReport = Sized<17>;
+pub type TriangulateParams = Sized<2>;
+pub type ScanParams = Sized<10>;
+pub type Distances = Sized<7>;
+pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
+
+/// What a function gets in a call that is wrong everywhere: zeros, or handles that never were.
+pub trait Argument {
+    const IS_HANDLE: bool = false;
+    fn zero() -> Self;
+    fn junk(scratch: *mut c_void) -> Self;
+}
+
+impl Argument for Handle {
+    const IS_HANDLE: bool = true;
+    fn zero() -> Self {
+        Handle::NULL
+    }
+    fn junk(_: *mut c_void) -> Self {
+        Handle(std::ptr::without_provenance_mut(0x1234))
+    }
+}
+
+impl<T> Argument for *mut T {
+    fn zero() -> Self {
+        std::ptr::null_mut()
+    }
+    fn junk(scratch: *mut c_void) -> Self {
+        scratch.cast()
+    }
+}
+
+impl<T> Argument for *const T {
+    fn zero() -> Self {
+        std::ptr::null()
+    }
+    fn junk(_: *mut c_void) -> Self {
+        std::ptr::null()
+    }
+}
+
+impl Argument for LogFn {
+    fn zero() -> Self {
+        None
+    }
+    fn junk(_: *mut c_void) -> Self {
+        None
+    }
+}
+
+macro_rules! numbers {
+    ($($t:ty),*) => {$(
+        impl Argument for $t {
+            fn zero() -> Self {
+                0 as $t
+            }
+            fn junk(_: *mut c_void) -> Self {
+                1 as $t
+            }
+        }
+    )*};
+}
+numbers!(u32, i32, usize, f64);
+
+macro_rules! functions {
+    ($($name:ident($($argument:ident: $t:ty),*) -> $r:ty;)*) => {
+        /// Every function of the header.
+        #[derive(Clone, Copy)]
+        pub struct Api {
+            $(pub $name: unsafe extern "C" fn($($t),*) -> $r,)*
+        }
+
+        /// Their names.
+        pub const NAMES: &[&str] = &[$(stringify!($name)),*];
+
+        impl Api {
+            fn load(library: &'static Library) -> Api {
+                Api {$(
+                    // SAFETY: the type is the one the header declares.
+                    $name: *unsafe { library.get::<unsafe extern "C" fn($($t),*) -> $r>(stringify!($name).as_bytes()) }
+                        .unwrap_or_else(|error| panic!("{error}")),
+                )*}
+            }
+
+            /// Calls every function that answers with a status with nothing but zeros; name and status.
+            pub fn call_with_zeros(&self) -> Vec<(&'static str, i32)> {
+                let mut all = Vec::new();
+                $(
+                    // SAFETY: NULL is checked for.
+                    let answer = unsafe { (self.$name)($(<$t>::zero()),*) };
+                    if let Some(status) = status_of(&answer) {
+                        all.push((stringify!($name), status));
+                    }
+                )*
+                all
+            }
+
+            /// Calls every function that takes a handle with one that never was; name and status.
+            pub fn call_with_junk(&self) -> Vec<(&'static str, i32)> {
+                let mut all = Vec::new();
+                let mut scratch = [0_u64; 64];
+                $(
+                    if [$(<$t>::IS_HANDLE),*].contains(&true) {
+                        scratch.fill(0);
+                        let room: *mut c_void = scratch.as_mut_ptr().cast();
+                        let _ = &room;
+                        // SAFETY: results have room, everything else is checked.
+                        let answer = unsafe { (self.$name)($(<$t>::junk(room)),*) };
+                        if let Some(status) = status_of(&answer) {
+                            all.push((stringify!($name), status));
+                        }
+                    }
+                )*
+                all
+            }
+        }
+    };
+}
+
+/// Functions that answer with a status answer with an i32, and only they do.
+fn status_of(answer: &dyn std::any::Any) -> Option<i32> {
+    answer.downcast_ref::<i32>().copied()
+}
+
+functions! {
+    srf_version() -> *const c_char;
+    srf_abi_version() -> u32;
+    srf_last_error_message() -> *const c_char;
+    srf_status_text(status: i32, out: *mut *const c_char) -> i32;
+    srf_set_threads(threads: u32) -> i32;
+    srf_threads() -> u32;
+    srf_set_log(log: LogFn, user: *mut c_void) -> i32;
+    srf_image_create(rows: usize, cols: usize, projection: *const Projection, samples: *const Array, pose: *const [f64; 16], name: *const c_char, out: *mut Handle) -> i32;
+    srf_image_free(image: Handle) -> i32;
+    srf_image_size(image: Handle, rows: *mut usize, cols: *mut usize, valid: *mut usize) -> i32;
+    srf_image_name(image: Handle, out: *mut *const c_char) -> i32;
+    srf_image_camera(image: Handle, projection: *mut Projection, pose: *mut [f64; 16]) -> i32;
+    srf_image_samples(image: Handle, out: *mut Array) -> i32;
+    srf_image_world_points(image: Handle, out: *mut f64, capacity: usize) -> i32;
+    srf_image_ray(image: Handle, row: usize, col: usize, origin: *mut f64, direction: *mut f64) -> i32;
+    srf_image_set_pose(image: Handle, pose: *const [f64; 16]) -> i32;
+    srf_image_set_attributes(image: Handle, colours: *const Array, intensities: *const Array, confidences: *const Array) -> i32;
+    srf_image_attributes(image: Handle, colours: *mut Array, intensities: *mut Array, confidences: *mut Array) -> i32;
+    srf_triangulate_params_init(params: *mut TriangulateParams) -> i32;
+    srf_image_triangulate(image: Handle, params: *const TriangulateParams, out: *mut Handle) -> i32;
+    srf_image_to_cloud(image: Handle, out: *mut Handle) -> i32;
+    srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, pose: *const [f64; 16], out: *mut Handle) -> i32;
+    srf_cloud_free(cloud: Handle) -> i32;
+    srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array) -> i32;
+    srf_cloud_pose(cloud: Handle, out: *mut [f64; 16]) -> i32;
+    srf_mesh_create(positions: *const Array, triangles: *const Array, out: *mut Handle) -> i32;
+    srf_mesh_free(mesh: Handle) -> i32;
+    srf_mesh_positions(mesh: Handle, out: *mut Array) -> i32;
+    srf_mesh_triangles(mesh: Handle, out: *mut Array) -> i32;
+    srf_mesh_attribute_count(mesh: Handle, domain: u32, out: *mut usize) -> i32;
+    srf_mesh_attribute_name(mesh: Handle, domain: u32, index: usize, out: *mut *const c_char) -> i32;
+    srf_mesh_attribute(mesh: Handle, domain: u32, name: *const c_char, out: *mut Array) -> i32;
+    srf_mesh_set_attribute(mesh: Handle, domain: u32, name: *const c_char, data: *const Array) -> i32;
+    srf_mesh_report_init(report: *mut MeshReport) -> i32;
+    srf_mesh_check(mesh: Handle, welded: u32, out: *mut MeshReport) -> i32;
+    srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances) -> i32;
+    srf_distances_init(distances: *mut Distances) -> i32;
+    srf_mesh_write_ply(mesh: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
+    srf_mesh_write_glb(mesh: Handle, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
+    srf_scans_open(paths: *const *const c_char, count: usize, out: *mut Handle) -> i32;
+    srf_scans_free(scans: Handle) -> i32;
+    srf_scans_count(scans: Handle, count: *mut usize, notes: *mut usize) -> i32;
+    srf_scans_note(scans: Handle, index: usize, out: *mut *const c_char) -> i32;
+    srf_scans_describe(scans: Handle, index: usize, name: *mut *const c_char, pose: *mut [f64; 16]) -> i32;
+    srf_scans_read(scans: Handle, index: usize, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
+    srf_merge_params_init(params: *mut MergeParams) -> i32;
+    srf_merge_report_init(report: *mut MergeReport) -> i32;
+    srf_merger_create(out: *mut Handle) -> i32;
+    srf_merger_free(merger: Handle) -> i32;
+    srf_merger_add_image(merger: Handle, image: Handle) -> i32;
+    srf_merger_add_mesh(merger: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
+    srf_merger_add_scans(merger: Handle, scans: Handle) -> i32;
+    srf_merger_run(merger: Handle, params: *const MergeParams, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
+    srf_scan_params_init(params: *mut ScanParams) -> i32;
+    srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
+}
+
+/// The functions of the built library.
+pub fn api() -> &'static Api {
+    static API: OnceLock<Api> = OnceLock::new();
+    API.get_or_init(|| {
+        let file = folder().join(libloading::library_filename("surfrecon"));
+        // SAFETY: our own library; loading it runs no code of ours. It stays loaded to the end.
+        let library = unsafe { Library::new(&file) }.unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        Api::load(Box::leak(Box::new(library)))
+    })
+}
+
+impl Api {
+    /// Text of the last error of this thread.
+    pub fn message(&self) -> String {
+        // SAFETY: no arguments.
+        text(unsafe { (self.srf_last_error_message)() })
+    }
+
+    /// Asserts that a call went well.
+    #[track_caller]
+    pub fn ok(&self, status: i32) {
+        assert_eq!(status, 0, "{}", self.message());
+    }
+
+    /// Asserts that a call failed with `status` and a text that contains `part`.
+    #[track_caller]
+    pub fn refused(&self, answer: i32, status: i32, part: &str) {
+        let message = self.message();
+        assert_eq!(answer, status, "{message}");
+        assert!(message.contains(part), "{message:?} lacks {part:?}");
+    }
+}
+
+/// A text of the library's.
+pub fn text(pointer: *const c_char) -> String {
+    assert!(!pointer.is_null());
+    // SAFETY: the library answers with a text that ends with a zero byte and outlives this call.
+    unsafe { CStr::from_ptr(pointer) }.to_str().expect("UTF-8").to_owned()
+}

@@ -1,0 +1,9 @@
+//! The C library as a stranger meets it: the built file is loaded by name, every function called, rightly and wrongly; the
+//! header compiled, programs run under sanitizers.
+#![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
+
+mod calls;
+mod header;
+mod library;
+mod programs;
+mod structs;

@@ -1,0 +1,122 @@
+//! Programs in C and C++: compiled with all warnings as errors, run plainly, under sanitizers and under valgrind.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::library::*;
+
+struct Program {
+    folder: tempfile::TempDir,
+    file: PathBuf,
+}
+
+/// Compiles a program of the tree and links it to the library.
+fn compile(compiler: &str, options: &[&str], source: &str) -> Program {
+    let scratch = tempfile::tempdir().expect("a scratch folder");
+    let file = scratch.path().join("program");
+    let compiled = Command::new(compiler)
+        .args(options)
+        .args(["-Wall", "-Wextra", "-pedantic", "-Werror", "-g", "-I"])
+        .arg(root().join("c-api/include"))
+        .args([root().join(source).as_os_str(), OsStr::new("-o"), file.as_os_str(), OsStr::new("-L")])
+        .args([folder().as_os_str(), OsStr::new("-lsurfrecon"), OsStr::new("-lm")])
+        .output()
+        .unwrap_or_else(|error| panic!("{compiler} can't be run: {error}"));
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+    Program { folder: scratch, file }
+}
+
+impl Program {
+    fn command(&self, through: &[&str]) -> Command {
+        let mut words: Vec<&OsStr> = through.iter().map(OsStr::new).collect();
+        words.push(self.file.as_os_str());
+        let mut command = Command::new(words[0]);
+        command.args(&words[1..]).env("LD_LIBRARY_PATH", folder()).current_dir(self.folder.path());
+        command.env("ASAN_OPTIONS", "detect_leaks=1:exitcode=99").env("UBSAN_OPTIONS", "halt_on_error=1");
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> String {
+        told(&self.command(&[]).args(arguments).output().expect("the program runs"))
+    }
+}
+
+fn told(output: &Output) -> String {
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}: {printed}{}", output.status, String::from_utf8_lossy(&output.stderr));
+    printed
+}
+
+/// A scan file of a bumpy square, written into the folder of a program.
+fn scan_file(folder: &Path) -> String {
+    use surfrecon::range_image::{Projection, RangeImage};
+    let values = (0..2500).map(|i| 0.1 * (f64::from(i % 50) * 0.3).sin() * (f64::from(i / 50) * 0.2).cos()).collect();
+    let plane = Projection::Orthographic { first: [0.0; 2], step: [0.1, -0.1] };
+    let image = RangeImage::from_values(50, 50, values, plane).unwrap();
+    let path = folder.join("scan.ply");
+    surfrecon::export::write_range_grid_ply(
+        &path,
+        &image,
+        surfrecon::export::PlyEncoding::Ascii,
+        &surfrecon::Progress::none(),
+    )
+    .unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn the_header_is_c99_c11_and_cpp17() {
+    for (compiler, options) in [
+        ("cc", &["-std=c99"][..]),
+        ("cc", &["-std=c11"]),
+        ("c++", &["-std=c++17", "-x", "c++"]),
+        ("c++", &["-std=c++20", "-x", "c++"]),
+    ] {
+        let printed = compile(compiler, options, "tests/c/versions.c").run(&[]);
+        assert_eq!(printed.trim(), format!("surfrecon {}", env!("CARGO_PKG_VERSION")));
+    }
+}
+
+#[test]
+fn the_c_example_merges_a_scan() {
+    let program = compile("cc", &["-std=c99"], "c-api/examples/c/merge_scans.c");
+    let scan = scan_file(program.folder.path());
+    let printed = program.run(&["out.glb", &scan]);
+    assert!(printed.starts_with("1 scans, 4802 triangles in"), "{printed}");
+    assert!(std::fs::metadata(program.folder.path().join("out.glb")).unwrap().len() > 1000);
+    let failed = program.command(&[]).args(["out2.glb", "missing.ply"]).output().unwrap();
+    assert!(!failed.status.success() && String::from_utf8_lossy(&failed.stderr).contains("missing.ply: No such file"));
+    assert!(!program.folder.path().join("out2.glb").exists());
+}
+
+#[test]
+fn the_cpp_example_stays_within_its_tolerance() {
+    let program = compile("c++", &["-std=c++17"], "c-api/examples/cpp/live_tolerance.cpp");
+    let printed = program.run(&["0.005", "out.ply"]);
+    assert!(printed.lines().last().unwrap().contains("genus 1"), "{printed}");
+    assert!(program.folder.path().join("out.ply").exists());
+}
+
+#[test]
+fn nothing_leaks_and_nothing_is_undefined() {
+    let sanitizers = ["-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    let c = compile("cc", &[&["-std=c99"], &sanitizers[..]].concat(), "tests/c/exercise.c");
+    assert_eq!(c.run(&[]).trim(), "fine");
+    let cpp = compile("c++", &[&["-std=c++17"], &sanitizers[..]].concat(), "tests/c/exercise.cpp");
+    assert_eq!(cpp.run(&[]).trim(), "fine");
+}
+
+#[test]
+fn valgrind_has_nothing_to_report() {
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        println!("SKIPPED: valgrind is not installed");
+        return;
+    }
+    let program = compile("cc", &["-std=c99", "-O1"], "tests/c/exercise.c");
+    // Worker threads live to the end of the program: what they hold is still reachable, not lost.
+    let through =
+        ["valgrind", "--quiet", "--error-exitcode=99", "--leak-check=full", "--errors-for-leak-kinds=definite"];
+    let output = program.command(&through).output().expect("valgrind runs");
+    assert_eq!(told(&output).trim(), "fine");
+}
