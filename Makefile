@@ -46,7 +46,8 @@ install: ## Install the C library, its headers, pkg-config and CMake files: PREF
 	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"
 
 generate: ## Write the files that are generated from the code: the C header, its lists in c-api/abi, PARAMETERS.md
-	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated --test c_library
+	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
+	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test c_library header::
 
 clean: ## Remove everything built here
 	cargo clean

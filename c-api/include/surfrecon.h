@@ -525,12 +525,14 @@ srf_status srf_image_to_cloud(const srf_image *image, srf_cloud **out_cloud);
 // positions         3 SRF_F64 or SRF_F32 a point; not NULL
 // normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
 // colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
+// intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none
 // world_from_cloud  NULL for the identity
 // out_cloud         receives a new handle on SRF_OK only; not NULL
 // returns           SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_cloud_create(const srf_array *positions,
                             const srf_array *normals,
                             const srf_array *colours,
+                            const srf_array *intensities,
                             const srf_pose *world_from_cloud,
                             srf_cloud **out_cloud);
 
@@ -540,15 +542,17 @@ srf_status srf_cloud_create(const srf_array *positions,
 srf_status srf_cloud_free(srf_cloud *cloud);
 
 // Views of a cloud's arrays; those it does not have are empty.
-// cloud          not NULL
-// out_positions  3 SRF_F64 a point; NULL if not wanted
-// out_normals    3 SRF_F32 a point; NULL if not wanted
-// out_colours    4 SRF_U8 a point; NULL if not wanted
-// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// cloud            not NULL
+// out_positions    3 SRF_F64 a point; NULL if not wanted
+// out_normals      3 SRF_F32 a point; NULL if not wanted
+// out_colours      4 SRF_U8 a point; NULL if not wanted
+// out_intensities  one SRF_F32 a point; NULL if not wanted
+// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_positions,
                             srf_array *out_normals,
-                            srf_array *out_colours);
+                            srf_array *out_colours,
+                            srf_array *out_intensities);
 
 // Where a cloud stands in the world.
 // cloud      not NULL

@@ -293,28 +293,28 @@ public:
     {
         const srf_array array = positions.array();
         srf_cloud *cloud = nullptr;
-        check(srf_cloud_create(&array, nullptr, nullptr, nullptr, &cloud));
+        check(srf_cloud_create(&array, nullptr, nullptr, nullptr, nullptr, &cloud));
         return Cloud(cloud);
     }
 
     View<double, 3> positions() const
     {
         srf_array view{};
-        check(srf_cloud_arrays(get(), &view, nullptr, nullptr));
+        check(srf_cloud_arrays(get(), &view, nullptr, nullptr, nullptr));
         return View<double, 3>(view);
     }
 
     View<float, 3> normals() const
     {
         srf_array view{};
-        check(srf_cloud_arrays(get(), nullptr, &view, nullptr));
+        check(srf_cloud_arrays(get(), nullptr, &view, nullptr, nullptr));
         return View<float, 3>(view);
     }
 
     View<std::uint8_t, 4> colours() const
     {
         srf_array view{};
-        check(srf_cloud_arrays(get(), nullptr, nullptr, &view));
+        check(srf_cloud_arrays(get(), nullptr, nullptr, &view, nullptr));
         return View<std::uint8_t, 4>(view);
     }
 

@@ -28,6 +28,7 @@ fn one_a_point(name: &str, count: usize, points: usize) -> Result<(), Failure> {
 /// positions         3 SRF_F64 or SRF_F32 a point; not NULL
 /// normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
 /// colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
+/// intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none
 /// world_from_cloud  NULL for the identity
 /// out_cloud         receives a new handle on SRF_OK only; not NULL
 /// returns           SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
@@ -36,6 +37,7 @@ pub unsafe extern "C" fn srf_cloud_create(
     positions: *const srf_array,
     normals: *const srf_array,
     colours: *const srf_array,
+    intensities: *const srf_array,
     world_from_cloud: *const srf_pose,
     out_cloud: *mut *mut srf_cloud,
 ) -> srf_status {
@@ -44,7 +46,13 @@ pub unsafe extern "C" fn srf_cloud_create(
         let positions = Borrowed::new("positions", positions, 3)?.points()?;
         let normals = Borrowed::optional("normals", normals, 3)?.map(|n| n.points_f32()).transpose()?;
         let colour = Borrowed::optional("colours", colours, 4)?.map(|c| c.colours()).transpose()?;
-        for (name, count) in [("normals", normals.as_ref().map(Vec::len)), ("colours", colour.as_ref().map(Vec::len))] {
+        let intensity = Borrowed::optional("intensities", intensities, 1)?.map(|i| i.values_f32()).transpose()?;
+        let counts = [
+            ("normals", normals.as_ref().map(Vec::len)),
+            ("colours", colour.as_ref().map(Vec::len)),
+            ("intensities", intensity.as_ref().map(Vec::len)),
+        ];
+        for (name, count) in counts {
             one_a_point(name, count.unwrap_or(positions.len()), positions.len())?;
         }
         if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
@@ -52,7 +60,7 @@ pub unsafe extern "C" fn srf_cloud_create(
             return Err(Failure::new(SRF_ERR_INPUT, text));
         }
         let world_from_cloud = pose::read("world_from_cloud", world_from_cloud)?;
-        handle::give("out_cloud", out_cloud, PointCloud { positions, normals, colour, world_from_cloud })
+        handle::give("out_cloud", out_cloud, PointCloud { positions, normals, colour, intensity, world_from_cloud })
     })
 }
 
@@ -65,17 +73,19 @@ pub unsafe extern "C" fn srf_cloud_free(cloud: *mut srf_cloud) -> srf_status {
 }
 
 /// Views of a cloud's arrays; those it does not have are empty.
-/// cloud          not NULL
-/// out_positions  3 SRF_F64 a point; NULL if not wanted
-/// out_normals    3 SRF_F32 a point; NULL if not wanted
-/// out_colours    4 SRF_U8 a point; NULL if not wanted
-/// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// cloud            not NULL
+/// out_positions    3 SRF_F64 a point; NULL if not wanted
+/// out_normals      3 SRF_F32 a point; NULL if not wanted
+/// out_colours      4 SRF_U8 a point; NULL if not wanted
+/// out_intensities  one SRF_F32 a point; NULL if not wanted
+/// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_arrays(
     cloud: *const srf_cloud,
     out_positions: *mut srf_array,
     out_normals: *mut srf_array,
     out_colours: *mut srf_array,
+    out_intensities: *mut srf_array,
 ) -> srf_status {
     guard(|| {
         let cloud = handle::get("cloud", cloud)?;
@@ -83,7 +93,8 @@ pub unsafe extern "C" fn srf_cloud_arrays(
             |name, out: *mut srf_array, view| if out.is_null() { Ok(()) } else { pointer::write(name, out, view) };
         give("out_positions", out_positions, array::points(&cloud.positions))?;
         give("out_normals", out_normals, array::points_f32(cloud.normals.as_deref().unwrap_or_default()))?;
-        give("out_colours", out_colours, array::colours(cloud.colour.as_deref().unwrap_or_default()))
+        give("out_colours", out_colours, array::colours(cloud.colour.as_deref().unwrap_or_default()))?;
+        give("out_intensities", out_intensities, array::values_f32(cloud.intensity.as_deref().unwrap_or_default()))
     })
 }
 

@@ -71,7 +71,7 @@ int main(void)
     must(srf_merger_run(merger, &params, NULL, &merged, &report) == SRF_OK && report.scans == 2, "merge");
     must(srf_mesh_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, &topology) == SRF_OK, "check");
     must(topology.is_manifold == 1, "manifold");
-    must(srf_cloud_arrays(cloud, &points, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
+    must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
     must(srf_distances_init(&figures) == SRF_OK, "init");
     must(srf_mesh_distances(merged, &points, 0, 2, NULL, off, &figures) == SRF_OK && figures.max < 1.0, "distances");
     must(srf_mesh_attribute(merged, SRF_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");

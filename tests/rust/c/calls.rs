@@ -269,7 +269,7 @@ fn an_image_and_its_cloud() {
         let mut cloud = Handle::NULL;
         api.ok((api.srf_image_to_cloud)(image, &mut cloud));
         let (mut normals, mut positions) = (Array::EMPTY, Array::EMPTY);
-        api.ok((api.srf_cloud_arrays)(cloud, &mut positions, &mut normals, unwanted()));
+        api.ok((api.srf_cloud_arrays)(cloud, &mut positions, &mut normals, unwanted(), unwanted()));
         assert_eq!((positions.count, normals.count), (valid, valid));
         api.ok((api.srf_cloud_pose)(cloud, &mut pose));
         assert_eq!(pose, moved);
@@ -277,6 +277,30 @@ fn an_image_and_its_cloud() {
             api.ok(end);
         }
         api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn a_cloud_from_arrays() {
+    let api = api();
+    let positions = [[1e7, 2.0, 3.0], [1e7, 2.5, 3.0_f64]];
+    let normals = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0_f32]];
+    let intensities = [0.25, 0.75_f64];
+    let mut cloud = Handle::NULL;
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let (p, n, i) = (Array::of(&positions, F64, 3), Array::of(&normals, F32, 3), Array::of(&intensities, F64, 1));
+        let none = std::ptr::null();
+        api.ok((api.srf_cloud_create)(&p, &n, none, &i, none.cast(), &mut cloud));
+        let mut views = [Array::EMPTY; 4];
+        let [a, b, c, d] = &mut views;
+        api.ok((api.srf_cloud_arrays)(cloud, a, b, c, d));
+        assert_eq!(views[0].bytes(), positions.concat().iter().flat_map(|x| x.to_ne_bytes()).collect::<Vec<_>>());
+        assert_eq!(views.map(|view| view.count), [2, 2, 0, 2]);
+        api.ok((api.srf_cloud_free)(cloud));
+        let one = Array { count: 1, ..n };
+        let answer = (api.srf_cloud_create)(&p, &one, none, none, none.cast(), &mut cloud);
+        api.refused(answer, INPUT, "normals has 1 entries for 2 points");
     }
 }
 

@@ -258,9 +258,9 @@ functions! {
     srf_triangulate_params_init(params: *mut TriangulateParams) -> i32;
     srf_image_triangulate(image: Handle, params: *const TriangulateParams, out: *mut Handle) -> i32;
     srf_image_to_cloud(image: Handle, out: *mut Handle) -> i32;
-    srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, pose: *const [f64; 16], out: *mut Handle) -> i32;
+    srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, intensities: *const Array, pose: *const [f64; 16], out: *mut Handle) -> i32;
     srf_cloud_free(cloud: Handle) -> i32;
-    srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array) -> i32;
+    srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array, intensities: *mut Array) -> i32;
     srf_cloud_pose(cloud: Handle, out: *mut [f64; 16]) -> i32;
     srf_mesh_create(positions: *const Array, triangles: *const Array, out: *mut Handle) -> i32;
     srf_mesh_free(mesh: Handle) -> i32;
