@@ -91,7 +91,11 @@ impl ParamSpec {
 
 /// Every parameter of the library.
 pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
-    crate::triangulate::PARAMS.iter().chain(crate::merge::PARAMS).chain(crate::scan::PARAMS)
+    crate::import::PARAMS
+        .iter()
+        .chain(crate::triangulate::PARAMS)
+        .chain(crate::merge::PARAMS)
+        .chain(crate::scan::PARAMS)
 }
 
 /// The parameter `name` of `operation`.

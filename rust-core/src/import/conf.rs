@@ -11,11 +11,12 @@
 //! extension is passed over with a note: Stanford's own files name a cylindrical scan this way that was never given out.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::overlap::{self, Convention};
-use super::{ScanSet, file};
+use super::{ReadOptions, ScanSet, file};
 use crate::error::{Error, Result};
 
 /// One placed file.
@@ -52,26 +53,12 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 /// Opens the scans of a file and decides what its quaternions mean.
-pub(super) fn open(path: &Path) -> Result<ScanSet> {
+pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let mut notes = Vec::new();
     let placed = parse(path, &file::read(path)?, &mut notes)?;
     let mut scans = Vec::with_capacity(placed.len());
     for one in &placed {
-        // A list within a list could name itself.
-        if super::format_of(&one.path)?.is_list() {
-            let problem = format!("{} is a list of scans, not a scan", file::name(&one.path));
-            return Err(Error::format(path, format!("line {}", one.line), problem));
-        }
-        // Reads its header: what is wrong with a file shows now, not in the middle of a merge.
-        let mut opened = super::open_file(&one.path)?;
-        notes.append(&mut opened.notes);
-        match opened.scans.pop() {
-            Some(scan) if opened.scans.is_empty() => scans.push(scan),
-            _ => {
-                let problem = format!("{} does not hold exactly one scan", one.path.display());
-                return Err(Error::format(path, format!("line {}", one.line), problem));
-            }
-        }
+        scans.push(super::open_named(path, one.line, &one.path, options, &mut notes)?);
     }
     let (convention, why) = overlap::decide(&scans, &|i, convention| placed[i].pose(convention))?;
     notes.push(format!("{}: {why}", file::name(path)));
@@ -174,7 +161,7 @@ fn split_numbers(rest: &str) -> Result<(&str, [f64; 7]), String> {
 const NUMBERS: [&str; 7] = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 
 /// The file of that name within the folder.
-fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("the name of the file is missing".to_owned());
     }

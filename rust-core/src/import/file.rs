@@ -1,9 +1,14 @@
 //! Files as the readers need them. Only regular files are read: a device or a pipe could go on for ever.
 
+use std::cell::Cell;
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
 
+use glam::DVec3;
+
+use super::{Content, ReadOptions, Scan, ScanSet};
 use crate::error::{Error, Result};
 
 /// Opens a regular file; also its length.
@@ -45,4 +50,100 @@ pub(super) fn read_start(path: &Path, count: usize) -> Result<Vec<u8>> {
 /// The file's own name, for notes.
 pub(super) fn name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// What readers take: a file, or bytes in memory under test.
+pub(super) trait Input: Read + Seek {}
+
+impl<T: Read + Seek> Input for T {}
+
+/// An input that remembers a failure: decoding crates don't all hand it on.
+pub(super) struct Watched<'a> {
+    input: &'a mut dyn Input,
+    failure: &'a Cell<Option<std::io::Error>>,
+}
+
+impl Watched<'_> {
+    fn note<T>(&self, outcome: std::io::Result<T>) -> std::io::Result<T> {
+        if let Err(error) = &outcome
+            && error.kind() != ErrorKind::Interrupted
+        {
+            self.failure.set(Some(std::io::Error::new(error.kind(), error.to_string())));
+        }
+        outcome
+    }
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let outcome = self.input.read(buffer);
+        self.note(outcome)
+    }
+}
+
+impl Seek for Watched<'_> {
+    // A place before the start comes out of the file's content, not out of the disk.
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.input.seek(to)
+    }
+}
+
+/// Lets a decoding crate read the scan's file; where reading fails, that is the error, whatever the crate makes of it.
+pub(super) fn watched<T>(
+    input: &mut dyn Input,
+    scan: &Scan,
+    decode: impl FnOnce(BufReader<Watched<'_>>) -> Result<T>,
+) -> Result<T> {
+    let failure = Cell::new(None);
+    let outcome = decode(BufReader::with_capacity(1 << 16, Watched { input, failure: &failure }));
+    match failure.take() {
+        Some(error) => Err(Error::io(&scan.path, error)),
+        None => outcome,
+    }
+}
+
+/// What a decoding crate says about the file's content.
+pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Error {
+    Error::format(&scan.path, "while decoding", error.to_string())
+}
+
+/// Reads a scan out of an input of so many bytes, whose path is the scan's.
+pub(super) type Parse = fn(&mut dyn Input, u64, &Scan) -> Result<Content>;
+
+/// Opens a file of one scan without looking into it.
+pub(super) fn single(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes: Vec::new() })
+}
+
+/// Reads a scan with `parse`.
+pub(super) fn parsed(scan: &Scan, parse: Parse) -> Result<Content> {
+    let (mut file, length) = open(&scan.path)?;
+    parse(&mut file, length, scan)
+}
+
+/// About `count` points of a scan, spread over it, by reading all of it.
+pub(super) fn thinned(scan: &Scan, parse: Parse, count: usize) -> Result<Vec<DVec3>> {
+    fn every<T>(all: impl Iterator<Item = T>, length: usize, count: usize) -> Vec<T> {
+        all.step_by((length / count.max(1)).max(1)).collect()
+    }
+    Ok(match parsed(scan, parse)? {
+        Content::RangeImage(image) => {
+            let valid = (0..image.len()).filter(|&i| image.is_valid(i));
+            every(valid.map(|i| image.point_in_sensor(i)), image.valid_count(), count)
+        }
+        Content::Mesh(mesh) => every(mesh.positions.iter().copied(), mesh.positions.len(), count),
+        Content::Points(cloud) => every(cloud.positions.iter().copied(), cloud.positions.len(), count),
+    })
+}
+
+/// Room for `count` elements that the file was seen to hold or the limit of decoded sizes allows.
+pub(super) fn reserve<T>(count: usize, path: &Path) -> Result<Vec<T>> {
+    let mut list = Vec::new();
+    match list.try_reserve_exact(count) {
+        Ok(()) => Ok(list),
+        Err(_) => {
+            let bytes = count.saturating_mul(size_of::<T>());
+            Err(Error::OutOfMemory(format!("{}: {bytes} bytes", path.display())))
+        }
+    }
 }

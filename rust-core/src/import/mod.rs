@@ -6,17 +6,32 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
-//! | `file`, `window` | regular files, whole or in part; a window that moves along one |
+//! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, TIFF, ESRI grids, npy |
+//! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
+//! | `options` | what the files don't say themselves |
+//! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
+//!
+//! A file is recognized by its content; the ending of its name decides only where the content could be anything.
 
+mod camera;
 mod conf;
 mod file;
+mod options;
 mod overlap;
 mod ply;
 mod points;
+mod pose;
+mod raster;
+mod text;
+mod trajectory;
 mod window;
+
+#[cfg(test)]
+mod damage;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -26,6 +41,9 @@ use crate::mesh::TriMesh;
 use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
 use crate::triangulate::TriangulateParams;
+
+pub use camera::Camera;
+pub use options::{PARAMS, PixelMeaning, ReadOptions};
 
 /// Scans opened together: from one file, or from a side file that places several.
 #[derive(Clone, Debug, Default)]
@@ -47,6 +65,8 @@ pub struct Scan {
     pub part: usize,
     /// Places the scan in the world.
     pub world_from_sensor: DAffine3,
+    /// What the file doesn't say itself.
+    pub options: Arc<ReadOptions>,
 }
 
 /// What a scan turned out to hold.
@@ -68,50 +88,91 @@ pub struct Format {
     pub extensions: &'static [&'static str],
     /// Whether a file starts like one of this format.
     sniff: fn(&[u8]) -> bool,
-    /// Opens the scans of a file.
-    open: fn(&Path) -> Result<ScanSet>,
-    /// `None` for side files, whose scans lie in other files.
-    reader: Option<Reader>,
+    role: Role,
 }
 
-/// How the scans of a format are read.
-struct Reader {
-    /// Reads one scan.
-    read: fn(&Scan) -> Result<Content>,
-    /// Some points of a scan, cheaply, in its own frame.
-    preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
+/// What files of a format hold.
+enum Role {
+    /// Scans.
+    Scans {
+        /// Lists the scans; reads headers, no more.
+        open: fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>,
+        /// Reads one scan.
+        read: fn(&Scan) -> Result<Content>,
+        /// Some points of a scan, cheaply if that can be, in its own frame.
+        preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
+    },
+    /// Names and places of scans that lie in other files.
+    List(fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>),
+    /// The camera of depth images.
+    Camera(fn(&Path) -> Result<Camera>),
+    /// Poses of a sequence of images.
+    Trajectory(fn(&Path) -> Result<trajectory::Trajectory>),
 }
 
 impl Format {
-    /// Whether files of this format list scans that lie in other files.
-    pub fn is_list(&self) -> bool {
-        self.reader.is_none()
+    /// Whether files of this format hold no scans themselves but list, place or describe scans in other files.
+    pub fn is_side_file(&self) -> bool {
+        !matches!(self.role, Role::Scans { .. })
     }
 }
 
-/// The formats that can be read.
-static FORMATS: [Format; 3] = [
+/// A format of height maps and depth images.
+macro_rules! raster {
+    ($name:literal, $extensions:expr, $module:ident) => {
+        Format {
+            name: $name,
+            extensions: &$extensions,
+            sniff: raster::$module::sniff,
+            role: Role::Scans {
+                open: file::single,
+                read: |scan| file::parsed(scan, raster::$module::parse),
+                preview: |scan, count| file::thinned(scan, raster::$module::parse, count),
+            },
+        }
+    };
+}
+
+/// The formats that can be read. Where several could have written a file's first bytes, the stricter comes first.
+static FORMATS: &[Format] = &[
     Format {
         name: "PLY (range grid, mesh or points)",
         extensions: &["ply"],
         sniff: ply::sniff,
-        open: ply::open,
-        reader: Some(Reader { read: ply::read, preview: ply::preview }),
+        role: Role::Scans { open: ply::open, read: ply::read, preview: ply::preview },
     },
     Format {
         name: "VRIP list of placed scans",
         extensions: &["conf"],
         sniff: conf::sniff,
-        open: conf::open,
-        reader: None,
+        role: Role::List(conf::open),
     },
+    raster!("PNG (height map, terrain RGB or depth)", ["png"], png),
+    raster!("PGM (height map or depth)", ["pgm"], pgm),
+    raster!("PFM (height map or depth)", ["pfm"], pfm),
+    raster!("TIFF (height map or depth)", ["tif", "tiff"], tiff),
+    raster!("NumPy array (height map, depth or points)", ["npy"], npy),
+    raster!("ESRI ASCII grid", ["asc"], esri),
+    Format {
+        name: "camera of depth images",
+        extensions: &["json"],
+        sniff: camera::sniff,
+        role: Role::Camera(camera::read),
+    },
+    Format {
+        name: "trajectory (Open3D log or TUM)",
+        extensions: &["log", "freiburg"],
+        sniff: trajectory::sniff,
+        role: Role::Trajectory(trajectory::read),
+    },
+    // Has no mark of its own: recognized by the ending of its name.
+    raster!("SRTM tile", ["hgt"], hgt),
     // Last: any lines of numbers are points.
     Format {
         name: "points in text",
         extensions: &["xyz", "pts", "asc", "txt", "csv"],
         sniff: points::sniff,
-        open: points::open,
-        reader: Some(Reader { read: points::read, preview: points::preview }),
+        role: Role::Scans { open: points::open, read: points::read, preview: points::preview },
     },
 ];
 
@@ -120,41 +181,104 @@ const SNIFFED: usize = 4096;
 
 /// The formats that can be read.
 pub fn formats() -> &'static [Format] {
-    &FORMATS
+    FORMATS
 }
 
 /// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
-/// points of each scan, no more.
+/// points of each scan, no more. What the file doesn't say takes its default ([`ReadOptions`]).
 ///
 /// # Errors
 /// The file can't be read, its format isn't known, or a scan it names can't be opened.
 pub fn open(path: &Path) -> Result<ScanSet> {
-    let mut set = open_file(path)?;
-    make_names_unique(&mut set.scans);
-    Ok(set)
+    open_many(&[path])
+}
+
+/// Opens several files as one set, in the order given, with the default options.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
+    open_with(paths, &ReadOptions::default())
 }
 
 /// Opens several files as one set, in the order given.
 ///
+/// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
+/// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
+/// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
+///
 /// # Errors
-/// As [`open`], for the first file that can't be opened; no path given.
-pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
-    if paths.is_empty() {
-        return Err(Error::input("no file was given"));
-    }
+/// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit.
+pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions) -> Result<ScanSet> {
+    options.validate()?;
     let mut all = ScanSet::default();
-    for path in paths {
-        let mut set = open_file(path.as_ref())?;
+    let mut options = options.clone();
+    let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
+    let mut opens = Vec::new();
+    for path in paths.iter().map(AsRef::as_ref) {
+        match &format_of(path)?.role {
+            Role::Camera(read) => {
+                let camera = read(path)?;
+                if options.camera.is_some_and(|other| other != camera) {
+                    return Err(Error::input(format!("{}: there is another camera already", path.display())));
+                }
+                options.camera = Some(camera);
+            }
+            Role::Trajectory(read) => {
+                if let Some((other, _)) = poses.replace((path, read(path)?)) {
+                    let problem = format!("{} is a trajectory too; give one", other.display());
+                    return Err(Error::input(format!("{}: {problem}", path.display())));
+                }
+            }
+            Role::Scans { open, .. } => opens.push((path, *open)),
+            Role::List(open) => opens.push((path, *open)),
+        }
+    }
+    if opens.is_empty() {
+        return Err(Error::input(match paths {
+            [] => "no file was given".to_owned(),
+            [first, ..] => format!("{}: describes scans; open it together with them", first.as_ref().display()),
+        }));
+    }
+    let options = Arc::new(options);
+    for (path, open) in opens {
+        let mut set = open(path, &options)?;
+        if let [scan] = set.scans.as_mut_slice()
+            && poses.is_none()
+            && scan.path == path
+        {
+            set.notes.extend(pose::beside(scan)?);
+        }
         all.scans.append(&mut set.scans);
         all.notes.append(&mut set.notes);
+    }
+    if let Some((path, poses)) = &poses {
+        all.notes.extend(poses.place(&mut all.scans, path)?);
     }
     make_names_unique(&mut all.scans);
     Ok(all)
 }
 
-/// Opens a file, its scans' names as they come.
-fn open_file(path: &Path) -> Result<ScanSet> {
-    (format_of(path)?.open)(path)
+/// The one scan of a file that line `line` of the list `list` names.
+fn open_named(
+    list: &Path,
+    line: usize,
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    notes: &mut Vec<String>,
+) -> Result<Scan> {
+    let fail = |problem: String| Err(Error::format(list, format!("line {line}"), problem));
+    // A list within a list could name itself.
+    let Role::Scans { open, .. } = format_of(path)?.role else {
+        return fail(format!("{} is a list of scans, not a scan", file::name(path)));
+    };
+    // Reads its header: what is wrong with a file shows now, not in the middle of a merge.
+    let mut opened = open(path, options)?;
+    notes.append(&mut opened.notes);
+    match opened.scans.pop() {
+        Some(scan) if opened.scans.is_empty() => Ok(scan),
+        _ => fail(format!("{} does not hold exactly one scan", path.display())),
+    }
 }
 
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
@@ -201,7 +325,13 @@ impl Scan {
             path: path.to_owned(),
             part: 0,
             world_from_sensor: DAffine3::IDENTITY,
+            options: Arc::default(),
         }
+    }
+
+    /// The only scan of a file that is understood as `options` say.
+    fn with(path: &Path, options: &Arc<ReadOptions>) -> Self {
+        Scan { options: options.clone(), ..Scan::new(path) }
     }
 
     /// Reads the samples.
@@ -209,21 +339,26 @@ impl Scan {
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn read(&self) -> Result<Content> {
-        (self.reader()?.read)(self)
+        match format_of(&self.path)?.role {
+            Role::Scans { read, .. } => read(self),
+            _ => Err(self.is_no_scan()),
+        }
     }
 
-    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it. Fewer if there are fewer.
+    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
+    /// Fewer if there are fewer.
     ///
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
-        (self.reader()?.preview)(self, count)
+        match format_of(&self.path)?.role {
+            Role::Scans { preview, .. } => preview(self, count),
+            _ => Err(self.is_no_scan()),
+        }
     }
 
-    fn reader(&self) -> Result<&'static Reader> {
-        format_of(&self.path)?.reader.as_ref().ok_or_else(|| {
-            Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
-        })
+    fn is_no_scan(&self) -> Error {
+        Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
     }
 }
 
@@ -314,7 +449,7 @@ mod tests {
         assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
         let unknown = refused(&file("x.bin", "MZ"));
         assert!(
-            unknown.ends_with("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf; points in text: .xyz, .pts, .asc, .txt, .csv")
+            unknown.contains("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf;")
         );
         assert!(refused(&file("empty.ply", "")).contains("starts with a line `ply`"));
         assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));

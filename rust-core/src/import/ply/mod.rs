@@ -30,6 +30,7 @@ mod source;
 
 use std::io::Read;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
@@ -39,7 +40,7 @@ use self::fault::{Parsed, Problem};
 use self::header::{Element, Encoding, Header};
 use self::source::{Ascii, Binary, NO_VERTEX, Source};
 use super::window::Window;
-use super::{Content, Scan, ScanSet, file};
+use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::point_cloud::PointCloud;
@@ -55,11 +56,11 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 /// Opens a file as one scan; reads its header only.
-pub(super) fn open(path: &Path) -> Result<ScanSet> {
+pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (mut file, length) = file::open(path)?;
     let header = read_header(&mut file, length, path)?;
     let notes = header.notes.iter().map(|note| format!("{}: {note}", file::name(path))).collect();
-    Ok(ScanSet { scans: vec![Scan::new(path)], notes })
+    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes })
 }
 
 /// Reads a scan.

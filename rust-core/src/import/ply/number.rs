@@ -45,7 +45,7 @@ struct Decimal {
 
 /// Whether a byte separates tokens.
 #[inline(always)]
-pub(super) fn is_blank(byte: u8) -> bool {
+pub(crate) fn is_blank(byte: u8) -> bool {
     byte <= b' '
 }
 
@@ -176,7 +176,7 @@ pub(super) fn read_plain_f32(text: &[u8], start: usize) -> Option<(f32, usize)> 
 
 /// The f32 that starts at `start` and the place after it; `None` if there is no number.
 #[inline(always)]
-pub(super) fn read_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
+pub(crate) fn read_f32(text: &[u8], start: usize) -> Option<(f32, usize)> {
     if let Some(d) = decimal(text, start)
         && let Some(value) = round_f32(d.negative, d.digits, d.exponent)
     {
@@ -201,7 +201,7 @@ pub(crate) fn read_f64(text: &[u8], start: usize) -> Option<(f64, usize)> {
 
 /// The whole number that starts at `start` and the place after it; `None` if there is none or it is beyond +-10^15.
 #[inline(always)]
-pub(super) fn read_integer(text: &[u8], start: usize) -> Option<(i64, usize)> {
+pub(crate) fn read_integer(text: &[u8], start: usize) -> Option<(i64, usize)> {
     let first = *text.get(start)?;
     let mut at = start + usize::from((first == b'-') | (first == b'+'));
     let (count, mut digits) = leading_digits(eight(text, at));
@@ -228,7 +228,7 @@ pub(super) fn read_plain_index(text: &[u8], start: usize) -> Option<(u64, usize)
 }
 
 /// The end of the token that starts at `start`.
-pub(super) fn token_end(text: &[u8], start: usize) -> usize {
+pub(crate) fn token_end(text: &[u8], start: usize) -> usize {
     text[start..].iter().position(|&b| is_blank(b)).map_or(text.len(), |n| start + n)
 }
 

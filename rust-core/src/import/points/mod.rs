@@ -18,12 +18,13 @@ mod lines;
 
 use std::io::{BufReader, Read};
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
-use super::{Content, Scan, ScanSet, file};
+use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
 
@@ -66,12 +67,12 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 /// Opens a file as one scan; reads its first lines only.
-pub(super) fn open(path: &Path) -> Result<ScanSet> {
+pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let head = file::read_start(path, HEAD)?;
     let end = if head.len() < HEAD { head.len() } else { head.iter().rposition(|&b| b == b'\n').unwrap_or(0) };
     let columns = layout(&head[..end]).map_err(|problem| problem.into_error(path))?;
     let notes = columns.iter().flat_map(|c| &c.notes).map(|note| format!("{}: {note}", file::name(path))).collect();
-    Ok(ScanSet { scans: vec![Scan::new(path)], notes })
+    Ok(ScanSet { scans: vec![Scan::with(path, options)], notes })
 }
 
 /// Reads a scan.
