@@ -85,3 +85,57 @@ fn meshes() {
         mesh.validate().unwrap();
     }
 }
+
+/// The values are those that NumPy, Pillow and rasterio give.
+#[test]
+fn height_maps() {
+    let Some(data) = data() else { return };
+    let read = |file: &str| match import::open(&data.join(file)).unwrap().scans[0].read().unwrap() {
+        Content::RangeImage(image) => image,
+        other => panic!("{file}: {other:?}"),
+    };
+    let etna = read("dem/N37E014.hgt");
+    assert_eq!((etna.rows(), etna.cols(), etna.valid_count()), (1201, 1201, 1201 * 1201));
+    let sea = (0..etna.len()).filter(|&i| etna.range(i) == 0.0).count();
+    assert_eq!(sea, 38_868);
+    let fuji = read("dem/fuji.png");
+    let highest = (0..fuji.len()).map(|i| fuji.range(i)).fold(0.0, f64::max);
+    assert!((3700.0..3780.0).contains(&highest), "Fuji is 3776 m high, not {highest}");
+    let error = import::open(&data.join("dem/autzen-height.tif")).unwrap().scans[0].read().unwrap_err().to_string();
+    assert!(
+        error.ends_with("3 channels a pixel; a height map or depth image has one, of whole numbers or floats"),
+        "{error}"
+    );
+}
+
+/// Placed depth images of one scene lie on each other: the poses, the camera and the unit are understood.
+#[test]
+fn depth_sequences() {
+    let Some(data) = data() else { return };
+    let depth = |folder: &str, name: &dyn Fn(usize) -> String, count: usize| -> Vec<PathBuf> {
+        (0..count).map(|i| data.join(folder).join(name(i))).collect()
+    };
+    let mut living_room = depth("rgbd_open3d/depth", &|i| format!("{i:05}.png"), 5);
+    living_room.push(data.join("rgbd_open3d/camera_primesense.json"));
+    living_room.push(data.join("rgbd_open3d/trajectory.log"));
+    let mut heads = depth("rgbd_7scenes", &|i| format!("frame-000{}.depth.png", 150 + 5 * i), 3);
+    heads.push(data.join("rgbd_7scenes/camera-intrinsics.txt"));
+    for (paths, apart) in [(living_room, 0.015), (heads, 0.02)] {
+        let set = import::open_many(&paths).unwrap();
+        println!("{:?}", set.notes);
+        let points: Vec<Vec<glam::DVec3>> = set
+            .scans
+            .iter()
+            .map(|scan| {
+                let Content::RangeImage(image) = scan.read().unwrap() else { panic!("no range image") };
+                (0..image.len()).step_by(7).filter(|&i| image.is_valid(i)).map(|i| image.point_in_world(i)).collect()
+            })
+            .collect();
+        let tree = surfrecon::geom::neighbours::KdTree::new(&points[0]);
+        let mut far: Vec<f64> = points[1].iter().step_by(20).filter_map(|p| Some(tree.nearest(*p)?.1)).collect();
+        far.sort_by(f64::total_cmp);
+        let median = far[far.len() / 2];
+        println!("median distance to the first image: {median}");
+        assert!(median < apart, "{median}");
+    }
+}

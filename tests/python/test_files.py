@@ -79,9 +79,9 @@ def test_a_damaged_file_is_a_format_error(tmp_path):
     (tmp_path / "cut.ply").write_text(GRID[:-20])
     with pytest.raises(surfrecon.FormatError, match=r"cut\.ply"):
         surfrecon.read(tmp_path / "cut.ply")
-    (tmp_path / "other.xyz").write_text("1 2 3\n")
+    (tmp_path / "other.bin").write_bytes(b"MZ\0\0")
     with pytest.raises(surfrecon.FormatError, match="unknown format"):
-        surfrecon.open(tmp_path / "other.xyz")
+        surfrecon.open(tmp_path / "other.bin")
 
 
 def test_scans_written_and_opened_again_stand_where_they_stood(tmp_path):
@@ -133,6 +133,28 @@ def test_a_mesh_is_written_as_gltf(tmp_path):
 
 def test_formats_have_endings():
     assert {"ply", "conf"} <= {ending for endings in surfrecon.formats().values() for ending in endings}
+
+
+def test_numbers_of_images_are_heights_or_depths(tmp_path):
+    heights = np.arange(12, dtype=np.float32).reshape(3, 4)
+    heights[1, 1] = np.nan
+    np.save(tmp_path / "map.npy", heights)
+    image = surfrecon.read(tmp_path / "map.npy", step=2, offset=1)
+    assert image.valid.sum() == 11
+    assert image.points[0, 3].tolist() == [6, 4, 4] and image.points[2, 0].tolist() == [0, 0, 9]
+    depths = np.array([[0, 1000], [2000, 65535]], np.uint16)
+    np.save(tmp_path / "depth.npy", depths)
+    image = surfrecon.read(tmp_path / "depth.npy", camera=(2, 2, 0.5, 0.5))
+    assert image.valid.tolist() == [[False, True], [True, False]]
+    assert np.allclose(image.points[1, 0], [-0.5, 0.5, 2])
+    (tmp_path / "camera.json").write_text('{"fx": 2, "fy": 2, "cx": 0.5, "cy": 0.5}')
+    (tmp_path / "trajectory.log").write_text("0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
+    scans = surfrecon.open([tmp_path / name for name in ("trajectory.log", "depth.npy", "camera.json")])
+    assert np.allclose(scans[0].read().world_points()[1, 0], [4.5, 6.5, 9])
+    with pytest.raises(surfrecon.InputError, match="pixels must be"):
+        surfrecon.open(tmp_path / "map.npy", pixels="colour")
+    with pytest.raises(surfrecon.ParameterError, match="scale must be a finite number > 0, got 0"):
+        surfrecon.open(tmp_path / "map.npy", scale=0)
 
 
 @pytest.mark.skipif("SURFRECON_DATA" not in os.environ, reason="SURFRECON_DATA is not set")

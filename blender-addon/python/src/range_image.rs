@@ -91,6 +91,18 @@ fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     }
 }
 
+/// What a depth image's values measure, by its name.
+///
+/// # Errors
+/// `InputError`.
+pub fn depth_kind(name: &str) -> PyResult<DepthKind> {
+    match name {
+        "planar" => Ok(DepthKind::Planar),
+        "ray" => Ok(DepthKind::Ray),
+        _ => Err(input_error(format!("depth must be \"planar\" or \"ray\", got {name:?}"))),
+    }
+}
+
 #[pymethods]
 impl RangeImage {
     /// A range image of one point a pixel.
@@ -163,11 +175,7 @@ impl RangeImage {
         depth: &str,
         name: Option<String>,
     ) -> PyResult<Self> {
-        let depth = match depth {
-            "planar" => DepthKind::Planar,
-            "ray" => DepthKind::Ray,
-            _ => return Err(input_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}"))),
-        };
+        let depth = depth_kind(depth)?;
         from_values(values, Projection::Pinhole { focal: focal.into(), centre: centre.into(), depth }, name)
     }
 

@@ -7,19 +7,33 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice};
 use surfrecon::export::{PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_range_grid_ply};
-use surfrecon::import;
+use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
 
 use crate::arrays;
 use crate::errors::{detached, input_error};
 use crate::mesh::{Mesh, check_ending};
+use crate::params::value_of;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
-use crate::range_image::RangeImage;
+use crate::range_image::{RangeImage, depth_kind};
 
 /// Opens scans without reading their samples.
 ///
+/// Scans are PLY, height maps and depth images (PNG, PGM, PFM, TIFF, NPY, ESRI grids, SRTM tiles), points in text and
+/// more: ``formats`` lists all. A camera's file among the paths makes the images depth images; a trajectory among them,
+/// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them.
+///
 /// Args:
 ///     paths: a file - a scan, or a side file that places several (``.conf``) - or a list of files.
+///     camera: fx, fy, cx, cy in pixels: makes images depth images.
+///     depth: what their pixels measure: ``"planar"`` (z) or ``"ray"`` (distance along the ray).
+///     scale: what numbers of images are multiplied with; by default 0.001 for whole numbers seen by a camera, else 1.
+///     offset: what is added to them afterwards.
+///     step: distance of the pixels of height maps; by default what the file says, else 1.
+///     invalid: the number of images, before scaling, that means no sample; 0 always does for depths.
+///     pixels: ``"auto"``, ``"number"``, ``"terrain_rgb"`` (Mapbox) or ``"terrarium"`` (Mapzen): how images store numbers.
+///     max_decoded_gib: largest size of what one compressed file unpacks to, in GiB; by default 4.
+///     allow_outside: whether a list of scans may name files outside its own folder.
 ///
 /// Returns:
 ///     A ``ScanSet``. Its ``notes`` say how the files were understood.
@@ -27,39 +41,84 @@ use crate::range_image::RangeImage;
 /// Raises:
 ///     FileError: a file can't be read.
 ///     FormatError: a file does not hold what its format promises; the text names file, place and remedy.
+///     ParameterError: an option out of its range.
 #[pyfunction]
-pub fn open(py: Python<'_>, paths: &Bound<'_, PyAny>) -> PyResult<ScanSet> {
+#[pyo3(signature = (paths, *, camera = None, depth = "planar", scale = None, offset = 0.0, step = None, invalid = None,
+    pixels = "auto", max_decoded_gib = None, allow_outside = false))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn open(
+    py: Python<'_>,
+    paths: &Bound<'_, PyAny>,
+    camera: Option<[f64; 4]>,
+    depth: &str,
+    scale: Option<f64>,
+    offset: f64,
+    step: Option<f64>,
+    invalid: Option<f64>,
+    pixels: &str,
+    max_decoded_gib: Option<f64>,
+    allow_outside: bool,
+) -> PyResult<ScanSet> {
     let paths = match paths.extract::<PathBuf>() {
         Ok(path) => vec![path],
         Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|_| {
             PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
         })?,
     };
-    let set = detached(py, move || import::open_many(&paths))?;
+    let defaults = ReadOptions::default();
+    let options = ReadOptions {
+        camera: camera
+            .map(|[fx, fy, cx, cy]| {
+                Ok::<_, PyErr>(Camera { depth: depth_kind(depth)?, ..Camera::new([fx, fy], [cx, cy]) })
+            })
+            .transpose()?,
+        scale: value_of("open", "scale", scale)?,
+        offset,
+        step: value_of("open", "step", step)?,
+        invalid,
+        pixels: pixel_meaning(pixels)?,
+        max_decoded_gib: value_of("open", "max_decoded_gib", max_decoded_gib)?.unwrap_or(defaults.max_decoded_gib),
+        allow_outside,
+    };
+    let set = detached(py, move || import::open_with(&paths, &options))?;
     let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
 }
 
+fn pixel_meaning(name: &str) -> PyResult<PixelMeaning> {
+    Ok(match name {
+        "auto" => PixelMeaning::Auto,
+        "number" => PixelMeaning::Number,
+        "terrain_rgb" => PixelMeaning::TerrainRgb,
+        "terrarium" => PixelMeaning::Terrarium,
+        _ => {
+            let known = "\"auto\", \"number\", \"terrain_rgb\" or \"terrarium\"";
+            return Err(input_error(format!("pixels must be {known}, got {name:?}")));
+        }
+    })
+}
+
 /// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.
+///
+/// Args:
+///     path: the file.
+///     options: the keyword arguments of ``open``.
 ///
 /// Raises:
 ///     FileError: the file can't be read.
 ///     FormatError: it does not hold what its format promises.
 ///     InputError: it holds several scans: use ``open``.
 #[pyfunction]
-pub fn read<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyAny>> {
-    let content = detached(py, move || {
-        let set = import::open(&path)?;
-        match set.scans.as_slice() {
-            [scan] => scan.read(),
-            scans => Err(surfrecon::Error::input(format!(
-                "{} holds {} scans: open it with surfrecon.open",
-                path.display(),
-                scans.len()
-            ))),
+#[pyo3(signature = (path, **options))]
+pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
+    let open = wrap_pyfunction!(open, py)?.call((path.clone(),), options)?;
+    let set = open.cast::<ScanSet>()?.get();
+    match set.scans.as_slice() {
+        [scan] => scan.get().read(py),
+        scans => {
+            Err(input_error(format!("{} holds {} scans: open it with surfrecon.open", path.display(), scans.len())))
         }
-    })?;
-    to_object(py, content)
+    }
 }
 
 /// Writes range images as Stanford range grids, a file each named like the image, and the ``.conf`` that places them.

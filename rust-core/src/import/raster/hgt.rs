@@ -14,7 +14,7 @@ pub(in super::super) fn sniff(_: &[u8]) -> bool {
 
 pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
     let side = (length / 2).isqrt();
-    if length % 2 != 0 || side * side * 2 != length || side < 2 {
+    if !length.is_multiple_of(2) || side * side * 2 != length || side < 2 {
         let problem = format!("{length} bytes are no square of 2-byte heights (1201 x 1201 or 3601 x 3601)");
         return Err(Error::format(&scan.path, "whole file", problem));
     }
