@@ -21,7 +21,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("export", &["mesh", "point_cloud", "range_image"]),
 ];
 /// The table of parameters gathers those of the operations.
-const PARAMS_MAY_KNOW: &[&str] = &["triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS"];
+const PARAMS_MAY_KNOW: &[&str] = &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS"];
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
