@@ -13,7 +13,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-BENCHMARKS = ["merge"]
+BENCHMARKS = ["merge", "capi"]
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
 PEERS = ["pymeshlab", "open3d", "numpy", "scipy"]
 

@@ -120,10 +120,13 @@ impl<'a> Borrowed<'a> {
             )
         })?;
         let size = size_of::<T>();
-        all.extend((0..self.count).map(|i| {
-            let at = i * self.stride;
-            convert(bytemuck::pod_read_unaligned(&self.bytes[at..at + size]))
-        }));
+        let element = |bytes: &[u8]| convert(bytemuck::pod_read_unaligned(&bytes[..size]));
+        if self.stride == size {
+            // The compiler makes one copy of this.
+            all.extend(self.bytes.chunks_exact(size).map(element));
+        } else {
+            all.extend(self.bytes.chunks(self.stride).map(element));
+        }
         Ok(all)
     }
 

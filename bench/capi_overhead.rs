@@ -1,0 +1,192 @@
+//! What calling through the C library costs beyond calling the core: the same work both ways in turn, seconds as JSON lines.
+//! Usage: capi_overhead LIBRARY REPEATS
+#![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
+
+use std::ffi::c_void;
+use std::time::Instant;
+
+use glam::{DAffine3, DVec3};
+use libloading::Library;
+use surfrecon::Progress;
+use surfrecon::merge::{self, MergeParams, PlacedMesh};
+use surfrecon::mesh::TriMesh;
+use surfrecon::mesh::measure::{Side, deviation};
+use surfrecon::scan::shapes::Shape;
+
+type Handle = *mut c_void;
+
+#[repr(C)]
+struct Array {
+    data: *const c_void,
+    count: usize,
+    stride: usize,
+    kind: u32,
+    components: u32,
+}
+
+fn points(values: &[[f64; 3]]) -> Array {
+    Array { data: values.as_ptr().cast(), count: values.len(), stride: 0, kind: 2, components: 3 }
+}
+
+fn triangles(values: &[[u32; 3]]) -> Array {
+    Array { data: values.as_ptr().cast(), count: values.len(), stride: 0, kind: 4, components: 3 }
+}
+
+type Create = unsafe extern "C" fn(*const Array, *const Array, *mut Handle) -> i32;
+type Free = unsafe extern "C" fn(Handle) -> i32;
+type Distances = unsafe extern "C" fn(Handle, *const Array, u32, u32, *const c_void, *mut f64, *mut c_void) -> i32;
+type Make = unsafe extern "C" fn(*mut Handle) -> i32;
+type AddMesh = unsafe extern "C" fn(Handle, Handle, *const c_void, *const i8) -> i32;
+type Run = unsafe extern "C" fn(Handle, *const [u64; 7], *const c_void, *mut Handle, *mut c_void) -> i32;
+type Init = unsafe extern "C" fn(*mut [u64; 7]) -> i32;
+type View = unsafe extern "C" fn(Handle, *mut Array) -> i32;
+
+/// Medians of the seconds of both ways, which take turns.
+fn compare(case: &str, repeats: usize, mut core: impl FnMut(), mut c: impl FnMut()) {
+    let mut seconds = [vec![], vec![]];
+    // The first turn warms caches, page tables and thread pools, and does not count.
+    for turn in 0..=repeats {
+        for (way, work) in [&mut core as &mut dyn FnMut(), &mut c].into_iter().enumerate() {
+            let started = Instant::now();
+            work();
+            if turn > 0 {
+                seconds[way].push(started.elapsed().as_secs_f64());
+            }
+        }
+    }
+    let [core, c] = seconds.map(|mut all| {
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    });
+    println!("{{\"case\": \"{case}\", \"core_s\": {core}, \"c_s\": {c}}}");
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let repeats: usize = arguments[2].parse().unwrap();
+    // SAFETY: our own library, which runs no code when loaded; the types are those the header declares.
+    let library = unsafe { Library::new(&arguments[1]) }.unwrap();
+    macro_rules! function {
+        ($name:literal, $t:ty) => {
+            // SAFETY: as above.
+            *unsafe { library.get::<$t>($name) }.unwrap()
+        };
+    }
+    let create = function!(b"srf_mesh_create", Create);
+    let free = function!(b"srf_mesh_free", Free);
+    let distances = function!(b"srf_mesh_distances", Distances);
+    let positions_of = function!(b"srf_mesh_positions", View);
+    let create_merger = function!(b"srf_merger_create", Make);
+    let add_mesh = function!(b"srf_merger_add_mesh", AddMesh);
+    let init = function!(b"srf_merge_params_init", Init);
+
+    let mesh = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(60);
+    let corners: Vec<[f64; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+    let mut handle: Handle = std::ptr::null_mut();
+    // SAFETY: arrays as the header wants them.
+    assert_eq!(unsafe { create(&points(&corners), &triangles(&mesh.triangles), &mut handle) }, 0);
+
+    // A million points near the surface, the same every time.
+    let million: Vec<[f64; 3]> = (0..1_000_000_u32)
+        .map(|i| {
+            let (u, v) = (f64::from(i) * 0.618_033_988_75, f64::from(i) * 0.414_213_562_37);
+            let r = 1.0 + 0.41 * v.cos();
+            [r * u.cos(), r * u.sin(), 0.41 * v.sin()]
+        })
+        .collect();
+    let as_vectors: &[DVec3] = bytemuck::cast_slice(&million);
+    compare(
+        "distances of a million points",
+        repeats,
+        || {
+            let found = deviation(as_vectors, &mesh, Side::Ignored, 1, &Progress::none()).unwrap();
+            assert_eq!(found.distances.len(), 1_000_000);
+        },
+        || {
+            let mut found = vec![0.0; 1_000_000];
+            let null = std::ptr::null();
+            // SAFETY: arrays as the header wants them.
+            let status =
+                unsafe { distances(handle, &points(&million), 0, 1, null, found.as_mut_ptr(), std::ptr::null_mut()) };
+            assert_eq!(status, 0);
+        },
+    );
+
+    let voxel = 0.01;
+    let placed = PlacedMesh { name: "torus".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    let merger = {
+        let mut merger: Handle = std::ptr::null_mut();
+        // SAFETY: handles of the library.
+        unsafe {
+            assert_eq!(create_merger(&mut merger), 0);
+            assert_eq!(add_mesh(merger, handle, std::ptr::null(), c"torus".as_ptr().cast()), 0);
+        }
+        merger
+    };
+    let run = function!(b"srf_merger_run", Run);
+    let mut params = [0_u64; 7];
+    // SAFETY: room for the struct of the header, whose size is checked below.
+    assert_eq!(unsafe { init(&mut params) }, 0);
+    assert_eq!((params[0] as u32) as usize, size_of_val(&params), "struct_size");
+    params[0] |= 1 << 32;
+    params[1] = f64::to_bits(voxel);
+    compare(
+        "a merge",
+        repeats,
+        || {
+            let params = MergeParams { voxel: Some(voxel), threads: 1, ..MergeParams::default() };
+            assert!(merge::run(&[&placed], &params, &Progress::none()).unwrap().mesh.triangles.len() > 10_000);
+        },
+        || {
+            let mut merged: Handle = std::ptr::null_mut();
+            // SAFETY: handles of the library, a struct it initialized.
+            unsafe {
+                assert_eq!(run(merger, &params, std::ptr::null(), &mut merged, std::ptr::null_mut()), 0);
+                assert_eq!(free(merged), 0);
+            }
+        },
+    );
+
+    let sum = |values: &[f64]| values.iter().sum::<f64>();
+    let expected = sum(bytemuck::cast_slice(&corners));
+    compare(
+        "a thousand views of a mesh, read",
+        repeats,
+        || {
+            for _ in 0..1000 {
+                assert_eq!(sum(bytemuck::cast_slice(std::hint::black_box(&corners))), expected);
+            }
+        },
+        || {
+            for _ in 0..1000 {
+                let mut view = Array { data: std::ptr::null(), count: 0, stride: 0, kind: 0, components: 0 };
+                // SAFETY: room for the view, which has three doubles an element without gaps.
+                let values = unsafe {
+                    assert_eq!(positions_of(handle, &mut view), 0);
+                    std::slice::from_raw_parts(view.data.cast::<f64>(), 3 * view.count)
+                };
+                assert_eq!(sum(values), expected);
+            }
+        },
+    );
+
+    let copy: &TriMesh = &mesh;
+    let large: Vec<[f64; 3]> = million.clone();
+    compare(
+        "a million points into a mesh",
+        repeats,
+        || {
+            let made = TriMesh::new(bytemuck::cast_slice::<_, DVec3>(&large).to_vec(), Vec::new());
+            made.validate().unwrap();
+            assert!(made.positions.len() > copy.positions.len());
+        },
+        || {
+            let mut made: Handle = std::ptr::null_mut();
+            // SAFETY: arrays as the header wants them.
+            unsafe {
+                assert_eq!(create(&points(&large), std::ptr::null(), &mut made), 0);
+                assert_eq!(free(made), 0);
+            }
+        },
+    );
+}
