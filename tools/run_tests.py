@@ -171,7 +171,8 @@ def main():
     wheel = run("wheel", ["tools/build_wheel.sh"], PlainOutput())
     total.add(wheel)
     if wheel.failed == 0:
-        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": str(unpack())}))
+        library = {"SURFRECON_LIBRARY": str(ROOT / "target" / "debug" / "libsurfrecon.so")}
+        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": str(unpack())} | library))
         extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
         total.add(extension)
         if extension.failed == 0:
