@@ -30,6 +30,15 @@
 // longer work; compare it with srf_abi_version().
 #define SRF_ABI_VERSION 1
 
+// Version of the library this header belongs to: major number.
+#define SRF_VERSION_MAJOR 0
+
+// Minor number. Before 1.0 it grows with every change that breaks programs.
+#define SRF_VERSION_MINOR 1
+
+// Patch number.
+#define SRF_VERSION_PATCH 0
+
 // Outcome of a call. Numbers are never reused.
 typedef enum {
   // All went well.

@@ -6,6 +6,29 @@ use std::ffi::c_char;
 /// longer work; compare it with srf_abi_version().
 pub const SRF_ABI_VERSION: u32 = 1;
 
+/// Version of the library this header belongs to: major number.
+pub const SRF_VERSION_MAJOR: u32 = 0;
+/// Minor number. Before 1.0 it grows with every change that breaks programs.
+pub const SRF_VERSION_MINOR: u32 = 1;
+/// Patch number.
+pub const SRF_VERSION_PATCH: u32 = 0;
+
+/// A whole number in words of digits.
+const fn number(digits: &str) -> u32 {
+    let (bytes, mut value, mut i) = (digits.as_bytes(), 0, 0);
+    while i < bytes.len() {
+        value = 10 * value + (bytes[i] - b'0') as u32;
+        i += 1;
+    }
+    value
+}
+
+const _: () = {
+    assert!(SRF_VERSION_MAJOR == number(env!("CARGO_PKG_VERSION_MAJOR")));
+    assert!(SRF_VERSION_MINOR == number(env!("CARGO_PKG_VERSION_MINOR")));
+    assert!(SRF_VERSION_PATCH == number(env!("CARGO_PKG_VERSION_PATCH")));
+};
+
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
 
 /// Version of the loaded library, for example "0.1.0". Static text, never NULL. Since 0.1.

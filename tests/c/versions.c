@@ -7,10 +7,16 @@
 int main(void)
 {
     const char *text = NULL;
+    char version[32];
 
     if (srf_abi_version() != SRF_ABI_VERSION) {
         fprintf(stderr, "header and library differ\n");
         return 1;
+    }
+    sprintf(version, "%d.%d.%d", SRF_VERSION_MAJOR, SRF_VERSION_MINOR, SRF_VERSION_PATCH);
+    if (strcmp(version, srf_version()) != 0) {
+        fprintf(stderr, "the header is of %s, the library of %s\n", version, srf_version());
+        return 4;
     }
     if (srf_status_text(SRF_ERR_CANCELLED, &text) != SRF_OK || strcmp(text, "cancelled") != 0) {
         fprintf(stderr, "no text for a status: %s\n", srf_last_error_message());

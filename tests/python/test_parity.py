@@ -1,5 +1,6 @@
-"""The same input gives the same bytes through the C library and through Python; that C gives those of the core is tested
-in Rust. SURFRECON_LIBRARY names the built library.
+"""The same input gives the same bytes through the C library and through Python.
+
+That C gives those of the core is tested in Rust. SURFRECON_LIBRARY names the built library.
 """
 
 import ctypes

@@ -525,6 +525,28 @@ fn the_log_hears_of_gaps() {
 }
 
 #[test]
+fn every_call_from_eight_threads_at_once() {
+    let all: [fn(); 11] = [
+        zeros_are_refused_with_a_text_wherever_they_can_do_harm,
+        handles_that_never_were_are_refused,
+        handles_of_another_kind_and_freed_ones_are_refused,
+        a_mesh_and_its_attributes,
+        arrays_that_lie_are_refused,
+        strides_and_unaligned_data_are_fine,
+        an_image_and_its_cloud,
+        a_cloud_from_arrays,
+        images_from_arrays,
+        cancelling_leaves_nothing_and_the_next_call_is_fine,
+        files_go_out_and_come_back,
+    ];
+    std::thread::scope(|scope| {
+        for first in 0..8 {
+            scope.spawn(move || (0..all.len()).for_each(|i| all[(first + i) % all.len()]()));
+        }
+    });
+}
+
+#[test]
 fn eight_threads_at_once_get_the_same() {
     let shared = octahedron();
     let results: Vec<Vec<u8>> = std::thread::scope(|scope| {
