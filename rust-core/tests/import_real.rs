@@ -139,3 +139,57 @@ fn depth_sequences() {
         assert!(median < apart, "{median}");
     }
 }
+
+/// Counts from the files' headers and from PCL's and PDAL's own tests.
+#[test]
+fn scanners_grids() {
+    let Some(data) = data() else { return };
+    let images = |file: &str| -> Vec<surfrecon::RangeImage> {
+        let set = import::open(&data.join(file)).unwrap();
+        let content = set.scans.iter().map(|scan| match scan.read().unwrap() {
+            Content::RangeImage(image) => image,
+            other => panic!("{file}: {other:?}"),
+        });
+        content.collect()
+    };
+    let sizes = |file: &str| -> Vec<(usize, usize, usize)> {
+        images(file).iter().map(|image| (image.rows(), image.cols(), image.valid_count())).collect()
+    };
+    assert_eq!(sizes("ptx/complex-transform.ptx"), [(6, 2, 4)]);
+    assert_eq!(sizes("ptx/1.2-with-color.ptx"), [(71, 15, 1065)]);
+    assert_eq!(sizes("ptx/multiple-and-transform.ptx").len(), 2);
+    let far = &images("ptx/1.2-with-color.ptx")[0];
+    // Single precision beside an origin in double: a hundredth of a millimetre at 849 km.
+    assert!((far.point_in_world(0) - glam::DVec3::new(637_012.24, 849_028.31, 431.66)).length() < 1e-4);
+    for (file, valid) in [("learn0", 150_000..307_200), ("milk_cartoon_all_small_clorox", 100_000..307_200)] {
+        let image = &images(&format!("organized_pcd/{file}.pcd"))[0];
+        assert_eq!((image.rows(), image.cols()), (480, 640));
+        assert!(valid.contains(&image.valid_count()), "{file}: {}", image.valid_count());
+        let surface = surfrecon::triangulate::triangulate(image, &Default::default()).unwrap();
+        // The grid's neighbours are neighbours in space: most cells of valid pixels have both triangles.
+        assert!(surface.triangles.len() > image.valid_count(), "{file}: {}", surface.triangles.len());
+    }
+    for (file, points) in [("milk", 12_575), ("model", 100_000), ("room_scan1", 112_586)] {
+        let set = import::open(&data.join(format!("organized_pcd/{file}.pcd"))).unwrap();
+        let Content::Points(cloud) = set.scans[0].read().unwrap() else { panic!("{file} is no cloud") };
+        assert_eq!(cloud.positions.len(), points);
+    }
+}
+
+#[test]
+fn clouds_meshes_and_projects() {
+    let Some(data) = data() else { return };
+    for (file, points) in [("bunnyFloat", 30_571), ("bunnyInt24", 30_571), ("tinyCartesianFloatRgb", 2090)] {
+        let set = import::open(&data.join(format!("e57/{file}.e57"))).unwrap();
+        let Content::Points(cloud) = set.scans[0].read().unwrap() else { panic!("{file} is no cloud") };
+        println!("{file}: {} points", cloud.positions.len());
+        assert_eq!(cloud.positions.len(), points, "{file}");
+        assert_eq!(cloud.colour.is_some(), file.ends_with("Rgb"));
+    }
+    let set = import::open(&data.join("meshes/libigl_armadillo.obj")).unwrap();
+    let Content::Mesh(armadillo) = set.scans[0].read().unwrap() else { panic!("no mesh") };
+    assert_eq!((armadillo.positions.len(), armadillo.triangles.len()), (43_243, 86_482));
+    assert!(surfrecon::mesh::check(&armadillo).is_closed());
+    let error = import::open(&data.join("meshlab_rangemaps/partial.mlp")).unwrap_err().to_string();
+    assert!(error.contains("10 of 12 files are missing: lato225.ply, lato135.ply"), "{error}");
+}

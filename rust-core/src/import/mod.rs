@@ -6,6 +6,10 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
+//! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
+//! | `obj`, `stl`, `gltf` | meshes |
+//! | `project` | MeshLab's projects and alignments; folders |
+//! | `grid` | such grids while they are read |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, TIFF, ESRI grids, npy |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | what the files don't say themselves |
@@ -15,13 +19,21 @@
 
 mod camera;
 mod conf;
+mod e57;
 mod file;
+mod gltf;
+mod grid;
+mod obj;
 mod options;
 mod overlap;
+mod pcd;
 mod ply;
 mod points;
 mod pose;
+mod project;
+mod ptx;
 mod raster;
+mod stl;
 mod text;
 mod trajectory;
 mod window;
@@ -67,6 +79,16 @@ pub struct Scan {
     pub world_from_sensor: DAffine3,
     /// What the file doesn't say itself.
     pub options: Arc<ReadOptions>,
+    /// Where the part begins, for formats whose parts lie one after the other.
+    pub(crate) begin: Begin,
+}
+
+/// A place in a file of text.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Begin {
+    pub(crate) byte: u64,
+    /// Lines before it.
+    pub(crate) line: u64,
 }
 
 /// What a scan turned out to hold.
@@ -117,19 +139,26 @@ impl Format {
     }
 }
 
-/// A format of height maps and depth images.
-macro_rules! raster {
-    ($name:literal, $extensions:expr, $module:ident) => {
+/// A format of one scan a file.
+macro_rules! whole {
+    ($name:literal, $extensions:expr, $($module:ident)::+) => {
         Format {
             name: $name,
             extensions: &$extensions,
-            sniff: raster::$module::sniff,
+            sniff: $($module)::+::sniff,
             role: Role::Scans {
                 open: file::single,
-                read: |scan| file::parsed(scan, raster::$module::parse),
-                preview: |scan, count| file::thinned(scan, raster::$module::parse, count),
+                read: |scan| file::parsed(scan, $($module)::+::parse),
+                preview: |scan, count| file::thinned(scan, $($module)::+::parse, count),
             },
         }
+    };
+}
+
+/// A format of height maps and depth images.
+macro_rules! raster {
+    ($name:literal, $extensions:expr, $module:ident) => {
+        whole!($name, $extensions, raster::$module)
     };
 }
 
@@ -146,6 +175,41 @@ static FORMATS: &[Format] = &[
         extensions: &["conf"],
         sniff: conf::sniff,
         role: Role::List(conf::open),
+    },
+    Format {
+        name: "PTX (terrestrial scans)",
+        extensions: &["ptx"],
+        sniff: ptx::sniff,
+        role: Role::Scans {
+            open: ptx::open,
+            read: |scan| file::parsed(scan, ptx::parse),
+            preview: |scan, count| file::thinned(scan, ptx::parse, count),
+        },
+    },
+    whole!("PCD (organized or not)", ["pcd"], pcd),
+    Format {
+        name: "E57 (terrestrial scans)",
+        extensions: &["e57"],
+        sniff: e57::sniff,
+        role: Role::Scans {
+            open: e57::open,
+            read: |scan| file::parsed(scan, e57::parse),
+            preview: |scan, count| file::thinned(scan, e57::parse, count),
+        },
+    },
+    whole!("glTF mesh", ["glb", "gltf"], gltf),
+    whole!("STL mesh", ["stl"], stl),
+    Format {
+        name: "MeshLab project",
+        extensions: &["mlp"],
+        sniff: project::sniff_mlp,
+        role: Role::List(project::open_mlp),
+    },
+    Format {
+        name: "MeshLab alignment",
+        extensions: &["aln"],
+        sniff: project::sniff_aln,
+        role: Role::List(project::open_aln),
     },
     raster!("PNG (height map, terrain RGB or depth)", ["png"], png),
     raster!("PGM (height map or depth)", ["pgm"], pgm),
@@ -167,6 +231,7 @@ static FORMATS: &[Format] = &[
     },
     // Has no mark of its own: recognized by the ending of its name.
     raster!("SRTM tile", ["hgt"], hgt),
+    whole!("OBJ mesh", ["obj"], obj),
     // Last: any lines of numbers are points.
     Format {
         name: "points in text",
@@ -201,7 +266,8 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
     open_with(paths, &ReadOptions::default())
 }
 
-/// Opens several files as one set, in the order given.
+/// Opens several files as one set, in the order given. A folder stands for its only list of scans, else for all files
+/// in it that hold or describe scans, by name.
 ///
 /// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
 /// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
@@ -211,11 +277,23 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 /// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit.
 pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions) -> Result<ScanSet> {
     options.validate()?;
+    let mut listed = Vec::new();
+    for path in paths.iter().map(AsRef::as_ref) {
+        if path.is_dir() {
+            listed.extend(project::files_of(path)?);
+        } else {
+            listed.push(path.to_owned());
+        }
+    }
+    open_listed(&listed, options)
+}
+
+fn open_listed(paths: &[PathBuf], options: &ReadOptions) -> Result<ScanSet> {
     let mut all = ScanSet::default();
     let mut options = options.clone();
     let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
     let mut opens = Vec::new();
-    for path in paths.iter().map(AsRef::as_ref) {
+    for path in paths.iter().map(PathBuf::as_path) {
         match &format_of(path)?.role {
             Role::Camera(read) => {
                 let camera = read(path)?;
@@ -237,7 +315,7 @@ pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions) -> Result<S
     if opens.is_empty() {
         return Err(Error::input(match paths {
             [] => "no file was given".to_owned(),
-            [first, ..] => format!("{}: describes scans; open it together with them", first.as_ref().display()),
+            [first, ..] => format!("{}: describes scans; open it together with them", first.display()),
         }));
     }
     let options = Arc::new(options);
@@ -326,6 +404,7 @@ impl Scan {
             part: 0,
             world_from_sensor: DAffine3::IDENTITY,
             options: Arc::default(),
+            begin: Begin::default(),
         }
     }
 
@@ -443,9 +522,7 @@ mod tests {
             path
         };
         let refused = |path: &Path| open(path).unwrap_err().to_string();
-        assert!(
-            refused(folder.path()).ends_with("this is a folder; choose its files, or the .conf file that places them")
-        );
+        assert!(refused(folder.path()).ends_with("there is no scan in this folder"));
         assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
         let unknown = refused(&file("x.bin", "MZ"));
         assert!(

@@ -59,6 +59,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
 
 /// The rigid transform nearest to a 4 x 4 matrix, given row by row or column by column.
 pub(super) fn from_rows(rows: &[f64; 16]) -> Result<DAffine3, String> {
+    let matrix = affine(rows)?;
+    rigid(matrix.matrix3, matrix.translation)
+}
+
+/// The affine transform of a 4 x 4 matrix, given row by row or column by column.
+pub(super) fn affine(rows: &[f64; 16]) -> Result<DAffine3, String> {
     if let Some(bad) = rows.iter().find(|x| !x.is_finite()) {
         return Err(format!("{bad} is not a finite number"));
     }
@@ -69,7 +75,7 @@ pub(super) fn from_rows(rows: &[f64; 16]) -> Result<DAffine3, String> {
         return Err("neither the last row nor the last column of the matrix is 0 0 0 1".to_owned());
     }
     let axis = |col| DVec3::new(at(0, col), at(1, col), at(2, col));
-    rigid(DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3))
+    Ok(DAffine3 { matrix3: DMat3::from_cols(axis(0), axis(1), axis(2)), translation: axis(3) })
 }
 
 /// The rigid transform nearest to three axes and a translation. Axes orthonormal to the last digits stay as they are.

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use super::Begin;
 use super::ply::number::{self, is_blank};
 use super::window::Window;
 use crate::error::{Error, Result};
@@ -15,6 +16,8 @@ const LONGEST: usize = 1 << 22;
 pub(super) struct Lines<'a> {
     window: Window<'a>,
     path: PathBuf,
+    /// Bytes of the file before the window's.
+    before: u64,
     /// Number of the current line, counted from 1.
     pub(super) number: u64,
     /// The current line in the window, without its end.
@@ -31,7 +34,7 @@ impl<'a> Lines<'a> {
 
     /// The lines from where a window stands.
     pub(super) fn over(window: Window<'a>, path: &Path) -> Self {
-        Lines { window, path: path.to_owned(), number: 0, line: 0..0, at: 0 }
+        Lines { window, path: path.to_owned(), before: 0, number: 0, line: 0..0, at: 0 }
     }
 
     /// Goes to the next line; false at the end of the file.
@@ -176,9 +179,23 @@ impl<'a> Lines<'a> {
         self.at = self.line.start;
     }
 
+    /// Where the next line begins.
+    pub(super) fn begin(&self) -> Begin {
+        Begin { byte: self.before + self.window.offset(self.window.at), line: self.number }
+    }
+
+    /// The input stands there already: counts on from it.
+    pub(super) fn continue_from(&mut self, begin: Begin) {
+        (self.before, self.number) = (begin.byte, begin.line);
+    }
+
     /// Bytes of the file after the current line.
-    pub(super) fn left(&self) -> u64 {
-        self.window.left()
+    pub(super) fn left(&mut self) -> Result<u64> {
+        // A read that failed looks like the end of the file.
+        match self.window.failure() {
+            Some(error) => Err(Error::io(&self.path, error)),
+            None => Ok(self.window.left()),
+        }
     }
 
     /// What the file is read through, standing after the current line.
@@ -225,7 +242,7 @@ mod tests {
             assert!(lines.next_content().unwrap());
             assert_eq!(lines.f64("x").unwrap_err().to_string(), "t: line 5: expected x, found `last`");
             assert_eq!(lines.f64("f").unwrap(), 3.0);
-            assert!(!lines.next_content().unwrap() && lines.is_done() && lines.left() == 0);
+            assert!(!lines.next_content().unwrap() && lines.is_done() && lines.left().unwrap() == 0);
         }
     }
 

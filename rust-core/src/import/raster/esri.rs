@@ -48,7 +48,7 @@ pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -
         return Err(lines.fail(format!("cellsize must be finite and > 0, got {dx} and {dy}")));
     }
     // A height and a blank each; the first line is already behind.
-    let left = lines.left() + lines.rest().len() as u64 + 1;
+    let left = lines.left()? + lines.rest().len() as u64 + 1;
     let count = stored_pixels(rows, cols, 2, left, scan, "header")?;
     let mut values: Vec<f64> = reserve(count, &scan.path)?;
     while values.len() < count {

@@ -37,7 +37,7 @@ pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -
             lines.fail(format!("expected the scale, negative for little-endian, found `{}`", words[3]))
         })?;
     let (rows, cols) = (rows as usize, cols as usize);
-    let count = stored_pixels(rows as u64, cols as u64, 4, lines.left(), scan, "header")?;
+    let count = stored_pixels(rows as u64, cols as u64, 4, lines.left()?, scan, "header")?;
     let mut window = lines.into_window();
     let mut values: Vec<f64> = reserve(count, path)?;
     while values.len() < count {
