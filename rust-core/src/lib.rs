@@ -20,6 +20,7 @@ pub mod point_cloud;
 pub mod progress;
 pub mod range_image;
 pub mod scan;
+pub mod sculpt;
 pub mod threads;
 pub mod triangulate;
 

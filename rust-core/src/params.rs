@@ -95,6 +95,7 @@ pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
         .iter()
         .chain(crate::triangulate::PARAMS)
         .chain(crate::merge::PARAMS)
+        .chain(crate::sculpt::PARAMS)
         .chain(crate::scan::PARAMS)
 }
 

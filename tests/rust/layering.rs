@@ -13,6 +13,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("triangulate", &["geom", "mesh", "range_image"]),
     ("scan", &["geom", "mesh", "range_image"]),
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
+    ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
     (
         "import",
@@ -21,7 +22,8 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("export", &["mesh", "point_cloud", "range_image"]),
 ];
 /// The table of parameters gathers those of the operations.
-const PARAMS_MAY_KNOW: &[&str] = &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS"];
+const PARAMS_MAY_KNOW: &[&str] =
+    &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS", "sculpt::PARAMS"];
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).

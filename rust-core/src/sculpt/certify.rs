@@ -1,0 +1,249 @@
+//! The certificate: how far the finished mesh lies from each sample along the sample's own ray, measured on the mesh's
+//! coordinates by code that shares nothing with the digging.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::geom::bvh::{Bvh, Ray};
+use crate::mesh::TriMesh;
+use crate::progress::Progress;
+use crate::range_image::{DepthKind, Projection, RangeImage, Samples};
+
+/// Distances between samples and mesh along the samples' rays, in world units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Certificate {
+    /// Largest distance.
+    pub max_error: f64,
+    /// Root of the mean square.
+    pub rms_error: f64,
+    /// 95 % of the samples lie at most this far from the mesh.
+    pub p95_error: f64,
+    /// Row and column of the sample farthest from the mesh; of several the first one.
+    pub worst_pixel: Option<[usize; 2]>,
+    /// Samples whose rays meet the mesh.
+    pub covered: usize,
+    /// Signed distance a pixel, row by row: positive where the mesh lies behind the sample; NaN where no ray meets it.
+    pub error_image: Vec<f32>,
+    /// Largest distance of the samples whose rays meet each triangle.
+    pub face_errors: Vec<f32>,
+}
+
+/// Measures a mesh in the sensor's frame against the image it came from.
+///
+/// Pixels on a lattice (orthographic, pinhole): each triangle is projected back to pixels and compared with every pixel
+/// seen in it or on its edges. Otherwise a ray a valid pixel is followed to the first triangle it meets; where rounding lets
+/// the ray of a sample on the border pass the mesh by, the distance to the nearest point of the mesh counts.
+///
+/// Cost: O(pixels covered) on a lattice, O(pixels log triangles) otherwise.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`]; a mesh that is not finite or names vertices it doesn't have.
+pub fn certify(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<Certificate> {
+    mesh.validate()?;
+    let (errors, face_errors) = match (image.projection(), image.samples()) {
+        (Projection::Orthographic { .. } | Projection::Pinhole { .. }, Samples::Values(values)) => {
+            on_lattice(image, values, mesh, progress)?
+        }
+        _ => along_rays(image, mesh, progress)?,
+    };
+    Ok(summarize(image.cols(), errors, face_errors))
+}
+
+fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>) -> Certificate {
+    let mut sizes: Vec<f64> = errors.iter().filter(|e| !e.is_nan()).map(|e| e.abs()).collect();
+    let covered = sizes.len();
+    let max_error = sizes.iter().copied().fold(0.0, f64::max);
+    let worst = errors.iter().position(|e| e.abs() == max_error);
+    // Scaled, so that squares neither overflow nor vanish.
+    let scale = if max_error > 0.0 { max_error } else { 1.0 };
+    let squares: f64 = sizes.iter().map(|e| (e / scale) * (e / scale)).sum();
+    let p95_error = if covered == 0 {
+        0.0
+    } else {
+        let rank = (covered * 95).div_ceil(100) - 1;
+        *sizes.select_nth_unstable_by(rank, f64::total_cmp).1
+    };
+    Certificate {
+        max_error,
+        rms_error: if covered == 0 { 0.0 } else { scale * (squares / covered as f64).sqrt() },
+        p95_error,
+        worst_pixel: worst.map(|i| [i / cols, i % cols]),
+        covered,
+        error_image: errors.into_iter().map(|e| e as f32).collect(),
+        face_errors,
+    }
+}
+
+/// A vertex as a pixel image sees it.
+#[derive(Clone, Copy)]
+struct Projected {
+    col: f64,
+    row: f64,
+    /// What is linear in column and row on a triangle: height, or the inverse of depth.
+    value: f64,
+}
+
+/// Vertices nearer to a pixel's centre than this many pixels were meant to be there.
+const SNAP: f64 = 1e-5;
+
+fn project(projection: &Projection, p: DVec3) -> Projected {
+    let (col, row, value) = match projection {
+        Projection::Orthographic { first, step } => ((p.x - first[0]) / step[0], (p.y - first[1]) / step[1], p.z),
+        Projection::Pinhole { focal, centre, .. } => {
+            (p.x / p.z * focal[0] + centre[0], p.y / p.z * focal[1] + centre[1], 1.0 / p.z)
+        }
+        _ => (f64::NAN, f64::NAN, f64::NAN),
+    };
+    let snap = |x: f64| if (x - x.round()).abs() < SNAP { x.round() } else { x };
+    Projected { col: snap(col), row: snap(row), value }
+}
+
+/// Rows handled by one thread at a time.
+const BAND: usize = 32;
+
+fn on_lattice(
+    image: &RangeImage,
+    values: &[f64],
+    mesh: &TriMesh,
+    progress: &Progress<'_>,
+) -> Result<(Vec<f64>, Vec<f32>)> {
+    let (rows, cols) = (image.rows(), image.cols());
+    let mut errors = vec![f64::NAN; rows * cols];
+    let mut face_errors = vec![0.0_f32; mesh.triangles.len()];
+    if errors.is_empty() {
+        return Ok((errors, face_errors));
+    }
+    let projected: Vec<Projected> = mesh.positions.par_iter().map(|&p| project(image.projection(), p)).collect();
+    let mut bands: Vec<Vec<u32>> = vec![Vec::new(); rows.div_ceil(BAND)];
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let r = triangle.map(|v| projected[v as usize].row);
+        let low = r[0].min(r[1]).min(r[2]).ceil().max(0.0) as usize;
+        let high = (r[0].max(r[1]).max(r[2]).floor().max(0.0) as usize).min(rows - 1);
+        for band in low / BAND..=high / BAND {
+            if let Some(band) = bands.get_mut(band) {
+                band.push(t as u32);
+            }
+        }
+    }
+    let per_band = errors
+        .par_chunks_mut(BAND * cols)
+        .zip(&bands)
+        .enumerate()
+        .map(|(band, (errors, triangles))| {
+            progress.check()?;
+            let first_row = band * BAND;
+            let mut faces = Vec::with_capacity(triangles.len());
+            for &t in triangles {
+                let corners = mesh.triangles[t as usize].map(|v| projected[v as usize]);
+                let mut worst = 0.0_f64;
+                for_each_pixel(corners, [first_row, first_row + errors.len() / cols], cols, |row, col, value| {
+                    let i = row * cols + col;
+                    if values[i].is_nan() {
+                        return;
+                    }
+                    let error = behind(image.projection(), row, col, values[i], value);
+                    worst = worst.max(error.abs());
+                    let slot = &mut errors[i - first_row * cols];
+                    if slot.is_nan() || slot.abs() < error.abs() {
+                        *slot = error;
+                    }
+                });
+                faces.push(worst as f32);
+            }
+            Ok(faces)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    for (triangles, faces) in bands.iter().zip(per_band) {
+        for (&t, error) in triangles.iter().zip(faces) {
+            face_errors[t as usize] = face_errors[t as usize].max(error);
+        }
+    }
+    Ok((errors, face_errors))
+}
+
+/// How far behind the sample the mesh lies along the ray.
+fn behind(projection: &Projection, row: usize, col: usize, sample: f64, value: f64) -> f64 {
+    match projection {
+        Projection::Pinhole { focal, centre, depth } => {
+            let (x, y) = ((col as f64 - centre[0]) / focal[0], (row as f64 - centre[1]) / focal[1]);
+            let stretch = (x * x + y * y + 1.0).sqrt();
+            let depth = match depth {
+                DepthKind::Planar => sample,
+                DepthKind::Ray => sample / stretch,
+            };
+            (1.0 / value - depth) * stretch
+        }
+        _ => sample - value,
+    }
+}
+
+/// Calls `visit(row, col, value)` for the pixels of some rows in a closed triangle.
+fn for_each_pixel([a, b, c]: [Projected; 3], rows: [usize; 2], cols: usize, mut visit: impl FnMut(usize, usize, f64)) {
+    let area = (b.col - a.col) * (c.row - a.row) - (b.row - a.row) * (c.col - a.col);
+    if area == 0.0 || !area.is_finite() {
+        return;
+    }
+    let low = a.row.min(b.row).min(c.row).ceil().max(rows[0] as f64) as usize;
+    let high = a.row.max(b.row).max(c.row).floor().min(rows[1] as f64 - 1.0);
+    let left = a.col.min(b.col).min(c.col).ceil().max(0.0) as usize;
+    let right = a.col.max(b.col).max(c.col).floor().min(cols as f64 - 1.0);
+    if high < 0.0 || right < 0.0 {
+        return;
+    }
+    for row in low..=high as usize {
+        let y = row as f64 - a.row;
+        for col in left..=right as usize {
+            let x = col as f64 - a.col;
+            let of_b = (x * (c.row - a.row) - y * (c.col - a.col)) / area;
+            let of_c = ((b.col - a.col) * y - (b.row - a.row) * x) / area;
+            if of_b >= 0.0 && of_c >= 0.0 && of_b + of_c <= 1.0 {
+                visit(row, col, a.value + of_b * (b.value - a.value) + of_c * (c.value - a.value));
+            }
+        }
+    }
+}
+
+/// Rays handled between two looks at the progress.
+const BLOCK: usize = 4096;
+
+fn along_rays(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<(Vec<f64>, Vec<f32>)> {
+    let mut errors = vec![f64::NAN; image.len()];
+    let mut face_errors = vec![0.0_f32; mesh.triangles.len()];
+    if mesh.triangles.is_empty() {
+        return Ok((errors, face_errors));
+    }
+    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, rayon::current_num_threads())?;
+    let nearest_edge = 1e-6 * mesh.median_edge();
+    let faces = errors
+        .par_chunks_mut(BLOCK)
+        .enumerate()
+        .map(|(block, errors)| {
+            progress.check()?;
+            let mut faces = Vec::new();
+            for (i, slot) in errors.iter_mut().enumerate() {
+                let index = block * BLOCK + i;
+                if !image.is_valid(index) {
+                    continue;
+                }
+                let (_, direction) = image.ray_in_sensor(index);
+                let sample = image.point_in_sensor(index);
+                let ray = Ray { origin: sample, direction };
+                if let Some(hit) = bvh.first_hit(&ray, f64::NEG_INFINITY, f64::INFINITY) {
+                    *slot = hit.t;
+                    faces.push((hit.triangle, hit.t.abs() as f32));
+                } else if let Some(near) = bvh.closest_point(sample)
+                    && near.distance_squared <= nearest_edge * nearest_edge
+                {
+                    *slot = near.distance();
+                }
+            }
+            Ok(faces)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    for (t, error) in faces.into_iter().flatten() {
+        let slot = &mut face_errors[t as usize];
+        *slot = slot.max(error);
+    }
+    Ok((errors, face_errors))
+}

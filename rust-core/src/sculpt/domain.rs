@@ -1,0 +1,173 @@
+//! Where the mesh may be: the union of the triangles of the step-discontinuity triangulation.
+//!
+//! ```text
+//!  a --- b     Each cell of 2 x 2 pixels holds up to two of its four half cells; a half cell is named by the corner
+//!  |     |     that it leaves out. a is corner 0, b 1, c 2, d 3.
+//!  d --- c
+//! ```
+
+use crate::error::{Error, Result};
+use crate::range_image::{Projection, RangeImage};
+use crate::triangulate::{RangeSurface, TriangulateParams, triangulate};
+
+/// The part of the image plane that the mesh covers, over pixel indices.
+pub(super) struct Domain {
+    pub rows: u32,
+    pub cols: u32,
+    /// A bit a half cell present, by the corner it leaves out; `(rows - 1) * (cols - 1)` cells, row by row.
+    cells: Vec<u8>,
+    /// The step-discontinuity triangles as pixels, turning like columns toward rows.
+    pub triangles: Vec<[u32; 3]>,
+    /// Pixels with a triangle, rising.
+    pub pixels: Vec<u32>,
+    /// Whether triangles that turn like columns toward rows turn clockwise seen from the sensor.
+    pub mirrored: bool,
+    /// Valid pixels without a triangle.
+    pub isolated: usize,
+    /// Nearest and farthest range of the covered pixels.
+    pub range: [f64; 2],
+}
+
+impl Domain {
+    /// Triangulates the image. O(pixels).
+    ///
+    /// # Errors
+    /// As [`triangulate`].
+    pub fn new(image: &RangeImage, params: &TriangulateParams) -> Result<Self> {
+        if image.rows() > u32::MAX as usize || image.cols() > u32::MAX as usize {
+            return Err(Error::input(format!(
+                "{}: an image may have at most 2^32 - 2 rows and columns, but this one has {} x {}",
+                image.name,
+                image.rows(),
+                image.cols()
+            )));
+        }
+        let RangeSurface { pixels, triangles, isolated_pixels, .. } = triangulate(image, params)?;
+        let (rows, cols) = (image.rows() as u32, image.cols() as u32);
+        let cell_cols = cols.saturating_sub(1) as usize;
+        let mut domain = Domain {
+            rows,
+            cols,
+            cells: vec![0; cell_cols * rows.saturating_sub(1) as usize],
+            triangles: Vec::with_capacity(triangles.len()),
+            pixels: Vec::new(),
+            mirrored: false,
+            isolated: isolated_pixels,
+            range: [f64::INFINITY, f64::NEG_INFINITY],
+        };
+        let ahead = |pixel: u32| match image.projection() {
+            // A sample behind the sensor is seen by no ray.
+            Projection::Pinhole { .. } | Projection::Spherical { .. } => image.range(pixel as usize) > 0.0,
+            _ => true,
+        };
+        let mut used = vec![false; pixels.len()];
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|k| pixels[k as usize]);
+            if !(ahead(a) && ahead(b) && ahead(c)) {
+                continue;
+            }
+            domain.add([a, b, c]);
+            triangle.iter().for_each(|&k| used[k as usize] = true);
+        }
+        domain.isolated += used.iter().filter(|u| !**u).count();
+        domain.pixels = pixels.iter().zip(&used).filter(|(_, used)| **used).map(|(&p, _)| p).collect();
+        for &p in &domain.pixels {
+            let range = image.range(p as usize);
+            domain.range = [domain.range[0].min(range), domain.range[1].max(range)];
+        }
+        Ok(domain)
+    }
+
+    fn add(&mut self, [a, b, c]: [u32; 3]) {
+        let cols = self.cols;
+        let place = |p: u32| (i64::from(p % cols), i64::from(p / cols));
+        let [(ax, ay), (bx, by), (cx, cy)] = [a, b, c].map(place);
+        let turned = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) < 0;
+        self.mirrored = turned;
+        self.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+        let (col, row) = (ax.min(bx).min(cx), ay.min(by).min(cy));
+        let corner = |x: i64, y: i64| match (x - col, y - row) {
+            (0, 0) => 0,
+            (1, 0) => 1,
+            (1, 1) => 2,
+            _ => 3_u8,
+        };
+        let missing = 6 - corner(ax, ay) - corner(bx, by) - corner(cx, cy);
+        self.cells[row as usize * (cols as usize - 1) + col as usize] |= 1 << missing;
+    }
+
+    /// Difference between the farthest and the nearest range, 0 without any.
+    pub fn extent(&self) -> f64 {
+        (self.range[1] - self.range[0]).max(0.0)
+    }
+
+    /// The half cells of the cell whose upper left pixel is (`row`, `col`); none outside of the image.
+    #[inline]
+    pub fn halves(&self, row: i64, col: i64) -> u8 {
+        let (rows, cols) = (i64::from(self.rows) - 1, i64::from(self.cols) - 1);
+        if row < 0 || col < 0 || row >= rows || col >= cols {
+            return 0;
+        }
+        self.cells[(row * cols + col) as usize]
+    }
+
+    /// Whether the domain lies above and below the edge from pixel (`row`, `col`) to its right neighbour.
+    #[inline]
+    pub fn beside_horizontal(&self, row: i64, col: i64) -> [bool; 2] {
+        // Above it is the edge d c, below it is a b: all half cells but those that leave out one of the ends.
+        [self.halves(row - 1, col) & 0b0011 != 0, self.halves(row, col) & 0b1100 != 0]
+    }
+
+    /// Whether the domain lies left and right of the edge from pixel (`row`, `col`) to the one below.
+    #[inline]
+    pub fn beside_vertical(&self, row: i64, col: i64) -> [bool; 2] {
+        [self.halves(row, col - 1) & 0b1001 != 0, self.halves(row, col) & 0b0110 != 0]
+    }
+
+    /// Number of fans of triangles that meet at a pixel: 1 inside and on ordinary borders, more where the domain touches
+    /// itself in that pixel only.
+    pub fn fans(&self, pixel: u32) -> u32 {
+        let (row, col) = (i64::from(pixel / self.cols), i64::from(pixel % self.cols));
+        // The cells around the pixel, turning like columns toward rows, with the corner that the pixel is in each: two
+        // eighths of the plane a cell, the first one beside the edge to the next corner.
+        let around = [(0, 0, 0), (0, -1, 1), (-1, -1, 2), (-1, 0, 3)];
+        let mut eighths = 0_u8;
+        for (i, (down, right, corner)) in around.into_iter().enumerate() {
+            let halves = self.halves(row + down, col + right);
+            let without = |step: u32| halves >> ((corner + step) % 4) & 1 != 0;
+            eighths |= u8::from(without(2) || without(3)) << (2 * i);
+            eighths |= u8::from(without(2) || without(1)) << (2 * i + 1);
+        }
+        (eighths & !eighths.rotate_left(1)).count_ones().max(u32::from(eighths != 0))
+    }
+
+    /// Whether the edge between two pixels lies on the border of the domain, from the side where the domain lies on its
+    /// left: turning from it like columns toward rows.
+    pub fn is_border(&self, from: u32, to: u32) -> bool {
+        let cols = self.cols;
+        let place = |p: u32| (i64::from(p % cols), i64::from(p / cols));
+        let ((x, y), (tx, ty)) = (place(from), place(to));
+        let (dx, dy) = (tx - x, ty - y);
+        if dx != 0 && dy != 0 && dx.abs() != dy.abs() {
+            return false;
+        }
+        // Of a cell's diagonal: the half cell on the other side, or the whole cell however it was split.
+        let beyond = |row: i64, col: i64, half: u8| {
+            let halves = self.halves(row, col);
+            halves & half != 0 || halves.count_ones() == 2
+        };
+        let outside = match (dx.signum(), dy.signum()) {
+            // The first unit of the edge tells for all: borders are removed along straight lines only.
+            (1, 0) => self.beside_horizontal(y, x)[0],
+            (-1, 0) => self.beside_horizontal(y, x - 1)[1],
+            (0, 1) => self.beside_vertical(y, x)[1],
+            (0, -1) => self.beside_vertical(y - 1, x)[0],
+            (1, 1) => beyond(y, x, 0b1000),
+            (-1, -1) => beyond(y - 1, x - 1, 0b0010),
+            (1, -1) => beyond(y - 1, x, 0b0100),
+            (-1, 1) => beyond(y, x - 1, 0b0001),
+            _ => return false,
+        };
+        !outside
+    }
+}

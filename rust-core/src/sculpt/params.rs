@@ -1,0 +1,120 @@
+//! The parameters of sculpting.
+
+use crate::error::Result;
+use crate::params::{Default, ParamSpec, Unit};
+use crate::triangulate::TriangulateParams;
+
+/// Parameters of sculpting.
+pub const PARAMS: &[ParamSpec] = &[
+    ParamSpec {
+        operation: "sculpt",
+        name: "tolerance",
+        unit: Unit::WorldLength,
+        default: Default::FromData("relative_tolerance times the depth extent of the covered samples"),
+        min: 0.0,
+        min_excluded: false,
+        max: f64::INFINITY,
+        text: "Largest distance between a sample and the mesh along the sample's ray. 0 reproduces every sample; larger values give fewer triangles.",
+    },
+    ParamSpec {
+        operation: "sculpt",
+        name: "relative_tolerance",
+        unit: Unit::Ratio,
+        default: Default::Value(0.001),
+        min: 0.0,
+        min_excluded: false,
+        max: f64::INFINITY,
+        text: "The tolerance as a share of the depth extent, the difference between the farthest and the nearest range of the covered samples.",
+    },
+    ParamSpec {
+        operation: "sculpt",
+        name: "effort",
+        unit: Unit::Count,
+        default: Default::Value(1.0),
+        min: 0.0,
+        min_excluded: false,
+        max: 1.0,
+        text: "Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about twice the time.",
+    },
+    ParamSpec {
+        operation: "sculpt",
+        name: "threads",
+        unit: Unit::Count,
+        default: Default::Value(0.0),
+        min: 0.0,
+        min_excluded: false,
+        max: 1024.0,
+        text: "Worker threads, 0 for one a core. The result is the same for any number.",
+    },
+];
+
+/// How far the mesh may lie from the samples, along their rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// World units.
+    Absolute(f64),
+    /// A share of the depth extent: the difference between the farthest and the nearest range of the covered samples.
+    OfDepthExtent(f64),
+}
+
+impl Tolerance {
+    /// In world units.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] if negative or not finite.
+    pub(super) fn in_world(self, depth_extent: f64) -> Result<f64> {
+        self.validate()?;
+        Ok(match self {
+            Tolerance::Absolute(tolerance) => tolerance,
+            // A sum of two finite numbers may be too large; no distance is larger than this.
+            Tolerance::OfDepthExtent(share) => (share * depth_extent).min(f64::MAX),
+        })
+    }
+
+    fn validate(self) -> Result<()> {
+        match self {
+            Tolerance::Absolute(tolerance) => PARAMS[0].check(tolerance),
+            Tolerance::OfDepthExtent(share) => PARAMS[1].check(share),
+        }
+        .map(drop)
+    }
+}
+
+/// What to sculpt with; see [`PARAMS`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SculptParams {
+    /// Largest distance between a sample and the mesh along the sample's ray.
+    pub tolerance: Tolerance,
+    /// Work spent on fewer triangles, 0 or 1.
+    pub effort: u32,
+    /// Where the mesh may be: jumps are left out.
+    pub triangulation: TriangulateParams,
+    /// Worker threads, 0 for one a core.
+    pub threads: usize,
+}
+
+impl std::default::Default for SculptParams {
+    fn default() -> Self {
+        SculptParams {
+            tolerance: Tolerance::OfDepthExtent(0.001),
+            effort: 1,
+            triangulation: TriangulateParams::default(),
+            threads: 0,
+        }
+    }
+}
+
+impl SculptParams {
+    /// Checks each value against its range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] for the first one out of range.
+    pub fn validate(&self) -> Result<()> {
+        self.tolerance.validate()?;
+        self.triangulation.validate()?;
+        for (name, value) in [("effort", f64::from(self.effort)), ("threads", self.threads as f64)] {
+            crate::params::find("sculpt", name).expect("the parameter is in the table").check(value)?;
+        }
+        Ok(())
+    }
+}

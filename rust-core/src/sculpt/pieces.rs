@@ -1,0 +1,45 @@
+//! A mesh over pixels between the stages: triangles, each with the pixels seen in it.
+
+/// Triangles over pixel indices, turning like columns toward rows, with the pixels that are no vertices: each one in the
+/// list of one triangle that it is seen in or on the edge of.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Pieces {
+    pub triangles: Vec<[u32; 3]>,
+    /// Where each triangle's pixels end in `pixels`; they start where those of the triangle before end.
+    pub ends: Vec<u32>,
+    pub pixels: Vec<u32>,
+}
+
+impl Pieces {
+    /// Triangles whose corners are all the pixels they cover.
+    pub fn full(triangles: &[[u32; 3]]) -> Self {
+        Pieces { triangles: triangles.to_vec(), ends: vec![0; triangles.len()], pixels: Vec::new() }
+    }
+
+    /// Appends a triangle; its pixels were appended before.
+    pub fn push(&mut self, triangle: [u32; 3]) {
+        self.triangles.push(triangle);
+        self.ends.push(self.pixels.len() as u32);
+    }
+
+    /// The pixels listed with triangle `t`.
+    pub fn pixels_of(&self, t: usize) -> &[u32] {
+        let start = if t == 0 { 0 } else { self.ends[t - 1] as usize };
+        &self.pixels[start..self.ends[t] as usize]
+    }
+
+    /// All parts one after the other.
+    pub fn join(parts: Vec<Pieces>) -> Self {
+        let mut all = Pieces::default();
+        all.triangles.reserve_exact(parts.iter().map(|p| p.triangles.len()).sum());
+        all.ends.reserve_exact(parts.iter().map(|p| p.triangles.len()).sum());
+        all.pixels.reserve_exact(parts.iter().map(|p| p.pixels.len()).sum());
+        for part in parts {
+            let offset = all.pixels.len() as u32;
+            all.ends.extend(part.ends.iter().map(|end| end + offset));
+            all.triangles.extend(part.triangles);
+            all.pixels.extend(part.pixels);
+        }
+        all
+    }
+}

@@ -1,0 +1,177 @@
+//! Fewer triangles at the same tolerance: vertices are removed as long as what remains can be triangulated within it.
+//!
+//! The mesh is cut into patches of a fixed size along its triangles; a patch is polished by one thread, its seams stay.
+//! The next pass cuts elsewhere. Patches, not threads, order the work, so any number of threads gives the same mesh.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use rayon::prelude::*;
+
+use super::delaunay::NONE;
+use super::domain::Domain;
+use super::patch::Patch;
+use super::pieces::Pieces;
+use super::star::{Filling, Rules, Surgeon};
+use super::view::View;
+use crate::error::Result;
+use crate::progress::Progress;
+
+/// Side of a patch in pixels. Tests look across many seams.
+const PATCH: u32 = if cfg!(test) { 12 } else { 128 };
+
+/// Checks for cancelling come once in this many vertices.
+const CHECK: usize = 256;
+
+/// Triangles that one patch may well have: below it, patches grow until they have as many or all.
+const FEW: usize = if cfg!(test) { 64 } else { 4096 };
+
+/// Sides and shifts of the patches of each pass over a mesh of `triangles` triangles: two cuts that avoid each other's
+/// seams, and the first of them also the lines between tiles; then larger ones while they have few triangles.
+pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: bool) -> Option<[u32; 2]> {
+    if pass < 2 {
+        return Some([PATCH, if pass == 0 { PATCH / 2 } else { 0 }]);
+    }
+    let longest = domain.rows.max(domain.cols);
+    let mut side = u64::from(PATCH);
+    let area = f64::from(domain.rows) * f64::from(domain.cols);
+    while side < u64::from(longest) && triangles as f64 * (side * side) as f64 / area < FEW as f64 {
+        side *= 2;
+    }
+    let side = side.min(u64::from(u32::MAX / 2)) as u32;
+    // Once; and once more across the seams that are left.
+    match pass {
+        2 if side > PATCH => Some([side, 0]),
+        3 if side > PATCH && side < longest => Some([side, side / 2]),
+        // A small mesh in one piece: until nothing changes.
+        3.. if side >= longest && triangles < FEW && gained => Some([side, 0]),
+        _ => None,
+    }
+}
+
+/// One pass over the whole mesh with patches of `side` pixels whose corners lie `shift` pixels before those of a grid from
+/// (0, 0).
+pub(super) fn pass<V: View>(
+    view: &V,
+    domain: &Domain,
+    pieces: &Pieces,
+    [side, shift]: [u32; 2],
+    rules: &Rules,
+    progress: &Progress<'_>,
+) -> Result<Pieces> {
+    let groups = group(domain, pieces, side, shift);
+    let pixels = domain.rows as usize * domain.cols as usize;
+    let parts = groups
+        .par_iter()
+        .map_init(
+            || (vec![0; pixels], Surgeon::new()),
+            |(scratch, surgeon), triangles| {
+                let mut patch = Patch::new(view, domain, pieces, triangles, scratch);
+                remove_vertices(&mut patch, surgeon, rules, progress)?;
+                Ok(patch.into_pieces())
+            },
+        )
+        .collect::<Result<Vec<_>>>()?;
+    Ok(Pieces::join(parts))
+}
+
+/// The triangles of each patch, in order. A triangle belongs where its first pixel lies.
+fn group(domain: &Domain, pieces: &Pieces, side: u32, shift: u32) -> Vec<Vec<u32>> {
+    let place = |i: u32| (u64::from(i) + u64::from(shift)) / u64::from(side);
+    let (across, down) = (place(domain.cols) as usize + 1, place(domain.rows) as usize + 1);
+    let patch_of = |triangle: &[u32; 3]| {
+        let p = triangle[0].min(triangle[1]).min(triangle[2]);
+        place(p / domain.cols) as usize * across + place(p % domain.cols) as usize
+    };
+    let mut counts = vec![0_usize; across * down];
+    for triangle in &pieces.triangles {
+        counts[patch_of(triangle)] += 1;
+    }
+    let mut groups: Vec<Vec<u32>> = counts.iter().map(|&n| Vec::with_capacity(n)).collect();
+    for (t, triangle) in pieces.triangles.iter().enumerate() {
+        groups[patch_of(triangle)].push(t as u32);
+    }
+    groups.retain(|g| !g.is_empty());
+    groups
+}
+
+/// A vertex that can be removed; the smallest cost comes first.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Entry {
+    /// Bits of a number >= 0, which sort as the number does.
+    cost: u64,
+    vertex: u32,
+}
+
+/// What is known of a vertex.
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    /// Its star can't be filled, or could not when looked at last.
+    Stuck,
+    /// In the queue with this filling.
+    Ready(Filling),
+    /// In the queue, but its star has changed since.
+    Stale,
+    /// Gone.
+    Removed,
+}
+
+/// Removes vertices, those whose stars are filled with the smallest errors first.
+fn remove_vertices<S: super::view::Site>(
+    patch: &mut Patch<S>,
+    surgeon: &mut Surgeon<S>,
+    rules: &Rules,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let mut queue = BinaryHeap::with_capacity(patch.vertices);
+    let mut states = vec![State::Stuck; patch.vertices];
+    for v in 0..patch.vertices as u32 {
+        if (v as usize).is_multiple_of(CHECK) {
+            progress.check()?;
+        }
+        if let Some(filling) = surgeon.find(patch, v, rules) {
+            states[v as usize] = State::Ready(filling);
+            queue.push(Reverse(Entry { cost: filling.cost.to_bits(), vertex: v }));
+        }
+    }
+    let mut looked_at = 0;
+    while let Some(Reverse(Entry { vertex, cost })) = queue.pop() {
+        looked_at += 1;
+        if looked_at % CHECK == 0 {
+            progress.check()?;
+        }
+        let v = vertex as usize;
+        let filling = match states[v] {
+            State::Ready(filling) if filling.cost.to_bits() == cost => filling,
+            State::Stale => {
+                let Some(filling) = surgeon.find(patch, vertex, rules) else {
+                    states[v] = State::Stuck;
+                    continue;
+                };
+                let cost = filling.cost.to_bits();
+                if queue.peek().is_some_and(|Reverse(next)| next.cost < cost) {
+                    states[v] = State::Ready(filling);
+                    queue.push(Reverse(Entry { cost, vertex }));
+                    continue;
+                }
+                filling
+            }
+            _ => continue,
+        };
+        surgeon.make(patch, vertex, filling);
+        states[v] = State::Removed;
+        for &corner in surgeon.ring() {
+            let state = &mut states[corner as usize];
+            match state {
+                State::Ready(_) => *state = State::Stale,
+                State::Stuck if patch.out[corner as usize] != NONE => {
+                    // Its star is smaller now: once more, after all others.
+                    *state = State::Stale;
+                    queue.push(Reverse(Entry { cost: f64::INFINITY.to_bits(), vertex: corner }));
+                }
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,350 @@
+//! Removing a vertex: the best triangulation of its star without it, by dynamic programming.
+//!
+//! The star is a polygon of up to [`MOST`] corners. Every triangle of three of its corners is tried at most once: it must
+//! turn like columns toward rows and keep every pixel seen in it within the tolerance. Positive triangles over all edges
+//! of a simple polygon triangulate it, so no other test of the geometry is needed. Of all such triangulations the one with
+//! the smallest sum of squared errors is taken.
+//!
+//! On which side of each diagonal the pixels are seen is found once a diagonal, 64 pixels a word; the pixels of a triangle
+//! are the words of its three edges, joined bit by bit.
+
+use super::delaunay::{NONE, next_of, previous_of};
+use super::patch::{Fan, Patch, SEAM};
+use super::view::Site;
+
+/// Most corners of a star.
+pub(super) const MOST: usize = 16;
+
+/// What triangles must keep to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rules {
+    /// Largest distance along a ray, world units.
+    pub tolerance: f64,
+}
+
+/// How to fill a star without its vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Filling {
+    /// Sum of squared errors of its triangles' pixels, world units.
+    pub cost: f64,
+    /// The third corner of each triangle, in the order in which polygons are split, 4 bits each, the first one lowest.
+    code: u64,
+}
+
+/// Finds and makes fillings; keeps its memory between stars.
+pub(super) struct Surgeon<S: Site> {
+    half_edges: Vec<u32>,
+    fan: Fan,
+    /// Corners of the star in turning order.
+    ring: Vec<u32>,
+    corner_sites: Vec<S>,
+    /// The star's pixels, the vertex first.
+    members: Vec<u32>,
+    member_sites: Vec<S>,
+    words: usize,
+    /// For each pair of corners i < j, `words` words each: pixels seen on the positive side of the edge from i to j, and
+    /// on the positive side or on the edge.
+    positive: Vec<u64>,
+    not_negative: Vec<u64>,
+    /// Whether the sides of a pair are known.
+    known: [u16; MOST],
+    /// The best filling of the polygon from corner i to corner j: its cost, negative where not known yet, infinite where
+    /// there is none; and the third corner of the triangle over (i, j).
+    cost: [[f64; MOST]; MOST],
+    third: [[u8; MOST]; MOST],
+    /// The pixel that failed last: likely to fail again.
+    spoiler: usize,
+    outer: Vec<u32>,
+    slots: Vec<u32>,
+}
+
+impl<S: Site> Surgeon<S> {
+    pub fn new() -> Self {
+        Surgeon {
+            half_edges: Vec::new(),
+            fan: Fan::Closed,
+            ring: Vec::new(),
+            corner_sites: Vec::new(),
+            members: Vec::new(),
+            member_sites: Vec::new(),
+            words: 0,
+            positive: Vec::new(),
+            not_negative: Vec::new(),
+            known: [0; MOST],
+            cost: [[0.0; MOST]; MOST],
+            third: [[0; MOST]; MOST],
+            spoiler: 0,
+            outer: Vec::new(),
+            slots: Vec::new(),
+        }
+    }
+
+    /// The corners of the star that was looked at last.
+    pub fn ring(&self) -> &[u32] {
+        &self.ring
+    }
+
+    /// The best filling of the star of `v` without it, if there is one.
+    pub fn find(&mut self, patch: &Patch<S>, v: u32, rules: &Rules) -> Option<Filling> {
+        if !self.gather(patch, v) {
+            return None;
+        }
+        let k = self.ring.len();
+        self.spoiler = 0;
+        if !self.vertex_can_be_covered(rules) {
+            return None;
+        }
+        self.sort_sides_later();
+        for row in &mut self.cost[..k] {
+            row[..k].fill(-1.0);
+        }
+        let cost = self.best(0, k - 1, rules);
+        if cost == f64::INFINITY {
+            return None;
+        }
+        let (mut code, mut shift) = (0, 0);
+        self.encode(0, k - 1, &mut code, &mut shift);
+        Some(Filling { cost, code })
+    }
+
+    /// Collects the star of `v`; `false` if it must stay.
+    fn gather(&mut self, patch: &Patch<S>, v: u32) -> bool {
+        let Some(fan) = patch.fan(v, MOST, &mut self.half_edges) else { return false };
+        self.fan = fan;
+        self.ring.clear();
+        self.ring.extend(self.half_edges.iter().map(|&h| patch.to(h)));
+        if fan == Fan::Open {
+            let last = self.half_edges[self.half_edges.len() - 1];
+            self.ring.push(patch.corners[previous_of(last) as usize]);
+        }
+        let k = self.ring.len();
+        if !(3..=MOST).contains(&k) {
+            return false;
+        }
+        self.corner_sites.clear();
+        self.corner_sites.extend(self.ring.iter().map(|&c| patch.sites[c as usize]));
+        let site = patch.sites[v as usize];
+        if fan == Fan::Open && !is_between(patch, self.ring[0], v, self.ring[k - 1]) {
+            return false;
+        }
+        self.members.clear();
+        self.member_sites.clear();
+        self.members.push(v);
+        self.member_sites.push(site);
+        for &h in &self.half_edges {
+            let mut p = patch.first[h as usize / 3];
+            while p != NONE {
+                self.members.push(p);
+                self.member_sites.push(patch.sites[p as usize]);
+                p = patch.next[p as usize];
+            }
+        }
+        true
+    }
+
+    /// Whether some triangle of the ring covers the vertex itself within the tolerance: most stars fail here.
+    fn vertex_can_be_covered(&self, rules: &Rules) -> bool {
+        let (c, v) = (&self.corner_sites, &self.member_sites[0]);
+        let k = c.len();
+        let mut side = [[0_i8; MOST]; MOST];
+        for i in 0..k {
+            for j in i + 1..k {
+                let turn = S::turn(&c[i], &c[j], v);
+                side[i][j] = i8::from(turn > 0.0) - i8::from(turn < 0.0);
+            }
+        }
+        for i in 0..k {
+            for j in i + 2..k {
+                if side[i][j] > 0 {
+                    continue;
+                }
+                for m in i + 1..j {
+                    if side[i][m] >= 0
+                        && side[m][j] >= 0
+                        && S::turn(&c[i], &c[m], &c[j]) > 0.0
+                        && S::error(&S::plane(&c[i], &c[m], &c[j]), v).abs() <= rules.tolerance
+                    {
+                        return true;
+                    }
+                }
+            }
+        }
+        false
+    }
+
+    fn sort_sides_later(&mut self) {
+        let k = self.ring.len();
+        self.words = self.member_sites.len().div_ceil(64);
+        self.positive.resize(k * k * self.words, 0);
+        self.not_negative.resize(k * k * self.words, 0);
+        self.known[..k].fill(0);
+    }
+
+    /// Finds on which side of the edge from corner `i` to `j` the pixels are seen, once.
+    fn sort_sides(&mut self, i: usize, j: usize) {
+        if self.known[i] & 1 << j != 0 {
+            return;
+        }
+        self.known[i] |= 1 << j;
+        let (a, b) = (self.corner_sites[i], self.corner_sites[j]);
+        let start = (i * self.ring.len() + j) * self.words;
+        for (word, sites) in self.member_sites.chunks(64).enumerate() {
+            let (mut positive, mut not_negative) = (0_u64, 0_u64);
+            for (bit, site) in sites.iter().enumerate() {
+                let turn = S::turn(&a, &b, site);
+                positive |= u64::from(turn > 0.0) << bit;
+                not_negative |= u64::from(turn >= 0.0) << bit;
+            }
+            self.positive[start + word] = positive;
+            self.not_negative[start + word] = not_negative;
+        }
+    }
+
+    /// Smallest cost of the polygon of corners `i` to `j`.
+    fn best(&mut self, i: usize, j: usize, rules: &Rules) -> f64 {
+        if j == i + 1 {
+            return 0.0;
+        }
+        if self.cost[i][j] >= 0.0 {
+            return self.cost[i][j];
+        }
+        let mut best = (f64::INFINITY, 0);
+        for m in i + 1..j {
+            let mut cost = self.triangle(i, m, j, best.0, rules);
+            if cost < best.0 {
+                cost += self.best(i, m, rules);
+            }
+            if cost < best.0 {
+                cost += self.best(m, j, rules);
+            }
+            if cost < best.0 {
+                best = (cost, m as u8);
+            }
+        }
+        self.cost[i][j] = best.0;
+        self.third[i][j] = best.1;
+        best.0
+    }
+
+    /// Sum of the squared errors of the pixels in a triangle; infinite if it must not be, or is not below `limit`.
+    fn triangle(&mut self, i: usize, m: usize, j: usize, limit: f64, rules: &Rules) -> f64 {
+        let [a, b, c] = [i, m, j].map(|i| self.corner_sites[i]);
+        if S::turn(&a, &b, &c) <= 0.0 || !S::is_wide(&a, &b, &c) {
+            return f64::INFINITY;
+        }
+        let plane = S::plane(&a, &b, &c);
+        self.sort_sides(i, m);
+        self.sort_sides(m, j);
+        self.sort_sides(i, j);
+        let (k, words) = (self.ring.len(), self.words);
+        let (im, mj, ij) = ((i * k + m) * words, (m * k + j) * words, (i * k + j) * words);
+        let inside =
+            |word: usize| self.not_negative[im + word] & self.not_negative[mj + word] & !self.positive[ij + word];
+        if inside(self.spoiler / 64) >> (self.spoiler % 64) & 1 != 0
+            && !(S::error(&plane, &self.member_sites[self.spoiler]).abs() <= rules.tolerance)
+        {
+            return f64::INFINITY;
+        }
+        let mut sum = 0.0;
+        for word in 0..words {
+            let mut bits = inside(word);
+            if word + 1 == words && !self.member_sites.len().is_multiple_of(64) {
+                bits &= (1 << (self.member_sites.len() % 64)) - 1;
+            }
+            while bits != 0 {
+                let member = word * 64 + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let error = S::error(&plane, &self.member_sites[member]);
+                if !(error.abs() <= rules.tolerance) {
+                    self.spoiler = member;
+                    return f64::INFINITY;
+                }
+                sum += error * error;
+            }
+            if sum >= limit {
+                return f64::INFINITY;
+            }
+        }
+        sum
+    }
+
+    fn encode(&self, i: usize, j: usize, code: &mut u64, shift: &mut u32) {
+        if j == i + 1 {
+            return;
+        }
+        let m = usize::from(self.third[i][j]);
+        *code |= (m as u64) << *shift;
+        *shift += 4;
+        self.encode(i, m, code, shift);
+        self.encode(m, j, code, shift);
+    }
+
+    /// Removes `v`, whose star has not changed since `filling` was found. The corners that were around it are in
+    /// [`Surgeon::ring`] afterwards.
+    pub fn make(&mut self, patch: &mut Patch<S>, v: u32, filling: Filling) {
+        let gathered = self.gather(patch, v);
+        assert!(gathered, "a filling was found for this star");
+        let k = self.ring.len();
+        self.outer.clear();
+        self.outer.extend(self.half_edges.iter().map(|&h| patch.twins[next_of(h) as usize]));
+        self.slots.clear();
+        self.slots.extend(self.half_edges.iter().map(|&h| h / 3));
+        for &t in &self.slots {
+            patch.alive[t as usize] = false;
+            patch.first[t as usize] = NONE;
+        }
+        patch.out[v as usize] = NONE;
+        let root = match self.fan {
+            Fan::Closed => self.outer[k - 1],
+            Fan::Open => NONE,
+        };
+        let mut code = filling.code;
+        let mut used = 0;
+        self.build(patch, 0, k - 1, root, &mut code, &mut used);
+        let new = &self.slots[..used];
+        for (&p, site) in self.members.iter().zip(&self.member_sites) {
+            let holder = new.iter().find(|&&t| {
+                let [a, b, c] = [0, 1, 2].map(|i| patch.sites[patch.corners[3 * t as usize + i] as usize]);
+                S::turn(&a, &b, site) >= 0.0 && S::turn(&b, &c, site) >= 0.0 && S::turn(&c, &a, site) >= 0.0
+            });
+            let holder = *holder.expect("a triangulation of the star covers its pixels");
+            patch.list(holder, p);
+        }
+    }
+
+    /// Fills the polygon of corners `i` to `j`; `across` is the half edge beyond its edge from `j` to `i`.
+    fn build(
+        &mut self,
+        patch: &mut Patch<S>,
+        i: usize,
+        j: usize,
+        across: u32,
+        code: &mut u64,
+        used: &mut usize,
+    ) -> u32 {
+        let m = (*code & 15) as usize;
+        *code >>= 4;
+        let t = self.slots[*used];
+        *used += 1;
+        patch.alive[t as usize] = true;
+        let ring = [self.ring[i], self.ring[m], self.ring[j]];
+        patch.set(t, ring, [SEAM, SEAM, across]);
+        let left = if m == i + 1 { self.outer[i] } else { self.build(patch, i, m, t * 3, code, used) };
+        let right = if j == m + 1 { self.outer[m] } else { self.build(patch, m, j, t * 3 + 1, code, used) };
+        for (edge, twin) in [(t * 3, left), (t * 3 + 1, right)] {
+            patch.twins[edge as usize] = twin;
+            if twin < SEAM {
+                patch.twins[twin as usize] = edge;
+            }
+        }
+        t * 3 + 2
+    }
+}
+
+/// Whether a vertex of the border lies on the straight line between its neighbours there. Off the lattice borders are
+/// hardly ever straight, and stay.
+fn is_between<S: Site>(patch: &Patch<S>, before: u32, v: u32, after: u32) -> bool {
+    let [a, b, c] = [before, v, after].map(|v| patch.place(v));
+    let (ab, bc) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+    S::ON_LATTICE && ab[0] * bc[1] == ab[1] * bc[0] && ab[0] * bc[0] + ab[1] * bc[1] > 0
+}
