@@ -13,6 +13,8 @@ mod discretize;
 
 mod defaults;
 
+mod budget;
+
 // 2. initial removal
 mod remove;
 
@@ -45,6 +47,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anomalies::{Analyser, BrickSurface};
+use budget::Budget;
 use bundles::Buckets;
 use classify::{BrickLabels, Classifier};
 use discretize::discretize;
@@ -297,6 +300,12 @@ fn merge(
     let dropped = components::drop_small(&mut surface, params.min_component_share);
     report.dropped_components = [dropped.components, dropped.faces];
     clock.lap("components");
+    if surface.is_empty() {
+        return Err(Error::input(format!(
+            "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
+            report.voxel
+        )));
+    }
     let size = surface.extent();
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
@@ -342,6 +351,7 @@ fn discretize_all(
     lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
+    let budget = OnceLock::new();
     let next = AtomicUsize::new(0);
     let workers = rayon::current_num_threads().min(sources.len());
     let found = (0..workers)
@@ -364,6 +374,7 @@ fn discretize_all(
                             *lattice.get_or_init(|| made)
                         }
                     };
+                    budget.get_or_init(|| Budget::new(lattice.voxel)).expect(&surface)?;
                     discretize(&surface, source.name(), scan as u32, &lattice, &mut buckets, progress)?;
                     found.triangles += surface.triangles.len() as u64;
                     found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));

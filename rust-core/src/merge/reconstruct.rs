@@ -72,6 +72,11 @@ impl Surface {
         (high - low).max(DVec3::ZERO)
     }
 
+    /// Whether there is no triangle.
+    pub fn is_empty(&self) -> bool {
+        self.triangles.is_empty()
+    }
+
     /// Bytes held by vertices and triangles.
     pub fn bytes(&self) -> u64 {
         let vertex = size_of::<DVec3>() + size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();

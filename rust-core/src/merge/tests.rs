@@ -123,9 +123,12 @@ proptest! {
         let unit = if halves { 0.5 } else { 1.0 };
         if let Some(mesh) = tetrahedron(corners, unit) {
             assert_watertight(&mesh, 1.0);
-            let merged = merge_mesh(&mesh, &plain(1.0)).mesh;
-            let report = check(&merged);
-            prop_assert!(merged.triangles.is_empty() || report.is_closed(), "{report}");
+            let placed = PlacedMesh { name: "mesh".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+            match run(&[&placed], &plain(1.0), &Progress::none()) {
+                Ok(merged) => prop_assert!(check(&merged.mesh).is_closed(), "{}", check(&merged.mesh)),
+                // Small ones slip through the grid.
+                Err(error) => prop_assert!(error.to_string().starts_with("nothing is left"), "{error}"),
+            }
         }
     }
 
@@ -358,6 +361,17 @@ fn empty_and_degenerate_scans_change_nothing_or_say_so() {
     }
     let error = run(&[], &MergeParams::default(), &Progress::none()).unwrap_err();
     assert!(error.to_string().contains("no scan"), "{error}");
+}
+
+#[test]
+fn a_voxel_too_large_or_far_too_small_is_refused_with_a_remedy() {
+    let mesh = Shape::Sphere { radius: 0.1 }.mesh(8);
+    let pose = DAffine3::from_translation(DVec3::splat(50.0));
+    let placed = PlacedMesh { name: "sphere".to_owned(), mesh: &mesh, world_from_mesh: pose };
+    let refused = |voxel: f64| run(&[&placed], &plain(voxel), &Progress::none()).unwrap_err().to_string();
+    assert!(refused(1e6).starts_with("nothing is left of the surface: choose a voxel smaller than 1000000"));
+    let error = refused(1e-9);
+    assert!(error.starts_with("not enough memory: a voxel of 0.000000001") && error.ends_with(" fits"), "{error}");
 }
 
 #[test]

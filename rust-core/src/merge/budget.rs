@@ -1,0 +1,128 @@
+//! Memory that a merge will take, found out before it is taken: a cell a thousand times too small, a slip of the unit, would
+//! otherwise end the host.
+
+use std::sync::{Mutex, PoisonError};
+
+use super::source::OrientedSurface;
+use crate::error::{Error, Result};
+
+/// Bytes a crossing takes at the peak, with its share of the surface; measured on the bunny, 58.
+const BYTES_A_CROSSING: f64 = 60.0;
+
+/// What the scans seen so far will take.
+pub(super) struct Budget {
+    voxel: f64,
+    /// Bytes that are free; infinite where the system does not say.
+    free: f64,
+    crossings: Mutex<f64>,
+}
+
+impl Budget {
+    /// For a grid of cells of size `voxel`, within the memory that is free now.
+    pub(super) fn new(voxel: f64) -> Self {
+        Self::within(voxel, free_bytes())
+    }
+
+    fn within(voxel: f64, free: f64) -> Self {
+        Budget { voxel, free, crossings: Mutex::new(0.0) }
+    }
+
+    /// Takes a scan into account.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits.
+    pub(super) fn expect(&self, surface: &OrientedSurface) -> Result<()> {
+        let mut crossings = self.crossings.lock().unwrap_or_else(PoisonError::into_inner);
+        *crossings += crossings_of(surface, self.voxel);
+        let needed = *crossings * BYTES_A_CROSSING;
+        if needed <= self.free {
+            return Ok(());
+        }
+        // Half of what is free, in two digits rounded up.
+        let fits = 1.05 * self.voxel * (2.0 * needed / self.free).sqrt();
+        Err(Error::OutOfMemory(format!(
+            "a voxel of {} (in the unit of the scans) needs {} or more, {} are free; a voxel of {:.1e} fits",
+            self.voxel,
+            size(needed),
+            size(self.free),
+            fits
+        )))
+    }
+}
+
+fn size(bytes: f64) -> String {
+    if bytes < 1e10 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.0} GB", bytes / 1e9) }
+}
+
+/// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells.
+fn crossings_of(surface: &OrientedSurface, voxel: f64) -> f64 {
+    let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
+    let shadows: f64 = surface
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| surface.positions[v as usize]);
+            let doubled = (cells_from_surface * (b - a)).cross(cells_from_surface * (c - a)).abs();
+            doubled.x + doubled.y + doubled.z
+        })
+        .sum();
+    0.5 * shadows
+}
+
+/// Memory the system could give this process now.
+fn free_bytes() -> f64 {
+    if !sysinfo::IS_SUPPORTED_SYSTEM {
+        return f64::INFINITY;
+    }
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let of_group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
+    match system.available_memory().min(of_group) {
+        0 => f64::INFINITY,
+        bytes => bytes as f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::super::bundles::Buckets;
+    use super::super::discretize::discretize;
+    use super::super::lattice::Lattice;
+    use super::*;
+    use crate::progress::Progress;
+    use crate::scan::shapes::Shape;
+
+    fn sphere() -> OrientedSurface {
+        let pose = DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(glam::DVec3::splat(2.0));
+        OrientedSurface::from_mesh(&Shape::Sphere { radius: 1.0 }.mesh(12), pose).unwrap()
+    }
+
+    #[test]
+    fn crossings_are_foreseen() {
+        for voxel in [0.3, 0.1, 0.02] {
+            let mut buckets = Buckets::default();
+            let lattice = Lattice { voxel, base: [0; 3] };
+            discretize(&sphere(), "sphere", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
+            let (found, foreseen) = (buckets.len as f64, crossings_of(&sphere(), voxel));
+            assert!((found / foreseen - 1.0).abs() < 0.3 * voxel, "{found} {foreseen}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_a_voxel_that_does() {
+        let budget = Budget::within(0.1, 1e6);
+        budget.expect(&sphere()).unwrap();
+        let text = std::iter::repeat_with(|| budget.expect(&sphere())).find_map(Result::err).unwrap().to_string();
+        let voxel = text
+            .strip_prefix("not enough memory: a voxel of 0.1 (in the unit of the scans) needs 1 MB or more, 1 MB are free; a voxel of ")
+            .and_then(|rest| rest.strip_suffix(" fits"))
+            .unwrap_or_else(|| panic!("{text}"));
+        let scans = (1e6 / (crossings_of(&sphere(), 0.1) * BYTES_A_CROSSING)) as usize + 1;
+        let budget = Budget::within(voxel.parse().unwrap(), 1e6);
+        (0..scans).for_each(|_| budget.expect(&sphere()).unwrap());
+        let text = Budget::within(1e-9, 1e9).expect(&sphere()).unwrap_err().to_string();
+        assert!(text.contains(" GB or more, 1000 MB are free"), "{text}");
+    }
+}
