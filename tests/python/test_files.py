@@ -112,8 +112,8 @@ def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
     again = surfrecon.read(tmp_path / "torus.ply")
     assert np.array_equal(again.triangles, mesh.triangles)
     assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
-    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply or \.glb"):
-        mesh.write(tmp_path / "torus.stl")
+    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply, \.glb, \.obj or \.stl"):
+        mesh.write(tmp_path / "torus.3ds")
     with pytest.raises(surfrecon.SurfreconError, match="missing"):
         mesh.write(tmp_path / "missing" / "torus.ply")
 
@@ -129,6 +129,37 @@ def test_a_mesh_is_written_as_gltf(tmp_path):
     with pytest.raises(surfrecon.InputError, match="metres_per_unit must be a finite number > 0, got 0"):
         mesh.write(tmp_path / "other.glb", metres_per_unit=0)
     assert not (tmp_path / "other.glb").exists()
+
+
+@pytest.mark.parametrize("ending", ["obj", "stl", "glb", "ply"])
+def test_write_and_read_meshes(tmp_path, ending):
+    mesh = torus()
+    surfrecon.write(tmp_path / f"torus.{ending}", mesh)
+    again = surfrecon.read(tmp_path / f"torus.{ending}")
+    assert again.check()["is_closed"] and len(again.triangles) == len(mesh.triangles)
+    corners = [m.positions[m.triangles].mean(axis=1) for m in (mesh, again)]
+    assert np.allclose(corners[0], corners[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("ending", ["ptx", "e57"])
+def test_write_and_read_scans_in_place(tmp_path, ending):
+    images = []
+    for k, pose in enumerate(np.eye(4) for _ in range(2)):
+        pose[:3, 3] = [4e6 + k, 5e6, 1]
+        grid = np.dstack([*np.meshgrid(np.linspace(-1, 1, 5), np.linspace(-1, 1, 4)), np.full((4, 5), 3.0)])
+        grid[k, 2] = np.nan
+        image = surfrecon.RangeImage.from_points(grid, viewing=("from", (0, 0, 0)), name=f"scan {k}")
+        image.world_from_sensor = pose
+        images.append(image)
+    surfrecon.write(tmp_path / f"two.{ending}", images)
+    for scan, image in zip(surfrecon.open(tmp_path / f"two.{ending}"), images, strict=True):
+        again = scan.read()
+        assert np.array_equal(again.valid, image.valid)
+        assert np.allclose(again.world_points(), image.world_points(), atol=1e-9, rtol=0, equal_nan=True)
+    with pytest.raises(TypeError, match="content must be a Mesh"):
+        surfrecon.write(tmp_path / f"two.{ending}", 3)
+    images[0].write(tmp_path / f"one.{ending}")
+    assert surfrecon.read(tmp_path / f"one.{ending}").rows == 4
 
 
 def test_formats_have_endings():

@@ -49,7 +49,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{Scan, ScanSet, formats, open, read, write_scans};
+    use crate::scans::{Scan, ScanSet, formats, open, read, write, write_scans};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

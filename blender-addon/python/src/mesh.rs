@@ -7,7 +7,7 @@ use glam::DAffine3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_ply};
+use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_obj, write_ply, write_stl};
 use surfrecon::mesh::{Attribute, AttributeData};
 
 use crate::arrays;
@@ -139,7 +139,8 @@ impl Mesh {
         Ok(dict)
     }
 
-    /// Writes the mesh: ``.ply`` (binary, with all attributes) or ``.glb`` (binary glTF, with the attributes of vertices).
+    /// Writes the mesh: ``.ply`` (binary, with all attributes), ``.glb`` (binary glTF, with the attributes of vertices),
+    /// ``.obj`` (with colours) or ``.stl`` (binary).
     ///
     /// Args:
     ///     path: its ending decides on the format.
@@ -165,7 +166,9 @@ impl Mesh {
                 let node = GlbNode { name: &name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
                 write_glb(&path, &[node], &GlbOptions { metres_per_unit, up }, progress)
             }),
-            _ => Err(input_error(format!("{}: the name must end in .ply or .glb", path.display()))),
+            "obj" => watch.run(py, move |progress| write_obj(&path, &mesh, progress)),
+            "stl" => watch.run(py, move |progress| write_stl(&path, &mesh, progress)),
+            _ => Err(input_error(format!("{}: the name must end in .ply, .glb, .obj or .stl", path.display()))),
         }
     }
 
@@ -195,7 +198,7 @@ pub fn check_ending(path: &Path, wanted: &str) -> PyResult<()> {
 }
 
 /// The ending of a file's name, in lower case, without the dot.
-fn ending(path: &Path) -> String {
+pub fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
 }
 

@@ -7,13 +7,13 @@ use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
-use surfrecon::export::{PlyEncoding, write_range_grid_ply};
+use surfrecon::export::{PlyEncoding, write_e57, write_ptx, write_range_grid_ply};
 use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
-use crate::mesh::{Mesh, check_ending};
+use crate::mesh::{Mesh, check_ending, ending};
 use crate::params::value_of;
 use crate::progress::Watch;
 
@@ -89,6 +89,20 @@ fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
         "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),
         _ => Err(input_error(format!("viewing must begin with \"parallel\" or \"from\", got {kind:?}"))),
     }
+}
+
+/// Writes images as PTX or E57, by the ending of the name.
+///
+/// # Errors
+/// Those of the writers.
+pub fn write_in_place(py: Python<'_>, path: PathBuf, images: &[Arc<Core>]) -> PyResult<()> {
+    Watch::new(None).run(py, move |progress| {
+        let images: Vec<&Core> = images.iter().map(Arc::as_ref).collect();
+        match ending(&path).as_str() {
+            "ptx" => write_ptx(&path, &images, progress),
+            _ => write_e57(&path, &images, progress),
+        }
+    })
 }
 
 /// What a depth image's values measure, by its name.
@@ -364,12 +378,17 @@ impl RangeImage {
         Ok(())
     }
 
-    /// Writes the image as a Stanford range grid (binary PLY). Its pose is not written: see ``write_scans``.
+    /// Writes the image: ``.ply`` as a Stanford range grid (binary; its pose is not written: see ``write_scans``),
+    /// ``.ptx`` or ``.e57`` with its pose.
     ///
     /// Raises:
-    ///     InputError: a name that doesn't end in ``.ply``, rays that go round more than half a sphere.
+    ///     InputError: a name that ends otherwise; for ``.ply`` rays that go round more than half a sphere, for the
+    ///         others parallel rays.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        if matches!(ending(&path).as_str(), "ptx" | "e57") {
+            return write_in_place(py, path, std::slice::from_ref(&self.image));
+        }
         check_ending(&path, "ply")?;
         let image = self.image.clone();
         Watch::new(None).run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))

@@ -6,16 +6,18 @@ use std::path::PathBuf;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice};
-use surfrecon::export::{PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_range_grid_ply};
+use surfrecon::export::{
+    PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_points_ply, write_range_grid_ply,
+};
 use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
 
 use crate::arrays;
 use crate::errors::{detached, input_error};
-use crate::mesh::{Mesh, check_ending};
+use crate::mesh::{Mesh, check_ending, ending};
 use crate::params::value_of;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
-use crate::range_image::{RangeImage, depth_kind};
+use crate::range_image::{RangeImage, depth_kind, write_in_place};
 
 /// Opens scans without reading their samples.
 ///
@@ -121,17 +123,22 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyD
     }
 }
 
-/// Writes range images as Stanford range grids, a file each named like the image, and the ``.conf`` that places them.
+/// Writes range images with their poses: as ``.ptx`` or ``.e57`` into one file, or as Stanford range grids, a file each
+/// named like the image, and the ``.conf`` that places them.
 ///
 /// Args:
-///     path: the ``.conf``; the grids go into its folder.
-///     images: range images with different names.
+///     path: ends in ``.conf`` (the grids go into its folder), ``.ptx`` or ``.e57``.
+///     images: range images, for ``.conf`` with different names.
 ///
 /// Raises:
 ///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere.
 ///     FileError: writing failed.
 #[pyfunction]
 pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeImage>>) -> PyResult<()> {
+    if matches!(ending(&path).as_str(), "ptx" | "e57") {
+        let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
+        return write_in_place(py, path, &images);
+    }
     check_ending(&path, "conf")?;
     let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
     let mut names = HashSet::new();
@@ -150,6 +157,52 @@ pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeIma
         }
         write_conf(&path, &placed)
     })
+}
+
+/// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
+/// ``RangeImage`` or a list of them (``.ply`` for one, ``.conf``, ``.ptx``, ``.e57``), a ``PointCloud`` (``.ply``, with
+/// normals and colours).
+///
+/// Args:
+///     path: the file.
+///     content: what is written.
+///     options: for a mesh the keyword arguments of ``Mesh.write``.
+///
+/// Raises:
+///     InputError: an ending that doesn't fit the content, or what the format can't hold.
+///     FileError: writing failed; no file is left, and one that was there is untouched.
+///     TypeError: content of another type.
+#[pyfunction]
+#[pyo3(signature = (path, content, **options))]
+pub fn write(
+    py: Python<'_>,
+    path: PathBuf,
+    content: &Bound<'_, PyAny>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<()> {
+    if content.cast::<Mesh>().is_ok() {
+        return content.call_method("write", (path,), options).map(|_| ());
+    }
+    if options.is_some_and(|options| !options.is_empty()) {
+        return Err(PyTypeError::new_err("only meshes are written with options"));
+    }
+    if let Ok(cloud) = content.cast::<PointCloud>() {
+        check_ending(&path, "ply")?;
+        let cloud = cloud.get().cloud.clone();
+        return Watch::new(None)
+            .run(py, move |progress| write_points_ply(&path, &cloud, PlyEncoding::default(), progress));
+    }
+    if content.cast::<RangeImage>().is_ok() && ending(&path) != "conf" {
+        return content.call_method1("write", (path,)).map(|_| ());
+    }
+    let images = match content.cast::<RangeImage>() {
+        Ok(image) => vec![image.clone()],
+        Err(_) => content.extract::<Vec<Bound<'_, RangeImage>>>().map_err(|_| {
+            let given = content.get_type();
+            PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
+        })?,
+    };
+    write_scans(py, path, images)
 }
 
 /// Whether a name is that of a file in the same folder, on any system.

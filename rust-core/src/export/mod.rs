@@ -5,15 +5,23 @@
 //! | `ply` | meshes, points and Stanford range grids, text or binary |
 //! | `conf` | VRIP's lists of placed scans |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
+//! | `obj`, `stl` | meshes for programs that read nothing else |
+//! | `scans` | PTX and E57: range images seen from a point |
 //! | `atomic` | every file appears whole or not at all |
 
 pub(crate) mod atomic;
 mod conf;
 mod glb;
+mod obj;
 mod ply;
+mod scans;
+mod stl;
 
 pub use conf::{PlacedFile, write_conf};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
+pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{
     PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_range_grid_ply,
 };
+pub use scans::{write_e57, write_ptx};
+pub use stl::write_stl;

@@ -10,7 +10,7 @@
 //! | `obj`, `stl`, `gltf` | meshes |
 //! | `project` | MeshLab's projects and alignments; folders |
 //! | `grid` | such grids while they are read |
-//! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, TIFF, ESRI grids, npy |
+//! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | what the files don't say themselves |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
@@ -214,6 +214,7 @@ static FORMATS: &[Format] = &[
     raster!("PNG (height map, terrain RGB or depth)", ["png"], png),
     raster!("PGM (height map or depth)", ["pgm"], pgm),
     raster!("PFM (height map or depth)", ["pfm"], pfm),
+    raster!("OpenEXR (depth)", ["exr"], exr),
     raster!("TIFF (height map or depth)", ["tif", "tiff"], tiff),
     raster!("NumPy array (height map, depth or points)", ["npy"], npy),
     raster!("ESRI ASCII grid", ["asc"], esri),

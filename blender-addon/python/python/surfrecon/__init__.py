@@ -39,6 +39,7 @@ from ._native import (
     sculpture,
     turntable,
     virtual_scan,
+    write,
     write_scans,
 )
 
@@ -71,5 +72,6 @@ __all__ = [
     "sculpture",
     "turntable",
     "virtual_scan",
+    "write",
     "write_scans",
 ]

@@ -6,6 +6,7 @@
 //! | `png` | 8 and 16 bit grey, terrain RGB |
 //! | `pgm`, `pfm` | portable grey and float maps |
 //! | `tiff` | whole numbers and floats, any layout the decoder knows; GeoTIFF's place and no-data value |
+//! | `exr` | the depth channel, Blender's Z pass |
 //! | `esri` | ESRI ASCII grids |
 //! | `npy` | NumPy arrays of two dimensions; of points |
 //!
@@ -19,6 +20,7 @@
 //! Cost: one pass; the result (8 bytes a pixel) and one row or chunk beside it.
 
 pub(super) mod esri;
+pub(super) mod exr;
 pub(super) mod hgt;
 pub(super) mod npy;
 pub(super) mod pfm;

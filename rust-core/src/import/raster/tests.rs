@@ -216,3 +216,34 @@ fn a_tile_of_one_degree_is_in_metres() {
     assert!(refused(hgt::parse, &heights[1..], ReadOptions::default()).contains("49 bytes are no square"));
     assert!(refused(hgt::parse, &[], ReadOptions::default()).contains("0 bytes are no square"));
 }
+
+fn exr_file(names: [&str; 2], depths: &[f32], size: (usize, usize)) -> Vec<u8> {
+    use ::exr::prelude::*;
+    let channel = |name: &str, samples: FlatSamples| AnyChannel::new(name, samples);
+    let channels: AnyChannels<FlatSamples> = AnyChannels::sort(
+        [
+            channel(names[0], FlatSamples::F32(depths.to_vec())),
+            channel(names[1], FlatSamples::F16(depths.iter().map(|d| f16::from_f32(*d)).collect())),
+        ]
+        .into_iter()
+        .collect(),
+    );
+    let layer = Layer::new(size, LayerAttributes::named("a"), Encoding::SMALL_LOSSLESS, channels);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn the_depth_among_a_render_s_channels() {
+    let depths = [1.5_f32, 2.0, 1e10, 4.0, 5.0, 6.5];
+    let render = exr_file(["ViewLayer.Depth.Z", "Noise.R"], &depths, (3, 2));
+    let options = || ReadOptions { camera: Some(Camera::new([2.0, 2.0], [1.0, 0.5])), ..ReadOptions::default() };
+    let depth = image(exr::parse, &render, options());
+    same(&values(&depth), &[1.5, 2.0, NAN, 4.0, 5.0, 6.5]);
+    let half = exr_file(["A", "Z"], &depths, (3, 2));
+    same(&values(&image(exr::parse, &half, options())), &[1.5, 2.0, NAN, 4.0, 5.0, 6.5]);
+    let error = refused(exr::parse, &exr_file(["A", "Noise"], &depths, (3, 2)), options());
+    assert!(error.ends_with("no channel is a depth (Z, Depth or V); there are A, Noise"), "{error}");
+    endure(exr::parse, &render, &scan(options()));
+}
