@@ -83,6 +83,9 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
     assert set(keyword_options(surfrecon.merge)) == {*merge, "progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == set(merge)
+    sculpt = [p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")]
+    assert set(keyword_options(surfrecon.sculpt)) == {*sculpt, "progress"}
+    assert set(keyword_options(surfrecon.Sculptor)) == set(sculpt) - {"tolerance", "relative_tolerance"}
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
     for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):

@@ -9,6 +9,7 @@
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
 //! | `merge` | the merge and its report |
+//! | `sculpt` | a range image to few triangles |
 //! | `measure` | distances |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
@@ -25,6 +26,7 @@ mod progress;
 mod range_image;
 mod scan;
 mod scans;
+mod sculpt;
 
 use pyo3::prelude::*;
 
@@ -50,6 +52,8 @@ mod _native {
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
     use crate::scans::{Scan, ScanSet, formats, open, read, write, write_scans};
+    #[pymodule_export]
+    use crate::sculpt::{Sculpted, Sculptor, sculpt};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

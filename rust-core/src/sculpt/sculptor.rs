@@ -1,5 +1,6 @@
 //! The driver: the stages in their order, for any number of tolerances.
 
+use std::borrow::Borrow;
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -9,15 +10,15 @@ use super::pieces::Pieces;
 use super::star::Rules;
 use super::view::{LatticeSite, Sight, View};
 use super::{Certificate, SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::progress::{Plan, Progress};
 use crate::range_image::RangeImage;
 
-/// An image ready to be sculpted to one tolerance after the other.
+/// An image ready to be sculpted to one tolerance after the other; `I` is a reference to it, or shares it.
 ///
 /// The result of a tolerance does not depend on the tolerances before.
-pub struct Sculptor<'a> {
-    image: &'a RangeImage,
+pub struct Sculptor<I> {
+    image: I,
     params: SculptParams,
     domain: Domain,
     seconds: f64,
@@ -25,16 +26,30 @@ pub struct Sculptor<'a> {
 
 /// Stages with their shares of the time.
 const PLAN: Plan = &[("digging", 0.35), ("removing vertices", 0.55), ("measuring the error", 0.1)];
+const SEARCH_PLAN: Plan = &[("searching the tolerance", 0.95), ("measuring the error", 0.05)];
 
-impl<'a> Sculptor<'a> {
+/// Most tolerances tried by [`Sculptor::at_most`] ...
+const MOST_TRIALS: u64 = 24;
+/// ... which is content with this share of the triangles allowed.
+const CLOSE: f64 = 0.98;
+
+/// A mesh not yet measured.
+struct Dug {
+    pieces: Pieces,
+    /// Triangles before the polish.
+    triangles: usize,
+    clock: Clock,
+}
+
+impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Finds where the mesh may be. O(pixels).
     ///
     /// # Errors
     /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels.
-    pub fn new(image: &'a RangeImage, params: &SculptParams) -> Result<Self> {
+    pub fn new(image: I, params: &SculptParams) -> Result<Self> {
         params.validate()?;
         let start = Instant::now();
-        let domain = Domain::new(image, &params.triangulation)?;
+        let domain = Domain::new(image.borrow(), &params.triangulation)?;
         Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64() })
     }
 
@@ -46,21 +61,92 @@ impl<'a> Sculptor<'a> {
     /// The mesh within `tolerance`, finer or coarser than any before.
     ///
     /// # Errors
-    /// A tolerance out of range; [`crate::Error::Cancelled`].
+    /// A tolerance out of range; [`Error::Cancelled`].
     pub fn refine(&self, tolerance: Tolerance, progress: &Progress<'_>) -> Result<Sculpted> {
         let tolerance = tolerance.in_world(self.depth_extent())?;
         progress.plan(PLAN);
         let pool = crate::threads::pool(self.params.threads)?;
-        progress.run(&pool, || match Sight::new(self.image, self.domain.mirrored) {
-            Sight::Flat(view) => self.dig(&view, tolerance, progress),
-            Sight::Pinhole(view) => self.dig(&view, tolerance, progress),
-            Sight::Parallel(view) => self.peel(&view, tolerance, progress),
-            Sight::Central(view) => self.peel(&view, tolerance, progress),
+        progress.run(&pool, || {
+            progress.stage(0, 1);
+            let dug = self.dig(tolerance, &|| progress.stage(1, 1), progress)?;
+            progress.stage(2, 1);
+            self.finish(dug, tolerance, progress)
         })
     }
 
+    /// The mesh of the smallest tolerance found that has at most `triangles` triangles: those of a tolerance within a few
+    /// percent, as the number of triangles does not fall strictly with the tolerance. Its tolerance is in the report.
+    /// Costs up to 24 meshes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if even a mesh without a tolerance has more; [`Error::Cancelled`].
+    pub fn at_most(&self, triangles: usize, progress: &Progress<'_>) -> Result<Sculpted> {
+        progress.plan(SEARCH_PLAN);
+        let pool = crate::threads::pool(self.params.threads)?;
+        progress.run(&pool, || {
+            progress.stage(0, MOST_TRIALS);
+            // No sample lies farther from a mesh of samples; unless rays diverge much, which a factor allows for.
+            let mut high = (16.0 * self.depth_extent()).min(f64::MAX);
+            let mut best = self.dig(high, &|| (), progress)?;
+            let fewest = best.pieces.triangles.len();
+            if fewest > triangles {
+                let name = match self.image.borrow().name.as_str() {
+                    "" => "the image",
+                    name => name,
+                };
+                return Err(Error::input(format!(
+                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it: allow more, or \
+                     raise edge_limit so that jumps tear fewer borders open"
+                )));
+            }
+            let mut low = high * (-40.0_f64).exp2();
+            for _ in 1..MOST_TRIALS {
+                progress.advance(1)?;
+                let middle = low.sqrt() * high.sqrt();
+                if best.pieces.triangles.len() as f64 >= CLOSE * triangles as f64 || !(low < middle && middle < high) {
+                    break;
+                }
+                let dug = self.dig(middle, &|| (), progress)?;
+                if dug.pieces.triangles.len() <= triangles {
+                    (best, high) = (dug, middle);
+                } else {
+                    low = middle;
+                }
+            }
+            progress.stage(1, 1);
+            self.finish(best, high, progress)
+        })
+    }
+
+    /// A chain of levels of detail: [`Sculptor::refine`] for each tolerance.
+    ///
+    /// # Errors
+    /// A tolerance out of range, before any work is done; [`Error::Cancelled`].
+    pub fn levels(&self, tolerances: &[Tolerance], progress: &Progress<'_>) -> Result<Vec<Sculpted>> {
+        for tolerance in tolerances {
+            tolerance.in_world(self.depth_extent())?;
+        }
+        tolerances.iter().map(|&tolerance| self.refine(tolerance, progress)).collect()
+    }
+
+    /// Digs and polishes; `dug` is called in between.
+    fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+        match Sight::new(self.image.borrow(), self.domain.mirrored) {
+            Sight::Flat(view) => self.dig_tiles(&view, tolerance, dug, progress),
+            Sight::Pinhole(view) => self.dig_tiles(&view, tolerance, dug, progress),
+            Sight::Parallel(view) => self.peel(&view, tolerance, dug, progress),
+            Sight::Central(view) => self.peel(&view, tolerance, dug, progress),
+        }
+    }
+
     /// Coarse to fine: digs tiles, then polishes.
-    fn dig<V: View>(&self, view: &V, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted>
+    fn dig_tiles<V: View>(
+        &self,
+        view: &V,
+        tolerance: f64,
+        dug: &(dyn Fn() + Sync),
+        progress: &Progress<'_>,
+    ) -> Result<Dug>
     where
         V::Site: LatticeSite,
     {
@@ -70,22 +156,19 @@ impl<'a> Sculptor<'a> {
         let cols = seams::tile_origins(domain.cols);
         let origins: Vec<[u32; 2]> =
             seams::tile_origins(domain.rows).into_iter().flat_map(|r| cols.iter().map(move |&c| [r, c])).collect();
-        progress.stage(0, origins.len() as u64);
         let tiles = origins
             .into_par_iter()
-            .map(|origin| {
-                let tile = dig::dig_tile(view, domain, &required, tolerance, origin, progress)?;
-                progress.advance(1)?;
-                Ok(tile)
-            })
+            .map(|origin| dig::dig_tile(view, domain, &required, tolerance, origin, progress))
             .collect::<Result<Vec<_>>>()?;
         let pieces = Pieces::join(tiles);
         clock.lap("dig");
+        dug();
         self.polish(view, pieces, tolerance, clock, progress)
     }
 
     /// Fine to coarse, where pixels are on no lattice: polishes the step-discontinuity triangulation.
-    fn peel<V: View>(&self, view: &V, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted> {
+    fn peel<V: View>(&self, view: &V, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+        dug();
         let clock = Clock::start(self.seconds);
         self.polish(view, Pieces::full(&self.domain.triangles), tolerance, clock, progress)
     }
@@ -97,36 +180,28 @@ impl<'a> Sculptor<'a> {
         tolerance: f64,
         mut clock: Clock,
         progress: &Progress<'_>,
-    ) -> Result<Sculpted> {
-        let dug_triangles = pieces.triangles.len();
+    ) -> Result<Dug> {
+        let triangles = pieces.triangles.len();
         let rules = Rules { tolerance };
-        progress.stage(1, 3);
+        // Off the lattice the polish is all there is.
+        let wanted = self.params.effort > 0 || !<V::Site as super::view::Site>::ON_LATTICE;
         let (mut pass, mut gained) = (0, true);
-        while self.params.effort > 0
-            && let Some(cut) = polish::next_cut(pass, &self.domain, pieces.triangles.len(), gained)
-        {
+        while wanted && let Some(cut) = polish::next_cut(pass, &self.domain, pieces.triangles.len(), gained) {
             let before = pieces.triangles.len();
             pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, progress)?;
-            progress.advance(1)?;
             gained = pieces.triangles.len() < before;
             pass += 1;
         }
         clock.lap("polish");
-        self.finish(&pieces.triangles, tolerance, dug_triangles, clock, progress)
+        Ok(Dug { pieces, triangles, clock })
     }
 
-    fn finish(
-        &self,
-        triangles: &[[u32; 3]],
-        tolerance: f64,
-        dug_triangles: usize,
-        mut clock: Clock,
-        progress: &Progress<'_>,
-    ) -> Result<Sculpted> {
-        progress.stage(2, 1);
-        let mut mesh = finish::mesh(self.image, &self.domain, triangles);
+    fn finish(&self, dug: Dug, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted> {
+        let Dug { pieces, triangles: dug_triangles, mut clock } = dug;
+        let image = self.image.borrow();
+        let mut mesh = finish::mesh(image, &self.domain, &pieces.triangles);
         clock.lap("mesh");
-        let certificate: Certificate = certify(self.image, &mesh, progress)?;
+        let certificate: Certificate = certify(image, &mesh, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors);
         clock.lap("certify");
         let report = SculptReport {
@@ -134,7 +209,7 @@ impl<'a> Sculptor<'a> {
             depth_extent: self.depth_extent(),
             full_triangles: self.domain.triangles.len(),
             dug_triangles,
-            triangles: triangles.len(),
+            triangles: pieces.triangles.len(),
             isolated_pixels: self.domain.isolated,
             seconds: clock.laps,
         };

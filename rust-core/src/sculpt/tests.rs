@@ -353,3 +353,24 @@ fn where_the_domain_touches_itself_vertices_are_split() {
     assert_eq!(sculpted.mesh.triangles.len(), 2);
     assert_eq!(sculpted.mesh.positions.iter().filter(|p| **p == DVec3::new(0.0, -1.0, 1.0)).count(), 2);
 }
+
+#[test]
+fn at_most_n_triangles_are_as_many_as_that_allows() {
+    let scene = Scene { rows: 44, cols: 44, seed: 8, holes: 0.0, roughness: 0.01, step: 0.0, quantum: 0.0 };
+    let image = seen(&scene, 0);
+    let triangulation = TriangulateParams { edge_limit: Some(1e6), ..TriangulateParams::default() };
+    let params = SculptParams { triangulation, ..absolute(0.0) };
+    let sculptor = Sculptor::new(&image, &params).unwrap();
+    for most in [60, 200, 900, 1_000_000] {
+        let sculpted = sculptor.at_most(most, &Progress::none()).unwrap();
+        assert_sound(&image, &params, &sculpted);
+        let count = sculpted.mesh.triangles.len();
+        assert!(count <= most && (count as f64 >= 0.8 * most as f64 || most > 5000), "{count} of {most}");
+        let again = sculptor.refine(Tolerance::Absolute(sculpted.report.tolerance), &Progress::none()).unwrap();
+        assert_eq!(again.mesh, sculpted.mesh);
+    }
+    let text = sculptor.at_most(1, &Progress::none()).unwrap_err().to_string();
+    assert!(text.contains("at most 1 triangles are asked for, but no fewer than 2 cover it"), "{text}");
+    let levels = sculptor.levels(&[0.001, 0.01, 0.1].map(Tolerance::Absolute), &Progress::none()).unwrap();
+    assert!(levels.windows(2).all(|l| l[1].mesh.triangles.len() < l[0].mesh.triangles.len()));
+}

@@ -272,6 +272,60 @@ def merge(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> MergeResult: ...
+
+@final
+class Sculpted:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def tolerance(self) -> float: ...
+    @property
+    def max_error(self) -> float: ...
+    @property
+    def rms_error(self) -> float: ...
+    @property
+    def p95_error(self) -> float: ...
+    @property
+    def worst_pixel(self) -> tuple[int, int] | None: ...
+    @property
+    def error_image(self) -> NDArray[np.float32]: ...
+    @property
+    def report(self) -> dict[str, Any]: ...
+
+@final
+class Sculptor:
+    def __new__(
+        cls,
+        image: RangeImage,
+        *,
+        effort: int | None = None,
+        edge_limit: float | None = None,
+        grazing_limit: float | None = None,
+        threads: int | None = None,
+    ) -> Sculptor: ...
+    @property
+    def depth_extent(self) -> float: ...
+    def refine(
+        self,
+        *,
+        tolerance: float | None = None,
+        relative_tolerance: float | None = None,
+        progress: Progress | None = None,
+    ) -> Sculpted: ...
+    def at_most(self, triangles: int, *, progress: Progress | None = None) -> Sculpted: ...
+    def levels(self, tolerances: Sequence[float], *, progress: Progress | None = None) -> list[Sculpted]: ...
+
+def sculpt(
+    image: RangeImage,
+    *,
+    tolerance: float | None = None,
+    relative_tolerance: float | None = None,
+    effort: int | None = None,
+    edge_limit: float | None = None,
+    grazing_limit: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Sculpted: ...
 def sculpture(*, cell: float | None = None, threads: int | None = None) -> Mesh: ...
 def turntable(
     mesh: Mesh,

@@ -1,0 +1,261 @@
+//! Sculpting: a range image to few triangles within a tolerance.
+
+use std::sync::Arc;
+
+use numpy::PyArrayMethods;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::RangeImage as CoreImage;
+use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
+
+use crate::errors::{detached, input_error};
+use crate::mesh::Mesh;
+use crate::params::{count_of, value_of};
+use crate::progress::Watch;
+use crate::range_image::{RangeImage, triangulation};
+
+/// Meshes a range image with few triangles, none farther from any sample than a tolerance.
+///
+/// Distances are measured along each sample's own ray. The mesh covers what ``RangeImage.triangulate`` covers: nothing
+/// over invalid pixels, nothing across jumps. Options that are ``None`` take the library's default, see
+/// ``parameters("sculpt")`` and ``parameters("triangulate")``.
+///
+/// Args:
+///     image: the range image.
+///     tolerance: largest distance between a sample and the mesh along the sample's ray, in the unit of the samples; 0
+///         reproduces every sample.
+///     relative_tolerance: the tolerance as a share of the depth extent; give one of both or none.
+///     effort: 0 digs only, 1 also removes vertices.
+///     edge_limit: longest edge between neighbouring samples.
+///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Returns:
+///     A ``Sculpted`` with the mesh and its certificate.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     InputError: both tolerances given, or an image that can't be used.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (image, *, tolerance = None, relative_tolerance = None, effort = None, edge_limit = None,
+    grazing_limit = None, threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn sculpt(
+    py: Python<'_>,
+    image: &RangeImage,
+    tolerance: Option<f64>,
+    relative_tolerance: Option<f64>,
+    effort: Option<i64>,
+    edge_limit: Option<f64>,
+    grazing_limit: Option<f64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Sculpted> {
+    let params = SculptParams {
+        tolerance: chosen(tolerance, relative_tolerance)?,
+        effort: count_of("sculpt", "effort", effort)? as u32,
+        triangulation: triangulation(edge_limit, grazing_limit)?,
+        threads: count_of("sculpt", "threads", threads)?,
+    };
+    let image = image.image.clone();
+    let (rows, cols) = (image.rows(), image.cols());
+    let made = Watch::new(progress).run(py, |progress| surfrecon::sculpt::run(&image, &params, progress))?;
+    Sculpted::new(py, made, rows, cols)
+}
+
+/// The tolerance that is meant.
+fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> {
+    if tolerance.is_some() && relative.is_some() {
+        return Err(input_error("give tolerance or relative_tolerance, not both".to_owned()));
+    }
+    Ok(match value_of("sculpt", "tolerance", tolerance)? {
+        Some(tolerance) => Tolerance::Absolute(tolerance),
+        None => {
+            Tolerance::OfDepthExtent(value_of("sculpt", "relative_tolerance", relative)?.expect("has a plain default"))
+        }
+    })
+}
+
+/// A range image ready to be sculpted to one tolerance after the other.
+///
+/// Finds once where the mesh may be; the result of a tolerance does not depend on the tolerances before.
+///
+/// Args:
+///     image: the range image; changing it later does not change the sculptor.
+///     effort, edge_limit, grazing_limit, threads: as for ``sculpt``.
+///
+/// Raises:
+///     ParameterError, InputError: as ``sculpt``.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Sculptor {
+    sculptor: CoreSculptor<Arc<CoreImage>>,
+    rows: usize,
+    cols: usize,
+}
+
+#[pymethods]
+impl Sculptor {
+    #[new]
+    #[pyo3(signature = (image, *, effort = None, edge_limit = None, grazing_limit = None, threads = None))]
+    fn new(
+        py: Python<'_>,
+        image: &RangeImage,
+        effort: Option<i64>,
+        edge_limit: Option<f64>,
+        grazing_limit: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let params = SculptParams {
+            effort: count_of("sculpt", "effort", effort)? as u32,
+            triangulation: triangulation(edge_limit, grazing_limit)?,
+            threads: count_of("sculpt", "threads", threads)?,
+            ..SculptParams::default()
+        };
+        let image = image.image.clone();
+        let (rows, cols) = (image.rows(), image.cols());
+        let sculptor = detached(py, || CoreSculptor::new(image, &params))?;
+        Ok(Sculptor { sculptor, rows, cols })
+    }
+
+    /// Difference between the farthest and the nearest range of the covered samples.
+    #[getter]
+    fn depth_extent(&self) -> f64 {
+        self.sculptor.depth_extent()
+    }
+
+    /// The mesh within a tolerance, finer or coarser than any before; arguments and errors as of ``sculpt``.
+    #[pyo3(signature = (*, tolerance = None, relative_tolerance = None, progress = None))]
+    fn refine(
+        &self,
+        py: Python<'_>,
+        tolerance: Option<f64>,
+        relative_tolerance: Option<f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Sculpted> {
+        let tolerance = chosen(tolerance, relative_tolerance)?;
+        let made = Watch::new(progress).run(py, |progress| self.sculptor.refine(tolerance, progress))?;
+        Sculpted::new(py, made, self.rows, self.cols)
+    }
+
+    /// The mesh of the smallest tolerance found that has at most this many triangles.
+    ///
+    /// Raises:
+    ///     InputError: no mesh that covers the image has so few.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (triangles, *, progress = None))]
+    fn at_most(&self, py: Python<'_>, triangles: usize, progress: Option<Py<PyAny>>) -> PyResult<Sculpted> {
+        let made = Watch::new(progress).run(py, |progress| self.sculptor.at_most(triangles, progress))?;
+        Sculpted::new(py, made, self.rows, self.cols)
+    }
+
+    /// A chain of levels of detail: a list of ``Sculpted``, one a tolerance (in the unit of the samples).
+    ///
+    /// Raises:
+    ///     ParameterError: a tolerance out of its range.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (tolerances, *, progress = None))]
+    fn levels(&self, py: Python<'_>, tolerances: Vec<f64>, progress: Option<Py<PyAny>>) -> PyResult<Vec<Sculpted>> {
+        let tolerances = tolerances.into_iter().map(|t| chosen(Some(t), None)).collect::<PyResult<Vec<_>>>()?;
+        let made = Watch::new(progress).run_parts(py, |watch| {
+            let refine = |(i, &t)| self.sculptor.refine(t, &watch.part(i, tolerances.len()));
+            tolerances.iter().enumerate().map(refine).collect::<surfrecon::Result<Vec<_>>>()
+        })?;
+        made.into_iter().map(|made| Sculpted::new(py, made, self.rows, self.cols)).collect()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Sculptor of {} x {} pixels, depth extent {}>", self.rows, self.cols, self.depth_extent())
+    }
+}
+
+/// A sculpted mesh with the certificate of its error, measured on the result by code of its own.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Sculpted {
+    /// The surface, in the sensor's frame. Vertex attributes: ``range_row``, ``range_col``, ``error`` (largest of the
+    /// vertex's triangles), and ``colour``, ``intensity``, ``confidence`` where the image has them; attribute of the
+    /// triangles: ``error``, the largest distance of the samples seen in it.
+    #[pyo3(get)]
+    mesh: Py<Mesh>,
+    core: Core,
+    rows: usize,
+    cols: usize,
+}
+
+impl Sculpted {
+    fn new(py: Python<'_>, mut core: Core, rows: usize, cols: usize) -> PyResult<Self> {
+        let mesh = Py::new(py, Mesh::from(std::mem::take(&mut core.mesh)))?;
+        Ok(Sculpted { mesh, core, rows, cols })
+    }
+}
+
+#[pymethods]
+impl Sculpted {
+    /// Tolerance used, in the unit of the samples.
+    #[getter]
+    fn tolerance(&self) -> f64 {
+        self.core.report.tolerance
+    }
+
+    /// Largest distance between a sample and the mesh along the sample's ray.
+    #[getter]
+    fn max_error(&self) -> f64 {
+        self.core.certificate.max_error
+    }
+
+    /// Root of the mean square of the distances.
+    #[getter]
+    fn rms_error(&self) -> f64 {
+        self.core.certificate.rms_error
+    }
+
+    /// 95 % of the samples lie at most this far from the mesh.
+    #[getter]
+    fn p95_error(&self) -> f64 {
+        self.core.certificate.p95_error
+    }
+
+    /// (row, col) of the sample farthest from the mesh, ``None`` for an empty mesh.
+    #[getter]
+    fn worst_pixel(&self) -> Option<(usize, usize)> {
+        self.core.certificate.worst_pixel.map(Into::into)
+    }
+
+    /// (rows, cols) float32: signed distance a pixel, positive where the mesh lies behind the sample; NaN where there is
+    /// no mesh. Newly copied.
+    #[getter]
+    fn error_image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let errors = numpy::PyArray1::from_slice(py, &self.core.certificate.error_image);
+        Ok(errors.reshape([self.rows, self.cols])?.into_any())
+    }
+
+    /// Figures of the run by name: ``tolerance``, ``depth_extent``, ``full_triangles`` (of the mesh with every sample),
+    /// ``dug_triangles`` (before vertices were removed), ``triangles``, ``covered_pixels``, ``isolated_pixels`` (valid but
+    /// without a triangle), ``seconds`` by stage.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let report = &self.core.report;
+        let dict = PyDict::new(py);
+        dict.set_item("tolerance", report.tolerance)?;
+        dict.set_item("depth_extent", report.depth_extent)?;
+        dict.set_item("full_triangles", report.full_triangles)?;
+        dict.set_item("dug_triangles", report.dug_triangles)?;
+        dict.set_item("triangles", report.triangles)?;
+        dict.set_item("covered_pixels", self.core.certificate.covered)?;
+        dict.set_item("isolated_pixels", report.isolated_pixels)?;
+        let seconds = PyDict::new(py);
+        for (stage, time) in &report.seconds {
+            seconds.set_item(stage, time)?;
+        }
+        dict.set_item("seconds", seconds)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        let (report, worst) = (&self.core.report, self.core.certificate.max_error);
+        let (triangles, full) = (report.triangles, report.full_triangles);
+        format!("<Sculpted {triangles} of {full} triangles, max error {worst:.6}, tolerance {:.6}>", report.tolerance)
+    }
+}

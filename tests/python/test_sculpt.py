@@ -1,0 +1,65 @@
+"""Sculpting through Python: arrays in, mesh and certificate out."""
+
+import numpy as np
+import pytest
+import surfrecon
+
+
+@pytest.fixture(scope="module")
+def image():
+    y, x = np.mgrid[:90, :120] / 20.0
+    heights = np.sin(x) * np.cos(y)
+    heights[30:40, 50:70] = np.nan
+    return surfrecon.RangeImage.orthographic(heights, step=(0.05, -0.05))
+
+
+def test_every_sample_is_within_the_tolerance(image):
+    result = surfrecon.sculpt(image, tolerance=0.01)
+    assert 0 < result.max_error <= 0.01 * (1 + 1e-9) and result.tolerance == 0.01
+    errors = result.error_image
+    assert errors.shape == (90, 120) and errors.dtype == np.float32
+    assert np.array_equal(np.isnan(errors), ~image.valid)
+    assert np.float32(result.max_error) == np.nanmax(np.abs(errors)) == np.abs(errors[result.worst_pixel])
+    assert result.rms_error < result.p95_error < result.max_error
+    report = result.report
+    assert report["triangles"] == len(result.mesh.triangles) < 0.2 * report["full_triangles"]
+    assert report["covered_pixels"] == image.valid.sum() and report["isolated_pixels"] == 0
+    check = result.mesh.check()
+    assert check["is_manifold"] and check["boundary_loops"] == 2
+    rows, cols = result.mesh.vertex_attributes["range_row"], result.mesh.vertex_attributes["range_col"]
+    assert np.array_equal(result.mesh.positions, image.points[rows, cols])
+    assert result.mesh.face_attributes["error"].max() == np.float32(result.max_error)
+
+
+def test_a_sculptor_gives_what_a_single_call_gives(image):
+    sculptor = surfrecon.Sculptor(image)
+    coarse = sculptor.refine(relative_tolerance=0.05)
+    fine = sculptor.refine(relative_tolerance=0.001)
+    assert len(coarse.mesh.triangles) < len(fine.mesh.triangles)
+    assert np.isclose(coarse.tolerance, 0.05 * sculptor.depth_extent)
+    assert np.array_equal(coarse.mesh.triangles, surfrecon.sculpt(image, relative_tolerance=0.05).mesh.triangles)
+    few = sculptor.at_most(300)
+    assert 200 < len(few.mesh.triangles) <= 300 and few.max_error <= few.tolerance * (1 + 1e-9)
+    with pytest.raises(surfrecon.InputError, match="at most 3 triangles are asked for"):
+        sculptor.at_most(3)
+    levels = sculptor.levels([0.001, 0.01, 0.1])
+    assert [level.tolerance for level in levels] == [0.001, 0.01, 0.1]
+    assert sorted((len(level.mesh.triangles) for level in levels), reverse=True) == [
+        len(level.mesh.triangles) for level in levels
+    ]
+
+
+def test_what_cannot_be_done_is_named(image):
+    with pytest.raises(surfrecon.InputError, match="not both"):
+        surfrecon.sculpt(image, tolerance=1.0, relative_tolerance=1.0)
+    with pytest.raises(surfrecon.ParameterError, match="tolerance must be a finite number >= 0, got -1"):
+        surfrecon.sculpt(image, tolerance=-1.0)
+    with pytest.raises(TypeError):
+        surfrecon.sculpt(np.zeros((3, 3)))
+
+
+def test_progress_reports_and_cancels(image):
+    noise = np.random.default_rng(1).random((900, 900))
+    rough = surfrecon.RangeImage.orthographic(noise, step=(1.0, 1.0))
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.sculpt(rough, tolerance=0.1, threads=1, progress=lambda stage, fraction: False)
