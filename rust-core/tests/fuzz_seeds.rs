@@ -75,12 +75,83 @@ fn seeds() -> BTreeMap<String, Vec<u8>> {
     seeds
 }
 
+/// Small files of the formats of scanners, cameras and meshes.
+fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("seed");
+    let none = Progress::none();
+    let mut seeds = BTreeMap::new();
+    let points = (0..12).map(|i| if i % 5 == 1 { [f32::NAN; 3] } else { [i as f32 * 0.25, -0.5, 3.0] });
+    let mut image = RangeImage::from_points(3, 4, points.collect(), Viewing::From(DVec3::ZERO)).unwrap();
+    image.world_from_sensor = DAffine3::from_translation(DVec3::new(4e6, 5e6, 7.0));
+    let plain = image.clone();
+    image.colour = Some((0..12).map(|i| [i, 2 * i, 255 - i, 255]).collect());
+    image.intensity = Some((0..12).map(|i| i as f32 / 12.0).collect());
+    let mut keep = |name: &str, bytes: Vec<u8>| assert!(seeds.insert(format!("import_scan/{name}"), bytes).is_none());
+    export::write_ptx(&path, &[&image, &plain], &none).unwrap();
+    keep("two.ptx", std::fs::read(&path).unwrap());
+    export::write_e57(&path, &[&image, &plain], &none).unwrap();
+    keep("two.e57", std::fs::read(&path).unwrap());
+    let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 2, 1], [0, 1, 3]]);
+    mesh.vertex_attributes = vec![Attribute::colour("colour", vec![[9, 8, 7, 255]; 4])];
+    export::write_obj(&path, &mesh, &none).unwrap();
+    keep("mesh.obj", std::fs::read(&path).unwrap());
+    export::write_stl(&path, &mesh, &none).unwrap();
+    keep("mesh.stl", std::fs::read(&path).unwrap());
+    let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    export::write_glb(&path, &[node], &export::GlbOptions::default(), &none).unwrap();
+    keep("mesh.glb", std::fs::read(&path).unwrap());
+    let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
+    keep("text.stl", format!("solid a\n{facet}endsolid a\n").into_bytes());
+    let pcd = |data: &str| {
+        format!(
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 2\n\
+             VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA {data}\n"
+        )
+    };
+    keep("text.pcd", (pcd("ascii") + "1 2 3 255\nnan nan nan 0\n1 2 4 7\n0 0 0 0\n").into_bytes());
+    let plain: Vec<u8> = (0..16).flat_map(|i| (i as f32).to_le_bytes()).collect();
+    keep("binary.pcd", [pcd("binary").into_bytes(), plain.clone()].concat());
+    let packed = [&[31][..], &plain[..32], &[31], &plain[32..]].concat();
+    let sizes = [packed.len() as u32, 64].map(u32::to_le_bytes).concat();
+    keep("packed.pcd", [pcd("binary_compressed").into_bytes(), sizes, packed].concat());
+    keep("map.pgm", b"P5\n2 2\n65535\n\x00\x01\x02\x03\x04\x05\xff\xff".to_vec());
+    keep("text.pgm", b"P2\n# c\n2 2\n255\n0 1\n2 255\n".to_vec());
+    keep("map.pfm", [b"Pf\n2 2\n-1\n".to_vec(), plain[..16].to_vec()].concat());
+    let esri = "ncols 2\nnrows 2\nxllcorner 4000000\nyllcorner 5000000\ncellsize 10\nnodata_value -1\n1 2\n-1 3.5\n";
+    keep("grid.asc", esri.as_bytes().to_vec());
+    let dict = b"{'descr': '<f4', 'fortran_order': False, 'shape': (4, 4), }  \n";
+    keep("map.npy", [&b"\x93NUMPY\x01\x00"[..], &(dict.len() as u16).to_le_bytes(), dict, &plain].concat());
+    keep("tile.hgt", (0..16_i16).flat_map(|h| if h == 5 { i16::MIN } else { h }.to_be_bytes()).collect());
+    seeds
+}
+
+/// Every seed reads, and so do what damage leaves of it or it is refused with its name.
+#[test]
+fn seeds_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes) in scan_seeds() {
+        let path = folder.path().join(name.rsplit('/').next().unwrap());
+        std::fs::write(&path, &bytes).unwrap();
+        let set = surfrecon::import::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        set.scans.iter().for_each(|scan| drop(scan.read().unwrap_or_else(|error| panic!("{error}"))));
+        for end in (0..bytes.len()).step_by(1 + bytes.len() / 50) {
+            std::fs::write(&path, &bytes[..end]).unwrap();
+            let outcome = surfrecon::import::open(&path).and_then(|set| set.scans[0].read());
+            if let Err(error) = outcome {
+                assert!(error.to_string().starts_with(&*path.to_string_lossy()), "{error}");
+            }
+        }
+    }
+}
+
 #[test]
 fn seeds_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
-    for (name, bytes) in seeds() {
+    for (name, bytes) in seeds().into_iter().chain(scan_seeds()) {
         let path = root.join(&name);
         if std::env::var_os("SURFRECON_GENERATE").is_some() {
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(&path, &bytes).unwrap();
         }
         let found = std::fs::read(&path).unwrap_or_default();

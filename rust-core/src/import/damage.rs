@@ -1,17 +1,23 @@
 //! What every reader must survive, tried on small files of every format: any prefix, any byte changed, any read failing.
 
-use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::io::Cursor;
+#[cfg(test)]
+use std::io::{self, Read, Seek, SeekFrom};
 
-use super::file::{Input, Parse};
+#[cfg(test)]
+use super::file::Input;
+use super::file::Parse;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
 
+#[cfg(test)]
 /// An input whose reads fail from the `good`-th on.
 struct Failing<'a> {
     bytes: Cursor<&'a [u8]>,
     good: usize,
 }
 
+#[cfg(test)]
 impl Read for Failing<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.good == 0 {
@@ -24,6 +30,7 @@ impl Read for Failing<'_> {
     }
 }
 
+#[cfg(test)]
 impl Seek for Failing<'_> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.bytes.seek(to)
@@ -53,6 +60,7 @@ pub(super) fn read(parse: Parse, bytes: &[u8], scan: &Scan) -> Result<Content> {
     parse(&mut Cursor::new(bytes), bytes.len() as u64, scan)
 }
 
+#[cfg(test)]
 /// Tries all damage on a file that can be read; whether a file cut short must be refused is the format's.
 pub(super) fn endure(parse: Parse, bytes: &[u8], scan: &Scan) {
     let good = read(parse, bytes, scan);

@@ -38,7 +38,7 @@ mod text;
 mod trajectory;
 mod window;
 
-#[cfg(test)]
+#[cfg(any(test, fuzzing))]
 mod damage;
 
 use std::collections::HashSet;
@@ -465,6 +465,44 @@ pub mod fuzzing {
     /// Checks what a PLY file in memory reads as.
     pub fn ply(bytes: &[u8]) {
         super::ply::examine(bytes);
+    }
+
+    /// Checks what a file in memory reads as, in every format that its first bytes could be of, and as an SRTM tile and a
+    /// binary STL file, which have no mark.
+    pub fn scan(bytes: &[u8]) {
+        use super::*;
+        type Sniff = fn(&[u8]) -> bool;
+        let formats: [(Sniff, file::Parse); 14] = [
+            (ptx::sniff, ptx::parse),
+            (pcd::sniff, pcd::parse),
+            (e57::sniff, e57::parse),
+            (gltf::sniff, gltf::parse),
+            (|_| true, stl::parse),
+            (obj::sniff, obj::parse),
+            (raster::png::sniff, raster::png::parse),
+            (raster::pgm::sniff, raster::pgm::parse),
+            (raster::pfm::sniff, raster::pfm::parse),
+            (raster::exr::sniff, raster::exr::parse),
+            (raster::tiff::sniff, raster::tiff::parse),
+            (raster::npy::sniff, raster::npy::parse),
+            (raster::esri::sniff, raster::esri::parse),
+            (|_| true, raster::hgt::parse),
+        ];
+        // Little, so that what unpacks to much is refused.
+        let options = ReadOptions { max_decoded_gib: 0.125, ..ReadOptions::default() };
+        let scan = Scan { options: Arc::new(options), ..Scan::new(Path::new("fuzz/scan.bin")) };
+        for (sniff, parse) in formats {
+            if sniff(bytes) {
+                damage::sound(&damage::read(parse, bytes, &scan), &scan);
+            }
+        }
+        let path = Path::new("fuzz/scan.bin");
+        if camera::sniff(bytes) {
+            let _ = camera::parse(bytes, path);
+        }
+        let _ = trajectory::parse(text::Lines::new(bytes, bytes.len() as u64, path));
+        let _ = project::parse_mlp(bytes, path);
+        let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
     }
 
     /// Checks what a file of points in text reads as.

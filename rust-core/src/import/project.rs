@@ -19,7 +19,7 @@ const LONGEST: u64 = 64 << 20;
 const MOST_NODES: u32 = 1 << 20;
 
 /// A file that a list places.
-struct Placed {
+pub(super) struct Placed {
     line: usize,
     name: String,
     label: Option<String>,
@@ -54,7 +54,7 @@ pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSe
     resolve(path, parse_mlp(&file::read(path)?, path)?, options)
 }
 
-fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
+pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
     let text = std::str::from_utf8(bytes).map_err(|_| Error::format(path, "whole file", "this is not text (UTF-8)"))?;
     // The document type that MeshLab writes declares nothing; entities are refused.
     let parsing = ParsingOptions { allow_dtd: true, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
@@ -92,7 +92,7 @@ pub(super) fn open_aln(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSe
     resolve(path, parse_aln(Lines::new(file, length, path))?, options)
 }
 
-fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
+pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
     lines.expect_line("the number of meshes")?;
     let count = lines.count("the number of meshes")?;
     let mut placed = Vec::new();
