@@ -150,6 +150,9 @@ typedef struct srf_mesh srf_mesh;
 // srf_scans_free().
 typedef struct srf_scans srf_scans;
 
+// A range image ready to be sculpted to one tolerance after the other. Released with srf_sculptor_free().
+typedef struct srf_sculptor srf_sculptor;
+
 // Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
 // given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
 typedef void (*srf_log_fn)(int32_t level, const char *text, void *user);
@@ -321,6 +324,57 @@ typedef struct {
   // Largest number of bytes held by intersections and the surface at once.
   uint64_t working_bytes;
 } srf_merge_report;
+
+// How an image is sculpted. Starts with its size; set to the defaults by srf_sculpt_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  uint32_t threads;
+  // Largest distance between a sample and the mesh along the sample's ray, in the unit of the samples, >= 0; 0 reproduces
+  // every sample. SRF_FROM_DATA, the default: relative_tolerance times the depth extent.
+  double tolerance;
+  // The tolerance as a share of the depth extent, >= 0: of the difference between the farthest and the nearest range of the
+  // covered samples. Looked at where tolerance is SRF_FROM_DATA. Default 0.001.
+  double relative_tolerance;
+  // Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices.
+  uint64_t effort;
+  // As in srf_triangulate_params.
+  double edge_limit;
+  // As in srf_triangulate_params.
+  double grazing_limit;
+} srf_sculpt_params;
+
+// How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;
+// prepared by srf_certificate_init(). Lengths are in the unit of the samples.
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Tolerance that was used.
+  double tolerance;
+  // Difference between the farthest and the nearest range of the covered samples.
+  double depth_extent;
+  // Largest distance.
+  double max_error;
+  // Root of the mean square.
+  double rms_error;
+  // 95 % of the samples lie at most this far from the mesh.
+  double p95_error;
+  // Row of the sample farthest from the mesh.
+  uint64_t worst_row;
+  // Its column.
+  uint64_t worst_col;
+  // Samples whose rays meet the mesh.
+  uint64_t samples;
+  // Valid pixels that no mesh covers, for want of neighbours.
+  uint64_t isolated_pixels;
+  // Triangles of the mesh that has every sample.
+  uint64_t full_triangles;
+  // Triangles of the result.
+  uint64_t triangles;
+} srf_certificate;
 
 // What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
 // srf_scan_params_init(). Lengths are in the unit of the mesh.
@@ -792,6 +846,62 @@ srf_status srf_merger_run(const srf_merger *merger,
                           const srf_progress *progress,
                           srf_mesh **out_mesh,
                           srf_merge_report *out_report);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_sculpt_params_init(srf_sculpt_params *params);
+
+// Prepares a struct for srf_sculptor_refine().
+// certificate  not NULL
+// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_certificate_init(srf_certificate *certificate);
+
+// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
+// it is now; it may be freed or changed afterwards.
+// image         not NULL
+// params        NULL for the defaults
+// out_sculptor  receives a new handle on SRF_OK only; not NULL
+// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_sculptor_create(const srf_image *image,
+                               const srf_sculpt_params *params,
+                               srf_sculptor **out_sculptor);
+
+// Releases a sculptor.
+// sculptor   NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_sculptor_free(srf_sculptor *sculptor);
+
+// The mesh of few triangles within a tolerance, finer or coarser than any before; it does not depend on those. In the
+// sensor's frame; srf_image_camera() places it. Every sample's ray meets the mesh within the tolerance, nothing covers an
+// invalid pixel or bridges a jump, and seen from the sensor the mesh covers every place at most once. Vertex attributes:
+// range_row, range_col, error, and colour, intensity, confidence where the image has them; of triangles: error.
+// sculptor         not NULL
+// tolerance        in the unit of the samples, >= 0; SRF_FROM_DATA for that of the params of srf_sculptor_create()
+// progress         NULL for none
+// out_mesh         receives a new handle on SRF_OK only; not NULL
+// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_sculptor_refine(const srf_sculptor *sculptor,
+                               double tolerance,
+                               const srf_progress *progress,
+                               srf_mesh **out_mesh,
+                               srf_certificate *out_certificate);
+
+// The mesh of the smallest tolerance found that has at most a number of triangles; up to 24 times the work of
+// srf_sculptor_refine(), whose mesh of the tolerance in out_certificate it is.
+// sculptor         not NULL
+// max_triangles    what the mesh may have at most
+// progress         NULL for none
+// out_mesh         receives a new handle on SRF_OK only; not NULL
+// out_certificate  initialized by srf_certificate_init(); NULL if not wanted
+// returns          SRF_OK, SRF_ERR_INPUT if any mesh that covers the image has more, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//                  SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
+                                size_t max_triangles,
+                                const srf_progress *progress,
+                                srf_mesh **out_mesh,
+                                srf_certificate *out_certificate);
 
 // Sets the defaults.
 // params     not NULL

@@ -181,6 +181,15 @@ struct ScanParams : srf_scan_params {
     ScanParams() { check(srf_scan_params_init(this)); }
 };
 
+struct SculptParams : srf_sculpt_params {
+    SculptParams() { check(srf_sculpt_params_init(this)); }
+};
+
+// How far a sculpted mesh lies from the samples.
+struct Certificate : srf_certificate {
+    Certificate() { check(srf_certificate_init(this)); }
+};
+
 // Figures over many distances.
 struct Distances : srf_distances {
     Distances() { check(srf_distances_init(this)); }
@@ -422,6 +431,45 @@ private:
         std::array<std::size_t, 3> size{};
         check(srf_image_size(get(), &size[0], &size[1], &size[2]));
         return size;
+    }
+};
+
+// A range image ready to be sculpted to one tolerance after the other.
+class Sculptor : public detail::Handle<srf_sculptor, srf_sculptor_free> {
+public:
+    explicit Sculptor(const Image &image, const SculptParams &params = {}) : Handle(make(image, params)) {}
+
+    struct Result {
+        Mesh mesh;
+        Certificate certificate;
+    };
+
+    // The mesh of few triangles within a tolerance, by default that of the params.
+    Result refine(double tolerance = SRF_FROM_DATA, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        Certificate certificate;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_sculptor_refine(get(), tolerance, watcher.get(), &mesh, &certificate));
+        return Result{Mesh(mesh), certificate};
+    }
+
+    // The mesh of the smallest tolerance found that has at most so many triangles.
+    Result at_most(std::size_t max_triangles, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        Certificate certificate;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_sculptor_at_most(get(), max_triangles, watcher.get(), &mesh, &certificate));
+        return Result{Mesh(mesh), certificate};
+    }
+
+private:
+    static srf_sculptor *make(const Image &image, const SculptParams &params)
+    {
+        srf_sculptor *sculptor = nullptr;
+        check(srf_sculptor_create(image.get(), &params, &sculptor));
+        return sculptor;
     }
 };
 

@@ -1,11 +1,11 @@
-// A coarser and coarser merge of virtual scans that still stays within a tolerance: live_tolerance [TOLERANCE] [OUT.ply]
-// Scans a torus of radii 1 and 0.4 from all sides, then halves the cell of the merge until 95 % of the samples lie within
-// the tolerance of the surface. C++17.
+// What a slider in a host does: the range image is made ready once, then sculpted to one tolerance after the other.
+// Usage: live_tolerance [OUT.ply]
+// Scans a torus of radii 1 and 0.4 virtually from a distance of 4. C++17.
 
 #include <cmath>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
-#include <string>
 #include <vector>
 
 #include <surfrecon.hpp>
@@ -31,52 +31,32 @@ surfrecon::Mesh torus(std::uint32_t around, std::uint32_t across)
                                    surfrecon::View<std::uint32_t, 3>(triangles.data(), triangles.size() / 3));
 }
 
-// A pinhole camera at a distance of 4 that looks at the origin: x to the right, y down, z forward.
-surfrecon::Pose camera(double azimuth, double elevation)
-{
-    const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(elevation), se = std::sin(elevation);
-    surfrecon::Pose pose;
-    const double columns[16] = {-sa, ca, 0, 0, se * ca, se * sa, -ce, 0, -ce * ca, -ce * sa, -se, 0, 4 * ce * ca, 4 * ce * sa, 4 * se, 1};
-    std::copy(columns, columns + 16, pose.matrix);
-    return pose;
-}
-
 }  // namespace
 
 int main(int argc, char **argv)
 try {
-    const double tolerance = argc > 1 ? std::atof(argv[1]) : 0.002;
-    const surfrecon::Mesh shape = torus(200, 100);
-    const srf_projection projection = {SRF_PINHOLE_DEPTH, 0, {500, 500, 159.5, 159.5}};
-    surfrecon::Merger merger;
-    std::vector<double> samples;
-    for (int i = 0; i < 12; ++i) {
-        const surfrecon::Pose pose = camera(2 * PI * i / 6, i < 6 ? 0.7 : -0.7);
-        const surfrecon::Image ideal = surfrecon::Image::scan(shape, 320, 320, projection, pose);
-        merger.add(ideal.triangulate(), "scan " + std::to_string(i), pose);
-        for (const double x : ideal.world_points()) {
-            if (!std::isnan(x)) samples.push_back(x);
-        }
-    }
+    // A pinhole camera on the z axis that looks down at the origin: x to the right, y down, z forward.
+    surfrecon::Pose from_above;
+    from_above.matrix[5] = from_above.matrix[10] = -1;
+    from_above.matrix[14] = 4;
+    const srf_projection projection = {SRF_PINHOLE_DEPTH, 0, {500, 500, 255.5, 255.5}};
+    const surfrecon::Image scan = surfrecon::Image::scan(torus(400, 200), 512, 512, projection, from_above);
     const auto bar = [](const surfrecon::Tick &tick) {
-        std::cerr << '\r' << tick.message << "          ";
+        std::cerr << '\r' << tick.message << "          \r";
         return true;
     };
-    surfrecon::MergeParams params;
-    for (params.voxel = 0.16; params.voxel > 0.004; params.voxel /= 2) {
-        const auto [mesh, report] = merger.run(params, bar);
-        const surfrecon::Distances off = mesh.distances(surfrecon::View<double, 3>(samples.data(), samples.size() / 3));
-        const srf_mesh_report topology = mesh.report();
-        std::cerr << "\r                                                  \r";
-        std::cout << "cell " << params.voxel << ": " << topology.triangles << " triangles, 95 % of the samples within " << off.p95
-                  << ", genus " << topology.genus << '\n';
-        if (off.p95 <= tolerance) {
-            if (argc > 2) mesh.write_ply(argv[2]);
-            return topology.is_manifold ? EXIT_SUCCESS : EXIT_FAILURE;
-        }
+
+    const surfrecon::Sculptor sculptor(scan);
+    for (const double tolerance : {0.1, 0.03, 0.01, 0.003, 0.001, 0.01}) {
+        const auto started = std::chrono::steady_clock::now();
+        const auto [mesh, certificate] = sculptor.refine(tolerance, bar);
+        const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - started;
+        std::cout << "tolerance " << tolerance << ": " << certificate.triangles << " of " << certificate.full_triangles
+                  << " triangles, farthest sample " << certificate.max_error << " away, " << taken.count() << " ms\n";
+        if (certificate.max_error > tolerance * (1 + 1e-9)) return EXIT_FAILURE;
+        if (argc > 1) mesh.write_ply(argv[1]);
     }
-    std::cerr << "no cell is small enough for " << tolerance << '\n';
-    return EXIT_FAILURE;
+    return EXIT_SUCCESS;
 } catch (const surfrecon::Error &error) {
     std::cerr << error.what() << '\n';
     return EXIT_FAILURE;

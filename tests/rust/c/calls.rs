@@ -340,6 +340,49 @@ fn images_from_arrays() {
 }
 
 #[test]
+fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
+    let api = api();
+    let values: Vec<f64> =
+        (0..4096).map(|i| (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.07).cos()).collect();
+    let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
+    let (mut image, mut sculptor, mut certificate) = (Handle::NULL, Handle::NULL, Certificate::ZERO);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let samples = Array::of(&values, F64, 1);
+        api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
+        api.ok((api.srf_sculptor_create)(image, std::ptr::null(), &mut sculptor));
+        api.ok((api.srf_image_free)(image));
+        api.ok((api.srf_certificate_init)(&mut certificate));
+        let mut sculpt = |tolerance: f64| {
+            let mut mesh = Handle::NULL;
+            let progress = std::ptr::null();
+            api.ok((api.srf_sculptor_refine)(sculptor, tolerance, progress, &mut mesh, &mut certificate));
+            let bytes = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            assert!(
+                certificate.f64(2) <= certificate.f64(0) + 1e-12 && certificate.numbers[7] == 4096,
+                "{certificate:?}"
+            );
+            (bytes, certificate.numbers[10])
+        };
+        let (fine, coarse, again) = (sculpt(0.001), sculpt(0.05), sculpt(0.001));
+        assert!(fine == again && coarse.1 * 4 < fine.1, "{} {}", coarse.1, fine.1);
+        let (exact, by_default) = (sculpt(0.0).1, sculpt(-1.0).1);
+        assert!(exact <= 2 * 63 * 63 && by_default < exact, "{exact} {by_default}");
+        let mut mesh = Handle::NULL;
+        let answer = (api.srf_sculptor_refine)(sculptor, -0.5, std::ptr::null(), &mut mesh, &mut certificate);
+        api.refused(answer, PARAMETER, "tolerance must be a finite number >= 0, got -0.5");
+        api.ok((api.srf_sculptor_at_most)(sculptor, 300, std::ptr::null(), &mut mesh, &mut certificate));
+        assert!((200..=300).contains(&certificate.numbers[10]), "{certificate:?}");
+        api.ok((api.srf_mesh_free)(mesh));
+        let answer = (api.srf_sculptor_at_most)(sculptor, 1, std::ptr::null(), &mut mesh, &mut certificate);
+        api.refused(answer, INPUT, "at most 1 triangles are asked for");
+        api.ok((api.srf_sculptor_free)(sculptor));
+    }
+}
+
+#[test]
 fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
     use glam::{DAffine3, DVec3};
     let mesh = octahedron();
@@ -526,7 +569,7 @@ fn the_log_hears_of_gaps() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 11] = [
+    let all: [fn(); 12] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -536,6 +579,7 @@ fn every_call_from_eight_threads_at_once() {
         an_image_and_its_cloud,
         a_cloud_from_arrays,
         images_from_arrays,
+        an_image_is_sculpted_to_one_tolerance_after_the_other,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
     ];

@@ -115,6 +115,8 @@ pub type MergeReport = Sized<19>;
 pub type MeshReport = Sized<17>;
 pub type TriangulateParams = Sized<2>;
 pub type ScanParams = Sized<10>;
+pub type SculptParams = Sized<5>;
+pub type Certificate = Sized<11>;
 pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
 
@@ -290,6 +292,12 @@ functions! {
     srf_merger_add_mesh(merger: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_add_scans(merger: Handle, scans: Handle) -> i32;
     srf_merger_run(merger: Handle, params: *const MergeParams, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
+    srf_sculpt_params_init(params: *mut SculptParams) -> i32;
+    srf_certificate_init(certificate: *mut Certificate) -> i32;
+    srf_sculptor_create(image: Handle, params: *const SculptParams, out: *mut Handle) -> i32;
+    srf_sculptor_free(sculptor: Handle) -> i32;
+    srf_sculptor_refine(sculptor: Handle, tolerance: f64, progress: *const Watch, mesh: *mut Handle, certificate: *mut Certificate) -> i32;
+    srf_sculptor_at_most(sculptor: Handle, max_triangles: usize, progress: *const Watch, mesh: *mut Handle, certificate: *mut Certificate) -> i32;
     srf_scan_params_init(params: *mut ScanParams) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
 }

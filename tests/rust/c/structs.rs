@@ -96,15 +96,18 @@ fn default(operation: &str, name: &str) -> f64 {
 #[test]
 fn defaults_are_those_of_the_table() {
     let api = api();
-    let (mut merge, mut scan) = (MergeParams::ZERO, ScanParams::ZERO);
+    let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
     // SAFETY: as the header wants it.
     unsafe {
         api.ok((api.srf_merge_params_init)(&mut merge));
         api.ok((api.srf_scan_params_init)(&mut scan));
+        api.ok((api.srf_sculpt_params_init)(&mut sculpt));
     }
     let triangulate = defaults();
-    let sizes = [merge.size as usize, scan.size as usize, triangulate.size as usize];
-    assert_eq!(sizes, [size_of::<MergeParams>(), size_of::<ScanParams>(), size_of::<TriangulateParams>()]);
+    let sizes = [merge.size, scan.size, sculpt.size, triangulate.size].map(|size| size as usize);
+    let expected =
+        [size_of::<MergeParams>(), size_of::<ScanParams>(), size_of::<SculptParams>(), size_of::<TriangulateParams>()];
+    assert_eq!(sizes, expected);
     let mut named = 0;
     let mut same = |operation: &str, fields: &[&str], given: &dyn Fn(usize) -> f64| {
         for (i, name) in fields.iter().enumerate() {
@@ -120,8 +123,12 @@ fn defaults_are_those_of_the_table() {
     same("scan", &noise, &|i| scan.f64(i));
     same("scan", &["seed"], &|_| scan.numbers[8] as f64);
     same("scan", &["threads"], &|_| f64::from(scan.second));
+    same("sculpt", &["tolerance", "relative_tolerance"], &|i| sculpt.f64(i));
+    same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
+    same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "scan"];
+    assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
+    let known = ["triangulate", "merge", "sculpt", "scan"];
     let there = params::table().filter(|p| known.contains(&p.operation) && p.name != "backfaces").count();
     assert_eq!(named, there, "a parameter of the table is missing here");
 }
