@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+import surfrecon
 from files import write_range_grid, write_set
 from shapes import torus_scans
 
@@ -160,3 +161,39 @@ def test_dropping_a_file_uses_the_importer():
     handler = bpy.types.SURFRECON_FH_scans
     assert handler.bl_import_operator == "surfrecon.import_scans"
     assert {".ply", ".conf"} <= set(handler.bl_file_extensions.split(";"))
+
+
+def test_a_height_map_becomes_a_terrain(tmp_path):
+    heights = np.arange(12, dtype=np.float32).reshape(3, 4)
+    heights[1, 1] = np.nan
+    np.save(tmp_path / "terrain.npy", heights)
+    assert import_scans(tmp_path / "terrain.npy", pixel_step=2, pixel_scale=0.5) == {"FINISHED"}
+    obj = by_name("terrain")
+    assert len(obj.data.vertices) == 11 and len(obj.data.polygons) > 0
+    assert np.allclose(world(obj).max(axis=0), [6, 4, 5.5])
+
+
+def test_depth_images_with_their_camera_and_poses(tmp_path):
+    np.save(tmp_path / "a.npy", np.full((4, 4), 2000, np.uint16))
+    (tmp_path / "a.xf").write_text("1 0 0 10\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+    done = import_scans(tmp_path / "a.npy", images="DEPTHS", focal=(2, 2), centre=(1.5, 1.5))
+    assert done == {"FINISHED"}
+    points = world(by_name("a"))
+    assert np.allclose(points.min(axis=0), [8.5, -1.5, 2]) and np.allclose(points.max(axis=0), [11.5, 1.5, 2])
+
+
+@pytest.mark.parametrize("ending", ["ptx", "e57"])
+def test_scans_of_one_file_stand_in_their_places(tmp_path, images, ending):
+    grids = []
+    for k, image in enumerate(images[:2]):
+        grid = surfrecon.RangeImage.from_points(image.points, viewing=("from", (0, 0, 5)), name=f"station {k}")
+        grid.world_from_sensor = image.world_from_sensor
+        grids.append(grid)
+    surfrecon.write(tmp_path / f"hall.{ending}", grids)
+    assert import_scans(tmp_path / f"hall.{ending}") == {"FINISHED"}
+    collection = bpy.data.collections["hall"]
+    assert len(collection.objects) == 2
+    for obj, image in zip(sorted(collection.objects, key=lambda o: o.name), images, strict=False):
+        expected = image.world_points()[image.valid]
+        assert len(obj.data.vertices) == len(expected)
+        assert np.allclose(world(obj).mean(axis=0), expected.mean(axis=0), atol=1e-5)

@@ -7,7 +7,14 @@ import os
 import bpy
 import numpy as np
 import surfrecon
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    StringProperty,
+)
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
@@ -56,6 +63,52 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
         default="M",
     )
     scale: FloatProperty(name="Scale", description="Scene units a unit of the files", default=1.0, min=1e-9, max=1e9)
+    images: EnumProperty(
+        name="Images",
+        description="What the pixels of images are; a camera's file among the chosen ones makes them depths",
+        items=(
+            ("HEIGHTS", "Height maps", "Heights seen from above"),
+            ("DEPTHS", "Depth images", "Depths seen by the camera below"),
+        ),
+        default="HEIGHTS",
+    )
+    focal: FloatVectorProperty(name="Focal length", description="In pixels", size=2, default=(525, 525), min=1e-3)
+    centre: FloatVectorProperty(
+        name="Centre", description="Centre of the image, in pixels", size=2, default=(319.5, 239.5)
+    )
+    depth: EnumProperty(
+        name="Depth",
+        description="What the pixels of depth images measure",
+        items=(
+            ("planar", "Planar", "Distance from the camera's plane, as in Blender's Z pass"),
+            ("ray", "Along the ray", "Distance from the camera"),
+        ),
+        default="planar",
+    )
+    pixel_scale: FloatProperty(
+        name="Value scale",
+        description="What pixels are multiplied with. 0: 0.001 for whole numbers seen by a camera, else 1",
+        default=0,
+        min=0,
+        precision=5,
+    )
+    pixel_step: FloatProperty(
+        name="Pixel size",
+        description="Distance of the pixels of height maps, in the files' unit. 0: what the file says, else 1",
+        default=0,
+        min=0,
+        precision=4,
+    )
+    pixels: EnumProperty(
+        name="Colours",
+        description="How images of three colours store heights",
+        items=(
+            ("auto", "Detect", "Terrain RGB if all pixels then lie on the ground"),
+            ("terrain_rgb", "Terrain RGB", "As Mapbox writes it"),
+            ("terrarium", "Terrarium", "As Mapzen writes it"),
+        ),
+        default="auto",
+    )
 
     def invoke(self, context, event):
         """A dropped file opens a small dialog, the menu a file browser."""
@@ -71,13 +124,37 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
             layout.prop(self, "scale")
         layout.prop(self, "axis_forward")
         layout.prop(self, "axis_up")
+        header, body = layout.panel("surfrecon_images", default_closed=True)
+        header.label(text="Images")
+        if body is None:
+            return
+        body.prop(self, "images")
+        if self.images == "DEPTHS":
+            body.prop(self, "focal")
+            body.prop(self, "centre")
+            body.prop(self, "depth")
+        else:
+            body.prop(self, "pixel_step")
+            body.prop(self, "pixels")
+        body.prop(self, "pixel_scale")
+
+    def reading(self):
+        """Keyword arguments of `surfrecon.open`."""
+        depths = self.images == "DEPTHS"
+        return {
+            "camera": (*self.focal, *self.centre) if depths else None,
+            "depth": self.depth,
+            "scale": self.pixel_scale or None,
+            "step": self.pixel_step or None,
+            "pixels": self.pixels,
+        }
 
     def execute(self, context):
         """Reads everything; if anything fails, nothing stays."""
         paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
         made = []
         try:
-            scans = surfrecon.open(paths)
+            scans = surfrecon.open(paths, **self.reading())
             context.window_manager.progress_begin(0, len(scans))
             for i, scan in enumerate(scans):
                 made.append(self.read(scan))
@@ -148,7 +225,7 @@ def set_name(paths):
     """A name for the collection: the side file's, the only file's, or the folder's."""
     stems = [os.path.splitext(os.path.basename(path))[0] for path in paths]
     for path, stem in zip(paths, stems, strict=True):
-        if path.lower().endswith(".conf"):
+        if path.lower().endswith((".conf", ".mlp", ".aln")):
             return stem
     return stems[0] if len(stems) == 1 else os.path.basename(os.path.dirname(paths[0])) or "Scans"
 
