@@ -13,7 +13,9 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-BENCHMARKS = ["merge", "capi"]
+BENCHMARKS = ["merge", "capi", "io"]
+# A module named io would be Python's own.
+MODULES = {"io": "files"}
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
 PEERS = ["pymeshlab", "open3d", "numpy", "scipy"]
 
@@ -45,7 +47,7 @@ def main():
     for name in [options.name] if options.name else BENCHMARKS:
         print(f"== {name}", flush=True)
         where = machine()
-        results = importlib.import_module(name).main(options.cases, options.repeats)
+        results = importlib.import_module(MODULES.get(name, name)).main(options.cases, options.repeats)
         file = OUT / f"{name}.json"
         file.write_text(json.dumps({"benchmark": name, "machine": where} | results, indent=1) + "\n")
         print(f"\nwritten: {file.relative_to(OUT.parent.parent)}")
