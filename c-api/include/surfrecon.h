@@ -122,6 +122,18 @@ typedef enum {
   SRF_CONTENT_CLOUD = 3,
 } srf_content;
 
+// How the numbers of an image's pixels are stored.
+typedef enum {
+  // Numbers if the image is grey; terrain RGB if it is coloured and all pixels then lie between -500 and 9000 m.
+  SRF_PIXELS_AUTO = 0,
+  // A number a pixel.
+  SRF_PIXELS_NUMBER = 1,
+  // Mapbox: -10000 + (65536 R + 256 G + B) / 10.
+  SRF_PIXELS_TERRAIN_RGB = 2,
+  // Mapzen: 256 R + G + B / 256 - 32768.
+  SRF_PIXELS_TERRARIUM = 3,
+} srf_pixels;
+
 // How the numbers of a file are written.
 typedef enum {
   // Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
@@ -244,6 +256,34 @@ typedef struct {
   // Sum of the genera of all parts, boundary loops taken as closed by disks; -1 unless the mesh is a manifold.
   int64_t genus;
 } srf_mesh_report;
+
+// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if a list of scans may name files outside its own folder, 0, the default, if not.
+  uint32_t allow_outside;
+  // SRF_PINHOLE_DEPTH or SRF_PINHOLE_RANGE: images are depth images of a camera whose pixels measure that. 0, the default:
+  // they are height maps, unless a file of a camera is opened with them.
+  uint32_t camera;
+  // A value of srf_pixels; default SRF_PIXELS_AUTO.
+  uint32_t pixels;
+  // Of the camera: fx, fy, cx, cy in pixels, pixel centres at whole numbers. 0 without one.
+  double intrinsics[4];
+  // Of the camera: columns and rows of its images; others are refused. 0, the default: any.
+  uint64_t camera_size[2];
+  // What numbers of images are multiplied with, > 0. SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera
+  // (millimetres), else 1.
+  double scale;
+  // What is added to them afterwards. Default 0.
+  double offset;
+  // Distance of neighbouring pixels of height maps, > 0. SRF_FROM_DATA, the default: what the file says, else 1.
+  double step;
+  // The number, before scaling, that means no sample, besides what the format itself defines; NaN, the default: none.
+  double invalid;
+  // Largest size of what one compressed file unpacks to, in GiB, > 0. Default 4.
+  double max_decoded_gib;
+} srf_read_options;
 
 // Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
 // fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
@@ -705,8 +745,13 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
                           srf_mesh_report *out_report);
 
-// Opens files of scans: single scans, or lists that place several. Formats are recognized by content. How the files were
-// understood goes to the log too.
+// Sets the defaults.
+// options    not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_read_options_init(srf_read_options *options);
+
+// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Of the files, a
+// camera makes the images depth images, a trajectory places them. How the files were understood goes to the log too.
 // paths       UTF-8; not NULL, nor is any of them
 // count       number of paths, at least 1
 // out_scans   receives a new handle on SRF_OK only; not NULL
@@ -714,6 +759,18 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
 srf_status srf_scans_open(const char *const *paths,
                           size_t count,
                           srf_scans **out_scans);
+
+// As srf_scans_open(), with what the files do not say themselves.
+// paths       UTF-8; not NULL, nor is any of them
+// count       number of paths, at least 1
+// options     NULL for the defaults
+// out_scans   receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_STRUCT_SIZE,
+//             SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_open_with(const char *const *paths,
+                               size_t count,
+                               const srf_read_options *options,
+                               srf_scans **out_scans);
 
 // Releases a set of scans.
 // scans      NULL does nothing
@@ -786,6 +843,76 @@ srf_status srf_mesh_write_glb(const srf_mesh *mesh,
                               double metres_per_unit,
                               uint32_t z_up,
                               const srf_progress *progress);
+
+// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
+// replaced once all is written, or stays.
+// mesh       not NULL
+// path       UTF-8; not NULL
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_write_obj(const srf_mesh *mesh,
+                              const char *path,
+                              const srf_progress *progress);
+
+// Writes a mesh as binary STL, in single precision and without attributes. A file of that name is replaced once all is
+// written, or stays.
+// mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
+// path       UTF-8; not NULL
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_mesh_write_stl(const srf_mesh *mesh,
+                              const char *path,
+                              const srf_progress *progress);
+
+// Writes a cloud with its normals, colours and intensities as PLY, in its own frame: its pose is not written. A file of that
+// name is replaced once all is written, or stays.
+// cloud      not NULL
+// path       UTF-8; not NULL
+// encoding   a value of srf_encoding
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_cloud_write_ply(const srf_cloud *cloud,
+                               const char *path,
+                               uint32_t encoding,
+                               const srf_progress *progress);
+
+// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
+// the list (.conf) that places them. Files of these names are replaced one by one, the list last.
+// images     none of them NULL; names must differ and be those of files; rays within half a sphere; not NULL
+// count      number of images, at least 1
+// path       of the list, UTF-8, ending in .conf; not NULL
+// encoding   of the grids, a value of srf_encoding; coordinates are in single precision in any
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_images_write_conf(const srf_image *const *images,
+                                 size_t count,
+                                 const char *path,
+                                 uint32_t encoding,
+                                 const srf_progress *progress);
+
+// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision; confidences
+// have no place in the format. A file of that name is replaced once all is written, or stays.
+// images     none of them NULL; not NULL
+// count      number of images, at least 1
+// path       UTF-8; not NULL
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_images_write_ptx(const srf_image *const *images,
+                                size_t count,
+                                const char *path,
+                                const srf_progress *progress);
+
+// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in
+// single precision; confidences have no place in the format. A file of that name is replaced once all is written, or stays.
+// images     none of them NULL; not NULL
+// count      number of images, at least 1
+// path       UTF-8; not NULL
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_images_write_e57(const srf_image *const *images,
+                                size_t count,
+                                const char *path,
+                                const srf_progress *progress);
 
 // Sets the defaults.
 // params     not NULL

@@ -185,6 +185,11 @@ struct SculptParams : srf_sculpt_params {
     SculptParams() { check(srf_sculpt_params_init(this)); }
 };
 
+// What files do not say themselves.
+struct ReadOptions : srf_read_options {
+    ReadOptions() { check(srf_read_options_init(this)); }
+};
+
 // How far a sculpted mesh lies from the samples.
 struct Certificate : srf_certificate {
     Certificate() { check(srf_certificate_init(this)); }
@@ -290,6 +295,18 @@ public:
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_glb(get(), path.c_str(), nullptr, metres_per_unit, z_up ? 1 : 0, watcher.get()));
     }
+
+    void write_obj(const std::string &path, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write_obj(get(), path.c_str(), watcher.get()));
+    }
+
+    void write_stl(const std::string &path, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write_stl(get(), path.c_str(), watcher.get()));
+    }
 };
 
 // Scattered points.
@@ -332,6 +349,12 @@ public:
         Pose pose;
         check(srf_cloud_pose(get(), &pose));
         return pose;
+    }
+
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_BINARY, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_write_ply(get(), path.c_str(), encoding, watcher.get()));
     }
 };
 
@@ -434,6 +457,42 @@ private:
     }
 };
 
+namespace detail {
+
+inline std::vector<const srf_image *> handles(const std::vector<const Image *> &images)
+{
+    std::vector<const srf_image *> handles;
+    for (const Image *image : images) handles.push_back(image->get());
+    return handles;
+}
+
+}  // namespace detail
+
+// Writes images as range grids beside the list (.conf) that places them.
+inline void write_conf(const std::vector<const Image *> &images, const std::string &path, srf_encoding encoding = SRF_BINARY,
+                       const ProgressFunction &progress = {})
+{
+    const auto handles = detail::handles(images);
+    detail::Watcher watcher(progress);
+    watcher.check(srf_images_write_conf(handles.data(), handles.size(), path.c_str(), encoding, watcher.get()));
+}
+
+// Writes images as one PTX file.
+inline void write_ptx(const std::vector<const Image *> &images, const std::string &path, const ProgressFunction &progress = {})
+{
+    const auto handles = detail::handles(images);
+    detail::Watcher watcher(progress);
+    watcher.check(srf_images_write_ptx(handles.data(), handles.size(), path.c_str(), watcher.get()));
+}
+
+// Writes images as one E57 file.
+inline void write_e57(const std::vector<const Image *> &images, const std::string &path, const ProgressFunction &progress = {})
+{
+    const auto handles = detail::handles(images);
+    detail::Watcher watcher(progress);
+    watcher.check(srf_images_write_e57(handles.data(), handles.size(), path.c_str(), watcher.get()));
+}
+
 // A range image ready to be sculpted to one tolerance after the other.
 class Sculptor : public detail::Handle<srf_sculptor, srf_sculptor_free> {
 public:
@@ -478,12 +537,12 @@ class Scans : public detail::Handle<srf_scans, srf_scans_free> {
 public:
     using Handle::Handle;
 
-    static Scans open(const std::vector<std::string> &paths)
+    static Scans open(const std::vector<std::string> &paths, const ReadOptions &options = {})
     {
         std::vector<const char *> pointers;
         for (const std::string &path : paths) pointers.push_back(path.c_str());
         srf_scans *scans = nullptr;
-        check(srf_scans_open(pointers.data(), pointers.size(), &scans));
+        check(srf_scans_open_with(pointers.data(), pointers.size(), &options, &scans));
         return Scans(scans);
     }
 

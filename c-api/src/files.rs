@@ -1,21 +1,20 @@
-//! Reading and writing files.
+//! Reading files.
 
 use std::ffi::{CString, c_char};
 use std::path::Path;
 
-use surfrecon::export::{self, GlbNode, GlbOptions, PlyEncoding, PlyOptions, PositionType, Up};
-use surfrecon::import::{self, Content, ScanSet};
+use surfrecon::import::{self, Camera, Content, PixelMeaning, ReadOptions, ScanSet};
+use surfrecon::range_image::DepthKind;
 
 use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle::{self, handle};
-use crate::image::srf_image;
+use crate::image::{srf_image, srf_projection_kind};
 use crate::mesh::srf_mesh;
-use crate::pointer;
 use crate::pose::{self, srf_pose};
-use crate::progress::{srf_progress, watched};
-use crate::settings::{srf_log_level::SRF_LOG_INFO, tell};
+use crate::settings::{SRF_FROM_DATA, from_data, srf_log_level::SRF_LOG_INFO, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{pointer, sized};
 
 /// Scans opened together, with texts as C wants them.
 pub struct Scans {
@@ -46,7 +45,7 @@ pub enum srf_content {
     SRF_CONTENT_CLOUD = 3,
 }
 
-fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure> {
+pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure> {
     let path = pointer::text(name, path)?;
     if path.is_empty() {
         return Err(Failure::new(SRF_ERR_INPUT, format!("{name} must not be empty")));
@@ -54,8 +53,132 @@ fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure> {
     Ok(Path::new(path))
 }
 
-/// Opens files of scans: single scans, or lists that place several. Formats are recognized by content. How the files were
-/// understood goes to the log too.
+/// How the numbers of an image's pixels are stored.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_pixels {
+    /// Numbers if the image is grey; terrain RGB if it is coloured and all pixels then lie between -500 and 9000 m.
+    SRF_PIXELS_AUTO = 0,
+    /// A number a pixel.
+    SRF_PIXELS_NUMBER = 1,
+    /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
+    SRF_PIXELS_TERRAIN_RGB = 2,
+    /// Mapzen: 256 R + G + B / 256 - 32768.
+    SRF_PIXELS_TERRARIUM = 3,
+}
+
+/// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_read_options {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 1 if a list of scans may name files outside its own folder, 0, the default, if not.
+    pub allow_outside: u32,
+    /// SRF_PINHOLE_DEPTH or SRF_PINHOLE_RANGE: images are depth images of a camera whose pixels measure that. 0, the default:
+    /// they are height maps, unless a file of a camera is opened with them.
+    pub camera: u32,
+    /// A value of srf_pixels; default SRF_PIXELS_AUTO.
+    pub pixels: u32,
+    /// Of the camera: fx, fy, cx, cy in pixels, pixel centres at whole numbers. 0 without one.
+    pub intrinsics: [f64; 4],
+    /// Of the camera: columns and rows of its images; others are refused. 0, the default: any.
+    pub camera_size: [u64; 2],
+    /// What numbers of images are multiplied with, > 0. SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera
+    /// (millimetres), else 1.
+    pub scale: f64,
+    /// What is added to them afterwards. Default 0.
+    pub offset: f64,
+    /// Distance of neighbouring pixels of height maps, > 0. SRF_FROM_DATA, the default: what the file says, else 1.
+    pub step: f64,
+    /// The number, before scaling, that means no sample, besides what the format itself defines; NaN, the default: none.
+    pub invalid: f64,
+    /// Largest size of what one compressed file unpacks to, in GiB, > 0. Default 4.
+    pub max_decoded_gib: f64,
+}
+
+impl srf_read_options {
+    fn defaults() -> Self {
+        let core = ReadOptions::default();
+        srf_read_options {
+            struct_size: size_of::<Self>() as u32,
+            allow_outside: core.allow_outside.into(),
+            camera: 0,
+            pixels: srf_pixels::SRF_PIXELS_AUTO as u32,
+            intrinsics: [0.0; 4],
+            camera_size: [0; 2],
+            scale: core.scale.unwrap_or(SRF_FROM_DATA),
+            offset: core.offset,
+            step: core.step.unwrap_or(SRF_FROM_DATA),
+            invalid: core.invalid.unwrap_or(f64::NAN),
+            max_decoded_gib: core.max_decoded_gib,
+        }
+    }
+
+    fn to_core(self) -> Result<ReadOptions, Failure> {
+        let refused = |text| Err(Failure::new(SRF_ERR_PARAMETER, text));
+        let pixels = match self.pixels {
+            p if p == srf_pixels::SRF_PIXELS_AUTO as u32 => PixelMeaning::Auto,
+            p if p == srf_pixels::SRF_PIXELS_NUMBER as u32 => PixelMeaning::Number,
+            p if p == srf_pixels::SRF_PIXELS_TERRAIN_RGB as u32 => PixelMeaning::TerrainRgb,
+            p if p == srf_pixels::SRF_PIXELS_TERRARIUM as u32 => PixelMeaning::Terrarium,
+            other => return refused(format!("pixels must be a value of srf_pixels, 0 to 3, got {other}")),
+        };
+        let allow_outside = match self.allow_outside {
+            0 => false,
+            1 => true,
+            other => return refused(format!("allow_outside must be 0 or 1, got {other}")),
+        };
+        let depth = match self.camera {
+            0 => None,
+            kind if kind == srf_projection_kind::SRF_PINHOLE_DEPTH as u32 => Some(DepthKind::Planar),
+            kind if kind == srf_projection_kind::SRF_PINHOLE_RANGE as u32 => Some(DepthKind::Ray),
+            other => {
+                return refused(format!(
+                    "camera must be 0, SRF_PINHOLE_DEPTH (2) or SRF_PINHOLE_RANGE (3), got {other}"
+                ));
+            }
+        };
+        let size = self.camera_size;
+        let camera = match depth {
+            Some(depth) => {
+                let [fx, fy, cx, cy] = self.intrinsics;
+                let size = match size {
+                    [0, 0] => None,
+                    [cols, rows] => Some([cols as usize, rows as usize]),
+                };
+                Some(Camera { focal: [fx, fy], centre: [cx, cy], depth, size })
+            }
+            None if self.intrinsics != [0.0; 4] || size != [0; 2] => {
+                return refused("intrinsics or camera_size are given, so that camera must be 2 or 3, got 0".to_owned());
+            }
+            None => None,
+        };
+        Ok(ReadOptions {
+            camera,
+            scale: from_data(self.scale),
+            offset: self.offset,
+            step: from_data(self.step),
+            invalid: Some(self.invalid).filter(|invalid| !invalid.is_nan()),
+            pixels,
+            max_decoded_gib: self.max_decoded_gib,
+            allow_outside,
+        })
+    }
+}
+
+/// Sets the defaults.
+/// options    not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_read_options_init(options: *mut srf_read_options) -> srf_status {
+    guard(|| sized::init("options", options, srf_read_options::defaults()))
+}
+
+/// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Of the files, a
+/// camera makes the images depth images, a trajectory places them. How the files were understood goes to the log too.
 /// paths       UTF-8; not NULL, nor is any of them
 /// count       number of paths, at least 1
 /// out_scans   receives a new handle on SRF_OK only; not NULL
@@ -66,21 +189,46 @@ pub unsafe extern "C" fn srf_scans_open(
     count: usize,
     out_scans: *mut *mut srf_scans,
 ) -> srf_status {
-    guard(|| {
-        pointer::writable("out_scans", out_scans)?;
-        let pointers = pointer::pointers("paths", paths, count)?;
-        let paths = pointers
-            .into_iter()
-            .enumerate()
-            .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
-            .collect::<Result<Vec<_>, Failure>>()?;
-        let set = import::open_many(&paths)?;
-        set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
-        let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
-        let names = set.scans.iter().map(|scan| text(&scan.name)).collect();
-        let notes = set.notes.iter().map(text).collect();
-        handle::give("out_scans", out_scans, Scans { set, names, notes })
-    })
+    guard(|| open(paths, count, std::ptr::null(), out_scans))
+}
+
+/// As srf_scans_open(), with what the files do not say themselves.
+/// paths       UTF-8; not NULL, nor is any of them
+/// count       number of paths, at least 1
+/// options     NULL for the defaults
+/// out_scans   receives a new handle on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_STRUCT_SIZE,
+///             SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_open_with(
+    paths: *const *const c_char,
+    count: usize,
+    options: *const srf_read_options,
+    out_scans: *mut *mut srf_scans,
+) -> srf_status {
+    guard(|| open(paths, count, options, out_scans))
+}
+
+fn open(
+    paths: *const *const c_char,
+    count: usize,
+    options: *const srf_read_options,
+    out_scans: *mut *mut srf_scans,
+) -> Result<(), Failure> {
+    pointer::writable("out_scans", out_scans)?;
+    let pointers = pointer::pointers("paths", paths, count)?;
+    let paths = pointers
+        .into_iter()
+        .enumerate()
+        .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let options = sized::read("options", options, srf_read_options::defaults())?.to_core()?;
+    let set = import::open_with(&paths, &options)?;
+    set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
+    let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
+    let names = set.scans.iter().map(|scan| text(&scan.name)).collect();
+    let notes = set.notes.iter().map(text).collect();
+    handle::give("out_scans", out_scans, Scans { set, names, notes })
 }
 
 /// Releases a set of scans.
@@ -199,81 +347,5 @@ pub unsafe extern "C" fn srf_scans_read(
             }
         };
         pointer::write("out_content", out_content, kind as u32)
-    })
-}
-
-/// How the numbers of a file are written.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_encoding {
-    /// Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
-    SRF_BINARY = 1,
-    /// Binary, coordinates in double precision.
-    SRF_BINARY_DOUBLE = 2,
-    /// Text, coordinates as in SRF_BINARY.
-    SRF_ASCII = 3,
-}
-
-fn ply_options(encoding: u32) -> Result<PlyOptions, Failure> {
-    let (encoding, positions) = match encoding {
-        e if e == srf_encoding::SRF_BINARY as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Auto),
-        e if e == srf_encoding::SRF_BINARY_DOUBLE as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
-        e if e == srf_encoding::SRF_ASCII as u32 => (PlyEncoding::Ascii, PositionType::Auto),
-        other => {
-            let text = format!("encoding must be a value of srf_encoding, 1 to 3, got {other}");
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
-        }
-    };
-    Ok(PlyOptions { encoding, positions })
-}
-
-/// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
-/// mesh       not NULL
-/// path       UTF-8; not NULL
-/// encoding   a value of srf_encoding
-/// progress   NULL for none
-/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_mesh_write_ply(
-    mesh: *const srf_mesh,
-    path: *const c_char,
-    encoding: u32,
-    progress: *const srf_progress,
-) -> srf_status {
-    guard(|| {
-        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_ply(path, &mesh.mesh, ply_options(encoding)?, &watched(progress))?)
-    })
-}
-
-/// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
-/// mesh             not NULL
-/// path             UTF-8; not NULL
-/// name             of the node, UTF-8; NULL for "mesh"
-/// metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
-/// z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
-/// progress         NULL for none
-/// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_mesh_write_glb(
-    mesh: *const srf_mesh,
-    path: *const c_char,
-    name: *const c_char,
-    metres_per_unit: f64,
-    z_up: u32,
-    progress: *const srf_progress,
-) -> srf_status {
-    guard(|| {
-        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
-        let up = match z_up {
-            0 => Up::Y,
-            1 => Up::Z,
-            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
-        };
-        let node = GlbNode { name, mesh: &mesh.mesh, world_from_mesh: glam::DAffine3::IDENTITY };
-        let options = GlbOptions { up, metres_per_unit };
-        Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
     })
 }

@@ -124,6 +124,18 @@ impl<'a> Progress<'a> {
         Tick { stage: plan[index].0, fraction: ((before + plan[index].1 * within.min(1.0)) / whole).clamp(0.0, 1.0) }
     }
 
+    /// Runs `work` while this thread reports to the caller's function, if there is one: for work of a single thread.
+    ///
+    /// # Errors
+    /// What `work` returns; [`Error::OutOfMemory`] if the system refuses a thread.
+    pub(crate) fn watch<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
+        // Within a pool somebody outside is reporting already.
+        if rayon::current_thread_index().is_some() || lock(&self.sink).is_none() {
+            return work();
+        }
+        self.run(&*crate::threads::pool(1)?, work)
+    }
+
     /// Runs `work` on `pool` while this thread reports to the caller's function.
     pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
         let finished = (Mutex::new(false), Condvar::new());
@@ -201,6 +213,27 @@ mod tests {
         assert!(matches!(outcome, Err(Error::Cancelled)));
         drop(progress);
         assert_eq!(ticks, 3);
+    }
+
+    #[test]
+    fn watched_work_of_one_thread_reports_and_can_be_cancelled() {
+        let mut ticks = 0;
+        let progress = Progress::new(|_| {
+            ticks += 1;
+            ControlFlow::Break(())
+        });
+        let outcome = progress.watch(|| {
+            loop {
+                progress.advance(1)?;
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        assert!(matches!(outcome, Err::<(), _>(Error::Cancelled)));
+        drop(progress);
+        assert_eq!(ticks, 1);
+        let here = std::thread::current().id();
+        let nobody = Progress::none();
+        assert_eq!(nobody.watch(|| Ok(std::thread::current().id())).unwrap(), here, "a thread for nothing");
     }
 
     #[test]

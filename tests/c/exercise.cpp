@@ -66,6 +66,27 @@ try {
     must(text == "voxel must be a finite number > 0, got -3 (in the unit of the scans)", text.c_str());
     text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
     text_of<Error>([] { Scans::open({"missing.ply"}); });
+
+    mesh.write_obj("exercise.obj");
+    mesh.write_stl("exercise.stl");
+    image.to_cloud().write_ply("exercise_cloud.ply");
+    must(text_of<Error>([&] { write_ptx({&image}, "exercise.ptx"); }).find("parallel") != std::string::npos, "no eye");
+    const Image seen = Image::scan(mesh, 20, 20, {SRF_PINHOLE_DEPTH, 0, {20, 20, 9.5, 9.5}}, [] {
+        Pose below;
+        below.matrix[14] = -3;
+        return below;
+    }());
+    write_ptx({&seen, &seen}, "exercise.ptx");
+    write_e57({&seen}, "exercise.e57", [](const Tick &) { return true; });
+    must(Scans::open({"exercise.ptx"}).size() == 2, "two scans");
+    ReadOptions options;
+    options.scale = -1.5;
+    text_of<Error>([&] { Scans::open({"exercise.e57"}, options); });
+    options.scale = SRF_FROM_DATA;
+    const Scans opened = Scans::open({"exercise.e57"}, options);
+    const auto again = opened.read(0);
+    must(again.image.valid() == seen.valid(), "read again");
+    write_conf({&again.image}, "exercise.conf", SRF_ASCII);
     text_of<Error>([&] { Image().rows(); });
     std::cout << "fine\n";
     return 0;

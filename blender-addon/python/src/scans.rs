@@ -1,14 +1,11 @@
 //! Opening and reading files.
 
-use std::collections::HashSet;
 use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice};
-use surfrecon::export::{
-    PlacedFile, PlyEncoding, range_grid_frame, write_conf, write_points_ply, write_range_grid_ply,
-};
+use surfrecon::export::{PlyEncoding, write_points_ply, write_scan_list};
 use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
 
 use crate::arrays;
@@ -141,27 +138,15 @@ pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeIma
     }
     check_ending(&path, "conf")?;
     let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
-    let mut names = HashSet::new();
-    if let Some(image) = images.iter().find(|i| !is_file_name(&i.name) || !names.insert(i.name.to_lowercase())) {
-        let problem = "each image needs a name of its own that can be a file's";
-        return Err(input_error(format!("{:?}: {problem}", image.name)));
-    }
-    let folder = path.parent().map(PathBuf::from).unwrap_or_default();
-    Watch::new(None).run_parts(py, |watch| {
-        let mut placed = Vec::with_capacity(images.len());
-        for (k, image) in images.iter().enumerate() {
-            let file = format!("{}.ply", image.name);
-            let progress = watch.part(k, images.len());
-            write_range_grid_ply(&folder.join(&file), image, PlyEncoding::default(), &progress)?;
-            placed.push(PlacedFile { file, world_from_file: image.world_from_sensor * range_grid_frame(image)? });
-        }
-        write_conf(&path, &placed)
+    Watch::new(None).run(py, move |progress| {
+        let images: Vec<_> = images.iter().map(AsRef::as_ref).collect();
+        write_scan_list(&path, &images, PlyEncoding::default(), progress)
     })
 }
 
 /// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
 /// ``RangeImage`` or a list of them (``.ply`` for one, ``.conf``, ``.ptx``, ``.e57``), a ``PointCloud`` (``.ply``, with
-/// normals and colours).
+/// normals, colours and intensities).
 ///
 /// Args:
 ///     path: the file.
@@ -203,11 +188,6 @@ pub fn write(
         })?,
     };
     write_scans(py, path, images)
-}
-
-/// Whether a name is that of a file in the same folder, on any system.
-fn is_file_name(name: &str) -> bool {
-    !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\', ':', '\0'])
 }
 
 fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {

@@ -1,5 +1,6 @@
 //! VRIP's `.conf`, as the Stanford archive writes it.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
@@ -7,7 +8,10 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat};
 
 use super::atomic::write_atomically;
+use super::ply::{self, PlyOptions, range_grid_frame};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
+use crate::range_image::RangeImage;
 
 /// How far a pose may be from a rigid one.
 const RIGID: f64 = 1e-6;
@@ -19,6 +23,43 @@ pub struct PlacedFile {
     pub file: String,
     /// Places what the file holds in the world; a rotation and a translation.
     pub world_from_file: DAffine3,
+}
+
+/// Writes range images as a set that opens as one: each as a range grid named like it in the folder of `path`, and the
+/// list that places them, last.
+///
+/// # Errors
+/// A name that can't be a file's on every system, or is there twice but for its case; as
+/// [`write_range_grid_ply`](super::write_range_grid_ply) and [`write_conf`]. Grids written before the one that failed
+/// stay; the list does not name them.
+pub fn write_scan_list(
+    path: &Path,
+    images: &[&RangeImage],
+    options: impl Into<PlyOptions>,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let options = options.into();
+    let mut names = HashSet::new();
+    if let Some(image) = images.iter().find(|i| !is_file_name(&i.name) || !names.insert(i.name.to_lowercase())) {
+        let problem = "each image needs a name of its own that can be a file's";
+        return Err(Error::input(format!("{:?}: {problem}", image.name)));
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    ply::begin(progress, images.iter().map(|image| ply::elements_of(image)).sum());
+    let mut placed = Vec::with_capacity(images.len());
+    for image in images {
+        let file = format!("{}.ply", image.name);
+        let world_from_file = image.world_from_sensor * range_grid_frame(image)?;
+        ply::write_grid(&folder.join(&file), image, &options, progress)?;
+        placed.push(PlacedFile { file, world_from_file });
+    }
+    write_conf(path, &placed)
+}
+
+/// Whether a name is that of a file in the same folder, on any system.
+fn is_file_name(name: &str) -> bool {
+    let reserved = |c: char| c.is_control() || matches!(c, '/' | '\\' | ':' | '*' | '?' | '"' | '<' | '>' | '|');
+    !name.is_empty() && name.trim() == name && !name.starts_with('.') && !name.contains(reserved)
 }
 
 /// Writes a list of placed scans. Quaternions have the order x y z w and rotate world to scan, as in the Stanford
@@ -46,5 +87,5 @@ pub fn write_conf(path: &Path, scans: &[PlacedFile]) -> Result<()> {
         // Nothing can fail: it is written to memory.
         let _ = writeln!(text, "bmesh {name} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
-    write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(|e| Error::io(path, e)))
+    write_atomically(path, &Progress::none(), |file| file.write_all(text.as_bytes()).map_err(|e| Error::io(path, e)))
 }

@@ -86,7 +86,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
     };
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, binary);
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         let mut sink = Sink { out: BufWriter::with_capacity(1 << 18, file), path, progress };
         let header = [0x4654_6c67, 2, length, json.len() as u32, 0x4e4f_534a];
         sink.put(bytemuck::cast_slice(&header.map(u32::to_le)))?;

@@ -17,7 +17,7 @@ mod ply;
 mod scans;
 mod stl;
 
-pub use conf::{PlacedFile, write_conf};
+pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{

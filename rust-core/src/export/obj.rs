@@ -59,7 +59,7 @@ pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progr
     }
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, (count + polygons.quads.len() + polygons.triangles.len()) as u64);
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         let io = |e| Error::io(path, e);
         for (k, positions) in polygons.positions.chunks(CHUNK).enumerate() {

@@ -60,7 +60,7 @@ pub fn write_ptx(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
     let places = checked(images)?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         let io = |e| Error::io(path, e);
         let mut out = BufWriter::with_capacity(1 << 18, file);
         for (image, (eye, pose)) in images.iter().zip(&places) {
@@ -107,7 +107,7 @@ pub fn write_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
     let places = checked(images)?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         let failed = |e: ::e57::Error| Error::io(path, std::io::Error::other(e.to_string()));
         // Names, not random numbers: the same scans make the same file.
         let mut writer = E57Writer::new(file, "{surfrecon}").map_err(failed)?;

@@ -39,7 +39,7 @@ pub fn write_stl(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result
     }
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, count.into());
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         let io = |e| Error::io(path, e);
         let mut out = BufWriter::with_capacity(1 << 18, file);
         // Not "solid": that would make it look like text.

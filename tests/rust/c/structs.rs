@@ -97,12 +97,15 @@ fn default(operation: &str, name: &str) -> f64 {
 fn defaults_are_those_of_the_table() {
     let api = api();
     let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
+    let mut open = ReadOptions::ZERO;
     // SAFETY: as the header wants it.
     unsafe {
         api.ok((api.srf_merge_params_init)(&mut merge));
         api.ok((api.srf_scan_params_init)(&mut scan));
         api.ok((api.srf_sculpt_params_init)(&mut sculpt));
+        api.ok((api.srf_read_options_init)(&mut open));
     }
+    assert_eq!(open.size as usize, size_of::<ReadOptions>());
     let triangulate = defaults();
     let sizes = [merge.size, scan.size, sculpt.size, triangulate.size].map(|size| size as usize);
     let expected =
@@ -123,12 +126,15 @@ fn defaults_are_those_of_the_table() {
     same("scan", &noise, &|i| scan.f64(i));
     same("scan", &["seed"], &|_| scan.numbers[8] as f64);
     same("scan", &["threads"], &|_| f64::from(scan.second));
+    same("open", &["scale"], &|_| open.f64(7));
+    same("open", &["step"], &|_| open.f64(9));
+    same("open", &["max_decoded_gib"], &|_| open.f64(11));
     same("sculpt", &["tolerance", "relative_tolerance"], &|i| sculpt.f64(i));
     same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
     same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
     assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "sculpt", "scan"];
+    let known = ["triangulate", "merge", "sculpt", "scan", "open"];
     let there = params::table().filter(|p| known.contains(&p.operation) && p.name != "backfaces").count();
     assert_eq!(named, there, "a parameter of the table is missing here");
 }

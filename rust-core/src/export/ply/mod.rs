@@ -1,8 +1,8 @@
 //! PLY files: meshes and points with all their attributes, range grids in the layout of the Stanford archive.
 //!
 //! Cost: memory for one chunk a thread beyond what is written; time is that of the disk for binary files. Within one of
-//! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` is asked
-//! for a cancel about every quarter megabyte; what is written is not counted in it.
+//! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts
+//! elements, about every quarter megabyte.
 
 mod rows;
 
@@ -81,10 +81,11 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
         data: Data::Triangle(&mesh.triangles),
     });
     attributes(&mut faces, &mesh.face_attributes)?;
+    begin(progress, mesh.positions.len() + mesh.triangles.len());
     write(path, "", &[vertices, faces], &options, progress)
 }
 
-/// Writes points with their normals and colours. The pose is not written: place them first, or write a `.conf`.
+/// Writes points with their normals, colours and intensities. The pose is not written: place them first, or write a `.conf`.
 ///
 /// # Errors
 /// An attribute of another length than the points, a coordinate that isn't finite or doesn't fit the precision;
@@ -100,7 +101,11 @@ pub fn write_points_ply(
     if let Some(i) = cloud.positions.iter().position(|p| !p.is_finite()) {
         return Err(Error::input(format!("point {i} has a coordinate that is not finite: {}", cloud.positions[i])));
     }
-    let lengths = [("normals", cloud.normals.as_ref().map(Vec::len)), ("colours", cloud.colour.as_ref().map(Vec::len))];
+    let lengths = [
+        ("normals", cloud.normals.as_ref().map(Vec::len)),
+        ("colours", cloud.colour.as_ref().map(Vec::len)),
+        ("intensities", cloud.intensity.as_ref().map(Vec::len)),
+    ];
     if let Some((what, Some(length))) = lengths.iter().find(|(_, length)| length.is_some_and(|n| n != count)) {
         return Err(Error::input(format!("{count} points need {count} {what}, got {length}")));
     }
@@ -112,6 +117,10 @@ pub fn write_points_ply(
     if let Some(colour) = &cloud.colour {
         vertices.columns.push(Column { declaration: channels(""), data: Data::Colour(colour) });
     }
+    if let Some(intensity) = &cloud.intensity {
+        vertices.columns.push(Column { declaration: floats(&["intensity"]), data: Data::F32(intensity) });
+    }
+    begin(progress, count);
     write(path, "", &[vertices], &options, progress)
 }
 
@@ -132,7 +141,17 @@ pub fn write_range_grid_ply(
     options: impl Into<PlyOptions>,
     progress: &Progress<'_>,
 ) -> Result<()> {
-    let options = options.into();
+    begin(progress, elements_of(image));
+    write_grid(path, image, &options.into(), progress)
+}
+
+/// What [`write_grid`] counts: points and cells.
+pub(super) fn elements_of(image: &RangeImage) -> usize {
+    image.valid_count() + image.len()
+}
+
+/// Writes a range grid as part of a call whose progress has begun.
+pub(super) fn write_grid(path: &Path, image: &RangeImage, options: &PlyOptions, progress: &Progress<'_>) -> Result<()> {
     image.validate()?;
     let valid: Vec<usize> = (0..image.len()).filter(|&i| image.is_valid(i)).collect();
     let grid_from_sensor = range_grid_frame(image)?.inverse();
@@ -169,7 +188,7 @@ pub fn write_range_grid_ply(
     grid.columns
         .push(Column { declaration: "property list uchar int vertex_indices\n".to_owned(), data: Data::Cell(&cells) });
     let size = format!("obj_info is_mesh 0\nobj_info num_cols {}\nobj_info num_rows {}\n", image.cols(), image.rows());
-    write(path, &size, &[vertices, grid], &options, progress)
+    write(path, &size, &[vertices, grid], options, progress)
 }
 
 /// The frame a range grid is written in, as `sensor_from_grid`: the sensor's own, turned so that it looks along -z.
@@ -278,6 +297,11 @@ fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Res
     Ok(())
 }
 
+pub(super) fn begin(progress: &Progress<'_>, elements: usize) {
+    progress.plan(&[("writing", 1.0)]);
+    progress.stage(0, elements as u64);
+}
+
 fn write(
     path: &Path,
     info: &str,
@@ -301,7 +325,7 @@ fn write(
         element.declare(&mut header);
     }
     header += "end_header\n";
-    write_atomically(path, |file| {
+    write_atomically(path, progress, |file| {
         file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
         for element in elements {
             element.write(file, path, options.encoding, progress)?;

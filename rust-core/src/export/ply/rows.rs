@@ -102,6 +102,7 @@ impl Element<'_> {
             } else {
                 buffers.par_iter_mut().enumerate().for_each(encode);
             }
+            progress.advance((rows * buffers.len()).min(self.count - first) as u64)?;
             for buffer in &buffers {
                 progress.check()?;
                 file.write_all(buffer).map_err(|e| Error::io(path, e))?;

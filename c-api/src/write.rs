@@ -1,0 +1,229 @@
+//! Writing files.
+
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::Arc;
+
+use surfrecon::export::{self, GlbNode, GlbOptions, PlyEncoding, PlyOptions, PositionType, Up};
+use surfrecon::range_image::RangeImage;
+
+use crate::cloud::srf_cloud;
+use crate::files::path_of;
+use crate::guard::guard;
+use crate::image::{Image, srf_image};
+use crate::mesh::srf_mesh;
+use crate::progress::{srf_progress, watched};
+use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{handle, pointer};
+
+/// How the numbers of a file are written.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_encoding {
+    /// Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
+    SRF_BINARY = 1,
+    /// Binary, coordinates in double precision.
+    SRF_BINARY_DOUBLE = 2,
+    /// Text, coordinates as in SRF_BINARY.
+    SRF_ASCII = 3,
+}
+
+fn ply_options(encoding: u32) -> Result<PlyOptions, Failure> {
+    let (encoding, positions) = match encoding {
+        e if e == srf_encoding::SRF_BINARY as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Auto),
+        e if e == srf_encoding::SRF_BINARY_DOUBLE as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
+        e if e == srf_encoding::SRF_ASCII as u32 => (PlyEncoding::Ascii, PositionType::Auto),
+        other => {
+            let text = format!("encoding must be a value of srf_encoding, 1 to 3, got {other}");
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+    };
+    Ok(PlyOptions { encoding, positions })
+}
+
+/// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
+/// mesh       not NULL
+/// path       UTF-8; not NULL
+/// encoding   a value of srf_encoding
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_ply(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    encoding: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        Ok(export::write_ply(path, &mesh.mesh, ply_options(encoding)?, &watched(progress))?)
+    })
+}
+
+/// Writes a mesh with its attributes of vertices as binary glTF. A file of that name is replaced once all is written, or stays.
+/// mesh             not NULL
+/// path             UTF-8; not NULL
+/// name             of the node, UTF-8; NULL for "mesh"
+/// metres_per_unit  of the mesh's coordinates, > 0: 0.001 for millimetres
+/// z_up             1 if z points up in the mesh's coordinates, 0 if y does, as glTF has it
+/// progress         NULL for none
+/// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_glb(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    name: *const c_char,
+    metres_per_unit: f64,
+    z_up: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
+        let up = match z_up {
+            0 => Up::Y,
+            1 => Up::Z,
+            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
+        };
+        let node = GlbNode { name, mesh: &mesh.mesh, world_from_mesh: glam::DAffine3::IDENTITY };
+        let options = GlbOptions { up, metres_per_unit };
+        Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
+    })
+}
+
+/// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
+/// replaced once all is written, or stays.
+/// mesh       not NULL
+/// path       UTF-8; not NULL
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_obj(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        Ok(export::write_obj(path, &mesh.mesh, &watched(progress))?)
+    })
+}
+
+/// Writes a mesh as binary STL, in single precision and without attributes. A file of that name is replaced once all is
+/// written, or stays.
+/// mesh       not NULL; SRF_ERR_INPUT if it lies so far from the origin that single precision would lose its detail
+/// path       UTF-8; not NULL
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write_stl(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        Ok(export::write_stl(path, &mesh.mesh, &watched(progress))?)
+    })
+}
+
+/// Writes a cloud with its normals, colours and intensities as PLY, in its own frame: its pose is not written. A file of that
+/// name is replaced once all is written, or stays.
+/// cloud      not NULL
+/// path       UTF-8; not NULL
+/// encoding   a value of srf_encoding
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cloud_write_ply(
+    cloud: *const srf_cloud,
+    path: *const c_char,
+    encoding: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (cloud, path) = (handle::get("cloud", cloud)?, path_of("path", path)?);
+        Ok(export::write_points_ply(path, &cloud, ply_options(encoding)?, &watched(progress))?)
+    })
+}
+
+fn write_images(
+    images: *const *const srf_image,
+    count: usize,
+    path: *const c_char,
+    write: impl FnOnce(&Path, &[&RangeImage]) -> surfrecon::Result<()>,
+) -> Result<(), Failure> {
+    let pointers = pointer::pointers("images", images, count)?;
+    let path = path_of("path", path)?;
+    let images = pointers
+        .into_iter()
+        .enumerate()
+        .map(|(i, image)| handle::get(&format!("images[{i}]"), image))
+        .collect::<Result<Vec<Arc<Image>>, Failure>>()?;
+    if images.is_empty() {
+        return Err(Failure::new(SRF_ERR_INPUT, "there is no image to write: count is 0"));
+    }
+    let images: Vec<&RangeImage> = images.iter().map(|image| &image.image).collect();
+    Ok(write(path, &images)?)
+}
+
+/// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
+/// the list (.conf) that places them. Files of these names are replaced one by one, the list last.
+/// images     none of them NULL; names must differ and be those of files; rays within half a sphere; not NULL
+/// count      number of images, at least 1
+/// path       of the list, UTF-8, ending in .conf; not NULL
+/// encoding   of the grids, a value of srf_encoding; coordinates are in single precision in any
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_images_write_conf(
+    images: *const *const srf_image,
+    count: usize,
+    path: *const c_char,
+    encoding: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        // A wrong pointer is told first, as everywhere.
+        pointer::text("path", path)?;
+        let options = ply_options(encoding)?;
+        let write =
+            |path: &Path, images: &[&RangeImage]| export::write_scan_list(path, images, options, &watched(progress));
+        write_images(images, count, path, write)
+    })
+}
+
+/// Writes images with their poses as one PTX file, for images seen from a point. Points are in single precision; confidences
+/// have no place in the format. A file of that name is replaced once all is written, or stays.
+/// images     none of them NULL; not NULL
+/// count      number of images, at least 1
+/// path       UTF-8; not NULL
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_images_write_ptx(
+    images: *const *const srf_image,
+    count: usize,
+    path: *const c_char,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| write_images(images, count, path, |path, images| export::write_ptx(path, images, &watched(progress))))
+}
+
+/// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in
+/// single precision; confidences have no place in the format. A file of that name is replaced once all is written, or stays.
+/// images     none of them NULL; not NULL
+/// count      number of images, at least 1
+/// path       UTF-8; not NULL
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_images_write_e57(
+    images: *const *const srf_image,
+    count: usize,
+    path: *const c_char,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| write_images(images, count, path, |path, images| export::write_e57(path, images, &watched(progress))))
+}
