@@ -408,7 +408,7 @@ typedef struct {
   uint64_t worst_col;
   // Samples whose rays meet the mesh.
   uint64_t samples;
-  // Valid pixels that no mesh covers, for want of neighbours.
+  // Valid pixels that no mesh covers, for want of neighbours or hidden behind others.
   uint64_t isolated_pixels;
   // Triangles of the mesh that has every sample.
   uint64_t full_triangles;

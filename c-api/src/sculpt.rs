@@ -122,7 +122,7 @@ pub struct srf_certificate {
     pub worst_col: u64,
     /// Samples whose rays meet the mesh.
     pub samples: u64,
-    /// Valid pixels that no mesh covers, for want of neighbours.
+    /// Valid pixels that no mesh covers, for want of neighbours or hidden behind others.
     pub isolated_pixels: u64,
     /// Triangles of the mesh that has every sample.
     pub full_triangles: u64,

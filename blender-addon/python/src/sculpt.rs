@@ -232,8 +232,8 @@ impl Sculpted {
     }
 
     /// Figures of the run by name: ``tolerance``, ``depth_extent``, ``full_triangles`` (of the mesh with every sample),
-    /// ``dug_triangles`` (before vertices were removed), ``triangles``, ``covered_pixels``, ``isolated_pixels`` (valid but
-    /// without a triangle), ``seconds`` by stage.
+    /// ``hidden_triangles`` (left out because they hide behind others), ``dug_triangles`` (before vertices were removed),
+    /// ``triangles``, ``covered_pixels``, ``isolated_pixels`` (valid but without a triangle), ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let report = &self.core.report;
@@ -241,6 +241,7 @@ impl Sculpted {
         dict.set_item("tolerance", report.tolerance)?;
         dict.set_item("depth_extent", report.depth_extent)?;
         dict.set_item("full_triangles", report.full_triangles)?;
+        dict.set_item("hidden_triangles", report.hidden_triangles)?;
         dict.set_item("dug_triangles", report.dug_triangles)?;
         dict.set_item("triangles", report.triangles)?;
         dict.set_item("covered_pixels", self.core.certificate.covered)?;

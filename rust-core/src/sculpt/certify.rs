@@ -3,12 +3,13 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use crate::error::Result;
 use crate::geom::bvh::{Bvh, Ray};
 use crate::mesh::TriMesh;
 use crate::progress::Progress;
-use crate::range_image::{DepthKind, Projection, RangeImage, Samples};
+use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 
 /// Distances between samples and mesh along the samples' rays, in world units.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,21 +32,36 @@ pub struct Certificate {
 
 /// Measures a mesh in the sensor's frame against the image it came from.
 ///
+/// Measured are the valid pixels whose rays meet the mesh; where an image hides part of itself, those of hidden samples may
+/// meet what lies before them. [`super::Sculpted::certificate`] leaves these out.
+///
 /// Pixels on a lattice (orthographic, pinhole): each triangle is projected back to pixels and compared with every pixel
-/// seen in it or on its edges. Otherwise a ray a valid pixel is followed to the first triangle it meets; where rounding lets
-/// the ray of a sample on the border pass the mesh by, the distance to the nearest point of the mesh counts.
+/// seen in it or on its edges. Otherwise the ray of each valid pixel is followed both ways from the sample to the nearest
+/// triangle, which is at 0 for a sample that is a vertex; where rounding lets the ray of a sample on the border pass the
+/// mesh by, the distance to the nearest point of the mesh counts.
 ///
 /// Cost: O(pixels covered) on a lattice, O(pixels log triangles) otherwise.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`]; a mesh that is not finite or names vertices it doesn't have.
 pub fn certify(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<Certificate> {
+    let valid: Vec<u32> = (0..image.len() as u32).filter(|&i| image.is_valid(i as usize)).collect();
+    certify_pixels(image, &valid, mesh, progress)
+}
+
+/// Like [`certify`] for some of the pixels, rising; on a lattice for all.
+pub(super) fn certify_pixels(
+    image: &RangeImage,
+    pixels: &[u32],
+    mesh: &TriMesh,
+    progress: &Progress<'_>,
+) -> Result<Certificate> {
     mesh.validate()?;
     let (errors, face_errors) = match (image.projection(), image.samples()) {
         (Projection::Orthographic { .. } | Projection::Pinhole { .. }, Samples::Values(values)) => {
             on_lattice(image, values, mesh, progress)?
         }
-        _ => along_rays(image, mesh, progress)?,
+        _ => along_rays(image, pixels, mesh, progress)?,
     };
     Ok(summarize(image.cols(), errors, face_errors))
 }
@@ -207,43 +223,66 @@ fn for_each_pixel([a, b, c]: [Projected; 3], rows: [usize; 2], cols: usize, mut 
 /// Rays handled between two looks at the progress.
 const BLOCK: usize = 4096;
 
-fn along_rays(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<(Vec<f64>, Vec<f32>)> {
+fn along_rays(
+    image: &RangeImage,
+    pixels: &[u32],
+    mesh: &TriMesh,
+    progress: &Progress<'_>,
+) -> Result<(Vec<f64>, Vec<f32>)> {
     let mut errors = vec![f64::NAN; image.len()];
     let mut face_errors = vec![0.0_f32; mesh.triangles.len()];
     if mesh.triangles.is_empty() {
         return Ok((errors, face_errors));
     }
+    let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+    // Rounding may let the ray of a vertex on the border miss its own triangles and meet what lies behind them.
+    let vertices: FxHashSet<[u64; 3]> =
+        mesh.triangles.iter().flatten().map(|&v| bits(mesh.positions[v as usize])).collect();
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, rayon::current_num_threads())?;
     let nearest_edge = 1e-6 * mesh.median_edge();
-    let faces = errors
-        .par_chunks_mut(BLOCK)
-        .enumerate()
-        .map(|(block, errors)| {
+    // The triangle that the ray of a pixel meets, and the signed distance to it.
+    let meet = |pixel: u32| -> Option<(Option<u32>, f64)> {
+        let index = pixel as usize;
+        let (_, direction) = image.ray_in_sensor(index);
+        let sample = image.point_in_sensor(index);
+        if vertices.contains(&bits(sample)) {
+            return Some((None, 0.0));
+        }
+        let behind = bvh.first_hit(&Ray { origin: sample, direction }, 0.0, f64::INFINITY);
+        // The ray starts at the sensor.
+        let farthest = behind.map_or(f64::INFINITY, |hit| hit.t).min(reach(image, index));
+        let before = bvh.first_hit(&Ray { origin: sample, direction: -direction }, 0.0, farthest);
+        if let Some(hit) = before {
+            return Some((Some(hit.triangle), -hit.t));
+        }
+        if let Some(hit) = behind {
+            return Some((Some(hit.triangle), hit.t));
+        }
+        let near = bvh.closest_point(sample)?;
+        (near.distance_squared <= nearest_edge * nearest_edge).then(|| (None, near.distance()))
+    };
+    let met = pixels
+        .par_chunks(BLOCK)
+        .map(|block| {
             progress.check()?;
-            let mut faces = Vec::new();
-            for (i, slot) in errors.iter_mut().enumerate() {
-                let index = block * BLOCK + i;
-                if !image.is_valid(index) {
-                    continue;
-                }
-                let (_, direction) = image.ray_in_sensor(index);
-                let sample = image.point_in_sensor(index);
-                let ray = Ray { origin: sample, direction };
-                if let Some(hit) = bvh.first_hit(&ray, f64::NEG_INFINITY, f64::INFINITY) {
-                    *slot = hit.t;
-                    faces.push((hit.triangle, hit.t.abs() as f32));
-                } else if let Some(near) = bvh.closest_point(sample)
-                    && near.distance_squared <= nearest_edge * nearest_edge
-                {
-                    *slot = near.distance();
-                }
-            }
-            Ok(faces)
+            Ok(block.iter().map(|&pixel| meet(pixel)).collect::<Vec<_>>())
         })
         .collect::<Result<Vec<_>>>()?;
-    for (t, error) in faces.into_iter().flatten() {
-        let slot = &mut face_errors[t as usize];
-        *slot = slot.max(error);
+    for (&pixel, meeting) in pixels.iter().zip(met.into_iter().flatten()) {
+        let Some((triangle, error)) = meeting else { continue };
+        errors[pixel as usize] = error;
+        if let Some(triangle) = triangle {
+            let slot = &mut face_errors[triangle as usize];
+            *slot = slot.max(error.abs() as f32);
+        }
     }
     Ok((errors, face_errors))
+}
+
+/// How far before its sample a ray starts.
+fn reach(image: &RangeImage, index: usize) -> f64 {
+    match image.projection() {
+        Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => f64::INFINITY,
+        _ => image.range(index),
+    }
 }

@@ -1,4 +1,5 @@
-//! Where the mesh may be: the union of the triangles of the step-discontinuity triangulation.
+//! Where the mesh may be: the union of the triangles of the step-discontinuity triangulation, less those that hide behind
+//! others.
 //!
 //! ```text
 //!  a --- b     Each cell of 2 x 2 pixels holds up to two of its four half cells; a half cell is named by the corner
@@ -6,6 +7,8 @@
 //!  d --- c
 //! ```
 
+use super::folds;
+use super::view::Sight;
 use crate::error::{Error, Result};
 use crate::range_image::{Projection, RangeImage};
 use crate::triangulate::{RangeSurface, TriangulateParams, triangulate};
@@ -24,6 +27,8 @@ pub(super) struct Domain {
     pub mirrored: bool,
     /// Valid pixels without a triangle.
     pub isolated: usize,
+    /// Triangles left out because they hide behind others.
+    pub hidden: usize,
     /// Nearest and farthest range of the covered pixels.
     pub range: [f64; 2],
 }
@@ -49,10 +54,11 @@ impl Domain {
             rows,
             cols,
             cells: vec![0; cell_cols * rows.saturating_sub(1) as usize],
-            triangles: Vec::with_capacity(triangles.len()),
+            triangles: Vec::new(),
             pixels: Vec::new(),
             mirrored: false,
-            isolated: isolated_pixels,
+            isolated: 0,
+            hidden: 0,
             range: [f64::INFINITY, f64::NEG_INFINITY],
         };
         let ahead = |pixel: u32| match image.projection() {
@@ -60,17 +66,33 @@ impl Domain {
             Projection::Pinhole { .. } | Projection::Spherical { .. } => image.range(pixel as usize) > 0.0,
             _ => true,
         };
-        let mut used = vec![false; pixels.len()];
-        for triangle in triangles {
-            let [a, b, c] = triangle.map(|k| pixels[k as usize]);
-            if !(ahead(a) && ahead(b) && ahead(c)) {
-                continue;
-            }
-            domain.add([a, b, c]);
-            triangle.iter().for_each(|&k| used[k as usize] = true);
+        let mut over_pixels: Vec<[u32; 3]> = triangles
+            .iter()
+            .map(|triangle| triangle.map(|k| pixels[k as usize]))
+            .filter(|&[a, b, c]| ahead(a) && ahead(b) && ahead(c))
+            .collect();
+        domain.mirrored = over_pixels.first().is_some_and(|&t| turns_back(t, cols));
+        if domain.mirrored {
+            over_pixels.iter_mut().for_each(|t| t.swap(1, 2));
         }
-        domain.isolated += used.iter().filter(|u| !**u).count();
-        domain.pixels = pixels.iter().zip(&used).filter(|(_, used)| **used).map(|(&p, _)| p).collect();
+        let seen_triangles = over_pixels.len();
+        if folds::possible(image) {
+            let hidden = match Sight::new(image, domain.mirrored) {
+                Sight::Parallel(view) => folds::hidden(&view, &over_pixels),
+                Sight::Central(view) => folds::hidden(&view, &over_pixels),
+                Sight::Flat(_) | Sight::Pinhole(_) => vec![false; over_pixels.len()],
+            };
+            let mut hidden = hidden.into_iter();
+            over_pixels.retain(|_| !hidden.next().unwrap_or(false));
+            over_pixels.shrink_to_fit();
+        }
+        domain.hidden = seen_triangles - over_pixels.len();
+        over_pixels.iter().for_each(|&t| domain.add(t));
+        let mut used = vec![false; image.len()];
+        over_pixels.iter().flatten().for_each(|&p| used[p as usize] = true);
+        domain.triangles = over_pixels;
+        domain.pixels = pixels.iter().copied().filter(|&p| used[p as usize]).collect();
+        domain.isolated = isolated_pixels + pixels.len() - domain.pixels.len();
         for &p in &domain.pixels {
             let range = image.range(p as usize);
             domain.range = [domain.range[0].min(range), domain.range[1].max(range)];
@@ -78,15 +100,12 @@ impl Domain {
         Ok(domain)
     }
 
-    fn add(&mut self, [a, b, c]: [u32; 3]) {
+    /// Notes the half cell of a triangle.
+    fn add(&mut self, triangle: [u32; 3]) {
         let cols = self.cols;
-        let place = |p: u32| (i64::from(p % cols), i64::from(p / cols));
-        let [(ax, ay), (bx, by), (cx, cy)] = [a, b, c].map(place);
-        let turned = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) < 0;
-        self.mirrored = turned;
-        self.triangles.push(if turned { [a, c, b] } else { [a, b, c] });
+        let [(ax, ay), (bx, by), (cx, cy)] = triangle.map(|p| (p % cols, p / cols));
         let (col, row) = (ax.min(bx).min(cx), ay.min(by).min(cy));
-        let corner = |x: i64, y: i64| match (x - col, y - row) {
+        let corner = |x: u32, y: u32| match (x - col, y - row) {
             (0, 0) => 0,
             (1, 0) => 1,
             (1, 1) => 2,
@@ -170,4 +189,10 @@ impl Domain {
         };
         !outside
     }
+}
+
+/// Whether three neighbouring pixels turn like rows toward columns.
+fn turns_back(triangle: [u32; 3], cols: u32) -> bool {
+    let [(ax, ay), (bx, by), (cx, cy)] = triangle.map(|p| (i64::from(p % cols), i64::from(p / cols)));
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) < 0
 }

@@ -2,7 +2,7 @@
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
-//! | 1 | `domain` | step-discontinuity triangles -> where the mesh may be |
+//! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
 //! | 2 | `seams` | domain -> pixels that must be vertices |
 //! | 3 | `dig`, `delaunay` | a tile and its required pixels -> a mesh within the tolerance |
 //! | 4 | `polish`, `patch`, `star` | mesh -> mesh of fewer triangles within the tolerance |
@@ -14,7 +14,8 @@
 //! by tile; so it is a height field at every moment, a pixel costs time only when the digging reaches it, and nothing is
 //! left to clean up. (2) The polish stage, which the paper has not, leaves about 0.6 times the triangles. (3) The error is
 //! measured along each pixel's own ray, whatever the projection. (4) The mesh covers exactly the triangles of the
-//! step-discontinuity triangulation: nothing covers an invalid pixel or bridges a jump.
+//! step-discontinuity triangulation, but those that hide behind others where a point grid folds: nothing covers an invalid
+//! pixel or bridges a jump, and each ray meets the mesh once.
 
 mod params;
 
@@ -23,6 +24,7 @@ mod view;
 
 // 1. where the mesh may be
 mod domain;
+mod folds;
 
 // 2. pixels that must be vertices
 mod seams;
@@ -64,13 +66,15 @@ pub struct SculptReport {
     pub tolerance: f64,
     /// Difference between the farthest and the nearest range of the covered samples.
     pub depth_extent: f64,
-    /// Triangles of the step-discontinuity triangulation: the mesh that has every sample.
+    /// Triangles of the step-discontinuity triangulation but the hidden ones: the mesh that has every covered sample.
     pub full_triangles: usize,
+    /// Triangles left out because they hide behind others, as seen along the rays.
+    pub hidden_triangles: usize,
     /// Triangles after the digging, before the polish.
     pub dug_triangles: usize,
     /// Triangles of the result.
     pub triangles: usize,
-    /// Valid pixels that have no triangle in the step-discontinuity triangulation, and so none here.
+    /// Valid pixels without a triangle: they have none in the step-discontinuity triangulation, or only hidden ones.
     pub isolated_pixels: usize,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Vec<(&'static str, f64)>,
@@ -94,8 +98,9 @@ pub struct Sculpted {
 /// Sculpts an image: [`Sculptor::new`] and [`Sculptor::refine`] in one call.
 ///
 /// # Guarantees
-/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh within the
-///   tolerance. The certificate measures it.
+/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the
+///   tolerance. The certificate measures it. Where a point grid folds as seen along its rays, or a scan goes around more
+///   than once, triangles that hide behind others count as jumps; the report counts them.
 /// * Seen from the sensor the mesh covers exactly those triangles' area, once. All triangles face the sensor and have an
 ///   area there; the mesh is a manifold with boundary; its vertices are samples.
 /// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.

@@ -9,7 +9,7 @@ use super::domain::Domain;
 use super::pieces::Pieces;
 use super::star::Rules;
 use super::view::{LatticeSite, Sight, View};
-use super::{Certificate, SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
+use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
 use crate::error::{Error, Result};
 use crate::progress::{Plan, Progress};
 use crate::range_image::RangeImage;
@@ -201,13 +201,14 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let image = self.image.borrow();
         let mut mesh = finish::mesh(image, &self.domain, &pieces.triangles);
         clock.lap("mesh");
-        let certificate: Certificate = certify(image, &mesh, progress)?;
+        let certificate = certify::certify_pixels(image, &self.domain.pixels, &mesh, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors);
         clock.lap("certify");
         let report = SculptReport {
             tolerance,
             depth_extent: self.depth_extent(),
             full_triangles: self.domain.triangles.len(),
+            hidden_triangles: self.domain.hidden,
             dug_triangles,
             triangles: pieces.triangles.len(),
             isolated_pixels: self.domain.isolated,

@@ -215,9 +215,9 @@ const LEAST_WIDTH: f64 = 1e-4;
 /// A point of a grid seen along parallel rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ParallelSite {
-    seen: DVec2,
+    pub seen: DVec2,
     /// Along the rays, toward the sensor.
-    height: f64,
+    pub height: f64,
 }
 
 impl Site for ParallelSite {
@@ -267,7 +267,7 @@ impl View for ParallelView<'_> {
 
 /// A sample seen from a point: its place relative to that point, or the opposite of it where the grid is mirrored.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CentralSite(DVec3);
+pub(super) struct CentralSite(pub DVec3);
 
 impl Site for CentralSite {
     /// The plane's normal by its distance: its product with a point of the plane is 1.

@@ -1,0 +1,318 @@
+//! Where an image hides part of itself (a point grid folds as seen along its rays, a scan goes around more than once): of
+//! triangles that cover the same rays the nearest one stays, so that each ray meets the surface once.
+//!
+//! Nearest first, a triangle stays if it is seen beside all that stay so far. These are found by a grid of windows; the
+//! decision is exact: two triangles are seen beside each other if an edge of one of them has the other one on its outer
+//! side and they touch in pixels that they share at most.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+
+use glam::DVec3;
+
+use super::view::{CentralSite, ParallelSite, Site, View};
+use crate::range_image::{Projection, RangeImage, Samples};
+
+/// Whether pixels of the image can hide one another at all.
+pub(super) fn possible(image: &RangeImage) -> bool {
+    match (image.projection(), image.samples()) {
+        // Rays of one direction, rising in both axes; unless they go around or past a pole.
+        (Projection::Spherical { first, step }, Samples::Values(_)) => {
+            let sweep = |axis: usize, count: usize| step[axis].abs() * count.saturating_sub(1) as f64;
+            let last = first[1] + step[1] * image.rows().saturating_sub(1) as f64;
+            !(sweep(0, image.cols()) < 2.0 * PI && first[1].abs() <= FRAC_PI_2 && last.abs() <= FRAC_PI_2)
+        }
+        (_, Samples::Values(_)) => false,
+        _ => true,
+    }
+}
+
+/// What is seen at a place in the sensor's window: parallel rays across themselves, others by longitude and latitude.
+pub(super) trait Windowed: Site {
+    /// Whether the window ends where it begins, at 1.
+    const AROUND: bool;
+
+    /// A box around a triangle: lowest and highest place along both axes. Where the window goes around, the first of them
+    /// lies in [0, 1].
+    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2];
+
+    /// Rises with the range.
+    fn depth(&self) -> f64;
+}
+
+impl Windowed for ParallelSite {
+    const AROUND: bool = false;
+
+    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2] {
+        let [a, b, c] = corners.map(|s| s.seen);
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        [[low.x, high.x], [low.y, high.y]]
+    }
+
+    fn depth(&self) -> f64 {
+        -self.height
+    }
+}
+
+impl Windowed for CentralSite {
+    const AROUND: bool = true;
+
+    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2] {
+        let directions = corners.map(|s| s.0.normalize_or_zero());
+        let [a, b, c] = directions;
+        // The arcs between two directions reach beyond their chords' boxes by less than the square of the chords.
+        let reach = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)) + 1e-12;
+        let latitudes = directions.map(|d| d.z);
+        let (low, high) = bounds(latitudes);
+        let latitude = [low - reach, high + reach];
+        let nearest_pole = directions.map(|d| d.truncate().length()).into_iter().fold(f64::INFINITY, f64::min);
+        let mut turns = directions.map(|d| d.y.atan2(d.x) / (2.0 * PI));
+        if bounds(turns).1 - bounds(turns).0 > 0.5 {
+            turns = turns.map(|t| if t < 0.0 { t + 1.0 } else { t });
+        }
+        let (low, high) = bounds(turns);
+        let margin = reach / nearest_pole;
+        if !(margin < 0.25) || high - low > 0.25 {
+            return [[0.0, 1.0], latitude];
+        }
+        let start = low - margin;
+        let whole = start.floor();
+        [[start - whole, high + margin - whole], latitude]
+    }
+
+    fn depth(&self) -> f64 {
+        DVec3::length(self.0)
+    }
+}
+
+fn bounds(values: [f64; 3]) -> (f64, f64) {
+    let [a, b, c] = values;
+    (a.min(b).min(c), a.max(b).max(c))
+}
+
+/// Cells along an axis of the window at most.
+const MOST_CELLS: f64 = 4096.0;
+
+/// The windows' grid: the triangles that stay in each cell as lists.
+struct Grid {
+    low: [f64; 2],
+    /// Cells by length.
+    scale: [f64; 2],
+    cells: [usize; 2],
+    first: Vec<u32>,
+    /// Triangle and next entry.
+    entries: Vec<[u32; 2]>,
+}
+
+const END: u32 = u32::MAX;
+
+impl Grid {
+    /// For `windows` that are about as many as cells of a mean size.
+    fn new(windows: &[[[f64; 2]; 2]], around: bool) -> Self {
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        let mut sum = [0.0; 2];
+        for axis in 0..2 {
+            for window in windows {
+                low[axis] = low[axis].min(window[axis][0]);
+                high[axis] = high[axis].max(window[axis][1]);
+                sum[axis] += (window[axis][1] - window[axis][0]) / windows.len() as f64;
+            }
+        }
+        if around {
+            (low[0], high[0]) = (0.0, 1.0);
+        }
+        let most = MOST_CELLS.min((windows.len() as f64).sqrt().ceil() + 1.0);
+        let cells = [0, 1].map(|i| {
+            let wanted = ((high[i] - low[i]) / (1.5 * sum[i])).floor();
+            if wanted >= 1.0 { wanted.min(most) } else { 1.0 }
+        });
+        let scale = [0, 1].map(|i| {
+            let scale = cells[i] / (high[i] - low[i]);
+            if scale.is_finite() { scale } else { 0.0 }
+        });
+        let cells = cells.map(|n| n as usize);
+        Grid { low, scale, cells, first: vec![END; cells[0] * cells[1]], entries: Vec::new() }
+    }
+
+    /// The cells of a window. Where it goes around, the cells of the second turn are those of the first.
+    fn cells_of(&self, window: &[[f64; 2]; 2]) -> impl Iterator<Item = usize> + use<> {
+        let along = |axis: usize, turns: usize| {
+            let cell = |x: f64| ((x - self.low[axis]) * self.scale[axis]) as usize;
+            let most = self.cells[axis] * turns - 1;
+            (cell(window[axis][0]).min(most), cell(window[axis][1]).min(most))
+        };
+        let ((left, right), (top, bottom)) = (along(0, 2), along(1, 1));
+        let cols = self.cells[0];
+        let right = right.min(left + cols - 1);
+        (top..=bottom).flat_map(move |row| (left..=right).map(move |col| row * cols + col % cols))
+    }
+}
+
+/// Whether each triangle hides behind others, or is seen edge-on. The triangles turn like columns toward rows. O(n log n) time.
+pub(super) fn hidden<V: View>(view: &V, triangles: &[[u32; 3]]) -> Vec<bool>
+where
+    V::Site: Windowed,
+{
+    let sites = |t: u32| triangles[t as usize].map(|p| (p, view.site(p)));
+    let mut windows = Vec::with_capacity(triangles.len());
+    let mut order = Vec::with_capacity(triangles.len());
+    for t in 0..triangles.len() as u32 {
+        let [a, b, c] = sites(t).map(|s| s.1);
+        windows.push(V::Site::window([&a, &b, &c]));
+        order.push((a.depth() / 3.0 + b.depth() / 3.0 + c.depth() / 3.0, t));
+    }
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut grid = Grid::new(&windows, V::Site::AROUND);
+    let mut hidden = vec![false; triangles.len()];
+    for (_, t) in order {
+        let window = &windows[t as usize];
+        let own = sites(t);
+        let [(_, a), (_, b), (_, c)] = &own;
+        let is_beside = |other: u32| {
+            let [ours, theirs] = [window, &windows[other as usize]];
+            let apart = |axis: usize| ours[axis][1] < theirs[axis][0] || theirs[axis][1] < ours[axis][0];
+            // Places beyond 1 may be places before it.
+            (!V::Site::AROUND && apart(0)) || apart(1) || are_beside(&own, &sites(other))
+        };
+        let beside_all = grid.cells_of(window).all(|cell| {
+            let mut entry = grid.first[cell];
+            while entry != END {
+                let [other, next] = grid.entries[entry as usize];
+                if !is_beside(other) {
+                    return false;
+                }
+                entry = next;
+            }
+            true
+        });
+        // What the triangulation took for seen from the front by a rounding is edge-on.
+        if !beside_all || V::Site::turn(a, b, c) <= 0.0 {
+            hidden[t as usize] = true;
+            continue;
+        }
+        for cell in grid.cells_of(window) {
+            let entry = grid.entries.len() as u32;
+            grid.entries.push([t, grid.first[cell]]);
+            grid.first[cell] = entry;
+        }
+    }
+    hidden
+}
+
+/// A triangle's pixels as the sensor sees them.
+type Seen<S> = [(u32, S); 3];
+
+/// Whether two triangles have no place in common but that of pixels they share.
+fn are_beside<S: Site>(one: &Seen<S>, other: &Seen<S>) -> bool {
+    let mut touching = false;
+    for (one, other) in [(one, other), (other, one)] {
+        for i in 0..3 {
+            let (from, to) = (&one[i].1, &one[(i + 1) % 3].1);
+            let turns = [0, 1, 2].map(|k| S::turn(from, to, &other[k].1));
+            if turns.iter().any(|&t| t > 0.0) {
+                continue;
+            }
+            if (0..3).all(|k| turns[k] < 0.0 || shares(one, other[k].0)) {
+                return true;
+            }
+            touching = true;
+        }
+    }
+    touching && !reaches(one, other) && !reaches(other, one)
+}
+
+fn shares<S>(triangle: &Seen<S>, pixel: u32) -> bool {
+    triangle.iter().any(|corner| corner.0 == pixel)
+}
+
+/// Whether a corner of the other triangle is seen in or on the edge of one, and is none of its corners.
+fn reaches<S: Site>(one: &Seen<S>, other: &Seen<S>) -> bool {
+    let within = |p: &S| (0..3).all(|i| S::turn(&one[i].1, &one[(i + 1) % 3].1, p) >= 0.0);
+    other.iter().any(|(pixel, site)| !shares(one, *pixel) && within(site))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::range_image::Viewing;
+    use crate::sculpt::view::Sight;
+
+    /// Whether each of some triangles in space hides behind others, seen along -z and from a point far above.
+    fn hidden_triangles(triangles: &[[[f32; 3]; 3]]) -> Vec<Vec<bool>> {
+        let points: Vec<[f32; 3]> = triangles.iter().flatten().copied().collect();
+        let corners: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        [Viewing::Parallel(-DVec3::Z), Viewing::From(DVec3::Z * 100.0)]
+            .into_iter()
+            .map(|viewing| {
+                let image = RangeImage::from_points(1, points.len(), points.clone(), viewing).unwrap();
+                match Sight::new(&image, false) {
+                    Sight::Parallel(view) => hidden(&view, &corners),
+                    Sight::Central(view) => hidden(&view, &corners),
+                    _ => unreachable!("point grids are seen along parallel rays or from a point"),
+                }
+            })
+            .collect()
+    }
+
+    fn triangle(x: f32, y: f32, z: f32) -> [[f32; 3]; 3] {
+        [[x, y, z], [x + 1.0, y, z], [x, y + 1.0, z]]
+    }
+
+    #[test]
+    fn the_nearer_of_two_that_overlap_stays() {
+        let pair = [triangle(0.0, 0.0, 0.0), triangle(0.25, 0.25, 1.0)];
+        assert_eq!(hidden_triangles(&pair), vec![vec![true, false]; 2]);
+        let inner = [[0.3, 0.3, -1.0], [0.4, 0.3, -1.0], [0.3, 0.4, -1.0]];
+        assert_eq!(hidden_triangles(&[triangle(0.0, 0.0, 0.0), inner]), vec![vec![false, true]; 2]);
+    }
+
+    #[test]
+    fn neighbours_and_what_lies_apart_stay() {
+        let row: Vec<_> = (0..30).map(|i| triangle(1.5 * i as f32, 0.0, (i % 7) as f32 * 1e-3)).collect();
+        assert_eq!(hidden_triangles(&row), vec![vec![false; 30]; 2]);
+        // A lattice: edges on common lines, corners shared by six.
+        let side = 9;
+        let points = (0..side * side).map(|i| [(i % side) as f32, (i / side) as f32, 0.0]).collect();
+        let image = RangeImage::from_points(side, side, points, Viewing::Parallel(-DVec3::Z)).unwrap();
+        let Sight::Parallel(view) = Sight::new(&image, false) else { unreachable!("parallel rays") };
+        let cell = |i: usize| (i / (side - 1) * side + i % (side - 1)) as u32;
+        let down = side as u32;
+        let triangles: Vec<[u32; 3]> = (0..(side - 1) * (side - 1))
+            .map(cell)
+            .flat_map(|a| [[a, a + 1, a + down + 1], [a, a + down + 1, a + down]])
+            .collect();
+        assert!(hidden(&view, &triangles).iter().all(|h| !h));
+    }
+
+    #[test]
+    fn what_touches_another_elsewhere_than_in_a_shared_pixel_hides() {
+        // Two on one line, one with a corner on the line of the first.
+        let beside = [[1.0, 1.0, -1.0], [0.5, 0.5, -1.0], [1.0, 0.5, -1.0]];
+        assert_eq!(hidden_triangles(&[triangle(0.0, 0.0, 0.0), beside])[0], [false, true]);
+        assert_eq!(hidden_triangles(&[triangle(0.0, 0.0, 0.0), triangle(1.0, 0.0, -1.0)])[0], [false, true]);
+    }
+
+    #[test]
+    fn around_the_sensor_and_over_its_pole_nothing_is_missed() {
+        // Fans of triangles around the axes, each twice, at two distances.
+        for (axis, u, v) in [(DVec3::Z, DVec3::X, DVec3::Y), (-DVec3::X, DVec3::Y, -DVec3::Z)] {
+            let at = |i: u32, r: f64| {
+                let angle = f64::from(i) * PI / 4.0;
+                r * (axis + 0.1 * (u * angle.cos() + v * angle.sin()))
+            };
+            let points = [1.0, 2.0].into_iter().flat_map(|r| (0..8).map(move |i| at(i, r)).chain([axis * r]));
+            let points: Vec<[f32; 3]> = points.map(|p| p.as_vec3().to_array()).collect();
+            let image = RangeImage::from_points(2, 9, points, Viewing::From(DVec3::ZERO)).unwrap();
+            for mirrored in [false, true] {
+                let Sight::Central(view) = Sight::new(&image, mirrored) else { unreachable!("rays from a point") };
+                let turned = |[a, b, c]: [u32; 3]| {
+                    let turn = CentralSite::turn(&view.site(a), &view.site(b), &view.site(c));
+                    if turn > 0.0 { [a, b, c] } else { [a, c, b] }
+                };
+                let fan = |i: u32, start: u32| turned([start + 8, start + i, start + (i + 1) % 8]);
+                let corners: Vec<[u32; 3]> = (0..8).flat_map(|i| [fan(i, 0), fan(i, 9)]).collect();
+                assert_eq!(hidden(&view, &corners), [false, true].repeat(8));
+            }
+        }
+    }
+}
