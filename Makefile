@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench fuzz wheel extension install generate clean distclean
+.PHONY: help demo test check bench fuzz wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -15,12 +15,12 @@ else
 endif
 
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: extension ## Scan a shape, merge the scans inside Blender, render: out/demo.*; SCANS=path/to/file.conf uses real scans
 	@tools/demo.sh $(SCANS)
 
-test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender)
+test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender, MeshLab)
 	@tools/setup_apt.sh test
 	@"$$(tools/python.sh)" tools/run_tests.py
 
@@ -41,6 +41,10 @@ extension: ## Build the Blender extension with its wheel inside: out/extension/
 	@tools/setup_apt.sh
 	@tools/build_wheel.sh
 	@"$$(tools/python.sh)" tools/build_extension.py
+
+meshlab-plugin: ## Build the plugin for each MeshLab whose headers can be had: out/meshlab-plugin/VERSION-PRECISION/
+	@tools/setup_apt.sh meshlab
+	@tools/build_meshlab_plugin.sh
 
 install: ## Install the C library, its headers, pkg-config and CMake files: PREFIX=/usr/local
 	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs the system libraries the machine lacks. Does nothing when all are there.
-# Usage: tools/setup_apt.sh [test|bench]     for the demo; with `test` or `bench` also what tests or the benchmark's peers need
+# Usage: tools/setup_apt.sh [test|bench|meshlab]     for the demo; else also what tests, the benchmark's peers or building the
+# MeshLab plugin need
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
@@ -8,8 +9,12 @@ set -euo pipefail
 packages=(libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libgl1 libxxf86vm1 libgomp1 libegl1 libgl1-mesa-dri)
 # What programs in C are built with, run under and compared by.
 if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-tools binutils); fi
+# What the MeshLab plugin is built with: MeshLab's headers include those of Qt, GLEW and Eigen.
+case ${1:-} in
+    test | bench | meshlab) packages+=(cmake make xz-utils dpkg-dev qtbase5-dev libqt5opengl5-dev libglew-dev libeigen3-dev) ;;
+esac
 # What pymeshlab and Open3D link to besides.
-if [ "${1:-}" = bench ]; then packages+=(libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1); fi
+case ${1:-} in test | bench) packages+=(libglu1-mesa libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1) ;; esac
 
 command -v cargo >/dev/null || die "cargo is missing: install the Rust toolchain, https://rustup.rs"
 if ! command -v c++ >/dev/null; then packages+=(g++); fi

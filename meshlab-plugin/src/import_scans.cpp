@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Files of scans become layers, a layer a scan.
+#include "filter.h"
+#include "layer.h"
+#include "range_layer.h"
+#include "scans.h"
+
+namespace srf {
+namespace {
+
+void parameters(const MeshDocument &, RichParameterList &list)
+{
+    const QStringList endings{"*.conf", "*.ply", "*.ptx", "*.e57", "*.pcd", "*.pts", "*.asc", "*.xyz", "*.pgm", "*.pfm",
+                              "*.png",  "*.exr", "*.tif", "*.hgt", "*.npy", "*.mlp", "*.aln", "*"};
+    list.addParam(compat::FileParameter(
+        "file", "", endings, "File",
+        "A scan, or a file that places several: Stanford .conf, MeshLab .mlp and .aln; PLY with or without a range grid, PTX, E57, "
+        "PCD, points in text; height maps and depth images as PGM, PFM, PNG, EXR, TIFF, HGT, NPY and ESRI grids. What it is is "
+        "seen from the content."));
+    list.addParam(RichBool(
+        "faces", true, "With faces",
+        "Neighbouring pixels are joined by triangles, except over jumps. Without, range images are points that know their pixel."));
+}
+
+Outputs run(Job &job)
+{
+    const QString file = job.parameters.getOpenFileName("file");
+    if (file.isEmpty()) refuse("Choose the file to import");
+    const surfrecon::Scans scans = surfrecon::Scans::open({std::string(file.toUtf8().constData())});
+    for (const std::string &note : scans.notes()) job.log(note);
+    if (scans.size() == 0) refuse("There is no scan in " + std::string(file.toUtf8().constData()));
+
+    // All are read before the first layer is made: an error or a cancel leaves the document as it was.
+    std::vector<surfrecon::Scans::Content> read;
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+        if (job.callback != nullptr && !job.callback(static_cast<int>(80 * i / scans.size()), "Reading scans")) {
+            refuse("Cancelled: nothing was imported");
+        }
+        read.push_back(scans.read(i));
+    }
+    int images = 0;
+    int samples = 0;
+    for (std::size_t i = 0; i < read.size(); ++i) {
+        if (job.callback != nullptr) job.callback(static_cast<int>(80 + 20 * i / read.size()), "Making layers");
+        const std::string name = scans.name(i);
+        MeshModel &layer = *job.document.addNewMesh("", text(name), true);
+        const bool image = static_cast<bool>(read[i].image);
+        if (image) job.log(name + ": " + std::to_string(read[i].image.rows()) + " x " + std::to_string(read[i].image.cols()) + " pixels, " + std::to_string(read[i].image.valid()) + " of them valid");
+        fill_scan(layer, read[i], scans.pose(i), job.parameters.getBool("faces"));
+        images += image;
+        samples += layer.cm.vn;
+        read[i] = {};
+    }
+    Outputs out;
+    out["layers"] = static_cast<int>(read.size());
+    out["range_images"] = images;
+    out["vertices"] = samples;
+    return out;
+}
+
+}  // namespace
+
+extern const Filter import_filter = {
+    "Import Range Images",
+    "create_range_images_from_file",
+    "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex "
+    "knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes "
+    "the quality of the vertices; colours are kept.<br>"
+    "Unlike with <i>Import Mesh</i>, all scans of a file come at once, with their poses, and structured PTX, E57 and PCD files "
+    "become surfaces.",
+    compat::FilterBase::RangeMap | compat::FilterBase::MeshCreation,
+    compat::FilterBase::NONE,
+    parameters,
+    run,
+};
+
+}  // namespace srf

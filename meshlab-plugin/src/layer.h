@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Layers of MeshLab <-> meshes of the library. Nothing else touches vertices and faces.
+#pragma once
+
+#include <surfrecon.hpp>
+
+#include "compat.h"
+
+namespace srf {
+
+// For messages: the label in quotes.
+std::string quoted(const MeshModel &layer);
+
+// Placement of a layer in the world, column after column.
+surfrecon::Pose placement(const MeshModel &layer);
+void place(MeshModel &layer, const srf_pose &pose);
+
+// What a layer holds that is not deleted, as flat arrays: kept[i] is the vertex in the layer of vertex i.
+struct LayerArrays {
+    std::vector<double> positions;  // 3 a vertex
+    std::vector<std::uint32_t> triangles;
+    std::vector<std::size_t> kept;
+};
+
+enum class Frame { layer, world };
+
+// Throws where a vertex is not finite.
+LayerArrays arrays(const MeshModel &layer, Frame frame);
+
+// The layer as a mesh, with its colours and its custom attribute `confidence`, if it has them. A placement that mirrors keeps
+// the outside outside.
+surfrecon::Mesh mesh(const MeshModel &layer, Frame frame);
+
+// Values of a scalar custom attribute of the vertices by their place in the layer; empty if there is none.
+std::vector<double> scalars(const MeshModel &layer, const std::string &name);
+void set_scalars(MeshModel &layer, const std::string &name, const std::vector<double> &values);
+
+// Fills an empty layer with a mesh: colours, and attributes as scalar custom attributes. `quality` names the vertex attribute that
+// becomes the quality as well; it need not be there.
+// `layer_from_mesh` moves the vertices.
+void fill_mesh(MeshModel &layer, const surfrecon::Mesh &mesh, const std::string &quality, const surfrecon::Pose &layer_from_mesh = {});
+void fill_cloud(MeshModel &layer, const surfrecon::Cloud &cloud);
+// A new layer with a mesh.
+MeshModel &add_layer(MeshDocument &document, const std::string &label, const surfrecon::Mesh &mesh, const std::string &quality,
+                     const surfrecon::Pose &layer_from_mesh = {});
+
+// Writes points and triangles into an empty layer.
+void fill(MeshModel &layer, const double *positions, std::size_t vertices, const std::uint32_t *triangles, std::size_t faces);
+void set_colours(MeshModel &layer, const std::uint8_t *rgba);
+void set_quality(MeshModel &layer, const std::vector<double> &values);
+
+}  // namespace srf

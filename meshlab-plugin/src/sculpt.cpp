@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A range image becomes the mesh of few triangles within a tolerance.
+#include <cmath>
+
+#include "filter.h"
+#include "layer.h"
+#include "range_layer.h"
+
+namespace srf {
+namespace {
+
+double diagonal(const MeshModel *layer)
+{
+    const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
+    return std::isfinite(found) && found > 0 ? found : 1;
+}
+
+void parameters(const MeshDocument &document, RichParameterList &list)
+{
+    const double longest = diagonal(document.mm());
+    list.addParam(compat::LengthParameter(
+        "tolerance", 0, 0, static_cast<Scalarm>(longest), "Tolerance",
+        "Largest distance between a sample and the surface, along the ray it was measured by. Larger values give fewer "
+        "triangles.<br>0: a thousandth of the depth extent."));
+    list.addParam(RichInt(
+        "maxtriangles", 0, "At most so many triangles",
+        "Where it is not 0, the tolerance is not looked at: the smallest one is found whose surface has at most so many triangles."));
+    list.addParam(RichBool("removevertices", true, "Fewest triangles",
+                           "Also removes vertices that are not needed, for about twice the time."));
+    list.addParam(compat::LengthParameter(
+        "edgelimit", 0, 0, static_cast<Scalarm>(longest), "Longest edge between neighbours",
+        "Neighbouring samples farther apart are taken to lie on different surfaces: a jump, which no triangle bridges.<br>"
+        "0: 3.4 times the median distance of neighbouring samples."));
+}
+
+Outputs run(Job &job)
+{
+    const RichParameterList &given = job.parameters;
+    const MeshModel *const layer = job.document.mm();
+    if (layer == nullptr) refuse("There is no layer: import a range image with \"" + std::string(import_filter.name) + "\"");
+    if (!has_grid(*layer)) {
+        refuse("The layer " + quoted(*layer) + " is no range image: it lacks the custom vertex attributes range_row and range_col. " +
+               "Import its file with \"" + import_filter.name + "\"");
+    }
+    const int most = given.getInt("maxtriangles");
+    if (most < 0) refuse("The number of triangles must be at least 0, got " + std::to_string(most));
+
+    const surfrecon::Image image = range_image(*layer, Frame::layer);
+    surfrecon::SculptParams params;
+    params.tolerance = length(given, "tolerance");
+    params.effort = given.getBool("removevertices") ? 1 : 0;
+    params.edge_limit = length(given, "edgelimit");
+    const surfrecon::Sculptor sculptor(image, params);
+    const auto [surface, certificate] = most > 0 ? sculptor.at_most(static_cast<std::size_t>(most), job.progress())
+                                                 : sculptor.refine(SRF_FROM_DATA, job.progress());
+    const std::string label = layer->label().toStdString() + " sculpted";
+    const surfrecon::Pose pose = placement(*layer);
+    MeshModel &made = add_layer(job.document, label, surface, "error", image.pose());
+    place(made, pose);
+
+    job.log(std::to_string(certificate.full_triangles) + " triangles with every sample, " +
+            std::to_string(certificate.triangles) + " within " + std::to_string(certificate.tolerance));
+    job.log("Measured along the rays of " + std::to_string(certificate.samples) + " samples: at most " +
+            std::to_string(certificate.max_error) + ", RMS " + std::to_string(certificate.rms_error) + ", 95 % within " +
+            std::to_string(certificate.p95_error));
+    Outputs out;
+    out["tolerance"] = certificate.tolerance;
+    out["depth_extent"] = certificate.depth_extent;
+    out["max_error"] = certificate.max_error;
+    out["rms_error"] = certificate.rms_error;
+    out["p95_error"] = certificate.p95_error;
+    out["worst_row"] = static_cast<int>(certificate.worst_row);
+    out["worst_col"] = static_cast<int>(certificate.worst_col);
+    out["samples"] = static_cast<int>(certificate.samples);
+    out["isolated_pixels"] = static_cast<int>(certificate.isolated_pixels);
+    out["full_triangles"] = static_cast<int>(certificate.full_triangles);
+    out["triangles"] = static_cast<int>(certificate.triangles);
+    return out;
+}
+
+}  // namespace
+
+extern const Filter sculpt_filter = {
+    "Surface Reconstruction: Range Image Sculpting",
+    "generate_surface_reconstruction_range_image_sculpting",
+    "Approximates the <b>range image</b> in the current layer by a mesh of few triangles in which every sample lies within the "
+    "tolerance, along the ray it was measured by. Jumps and missing samples stay open. The error is measured on the result and "
+    "returned; the quality of each vertex is the error around it.<br>"
+    "The layer must know its grid: import it with <i>Import Range Images</i>. It is not changed.<br><br>"
+    "See:<br><i>A. D. Sappa, M. A. Garcia</i><br>"
+    "<b>\"Coarse-to-fine approximation of range images with bounded error adaptive triangular meshes\"</b><br>"
+    "Journal of Electronic Imaging 16(2), 2007",
+    compat::FilterBase::RangeMap | compat::FilterBase::Remeshing,
+    compat::FilterBase::SINGLE_MESH,
+    parameters,
+    run,
+};
+
+}  // namespace srf
