@@ -18,6 +18,7 @@ pub mod mesh;
 pub mod params;
 pub mod point_cloud;
 pub mod progress;
+pub mod quads;
 pub mod range_image;
 pub mod scan;
 pub mod sculpt;

@@ -96,6 +96,7 @@ pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
         .chain(crate::triangulate::PARAMS)
         .chain(crate::merge::PARAMS)
         .chain(crate::sculpt::PARAMS)
+        .chain(crate::quads::PARAMS)
         .chain(crate::scan::PARAMS)
 }
 

@@ -14,6 +14,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("scan", &["geom", "mesh", "range_image"]),
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
     ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
+    ("quads", &["mesh", "range_image"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
     (
         "import",
@@ -23,7 +24,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
 ];
 /// The table of parameters gathers those of the operations.
 const PARAMS_MAY_KNOW: &[&str] =
-    &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS", "sculpt::PARAMS"];
+    &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS", "sculpt::PARAMS", "quads::PARAMS"];
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).

@@ -1,14 +1,17 @@
-//! Triangle meshes with attributes, and the independent checks and measures on them.
+//! Triangle and quad meshes with attributes, and the independent checks and measures on them.
 //!
 //! | file | what |
 //! |---|---|
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
+//! | `quads` | meshes of quads |
 //! | `measure` | exact distances of points to a mesh; areas, angles, volume |
 
 pub mod check;
 pub mod measure;
+pub mod quads;
 
 pub use check::{MeshReport, check, check_welded};
+pub use quads::QuadMesh;
 
 use glam::DVec3;
 
@@ -61,6 +64,22 @@ impl AttributeData {
         }
     }
 
+    /// The entries at some places, in their order; a place may come more than once.
+    ///
+    /// # Panics
+    /// If there is no such entry.
+    pub fn gather(&self, places: &[usize]) -> Self {
+        fn pick<T: Copy>(entries: &[T], places: &[usize]) -> Vec<T> {
+            places.iter().map(|&i| entries[i]).collect()
+        }
+        match self {
+            AttributeData::F32(v) => AttributeData::F32(pick(v, places)),
+            AttributeData::I32(v) => AttributeData::I32(pick(v, places)),
+            AttributeData::Bool(v) => AttributeData::Bool(pick(v, places)),
+            AttributeData::Colour(v) => AttributeData::Colour(pick(v, places)),
+        }
+    }
+
     /// Whether there is no entry.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -76,6 +95,11 @@ impl Attribute {
     /// An attribute of integers.
     pub fn i32(name: &str, data: Vec<i32>) -> Self {
         Attribute { name: name.to_owned(), data: AttributeData::I32(data) }
+    }
+
+    /// The entries at some places, as [`AttributeData::gather`].
+    pub fn gather(&self, places: &[usize]) -> Self {
+        Attribute { name: self.name.clone(), data: self.data.gather(places) }
     }
 
     /// An attribute of flags.

@@ -1,0 +1,259 @@
+//! Stage 7: how far a grid lies from the image, and the diagonals that make it lie nearest.
+//!
+//! Every pixel of the image lies in exactly one quad: on a side shared by two it belongs to the lower or right one. Sides
+//! are followed from row to row in whole numbers, so that none is counted twice or never.
+
+use rayon::prelude::*;
+
+use super::place::Vertices;
+use super::sight::{Corner, Flat, Free, Lanes, Pinhole, Points, QuadSums, Sight, Sums};
+use super::stitch::Net;
+use crate::error::Result;
+use crate::progress::Progress;
+use crate::range_image::{Projection, RangeImage, Samples, Viewing};
+
+/// What a grid is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Judge {
+    Mean,
+    Rms,
+    Max,
+}
+
+impl Judge {
+    fn of(self, sums: &Sums) -> f64 {
+        match self {
+            Judge::Mean => sums.sum,
+            Judge::Rms => sums.squares,
+            Judge::Max => sums.max,
+        }
+    }
+}
+
+/// Errors of a grid over all valid pixels of the image.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Measured {
+    /// Sums over all quads, with their better diagonals.
+    pub total: Sums,
+    /// Valid pixels.
+    pub valid: usize,
+    /// Quads, row by row.
+    pub quads: Vec<Quad>,
+}
+
+/// A quad's own figures.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Quad {
+    /// Largest error, world units.
+    pub max: f32,
+    /// Valid pixels of the quad.
+    pub valid: u32,
+    /// All its pixels.
+    pub pixels: u32,
+    /// Whether the diagonal from corner 1 to 3 is the better one.
+    pub odd: bool,
+}
+
+impl Measured {
+    /// What it is judged by: a mean, a root of a mean square or a largest error.
+    pub fn error(&self, judge: Judge) -> f64 {
+        let valid = (self.valid as f64).max(1.0);
+        match judge {
+            Judge::Mean => self.total.sum / valid,
+            Judge::Rms => (self.total.squares / valid).sqrt(),
+            Judge::Max => self.total.max,
+        }
+    }
+}
+
+/// Measures some grids of one image at once; those of the same number of rows read the pixels once. O(pixels) a grid.
+pub(super) fn measure<const N: usize>(
+    image: &RangeImage,
+    extent: f64,
+    grids: [(&Net, &Vertices); N],
+    judge: Judge,
+    progress: &Progress<'_>,
+) -> Result<[Measured; N]> {
+    let cols = image.cols();
+    // A plane's grids may differ from it by rounding.
+    let most = if extent > 0.0 { extent } else { f64::MAX };
+    match (image.samples(), *image.projection()) {
+        (Samples::Values(values), Projection::Orthographic { .. }) => {
+            with(&Flat { values, cols, most }, image, grids, judge, progress)
+        }
+        (Samples::Values(values), Projection::Pinhole { focal, centre, depth }) => {
+            with(&Pinhole { values, cols, most, focal, centre, depth }, image, grids, judge, progress)
+        }
+        (_, projection) => {
+            let viewing = match projection {
+                Projection::PointGrid(Viewing::Parallel(direction)) => Viewing::Parallel(direction.normalize_or_zero()),
+                Projection::PointGrid(viewing) => viewing,
+                _ => Viewing::From(glam::DVec3::ZERO),
+            };
+            with(&Free { points: Points::of(image), cols, most, viewing }, image, grids, judge, progress)
+        }
+    }
+}
+
+fn with<S: Sight, const N: usize>(
+    sight: &S,
+    image: &RangeImage,
+    grids: [(&Net, &Vertices); N],
+    judge: Judge,
+    progress: &Progress<'_>,
+) -> Result<[Measured; N]> {
+    let rows = grids.iter().map(|(net, _)| net.rows - 1).max().unwrap_or(0);
+    let strips = (0..rows)
+        .into_par_iter()
+        .map(|i| {
+            progress.advance(1)?;
+            Ok(grids.map(|(net, vertices)| {
+                if i < net.rows - 1 { strip(sight, image, net, vertices, i, judge) } else { Measured::default() }
+            }))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let mut whole: [Measured; N] = std::array::from_fn(|_| Measured::default());
+    for strip in strips {
+        for (whole, strip) in whole.iter_mut().zip(strip) {
+            whole.total.sum += strip.total.sum;
+            whole.total.squares += strip.total.squares;
+            whole.total.max = whole.total.max.max(strip.total.max);
+            whole.valid += strip.valid;
+            whole.quads.extend(strip.quads);
+        }
+    }
+    Ok(whole)
+}
+
+/// One row of quads.
+fn strip<S: Sight>(sight: &S, image: &RangeImage, net: &Net, vertices: &Vertices, i: usize, judge: Judge) -> Measured {
+    let mut measured = Measured { quads: Vec::with_capacity(net.cols - 1), ..Measured::default() };
+    for j in 0..net.cols - 1 {
+        let corners = net.corners(i, j).map(|v| {
+            let site = net.sites[v];
+            Corner { site, value: vertices.values[v], point: vertices.points[v] }
+        });
+        let last = [i + 2 == net.rows, j + 2 == net.cols];
+        let quad = sight.quad(&corners);
+        let (mut lanes, mut pixels) = (Lanes::default(), 0);
+        for_each_row(corners.map(|c| c.site.map(i64::from)), last, |row, start, end| {
+            pixels += (end - start) as u32;
+            sight.add(&quad, row, start, end, &mut lanes);
+        });
+        debug_assert!(pixels as usize <= image.len());
+        let sums: QuadSums = lanes.finish(sight.first_is_even(&quad), pixels);
+        let odd = judge.of(&sums.diagonals[1]) < judge.of(&sums.diagonals[0]);
+        let chosen = sums.diagonals[usize::from(odd)];
+        measured.total.sum += chosen.sum;
+        measured.total.squares += chosen.squares;
+        measured.total.max = measured.total.max.max(chosen.max);
+        measured.valid += sums.valid as usize;
+        measured.quads.push(Quad { max: chosen.max as f32, valid: sums.valid, pixels: sums.pixels, odd });
+    }
+    measured
+}
+
+/// Calls `visit(row, start, end)` for each row of pixels of a sound quad; `last`: its lower, its right side belongs to it.
+fn for_each_row([a, b, c, d]: [[i64; 2]; 4], last: [bool; 2], mut visit: impl FnMut(usize, usize, usize)) {
+    let top = a[0].min(b[0]);
+    let bottom = c[0].max(d[0]);
+    for row in top..=bottom {
+        // Sides from row to row bound columns on the left (whole numbers from `start`) or on the right (below `end`).
+        let mut start = at_least(a, d, row);
+        let mut end = if last[1] { at_most(b, c, row) + 1 } else { at_least(b, c, row) };
+        // The upper side is part of the quad ...
+        if a[0] == b[0] {
+            if row < a[0] {
+                continue;
+            }
+        } else if b[0] > a[0] {
+            end = end.min(at_most(a, b, row) + 1);
+        } else {
+            start = start.max(at_least(b, a, row));
+        }
+        // ... the lower one is not, but at the image's lower border.
+        if d[0] == c[0] {
+            if row > d[0] || (row == d[0] && !last[0]) {
+                continue;
+            }
+        } else if c[0] > d[0] {
+            start = start.max(at_most(d, c, row) + 1);
+        } else {
+            end = end.min(at_least(c, d, row));
+        }
+        if start < end {
+            visit(row as usize, start as usize, end as usize);
+        }
+    }
+}
+
+/// The line through two pixels of different rows cuts a row at a column of q more than the first: the quotient of whole
+/// numbers below 2^53, rounded so that it is whole only if it is.
+#[inline]
+fn quotient(from: [i64; 2], to: [i64; 2], row: i64) -> f64 {
+    ((row - from[0]) * (to[1] - from[1])) as f64 / (to[0] - from[0]) as f64
+}
+
+/// The first column not left of the line.
+#[inline]
+fn at_least(from: [i64; 2], to: [i64; 2], row: i64) -> i64 {
+    let q = quotient(from, to, row);
+    let whole = q as i64;
+    from[1] + whole + i64::from(q > whole as f64)
+}
+
+/// The last column not right of the line.
+#[inline]
+fn at_most(from: [i64; 2], to: [i64; 2], row: i64) -> i64 {
+    let q = quotient(from, to, row);
+    let whole = q as i64;
+    from[1] + whole - i64::from(q < whole as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::rows::Placed;
+    use super::super::stitch::stitch;
+    use super::super::tiles::Layout;
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn every_pixel_lies_in_one_quad(
+            pixels in (2..60_usize, 2..60_usize), steps in (1..9_usize, 1..9_usize), seed in any::<u64>(),
+        ) {
+            let pixels = [pixels.0, pixels.1];
+            let Ok(layout) = Layout::new(pixels, [1, 1], [steps.0 + 1, steps.1 + 1]) else {
+                return Ok(());
+            };
+            let mut state = seed;
+            let mut random = |top: usize| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 33) as f64 / (1_u64 << 31) as f64 * top as f64
+            };
+            let places = (0..layout.rows() * layout.cols()).map(|_| [random(pixels[0]), random(pixels[1])]).collect();
+            let (net, _) = stitch(&Placed { places }, &layout, pixels);
+            let mut owner = vec![None; pixels[0] * pixels[1]];
+            for i in 0..net.rows - 1 {
+                for j in 0..net.cols - 1 {
+                    let corners = net.corners(i, j).map(|v| net.sites[v].map(i64::from));
+                    let last = [i + 2 == net.rows, j + 2 == net.cols];
+                    for_each_row(corners, last, |row, start, end| {
+                        for col in start..end {
+                            assert_eq!(owner[row * pixels[1] + col].replace((i, j)), None, "pixel {row} {col}");
+                            // Within the closed quad, by the signs of four areas.
+                            for k in 0..4 {
+                                let ([r0, c0], [r1, c1]) = (corners[k], corners[(k + 1) % 4]);
+                                let (row, col) = (row as i64, col as i64);
+                                assert!((c1 - c0) * (row - r0) - (r1 - r0) * (col - c0) >= 0);
+                            }
+                        }
+                    });
+                }
+            }
+            prop_assert!(owner.iter().all(Option::is_some));
+        }
+    }
+}
