@@ -3,11 +3,13 @@
 //! | file | what |
 //! |---|---|
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
+//! | `delaunay3` | tetrahedralization of points |
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
 //! | `triangles` | do two triangles cross |
 
 pub mod bvh;
+pub mod delaunay3;
 pub mod neighbours;
 pub mod predicates;
 pub mod triangles;

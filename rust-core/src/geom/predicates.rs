@@ -1,10 +1,11 @@
-//! Signs of determinants, exact for all coordinates that neither overflow nor underflow: the one place where topology is
-//! decided.
+//! Signs of determinants, exact: the one place where topology is decided.
 //!
-//! A sign is 1, 0 or -1. The arithmetic is that of the crate `robust` (adaptive precision behind a floating-point filter,
-//! after Shewchuk 1997).
+//! A sign is 1, 0 or -1. The floating-point arithmetic is that of the crate `robust` (adaptive precision behind a filter,
+//! after Shewchuk 1997), exact for coordinates whose products of five neither overflow nor underflow. [`Arithmetic`]
+//! says which arithmetic a set of points needs; big integers take the rest.
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec3Swizzles};
+use num_bigint::{BigInt, Sign};
 use robust::{Coord, Coord3D};
 
 fn sign(x: f64) -> i8 {
@@ -21,4 +22,186 @@ pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> i8 {
 pub fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> i8 {
     let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
     sign(robust::orient3d(a, b, c, d))
+}
+
+/// The cheapest arithmetic that finds all signs of a set of points exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Arithmetic {
+    /// Plain doubles: points of so small a lattice that no determinant is ever rounded.
+    Double,
+    /// 128-bit integers, for coordinates that are integers once multiplied by `scale`.
+    Integer {
+        /// A power of two.
+        scale: f64,
+    },
+    /// Sums of doubles.
+    Expansion,
+    /// Integers of any length.
+    Big {
+        /// Whether doubles approximate the determinants at all, so that a filter may be put before.
+        normal: bool,
+    },
+}
+
+/// Bits that each relative coordinate may have for 128-bit integers to hold the determinant of a sphere.
+const INTEGER_BITS: i32 = 22;
+/// Exponents of the least bits between which the products of five doubles neither overflow nor underflow.
+const LEAST_BIT: i32 = -200;
+
+impl Arithmetic {
+    /// What `points` need, none of which is NaN or infinite; and by which power of two to multiply them first.
+    pub fn of(points: &[DVec3]) -> (Self, f64) {
+        let (mut lowest, mut highest, mut largest) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
+        let mut least_bit = i32::MAX;
+        for p in points {
+            (lowest, highest) = (lowest.min(*p), highest.max(*p));
+            largest = largest.max(p.abs().max_element());
+            for x in p.to_array() {
+                least_bit = least_bit.min(exponent_of_least_bit(x));
+            }
+        }
+        if least_bit == i32::MAX {
+            return (Arithmetic::Double, 1.0);
+        }
+        // Largest below 1 afterwards.
+        let shift = -exponent(largest) - 1;
+        if least_bit + shift < -1074 {
+            return (Arithmetic::Big { normal: false }, 1.0);
+        }
+        let factor = power_of_two(shift);
+        let lattice = power_of_two(-(least_bit + shift).max(-1000));
+        let steps = (highest * factor - lowest * factor) * lattice;
+        let arithmetic = if least_bit + shift < LEAST_BIT {
+            Arithmetic::Big { normal: true }
+        } else if 24.0 * steps.x * steps.y * steps.z * steps.length_squared() < 9e15 {
+            Arithmetic::Double
+        } else if steps.max_element() < f64::from(1 << INTEGER_BITS) {
+            Arithmetic::Integer { scale: lattice }
+        } else {
+            Arithmetic::Expansion
+        };
+        (arithmetic, factor)
+    }
+}
+
+/// Sign of the volume of the tetrahedron a, b, c, d: 1 if a, b, c turn counter-clockwise seen from d's other side, that is
+/// if det(b - a, c - a, d - a) > 0.
+pub fn volume_sign(points: [DVec3; 4], arithmetic: Arithmetic) -> i8 {
+    let [a, b, c, d] = points;
+    match arithmetic {
+        Arithmetic::Integer { scale } => {
+            let [a, b, c] = [a, b, c].map(|p| integers(p, d, scale));
+            (-determinant(&a, &b, &c)).signum() as i8
+        }
+        Arithmetic::Big { .. } => {
+            let [a, b, c, d] = points.map(big);
+            let [a, b, c] = [a, b, c].map(|p| difference(&p, &d));
+            -sign_of(&determinant(&a, &b, &c))
+        }
+        _ => -orient3d(a, b, c, d),
+    }
+}
+
+/// Whether three points lie on one line.
+pub fn are_collinear(points: [DVec3; 3], arithmetic: Arithmetic) -> bool {
+    let [a, b, c] = points;
+    if matches!(arithmetic, Arithmetic::Big { .. }) {
+        let [a, b, c] = points.map(big);
+        let (u, v) = (difference(&b, &a), difference(&c, &a));
+        return [(0, 1), (1, 2), (2, 0)].iter().all(|&(i, j)| &u[i] * &v[j] == &u[j] * &v[i]);
+    }
+    orient2d(a.truncate(), b.truncate(), c.truncate()) == 0
+        && orient2d(a.zxy().truncate(), b.zxy().truncate(), c.zxy().truncate()) == 0
+        && orient2d(a.yzx().truncate(), b.yzx().truncate(), c.yzx().truncate()) == 0
+}
+
+/// 1 if the last point lies inside the sphere through the other four, which are positively oriented ([`volume_sign`]), -1
+/// if outside, 0 if on it.
+pub fn sphere_sign(points: [DVec3; 5], arithmetic: Arithmetic) -> i8 {
+    match arithmetic {
+        Arithmetic::Integer { scale } => {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| integers(points[i], points[4], scale));
+            lifted(&a, &b, &c, &d).signum() as i8
+        }
+        Arithmetic::Big { .. } => {
+            let p = big(points[4]);
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| difference(&big(points[i]), &p));
+            sign_of(&lifted(&a, &b, &c, &d))
+        }
+        _ => {
+            let [a, b, c, d, p] = points.map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+            -sign(robust::insphere(a, b, c, d, p))
+        }
+    }
+}
+
+/// `a - origin` in steps of the lattice; exact by the choice of [`Arithmetic::Integer`].
+fn integers(a: DVec3, origin: DVec3, scale: f64) -> [i128; 3] {
+    ((a - origin) * scale).to_array().map(|x| i128::from(x as i64))
+}
+
+/// The coordinates as integers, in units of the smallest double.
+fn big(p: DVec3) -> [BigInt; 3] {
+    p.to_array().map(|x| {
+        let (mantissa, exponent) = decode(x);
+        BigInt::from(mantissa) << (exponent + 1074) as usize
+    })
+}
+
+fn difference(a: &[BigInt; 3], b: &[BigInt; 3]) -> [BigInt; 3] {
+    [0, 1, 2].map(|i| &a[i] - &b[i])
+}
+
+fn sign_of(x: &BigInt) -> i8 {
+    match x.sign() {
+        Sign::Minus => -1,
+        Sign::NoSign => 0,
+        Sign::Plus => 1,
+    }
+}
+
+fn determinant<T>(a: &[T; 3], b: &[T; 3], c: &[T; 3]) -> T
+where
+    T: std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+    for<'a> &'a T: std::ops::Mul<Output = T>,
+{
+    let minor = |i: usize, j: usize| &b[i] * &c[j] - &b[j] * &c[i];
+    &a[0] * &minor(1, 2) + &a[1] * &minor(2, 0) + &a[2] * &minor(0, 1)
+}
+
+/// The determinant of the sphere through a, b, c, d around the origin.
+fn lifted<T>(a: &[T; 3], b: &[T; 3], c: &[T; 3], d: &[T; 3]) -> T
+where
+    T: std::ops::Add<Output = T> + std::ops::Sub<Output = T>,
+    for<'a> &'a T: std::ops::Mul<Output = T>,
+{
+    let square = |v: &[T; 3]| &v[0] * &v[0] + &v[1] * &v[1] + &v[2] * &v[2];
+    &square(a) * &determinant(b, c, d) - &square(b) * &determinant(a, c, d) + &square(c) * &determinant(a, b, d)
+        - &square(d) * &determinant(a, b, c)
+}
+
+/// Mantissa and exponent: `x = mantissa * 2^exponent`.
+fn decode(x: f64) -> (i64, i32) {
+    let bits = x.to_bits();
+    let fraction = (bits & ((1 << 52) - 1)) as i64;
+    let biased = (bits >> 52 & 0x7ff) as i32;
+    let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | 1 << 52, biased - 1075) };
+    (if x < 0.0 { -mantissa } else { mantissa }, exponent)
+}
+
+fn exponent_of_least_bit(x: f64) -> i32 {
+    let (mantissa, exponent) = decode(x);
+    if mantissa == 0 { i32::MAX } else { exponent + mantissa.trailing_zeros() as i32 }
+}
+
+/// Of the highest bit of a positive number.
+fn exponent(x: f64) -> i32 {
+    let (mantissa, exponent) = decode(x);
+    exponent + 63 - mantissa.leading_zeros() as i32
+}
+
+fn power_of_two(exponent: i32) -> f64 {
+    // In two steps, for the powers that only denormal numbers need.
+    let half = exponent / 2;
+    2.0_f64.powi(half) * 2.0_f64.powi(exponent - half)
 }

@@ -1,0 +1,344 @@
+//! Inserting a point: the cells whose spheres hold it make way for a star of new ones \[Bow81, Wat81\].
+
+use super::cells::{CLEAR, CONFLICT, Cells, FACETS, GHOST};
+use super::locate::{Place, locate};
+use super::parallel::Region;
+use super::signs::{Seen, Signs, volumes};
+
+/// What became of a point.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Outcome {
+    Inserted,
+    /// It is equal to this vertex.
+    Duplicate(u32),
+    /// Its cells belong to another thread; nothing has changed.
+    Foreign,
+    /// There is no room for its cells; nothing has changed.
+    Full,
+}
+
+/// A facet of the border of the cavity, seen from inside.
+#[derive(Clone, Copy)]
+struct Wall {
+    /// The cell inside the cavity, with the new point in the place of the vertex opposite to the wall: the new cell.
+    vertices: [u32; 4],
+    /// Facet of the cell outside.
+    outside: u32,
+    /// Place of the new point in `vertices`.
+    slot: u8,
+    /// Local numbers of the vertices of `FACETS[slot]`.
+    local: [u16; 3],
+}
+
+/// One thread's means to insert points; kept from point to point so that nothing is allocated on the way.
+pub(super) struct Inserter {
+    /// Where the next walk starts.
+    pub(super) hint: u32,
+    pub(super) free: Vec<u32>,
+    cavity: Vec<u32>,
+    /// Of each cell of the cavity, the local numbers of its vertices.
+    cavity_local: Vec<[u16; 4]>,
+    walls: Vec<Wall>,
+    vertices: LocalVertices,
+    /// At `from * side + to`: the new cell and slot opposite to the directed edge of the cavity's border, as
+    /// 4 wall + slot.
+    links: Vec<u16>,
+    sorted_links: Vec<(u32, u32)>,
+}
+
+impl Inserter {
+    pub(super) fn new(hint: u32) -> Self {
+        Inserter {
+            hint,
+            free: Vec::new(),
+            cavity: Vec::new(),
+            cavity_local: Vec::new(),
+            walls: Vec::new(),
+            vertices: LocalVertices::new(),
+            links: Vec::new(),
+            sorted_links: Vec::new(),
+        }
+    }
+
+    /// The cells around the point inserted last.
+    pub(super) fn star(&self) -> &[u32] {
+        &self.cavity
+    }
+
+    /// Inserts point `p`; all cells changed belong to `region`.
+    pub(super) fn insert<R: Region>(&mut self, cells: &Cells, signs: &Signs<'_>, region: &R, p: u32) -> Outcome {
+        let (start, planes) = match locate(cells, signs, region, self.hint, p) {
+            Place::Cell { cell, planes } => (cell, planes),
+            Place::Foreign => return Outcome::Foreign,
+        };
+        // A point in three planes of a cell that holds it is a vertex of that cell.
+        if planes >= 3 {
+            let at = |v: &u32| signs.points[*v as usize] == signs.points[p as usize];
+            let twin = cells.vertices(start).into_iter().find(at);
+            return Outcome::Duplicate(twin.expect("three facets of a cell meet in a vertex"));
+        }
+        if !self.find_cavity(cells, signs, region, start, p) {
+            self.abandon(cells);
+            return Outcome::Foreign;
+        }
+        let more = self.walls.len().saturating_sub(self.cavity.len());
+        if self.free.len() < more && !cells.supply(&mut self.free, more) {
+            self.abandon(cells);
+            return Outcome::Full;
+        }
+        self.fill_cavity(cells);
+        Outcome::Inserted
+    }
+
+    /// Collects the cells in conflict with `p`, from `start`, which is one, and the walls around them. False if one of
+    /// them is another thread's.
+    fn find_cavity<R: Region>(&mut self, cells: &Cells, signs: &Signs<'_>, region: &R, start: u32, p: u32) -> bool {
+        let point = signs.points[p as usize];
+        self.cavity.clear();
+        self.cavity_local.clear();
+        self.walls.clear();
+        self.vertices.clear();
+        let vertices = cells.vertices(start);
+        let local = vertices.map(|v| self.vertices.local(v, point, signs));
+        self.cavity.push(start);
+        self.cavity_local.push(local);
+        cells.mark(start, vertices[0] | CONFLICT);
+        let mut next = 0;
+        while next < self.cavity.len() {
+            let cell = self.cavity[next];
+            let cell_local = self.cavity_local[next];
+            let cell_vertices = cells.vertices(cell);
+            let neighbours = cells.neighbours(cell);
+            next += 1;
+            for slot in 0..4 {
+                let outside = neighbours[slot];
+                let other = outside >> 2;
+                let marked = cells.marked_vertices(other);
+                if marked[0] & CONFLICT != 0 {
+                    continue;
+                }
+                if marked[0] & CLEAR == 0 {
+                    let local = marked.map(|v| self.vertices.local(v, point, signs));
+                    let is_in_conflict = if marked[3] == GHOST {
+                        ghost_is_in_conflict(cells, signs, &self.vertices, other, marked, local, p)
+                    } else {
+                        let seen = local.map(|l| &self.vertices.seen[l as usize]);
+                        let volumes = volumes(seen);
+                        let determinant = (seen[0].w * volumes[0] + seen[1].w * volumes[1])
+                            + (seen[2].w * volumes[2] + seen[3].w * volumes[3]);
+                        if determinant > self.vertices.bound {
+                            true
+                        } else if determinant < -self.vertices.bound {
+                            false
+                        } else {
+                            signs.is_inside(determinant, volumes, seen, marked, p)
+                        }
+                    };
+                    if is_in_conflict {
+                        if !region.owns(marked, signs.points) {
+                            return false;
+                        }
+                        cells.mark(other, marked[0] | CONFLICT);
+                        self.cavity.push(other);
+                        self.cavity_local.push(local);
+                        continue;
+                    }
+                    cells.mark(other, marked[0] | CLEAR);
+                }
+                let mut vertices = cell_vertices;
+                vertices[slot] = p;
+                let local = FACETS[slot].map(|k| cell_local[k]);
+                self.walls.push(Wall { vertices, outside, slot: slot as u8, local });
+            }
+        }
+        true
+    }
+
+    /// Takes back all marks.
+    fn abandon(&mut self, cells: &Cells) {
+        for &cell in &self.cavity {
+            cells.unmark(cell);
+        }
+        for wall in &self.walls {
+            cells.unmark(wall.outside >> 2);
+        }
+    }
+
+    /// Puts a new cell between the point and each wall.
+    fn fill_cavity(&mut self, cells: &Cells) {
+        let side = self.vertices.ids.len().next_power_of_two().max(64);
+        // Numbers of new cells: those of the cavity again, then others.
+        while self.cavity.len() < self.walls.len() {
+            self.cavity.push(self.free.pop().expect("supplied beforehand"));
+        }
+        for &cell in &self.cavity[self.walls.len()..] {
+            cells.release(cell);
+            self.free.push(cell);
+        }
+        self.cavity.truncate(self.walls.len());
+        self.hint = self.cavity[0];
+        let is_small = side <= 256 && self.walls.len() < 1 << 14;
+        if is_small && self.links.len() < side * side {
+            self.links.resize(side * side, 0);
+        }
+        self.sorted_links.clear();
+        for (i, (wall, &cell)) in self.walls.iter().zip(&self.cavity).enumerate() {
+            let slot = wall.slot as usize & 3;
+            cells.set_vertices(cell, wall.vertices);
+            let facet = cell << 2 | slot as u32;
+            cells.set_neighbour(facet, wall.outside);
+            cells.set_neighbour(wall.outside, facet);
+            cells.unmark(wall.outside >> 2);
+            let corners = FACETS[slot];
+            for k in 0..3 {
+                let (from, to) = (wall.local[k] as usize, wall.local[(k + 1) % 3] as usize);
+                let opposite = corners[(k + 2) % 3];
+                if is_small {
+                    self.links[from * side + to] = (i << 2 | opposite) as u16;
+                } else {
+                    let edge = (from.min(to) << 16 | from.max(to)) as u32;
+                    self.sorted_links.push((edge, cell << 2 | opposite as u32));
+                }
+            }
+        }
+        if is_small {
+            for (wall, &cell) in self.walls.iter().zip(&self.cavity) {
+                let corners = FACETS[wall.slot as usize & 3];
+                for k in 0..3 {
+                    let (from, to) = (wall.local[k] as usize, wall.local[(k + 1) % 3] as usize);
+                    let twin = u32::from(self.links[to * side + from]);
+                    let facet = self.cavity[(twin >> 2) as usize] << 2 | twin & 3;
+                    cells.set_neighbour(cell << 2 | corners[(k + 2) % 3] as u32, facet);
+                }
+            }
+        } else {
+            self.sorted_links.sort_unstable();
+            for pair in self.sorted_links.chunks_exact(2) {
+                debug_assert_eq!(pair[0].0, pair[1].0);
+                cells.set_neighbour(pair[0].1, pair[1].1);
+                cells.set_neighbour(pair[1].1, pair[0].1);
+            }
+        }
+    }
+}
+
+/// A ghost stands for all that lies beyond its facet, and in the facet's plane for what its circle holds, which is what
+/// the sphere of the cell behind it cuts out of that plane.
+#[cold]
+#[inline(never)]
+fn ghost_is_in_conflict(
+    cells: &Cells,
+    signs: &Signs<'_>,
+    known: &LocalVertices,
+    ghost: u32,
+    vertices: [u32; 4],
+    local: [u16; 4],
+    p: u32,
+) -> bool {
+    let seen = local.map(|l| &known.seen[l as usize]);
+    let volume = volumes(seen)[3];
+    match signs.side(volume, seen, vertices, 3, p) {
+        0 => {
+            let behind = cells.vertices(cells.neighbour(ghost, 3) >> 2);
+            let point = signs.points[p as usize];
+            let seen = behind.map(|v| Seen::new(signs.points[v as usize], point));
+            let seen = [&seen[0], &seen[1], &seen[2], &seen[3]];
+            let volumes = volumes(seen);
+            let determinant = (0..4).map(|k| seen[k].w * volumes[k]).sum();
+            signs.is_inside(determinant, volumes, seen, behind, p)
+        }
+        side => side > 0,
+    }
+}
+
+/// The vertices met while one point is inserted, numbered as they are met; number 0 is the vertex at infinity.
+struct LocalVertices {
+    ids: Vec<u32>,
+    seen: Vec<Seen>,
+    /// Bound on the error of the determinant of a sphere through any of them.
+    bound: f64,
+    farthest: f64,
+    /// Open addressing: epoch << 32 | id, and the number.
+    keys: Vec<u64>,
+    numbers: Vec<u16>,
+    epoch: u64,
+}
+
+impl LocalVertices {
+    fn new() -> Self {
+        let size = 256;
+        LocalVertices {
+            ids: Vec::new(),
+            seen: Vec::new(),
+            bound: 0.0,
+            farthest: -1.0,
+            keys: vec![0; size],
+            numbers: vec![0; size],
+            epoch: 0,
+        }
+    }
+
+    fn clear(&mut self) {
+        self.ids.clear();
+        self.seen.clear();
+        self.ids.push(GHOST);
+        self.seen.push(Seen::default());
+        self.farthest = -1.0;
+        self.epoch += 1 << 32;
+    }
+
+    /// The local number of `id`.
+    #[inline(always)]
+    fn local(&mut self, id: u32, point: glam::DVec3, signs: &Signs<'_>) -> u16 {
+        if id == GHOST {
+            return 0;
+        }
+        let key = self.epoch | u64::from(id);
+        let mask = self.keys.len() - 1;
+        let mut at = id as usize & mask;
+        loop {
+            if self.keys[at] == key {
+                return self.numbers[at];
+            }
+            if self.keys[at] < self.epoch {
+                return self.meet(at, key, point, signs);
+            }
+            at = (at + 1) & mask;
+        }
+    }
+
+    #[inline(never)]
+    fn meet(&mut self, at: usize, key: u64, point: glam::DVec3, signs: &Signs<'_>) -> u16 {
+        let number = self.ids.len() as u16;
+        assert!(number < u16::MAX, "more than 65,000 vertices around one point");
+        let id = key as u32;
+        self.keys[at] = key;
+        self.numbers[at] = number;
+        let seen = Seen::new(signs.points[id as usize], point);
+        self.ids.push(id);
+        self.seen.push(seen);
+        if !(seen.w <= self.farthest) {
+            self.farthest = seen.w;
+            self.bound = signs.sphere_bound(seen.w);
+        }
+        if self.ids.len() * 4 > self.keys.len() {
+            self.grow();
+        }
+        number
+    }
+
+    #[cold]
+    fn grow(&mut self) {
+        let size = self.keys.len() * 4;
+        self.keys = vec![0; size];
+        self.numbers = vec![0; size];
+        for (number, &id) in self.ids.iter().enumerate().skip(1) {
+            let mut at = id as usize & (size - 1);
+            while self.keys[at] != 0 {
+                at = (at + 1) & (size - 1);
+            }
+            self.keys[at] = self.epoch | u64::from(id);
+            self.numbers[at] = number as u16;
+        }
+    }
+}
