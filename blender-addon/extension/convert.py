@@ -63,7 +63,9 @@ def mesh_from_result(name, result):
     for attribute, values in result.vertex_attributes.items():
         store(mesh, attribute, values)
     for attribute, values in result.face_attributes.items():
-        store(mesh, attribute, values, "FACE")
+        # Blender's names are unique over all domains: the faces' `error` beside the vertices' is `face_error`.
+        name = f"face_{attribute}" if attribute in result.vertex_attributes else attribute
+        store(mesh, name, values, "FACE")
     return mesh
 
 

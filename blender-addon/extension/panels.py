@@ -8,6 +8,7 @@ from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE
 from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
+from .operators.sculpt import REPORT as SCULPTED
 
 
 class ScansPanel:
@@ -39,6 +40,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
         ]
         layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
         layout.operator("surfrecon.merge", icon="MOD_REMESH")
+        layout.operator("surfrecon.sculpt", icon="MOD_DECIM")
 
 
 class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
@@ -70,7 +72,7 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
 
 
 class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
-    """Figures of the merge that made the active object."""
+    """Figures of the merge or the sculpting that made the active object."""
 
     bl_label = "Result"
     bl_parent_id = "SURFRECON_PT_merge"
@@ -78,13 +80,15 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         """Only for results."""
-        return context.object is not None and REPORT in context.object
+        return context.object is not None and (REPORT in context.object or SCULPTED in context.object)
 
     def draw(self, context):
         """Two columns: what, how much."""
         split = self.layout.split(factor=0.5)
         names, values = split.column(), split.column()
-        for name, value in report_lines(context, context.object[REPORT].to_dict()):
+        obj = context.object
+        lines = merge_lines(context, obj[REPORT]) if REPORT in obj else sculpt_lines(context, obj[SCULPTED])
+        for name, value in lines:
             names.label(text=name)
             values.label(text=value)
 
@@ -125,8 +129,22 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
             values.label(text=length(context, figures[name]))
 
 
-def report_lines(context, report):
+def sculpt_lines(context, figures):
+    """The figures of a sculpted scan as (name, value) texts."""
+    figures = figures.to_dict()
+    full = max(figures["full_triangles"], 1)
+    yield "Triangles", f"{figures['triangles']:,}"
+    yield "Of all", f"{100 * figures['triangles'] / full:.1f} %"
+    yield "Tolerance", length(context, figures["tolerance"])
+    yield "Largest error", length(context, figures["max_error"])
+    yield "RMS error", length(context, figures["rms_error"])
+    yield "Samples not covered", f"{figures['isolated_pixels']:,}"
+    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+
+
+def merge_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
+    report = report.to_dict()
     faces = report["faces"]
     total = max(sum(faces), 1)
     closed, left = report["holes"]

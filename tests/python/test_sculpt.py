@@ -1,5 +1,8 @@
 """Sculpting through Python: arrays in, mesh and certificate out."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 import surfrecon
@@ -63,3 +66,35 @@ def test_progress_reports_and_cancels(image):
     rough = surfrecon.RangeImage.orthographic(noise, step=(1.0, 1.0))
     with pytest.raises(surfrecon.Cancelled):
         surfrecon.sculpt(rough, tolerance=0.1, threads=1, progress=lambda stage, fraction: False)
+
+
+def test_a_job_refines_on_its_own_thread(image):
+    sculptor = surfrecon.Sculptor(image)
+    result = surfrecon.Job.refine(sculptor, tolerance=0.05).result()
+    same = sculptor.refine(tolerance=0.05)
+    assert np.array_equal(result.mesh.triangles, same.mesh.triangles) and result.max_error == same.max_error
+    with pytest.raises(surfrecon.ParameterError, match="tolerance"):
+        surfrecon.Job.refine(sculptor, tolerance=-1.0)
+
+
+def test_more_effort_leaves_fewer_triangles(image):
+    counts = [len(surfrecon.sculpt(image, tolerance=0.05, effort=effort).mesh.triangles) for effort in (0, 1, 2)]
+    assert counts[0] > counts[1] >= counts[2]
+
+
+REAL = ["stanford_bunny/bun000.ply", "stanford_dragon_stand/dragonStandRight_0.ply", "dem/N37E015.hgt"]
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_real_scans_and_terrain_stay_within_the_bound(file):
+    data = os.environ.get("SURFRECON_DATA")
+    if not data or not (Path(data) / file).is_file():
+        pytest.skip(f"{file} is not in SURFRECON_DATA")
+    sculptor = surfrecon.Sculptor(surfrecon.read(Path(data) / file))
+    full = None
+    for share in (0.0028, 0.00041):
+        result = sculptor.refine(relative_tolerance=share)
+        assert result.max_error <= result.tolerance * (1 + 1e-9) + 1e-12 * sculptor.depth_extent
+        assert result.mesh.check()["is_manifold"]
+        full = full or result.report["full_triangles"]
+        assert len(result.mesh.triangles) < 0.8 * full

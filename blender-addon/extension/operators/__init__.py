@@ -3,12 +3,13 @@
 
 import bpy
 
-from . import error_map, import_scans, merge
+from . import error_map, import_scans, merge, sculpt
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
     import_scans.SURFRECON_FH_scans,
     merge.SURFRECON_OT_merge,
+    sculpt.SURFRECON_OT_sculpt,
     error_map.SURFRECON_OT_error_map,
 )
 
@@ -21,5 +22,6 @@ def register():
 
 def unregister():
     """Unregisters them."""
+    sculpt.Kept.forget()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

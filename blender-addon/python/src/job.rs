@@ -9,23 +9,26 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use surfrecon::Progress;
 use surfrecon::merge::Merged;
+use surfrecon::sculpt::Sculpted as Core;
 
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::DistanceCall;
 use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
+use crate::sculpt::{RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
     Merged(Box<Merged>),
     Distances(Vec<f64>),
+    Sculpted(Box<(Core, [usize; 2])>),
 }
 
 type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge`` or ``Job.distances``. Dropping a running job cancels it.
+/// Made by ``Job.merge``, ``Job.refine`` or ``Job.distances``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -91,6 +94,17 @@ impl Job {
         Job::start(move |progress| Ok(Made::Distances(call.run(progress)?)))
     }
 
+    /// Starts ``Sculptor.refine`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``Sculptor.refine``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (sculptor, *, tolerance = None, relative_tolerance = None))]
+    fn refine(sculptor: &Sculptor, tolerance: Option<f64>, relative_tolerance: Option<f64>) -> PyResult<Self> {
+        let call = RefineCall::new(sculptor, tolerance, relative_tolerance)?;
+        Job::start(move |progress| Ok(Made::Sculpted(Box::new(call.run(progress)?))))
+    }
+
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
         let tick = self.progress.tick();
@@ -124,6 +138,10 @@ impl Job {
         match py.detach(|| thread.join()) {
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),
+            Ok(Ok(Ok(Made::Sculpted(made)))) => {
+                let (core, [rows, cols]) = *made;
+                Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())
+            }
             Ok(Ok(Err(error))) => Err(to_python(&error)),
             Ok(Err(panic)) | Err(panic) => Err(internal_error(&*panic)),
         }

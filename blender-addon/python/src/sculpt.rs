@@ -5,8 +5,8 @@ use std::sync::Arc;
 use numpy::PyArrayMethods;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::RangeImage as CoreImage;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
+use surfrecon::{Progress, RangeImage as CoreImage};
 
 use crate::errors::{detached, input_error};
 use crate::mesh::Mesh;
@@ -25,7 +25,7 @@ use crate::range_image::{RangeImage, triangulation};
 ///     tolerance: largest distance between a sample and the mesh along the sample's ray, in the unit of the samples; 0
 ///         reproduces every sample.
 ///     relative_tolerance: the tolerance as a share of the depth extent; give one of both or none.
-///     effort: 0 digs only, 1 also removes vertices.
+///     effort: 0 digs only, 1 also removes vertices, 2 searches for fewer triangles yet.
 ///     edge_limit: longest edge between neighbouring samples.
 ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
@@ -91,9 +91,28 @@ fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> 
 ///     ParameterError, InputError: as ``sculpt``.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Sculptor {
-    sculptor: CoreSculptor<Arc<CoreImage>>,
+    sculptor: Arc<CoreSculptor<Arc<CoreImage>>>,
     rows: usize,
     cols: usize,
+}
+
+/// A call of ``Sculptor.refine`` with its arguments, to be run on any thread.
+pub struct RefineCall {
+    sculptor: Arc<CoreSculptor<Arc<CoreImage>>>,
+    tolerance: Tolerance,
+    size: [usize; 2],
+}
+
+impl RefineCall {
+    pub fn new(sculptor: &Sculptor, tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Self> {
+        let tolerance = chosen(tolerance, relative)?;
+        Ok(RefineCall { sculptor: sculptor.sculptor.clone(), tolerance, size: [sculptor.rows, sculptor.cols] })
+    }
+
+    /// The result with the numbers of rows and columns.
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<(Core, [usize; 2])> {
+        Ok((self.sculptor.refine(self.tolerance, progress)?, self.size))
+    }
 }
 
 #[pymethods]
@@ -117,7 +136,7 @@ impl Sculptor {
         let image = image.image.clone();
         let (rows, cols) = (image.rows(), image.cols());
         let sculptor = detached(py, || CoreSculptor::new(image, &params))?;
-        Ok(Sculptor { sculptor, rows, cols })
+        Ok(Sculptor { sculptor: Arc::new(sculptor), rows, cols })
     }
 
     /// Difference between the farthest and the nearest range of the covered samples.
@@ -185,7 +204,7 @@ pub struct Sculpted {
 }
 
 impl Sculpted {
-    fn new(py: Python<'_>, mut core: Core, rows: usize, cols: usize) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, mut core: Core, rows: usize, cols: usize) -> PyResult<Self> {
         let mesh = Py::new(py, Mesh::from(std::mem::take(&mut core.mesh)))?;
         Ok(Sculpted { mesh, core, rows, cols })
     }

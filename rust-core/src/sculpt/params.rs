@@ -33,8 +33,8 @@ pub const PARAMS: &[ParamSpec] = &[
         default: Default::Value(1.0),
         min: 0.0,
         min_excluded: false,
-        max: 1.0,
-        text: "Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about twice the time.",
+        max: 2.0,
+        text: "Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about three times the time, 2 searches for fewer yet, for about ten times the time.",
     },
     ParamSpec {
         operation: "sculpt",
@@ -85,7 +85,7 @@ impl Tolerance {
 pub struct SculptParams {
     /// Largest distance between a sample and the mesh along the sample's ray.
     pub tolerance: Tolerance,
-    /// Work spent on fewer triangles, 0 or 1.
+    /// Work spent on fewer triangles, 0 to 2.
     pub effort: u32,
     /// Where the mesh may be: jumps are left out.
     pub triangulation: TriangulateParams,

@@ -12,6 +12,7 @@ use super::delaunay::NONE;
 use super::domain::Domain;
 use super::patch::Patch;
 use super::pieces::Pieces;
+use super::search::{Search, Searcher};
 use super::star::{Filling, Rules, Surgeon};
 use super::view::View;
 use crate::error::Result;
@@ -33,12 +34,7 @@ pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: boo
         return Some([PATCH, if pass == 0 { PATCH / 2 } else { 0 }]);
     }
     let longest = domain.rows.max(domain.cols);
-    let mut side = u64::from(PATCH);
-    let area = f64::from(domain.rows) * f64::from(domain.cols);
-    while side < u64::from(longest) && triangles as f64 * (side * side) as f64 / area < FEW as f64 {
-        side *= 2;
-    }
-    let side = side.min(u64::from(u32::MAX / 2)) as u32;
+    let side = side_for(domain, triangles);
     // Once; and once more across the seams that are left.
     match pass {
         2 if side > PATCH => Some([side, 0]),
@@ -49,14 +45,40 @@ pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: boo
     }
 }
 
+/// Rounds of search at most.
+const ROUNDS: u32 = 5;
+
+/// The cut of a round of search; `gained` is the share of the triangles that went in the round before.
+pub(super) fn next_search(round: u32, domain: &Domain, triangles: usize, gained: f64) -> Option<[u32; 2]> {
+    if round >= ROUNDS || (round >= 2 && gained < 0.002) {
+        return None;
+    }
+    let side = side_for(domain, triangles);
+    // Seams elsewhere each time.
+    let eighths = [0, 4, 2, 6, 1][round as usize % 5];
+    Some([side, if side >= domain.rows.max(domain.cols) { 0 } else { side / 8 * eighths }])
+}
+
+/// Side of patches that have a good number of triangles each.
+fn side_for(domain: &Domain, triangles: usize) -> u32 {
+    let mut side = u64::from(PATCH);
+    let area = f64::from(domain.rows) * f64::from(domain.cols);
+    while side < u64::from(domain.rows.max(domain.cols)) && triangles as f64 * (side * side) as f64 / area < FEW as f64
+    {
+        side *= 2;
+    }
+    side.min(u64::from(u32::MAX / 2)) as u32
+}
+
 /// One pass over the whole mesh with patches of `side` pixels whose corners lie `shift` pixels before those of a grid from
-/// (0, 0).
+/// (0, 0), with a search before vertices are removed.
 pub(super) fn pass<V: View>(
     view: &V,
     domain: &Domain,
     pieces: &Pieces,
     [side, shift]: [u32; 2],
     rules: &Rules,
+    search: Search,
     progress: &Progress<'_>,
 ) -> Result<Pieces> {
     let groups = group(domain, pieces, side, shift);
@@ -64,9 +86,10 @@ pub(super) fn pass<V: View>(
     let parts = groups
         .par_iter()
         .map_init(
-            || (vec![0; pixels], Surgeon::new()),
-            |(scratch, surgeon), triangles| {
+            || (vec![0; pixels], Surgeon::new(), Searcher::new()),
+            |(scratch, surgeon, searcher), triangles| {
                 let mut patch = Patch::new(view, domain, pieces, triangles, scratch);
+                searcher.improve(&mut patch, search, rules, progress)?;
                 remove_vertices(&mut patch, surgeon, rules, progress)?;
                 Ok(patch.into_pieces())
             },
@@ -124,12 +147,14 @@ fn remove_vertices<S: super::view::Site>(
     progress: &Progress<'_>,
 ) -> Result<()> {
     let mut queue = BinaryHeap::with_capacity(patch.vertices);
-    let mut states = vec![State::Stuck; patch.vertices];
-    for v in 0..patch.vertices as u32 {
+    let mut states = vec![State::Stuck; patch.sites.len()];
+    for v in 0..patch.sites.len() as u32 {
         if (v as usize).is_multiple_of(CHECK) {
             progress.check()?;
         }
-        if let Some(filling) = surgeon.find(patch, v, rules) {
+        if patch.out[v as usize] != NONE
+            && let Some(filling) = surgeon.find(patch, v, rules)
+        {
             states[v as usize] = State::Ready(filling);
             queue.push(Reverse(Entry { cost: filling.cost.to_bits(), vertex: v }));
         }

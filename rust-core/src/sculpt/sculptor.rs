@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::domain::Domain;
 use super::pieces::Pieces;
+use super::search::Search;
 use super::star::Rules;
 use super::view::{LatticeSite, Sight, View};
 use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
@@ -32,6 +33,9 @@ const SEARCH_PLAN: Plan = &[("searching the tolerance", 0.95), ("measuring the e
 const MOST_TRIALS: u64 = 24;
 /// ... which is content with this share of the triangles allowed.
 const CLOSE: f64 = 0.98;
+
+/// A mesh is coarse if it has fewer triangles than all samples make by this factor.
+const COARSE: usize = 8;
 
 /// A mesh not yet measured.
 struct Dug {
@@ -188,11 +192,24 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let (mut pass, mut gained) = (0, true);
         while wanted && let Some(cut) = polish::next_cut(pass, &self.domain, pieces.triangles.len(), gained) {
             let before = pieces.triangles.len();
-            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, progress)?;
+            // A coarse mesh gains most, and has few edges to look at.
+            let coarse = pass == 1 && COARSE * triangles < self.domain.triangles.len();
+            let search = if coarse { Search::Light } else { Search::None };
+            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, search, progress)?;
             gained = pieces.triangles.len() < before;
             pass += 1;
         }
         clock.lap("polish");
+        let (mut round, mut share) = (0, 1.0);
+        while self.params.effort > 1
+            && let Some(cut) = polish::next_search(round, &self.domain, pieces.triangles.len(), share)
+        {
+            let before = pieces.triangles.len();
+            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, Search::Full, progress)?;
+            share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
+            round += 1;
+        }
+        clock.lap("search");
         Ok(Dug { pieces, triangles, clock })
     }
 

@@ -185,7 +185,7 @@ proptest! {
 
     #[test]
     fn any_image_keeps_every_promise(
-        scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..2_u32, joined in any::<bool>(),
+        scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32, joined in any::<bool>(),
     ) {
         let image = seen(&scene, kind);
         let edge_limit = joined.then_some(1e6);
@@ -312,7 +312,7 @@ fn parameters_out_of_range_are_refused_by_name() {
             .contains("relative_tolerance")
     );
     assert!(
-        text(SculptParams { effort: 9, ..SculptParams::default() }).contains("effort must be >= 0 and <= 1, got 9")
+        text(SculptParams { effort: 9, ..SculptParams::default() }).contains("effort must be >= 0 and <= 2, got 9")
     );
 }
 

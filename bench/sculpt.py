@@ -1,0 +1,203 @@
+"""Height maps to triangles within a bound: this library beside greedy insertion and a right-triangulated network.
+
+Grids are scaled to a depth extent of 1, so that tolerances are shares of it. Every run is a fresh process; times are of
+the meshing alone, without imports and files. One checker measures all: triangles on valid pixels, largest error there.
+"""
+
+import json
+import os
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+
+import measured
+import numpy as np
+import table
+
+HERE = Path(__file__).resolve().parent
+TOLERANCES_PCT = [0.28, 0.14, 0.069, 0.041, 0.013]
+TOOLS = ["surfrecon", "surfrecon-dug", "surfrecon-search", "pydelatin", "pymartini"]
+# These collapse a grid of every sample a dozen times to find the bound: for small grids and one tolerance.
+SLOW_TOOLS = ["open3d-quadric", "meshlab-quadric"]
+SLOW_LIMIT = (320_000, 0.069)
+
+
+def unit_extent(heights):
+    """Scaled to [0, 1] and rounded to 16 bits, as sensors do."""
+    low, high = np.nanmin(heights), np.nanmax(heights)
+    return np.round((heights - low) / (high - low) * 65535) / 65535
+
+
+def terrain(file):
+    """An SRTM tile; voids become NaN."""
+    raw = np.fromfile(file, ">i2").astype(float)
+    side = round(raw.size**0.5)
+    raw[raw == -32768] = np.nan
+    return unit_extent(raw.reshape(side, side))
+
+
+def depth_image(file):
+    """A camera's depths in millimetres as heights; 0 and 65535 are no depths."""
+    import open3d
+
+    raw = np.asarray(open3d.io.read_image(str(file))).astype(float)
+    raw[(raw == 0) | (raw == 65535)] = np.nan
+    return unit_extent(-raw)
+
+
+def synthetic(side):
+    """Fractal hills, eight round ones, and one step."""
+    rng = np.random.default_rng(7)
+    f = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)[None])
+    f[0, 0] = 1
+    z = np.fft.irfft2((rng.normal(size=f.shape) + 1j * rng.normal(size=f.shape)) * f**-2.4 * (f < 1), (side, side))
+    z = (z - z.min()) / np.ptp(z)
+    y, x = np.mgrid[:side, :side] / side
+    for _ in range(8):
+        cx, cy, width, height = *rng.random(2), 0.03 + 0.08 * rng.random(), 0.3 * rng.random()
+        z += height * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / (2 * width * width))
+    return unit_extent(z + 0.15 * ((x > 0.6) & (y > 0.55) & (x < 0.85) & (y < 0.8)))
+
+
+def scan(file):
+    """A range scan seen along z on a regular grid of its own spacing, the largest part of its surface only."""
+    import open3d
+    import surfrecon
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    mesh = surfrecon.read(file).triangulate()
+    points, triangles = np.asarray(mesh.positions), np.asarray(mesh.triangles)
+    edges = np.concatenate([triangles[:, :2], triangles[:, 1:]])
+    graph = coo_matrix((np.ones(len(edges)), edges.T), (len(points), len(points)))
+    part = connected_components(graph, directed=False)[1][triangles[:, 0]]
+    triangles = triangles[part == np.bincount(part).argmax()]
+    used = points[np.unique(triangles)]
+    low, high = used.min(0), used.max(0)
+    e = points[triangles[:, 1]] - points[triangles[:, 0]]
+    pitch = float(np.median(np.linalg.norm(e[:, :2], axis=1)))
+    scene = open3d.t.geometry.RaycastingScene()
+    moved = (points - [low[0], low[1], high[2]]).astype(np.float32)
+    scene.add_triangles(open3d.core.Tensor(moved), open3d.core.Tensor(triangles.astype(np.uint32)))
+    cols, rows = ((high - low)[:2] / pitch).astype(int) + 1
+    x, y = np.meshgrid((np.arange(cols) + 0.25) * pitch, (np.arange(rows) + 0.25) * pitch)
+    rays = np.stack([x, y, np.full_like(x, 0.01), 0 * x, 0 * x, 0 * x - 1], -1).astype(np.float32)
+    depth = scene.cast_rays(open3d.core.Tensor(rays))["t_hit"].numpy().astype(float)
+    return unit_extent(np.where(np.isfinite(depth), -depth, np.nan))
+
+
+def cases(skipped):
+    """Name and maker of each grid; those that can't run are named in `skipped`."""
+    data = os.environ.get("SURFRECON_DATA")
+    files = [
+        ("bun000", "stanford_bunny/bun000.ply", scan),
+        ("dragonStandRight_0", "stanford_dragon_stand/dragonStandRight_0.ply", scan),
+        ("kinect", "rgbd_7scenes/frame-000150.depth.png", depth_image),
+        ("N37E014", "dem/N37E014.hgt", terrain),
+        ("N37E015", "dem/N37E015.hgt", terrain),
+    ]
+    for name, file, make in files:
+        if data and (Path(data) / file).is_file():
+            yield name, lambda make=make, path=Path(data) / file: make(path)
+        else:
+            skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+    yield "synthetic 1024", lambda: synthetic(1024)
+    for side in (128, 256, 512, 2048, 4096):
+        yield f"growth {side}", lambda side=side: synthetic(side)
+
+
+def check(heights, positions, triangles):
+    """Triangles on valid pixels, largest and RMS error there; of all triangles at a pixel the worst one counts."""
+    errors = np.full(heights.shape, -1.0)
+    corners = positions[triangles]
+    low = np.ceil(corners[:, :, :2].min(1)).astype(int)
+    size = np.floor(corners[:, :, :2].max(1)).astype(int) - low + 1
+    a, b, c = (corners[:, i] for i in range(3))
+    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    middle = np.rint(corners[:, :, :2].mean(1)).astype(int)
+    inside = np.all((middle >= 0) & (middle < heights.shape[::-1]), axis=1)
+    on_valid = np.zeros(len(triangles), bool)
+    on_valid[inside] = ~np.isnan(heights[middle[inside, 1], middle[inside, 0]])
+
+    def compare(t, x, y):
+        """Pixels (x, y) with triangles t, arrays that go together."""
+        # Triangles edge-on have no area and cover no pixel.
+        with np.errstate(divide="ignore", invalid="ignore"):
+            seen, of_b, of_c = inside_of(t, x, y)
+        t, x, y, of_b, of_c = t[seen], x[seen], y[seen], of_b[seen], of_c[seen]
+        z = a[t, 2] + of_b * (b[t, 2] - a[t, 2]) + of_c * (c[t, 2] - a[t, 2])
+        np.maximum.at(errors, (y, x), np.abs(z - heights[y, x]))
+
+    def inside_of(t, x, y):
+        of_b = ((x - a[t, 0]) * (c[t, 1] - a[t, 1]) - (y - a[t, 1]) * (c[t, 0] - a[t, 0])) / area[t]
+        of_c = ((b[t, 0] - a[t, 0]) * (y - a[t, 1]) - (b[t, 1] - a[t, 1]) * (x - a[t, 0])) / area[t]
+        seen = (of_b > -1e-9) & (of_c > -1e-9) & (of_b + of_c < 1 + 1e-9)
+        return seen & (x >= 0) & (y >= 0) & (x < heights.shape[1]) & (y < heights.shape[0]), of_b, of_c
+
+    # Large triangles one by one; others of like size together: one step of the loop a pixel of their box.
+    large = size.prod(1) > 1024
+    for t in np.flatnonzero(large):
+        y, x = np.mgrid[low[t, 1] : low[t, 1] + size[t, 1], low[t, 0] : low[t, 0] + size[t, 0]].reshape(2, -1)
+        compare(np.full(x.shape, t), x, y)
+    group = np.ceil(np.log2(np.maximum(size, 1))).astype(int)
+    for w, h in np.unique(group[~large], axis=0):
+        which = np.flatnonzero((group[:, 0] == w) & (group[:, 1] == h) & ~large)
+        for dy in range(1 << h):
+            for dx in range(1 << w):
+                t = which[(dx < size[which, 0]) & (dy < size[which, 1])]
+                compare(t, low[t, 0] + dx, low[t, 1] + dy)
+    covered = errors[(errors >= 0) & ~np.isnan(heights)]
+    return int(on_valid.sum()), float(covered.max()), float(np.sqrt(np.mean(covered**2)))
+
+
+def full_triangles(heights):
+    """Triangles of all samples: two a full cell, one a cell of three corners."""
+    valid = ~np.isnan(heights)
+    corners = valid[:-1, :-1].astype(int) + valid[1:, :-1] + valid[:-1, 1:] + valid[1:, 1:]
+    return int(2 * (corners == 4).sum() + (corners == 3).sum())
+
+
+def measure(case, tool, grid, heights, tolerance_pct, repeats):
+    """One row: medians of the times of `repeats` fresh processes."""
+    row = {"case": case, "tool": tool, "tau_pct": tolerance_pct}
+    runs = []
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "mesh.npz"
+        try:
+            for _ in range(repeats):
+                command = [sys.executable, HERE / "peer_sculpt.py", tool, grid, tolerance_pct / 100, out]
+                figures, printed = measured.run(command)
+                runs.append({"peak_mb": figures["peak_mb"]} | json.loads(printed.strip().splitlines()[-1]))
+        except measured.Failed as failed:
+            return row | {"failed": str(failed)}
+        mesh = np.load(out)
+        triangles, largest, rms = check(heights, mesh["positions"], mesh["triangles"].astype(int))
+    row |= {"triangles": triangles, "pct_of_full": 100 * triangles / full_triangles(heights)}
+    row |= {"max_err_pct": 100 * largest, "rms_err_pct": 100 * rms}
+    return row | {key: statistics.median(run[key] for run in runs) for key in runs[0]}
+
+
+def main(only_cases, repeats):
+    """Runs all cases, prints a table a case."""
+    rows, skipped = [], []
+    for name, make in cases(skipped):
+        if only_cases not in name:
+            continue
+        heights = make()
+        growth = name.startswith("growth")
+        with tempfile.TemporaryDirectory() as folder:
+            grid = Path(folder) / "grid.npy"
+            np.save(grid, heights)
+            for tolerance in [0.041] if growth else TOLERANCES_PCT:
+                slow = heights.size <= SLOW_LIMIT[0] and tolerance == SLOW_LIMIT[1]
+                tools = ["surfrecon"] if growth else TOOLS + SLOW_TOOLS * slow
+                found = [measure(name, tool, grid, heights, tolerance, repeats) for tool in tools]
+                rows += found
+                columns = ["tool", "tau_pct", "triangles", "pct_of_full", "max_err_pct", "rms_err_pct"]
+                columns += ["cpu_s", "wall_s", "redig_s", "peak_mb"]
+                print(f"\n{name}, {tolerance} %")
+                table.show(found, {column: column for column in columns})
+    for text in skipped:
+        print(f"SKIPPED {text}")
+    return {"rows": rows, "skipped": skipped}

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sculpt the active scan: few triangles, none farther from a sample than a tolerance."""
+
+import hashlib
+import math
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import BoolProperty, FloatProperty
+from mathutils import Matrix
+
+from .. import convert
+from ..job import JobOperator, Refused
+from ..properties import description, option
+from .error_map import show
+from .merge import SCANS
+
+REPORT = "surfrecon_sculpt"
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
+# What a sculptor is made with; the tolerance may change afterwards.
+MAKING = ("effort", "edge_limit", "grazing_limit", "threads")
+
+
+class Kept:
+    """The last sculptor, by what it was made from: the redo panel's sliders dig again without a new start."""
+
+    key = None
+    sculptor = None
+
+    @classmethod
+    def get(cls, image, options):
+        """The sculptor of an image (a `surfrecon.RangeImage`) with some of the library's keyword arguments."""
+        content = hashlib.sha256(np.ascontiguousarray(image.points).tobytes())
+        for values in (image.colour, image.confidence):
+            content.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
+        key = (content.digest(), repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
+        if key != cls.key:
+            cls.forget()
+            cls.sculptor = surfrecon.Sculptor(image, **options)
+            cls.key = key
+        return cls.sculptor
+
+    @classmethod
+    def forget(cls):
+        """Gives its memory back."""
+        cls.key = cls.sculptor = None
+
+
+class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
+    """Make a mesh of few triangles from the active scan that stays within a tolerance of every sample"""
+
+    bl_idname = "surfrecon.sculpt"
+    bl_label = "Sculpt Scan"
+    bl_options = {"REGISTER", "UNDO"}
+
+    __annotations__ = {name: option(PARAMETERS[name]) for name in ("tolerance", *MAKING)} | {
+        "relative_tolerance": FloatProperty(
+            name="Relative tolerance",
+            description=description(PARAMETERS["relative_tolerance"]) + ". Used where no tolerance is given",
+            default=PARAMETERS["relative_tolerance"].default,
+            min=0,
+            soft_max=0.02,
+            step=0.01,
+            precision=5,
+        ),
+        "show_error": BoolProperty(
+            name="Show error", description="Colour the mesh by its distance to the samples", default=False
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """There must be a scan."""
+        if not super().poll(context):
+            return False
+        if context.object is None or not convert.is_range_image(context.object):
+            cls.poll_message_set("Make an imported scan the active object")
+            return False
+        return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "tolerance")
+        row = layout.row()
+        row.active = self.tolerance == 0
+        row.prop(self, "relative_tolerance")
+        for name in ("effort", "edge_limit", "grazing_limit", "show_error"):
+            layout.prop(self, name)
+
+    def start(self, context):
+        """Gathers the scan; the sculptor of the same scan is used again."""
+        obj = context.object
+        image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
+        if not isinstance(image, surfrecon.RangeImage):
+            raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
+        self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
+        options = {}
+        for name in MAKING:
+            parameter, value = PARAMETERS[name], getattr(self, name)
+            # Blender's numbers are in single precision: pi/2 may come back above its own limit.
+            unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
+            options[name] = None if unchanged else min(value, parameter.maximum)
+        sculptor = Kept.get(image, options)
+        if self.tolerance > 0:
+            return surfrecon.Job.refine(sculptor, tolerance=self.tolerance)
+        return surfrecon.Job.refine(sculptor, relative_tolerance=self.relative_tolerance)
+
+    def finish(self, context, result):
+        """Puts the mesh beside the scan."""
+        if len(result.mesh.triangles) == 0:
+            raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise the longest edge')
+        mesh = convert.mesh_from_result(f"{self.scan} sculpted", result.mesh)
+        made = bpy.data.objects.new(mesh.name, mesh)
+        made.matrix_world = self.pose
+        figures = result.report | {"max_error": result.max_error, "rms_error": result.rms_error}
+        made[REPORT] = convert.plain(figures)
+        made[SCANS] = self.scan
+        context.collection.objects.link(made)
+        if self.show_error:
+            show(made, result.tolerance or max(result.max_error, 1e-9))
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+        share = len(mesh.polygons) / max(result.report["full_triangles"], 1)
+        self.report(
+            {"INFO"},
+            f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {result.max_error:.3g}",
+        )

@@ -1,0 +1,349 @@
+//! Fewer triangles by search: edges collapse to the best pixel near their middle, vertices move to a better pixel, edges
+//! flip. Every change keeps all pixels within the tolerance; collapses take away two triangles each, moves and flips
+//! lower the sum of squared errors and so make room for further collapses and removals.
+//!
+//! A collapse and a move are one operation: the polygon of one or two stars is filled by a fan around a pixel inside.
+//! Positive triangles over all its edges fill a simple polygon, so no other test of the geometry is needed.
+
+use super::delaunay::{NONE, next_of, previous_of};
+use super::patch::{Fan, Patch};
+use super::star::{MOST, Rules};
+use super::view::Site;
+use crate::error::Result;
+use crate::progress::Progress;
+
+/// Checks for cancelling come once in this many edges.
+const CHECK: usize = 256;
+
+/// Pixels from the middle of an edge to the farthest pixel to which it may collapse, along both axes.
+const REACH: i64 = 2;
+
+/// A sum of squares must fall by this factor to count: rounding must not keep changes going around.
+const BETTER: f64 = 1.0 - 1e-9;
+
+/// What to search before vertices are removed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Search {
+    /// Nothing.
+    None,
+    /// Flips and moves.
+    Light,
+    /// Collapses, too.
+    Full,
+}
+
+/// Searches and makes changes; keeps its memory between them.
+pub(super) struct Searcher<S> {
+    half_edges: Vec<u32>,
+    others: Vec<u32>,
+    /// Corners of the polygon in turning order, and what lies beyond the edge from each to the next.
+    ring: Vec<u32>,
+    ring_sites: Vec<S>,
+    outer: Vec<u32>,
+    /// The polygon's triangles.
+    slots: Vec<u32>,
+    /// The polygon's pixels, its vertices first.
+    members: Vec<u32>,
+    member_sites: Vec<S>,
+    /// The pixel that failed last: likely to fail again.
+    spoiler: usize,
+}
+
+impl<S: Site> Searcher<S> {
+    pub fn new() -> Self {
+        Searcher {
+            half_edges: Vec::new(),
+            others: Vec::new(),
+            ring: Vec::new(),
+            ring_sites: Vec::new(),
+            outer: Vec::new(),
+            slots: Vec::new(),
+            members: Vec::new(),
+            member_sites: Vec::new(),
+            spoiler: 0,
+        }
+    }
+
+    /// One round over all edges and vertices of a patch.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn improve(
+        &mut self,
+        patch: &mut Patch<S>,
+        search: Search,
+        rules: &Rules,
+        progress: &Progress<'_>,
+    ) -> Result<()> {
+        if search == Search::None {
+            return Ok(());
+        }
+        self.flip_edges(patch, rules, progress)?;
+        self.move_vertices(patch, rules, progress)?;
+        if search == Search::Full {
+            self.collapse_edges(patch, rules, progress)?;
+            self.flip_edges(patch, rules, progress)?;
+        }
+        Ok(())
+    }
+
+    fn collapse_edges(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+        for h in 0..patch.corners.len() as u32 {
+            if (h as usize).is_multiple_of(CHECK) {
+                progress.check()?;
+            }
+            if !patch.alive[h as usize / 3] || !self.gather_pair(patch, h) {
+                continue;
+            }
+            let [a, b] = [patch.place(patch.corners[h as usize]), patch.place(patch.to(h))];
+            let near = |place: [i64; 2]| (0..2).all(|i| (2 * place[i] - a[i] - b[i]).abs() <= 2 * REACH + 1);
+            let mut best = (f64::INFINITY, 0);
+            for m in 0..self.members.len() {
+                if m < 2 || near(patch.place(self.members[m])) {
+                    let cost = self.fan_cost(m, best.0, rules);
+                    if cost < best.0 {
+                        best = (cost, m);
+                    }
+                }
+            }
+            if best.0 < f64::INFINITY {
+                self.make_fan(patch, best.1, 2);
+            }
+        }
+        Ok(())
+    }
+
+    fn move_vertices(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+        for v in 0..patch.sites.len() as u32 {
+            if (v as usize).is_multiple_of(CHECK) {
+                progress.check()?;
+            }
+            if patch.out[v as usize] == NONE || !self.gather_star(patch, v) {
+                continue;
+            }
+            let from = patch.place(v);
+            let near = |place: [i64; 2]| (0..2).all(|i| (place[i] - from[i]).abs() <= 1);
+            let mut best = (BETTER * self.fan_cost(0, f64::INFINITY, rules), 0);
+            for m in 1..self.members.len() {
+                if near(patch.place(self.members[m])) {
+                    let cost = self.fan_cost(m, best.0, rules);
+                    if cost < best.0 {
+                        best = (cost, m);
+                    }
+                }
+            }
+            if best.1 > 0 {
+                self.make_fan(patch, best.1, 1);
+            }
+        }
+        Ok(())
+    }
+
+    /// Collects the star of `v`, `false` if it must stay.
+    fn gather_star(&mut self, patch: &Patch<S>, v: u32) -> bool {
+        if patch.fan(v, MOST, &mut self.half_edges) != Some(Fan::Closed) {
+            return false;
+        }
+        self.clear();
+        for i in 0..self.half_edges.len() {
+            let h = self.half_edges[i];
+            self.add_corner(patch, h);
+            self.slots.push(h / 3);
+        }
+        self.add_members(patch, &[v]);
+        true
+    }
+
+    /// Collects the stars of both ends of an edge, `false` if they must stay.
+    fn gather_pair(&mut self, patch: &Patch<S>, h: u32) -> bool {
+        let (u, v) = (patch.corners[h as usize], patch.to(h));
+        // Each edge once, from its smaller end.
+        if u > v
+            || patch.fan(u, MOST, &mut self.half_edges) != Some(Fan::Closed)
+            || patch.fan(v, MOST, &mut self.others) != Some(Fan::Closed)
+        {
+            return false;
+        }
+        let (k, l) = (self.half_edges.len(), self.others.len());
+        if !(3..=MOST).contains(&(k + l - 4)) {
+            return false;
+        }
+        let back = patch.twins[h as usize];
+        let rotate = |list: &mut [u32], first: u32| {
+            let at = list.iter().position(|&x| x == first).expect("the edge leaves its own end");
+            list.rotate_left(at);
+        };
+        rotate(&mut self.half_edges, h);
+        rotate(&mut self.others, back);
+        self.clear();
+        for i in 1..k - 1 {
+            self.add_corner(patch, self.half_edges[i]);
+        }
+        for j in 1..l - 1 {
+            self.add_corner(patch, self.others[j]);
+        }
+        // Where a corner comes twice, the ends have another common neighbour: the polygon is none.
+        if (1..self.ring.len()).any(|i| self.ring[..i].contains(&self.ring[i])) {
+            return false;
+        }
+        self.slots.extend(self.half_edges.iter().map(|h| h / 3));
+        self.slots.extend(self.others[1..l - 1].iter().map(|h| h / 3));
+        self.add_members(patch, &[u, v]);
+        true
+    }
+
+    fn clear(&mut self) {
+        self.ring.clear();
+        self.ring_sites.clear();
+        self.outer.clear();
+        self.slots.clear();
+        self.members.clear();
+        self.member_sites.clear();
+        self.spoiler = 0;
+    }
+
+    /// Adds the corner that a half edge of the star leads to.
+    fn add_corner(&mut self, patch: &Patch<S>, h: u32) {
+        let corner = patch.to(h);
+        self.ring.push(corner);
+        self.ring_sites.push(patch.sites[corner as usize]);
+        self.outer.push(patch.twins[next_of(h) as usize]);
+    }
+
+    fn add_members(&mut self, patch: &Patch<S>, vertices: &[u32]) {
+        self.members.extend(vertices);
+        for &t in &self.slots {
+            let mut p = patch.first[t as usize];
+            while p != NONE {
+                self.members.push(p);
+                p = patch.next[p as usize];
+            }
+        }
+        self.member_sites.extend(self.members.iter().map(|&p| patch.sites[p as usize]));
+    }
+
+    /// Sum of squared errors of a fan around member `m`; infinite if it must not be, or is not below `limit`.
+    fn fan_cost(&mut self, m: usize, limit: f64, rules: &Rules) -> f64 {
+        let k = self.ring.len();
+        let apex = self.member_sites[m];
+        for i in 0..k {
+            let (a, b) = (&self.ring_sites[i], &self.ring_sites[(i + 1) % k]);
+            if S::turn(a, b, &apex) <= 0.0 || !S::is_wide(a, b, &apex) {
+                return f64::INFINITY;
+            }
+        }
+        let plane = |i: usize| S::plane(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], &apex);
+        let spoiler = &self.member_sites[self.spoiler];
+        if self.spoiler != m && !(S::error(&plane(self.wedge(&apex, spoiler)), spoiler).abs() <= rules.tolerance) {
+            return f64::INFINITY;
+        }
+        let mut planes = [None; MOST];
+        let mut sum = 0.0;
+        for (other, p) in self.member_sites.iter().enumerate() {
+            if other == m {
+                continue;
+            }
+            let i = self.wedge(&apex, p);
+            let error = S::error(planes[i].get_or_insert_with(|| plane(i)), p);
+            if !(error.abs() <= rules.tolerance) {
+                self.spoiler = other;
+                return f64::INFINITY;
+            }
+            sum += error * error;
+            if sum >= limit {
+                return f64::INFINITY;
+            }
+        }
+        sum
+    }
+
+    /// The triangle of the fan around `apex` in which a pixel of the polygon is seen.
+    #[inline]
+    fn wedge(&self, apex: &S, p: &S) -> usize {
+        let k = self.ring.len();
+        let mut before = S::turn(apex, &self.ring_sites[0], p);
+        for i in 0..k {
+            let after = S::turn(apex, &self.ring_sites[(i + 1) % k], p);
+            if before >= 0.0 && after <= 0.0 {
+                return i;
+            }
+            before = after;
+        }
+        // Only an apex at the pixel itself sees it nowhere.
+        0
+    }
+
+    /// Fills the polygon by a fan around member `m`; the first `vertices` members were vertices.
+    fn make_fan(&mut self, patch: &mut Patch<S>, m: usize, vertices: usize) {
+        let k = self.ring.len();
+        let (apex, site) = (self.members[m], self.member_sites[m]);
+        for &v in &self.members[..vertices] {
+            patch.out[v as usize] = NONE;
+        }
+        for (i, &t) in self.slots.iter().enumerate() {
+            patch.alive[t as usize] = i < k;
+            patch.first[t as usize] = NONE;
+        }
+        for i in 0..k {
+            let (next, before) = (self.slots[(i + 1) % k], self.slots[(i + k - 1) % k]);
+            let corners = [self.ring[i], self.ring[(i + 1) % k], apex];
+            patch.set(self.slots[i], corners, [self.outer[i], next * 3 + 2, before * 3 + 1]);
+        }
+        for other in (0..self.members.len()).filter(|&other| other != m) {
+            let t = self.slots[self.wedge(&site, &self.member_sites[other])];
+            patch.list(t, self.members[other]);
+        }
+    }
+
+    fn flip_edges(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+        for h in 0..patch.corners.len() as u32 {
+            if (h as usize).is_multiple_of(CHECK) {
+                progress.check()?;
+            }
+            let g = patch.twins[h as usize];
+            if patch.alive[h as usize / 3] && g < h {
+                self.flip(patch, h, g, rules);
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces an edge by the other diagonal of the two triangles beside it, if that lowers the sum of squares.
+    fn flip(&mut self, patch: &mut Patch<S>, h: u32, g: u32, rules: &Rules) {
+        let [a, b] = [patch.corners[h as usize], patch.to(h)];
+        let [c, d] = [previous_of(h), previous_of(g)].map(|h| patch.corners[h as usize]);
+        let [sa, sb, sc, sd] = [a, b, c, d].map(|v| patch.sites[v as usize]);
+        let positive = |a: &S, b: &S, c: &S| S::turn(a, b, c) > 0.0 && S::is_wide(a, b, c);
+        if c == d || !positive(&sa, &sd, &sc) || !positive(&sd, &sb, &sc) {
+            return;
+        }
+        self.clear();
+        self.slots.extend([h / 3, g / 3]);
+        self.add_members(patch, &[]);
+        let old = [S::plane(&sa, &sb, &sc), S::plane(&sb, &sa, &sd)];
+        let new = [S::plane(&sa, &sd, &sc), S::plane(&sd, &sb, &sc)];
+        let (mut before, mut after) = (0.0, 0.0);
+        for p in &self.member_sites {
+            let was = S::error(&old[usize::from(S::turn(&sa, &sb, p) < 0.0)], p);
+            let is = S::error(&new[usize::from(S::turn(&sd, &sc, p) < 0.0)], p);
+            if !(is.abs() <= rules.tolerance) {
+                return;
+            }
+            before += was * was;
+            after += is * is;
+        }
+        if !(after < BETTER * before) {
+            return;
+        }
+        let (t, u) = (h / 3, g / 3);
+        let [bc, ca] = [next_of(h), previous_of(h)].map(|h| patch.twins[h as usize]);
+        let [ad, db] = [next_of(g), previous_of(g)].map(|h| patch.twins[h as usize]);
+        patch.first[t as usize] = NONE;
+        patch.first[u as usize] = NONE;
+        patch.set(t, [a, d, c], [ad, u * 3 + 2, ca]);
+        patch.set(u, [d, b, c], [db, bc, t * 3 + 1]);
+        for (&p, site) in self.members.iter().zip(&self.member_sites) {
+            patch.list(if S::turn(&sd, &sc, site) < 0.0 { u } else { t }, p);
+        }
+    }
+}
