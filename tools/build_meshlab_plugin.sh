@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds the MeshLab plugin: out/meshlab-plugin/VERSION-SCALAR/libfilter_surfrecon.so
+# Builds the MeshLab plugin: out/meshlab-plugin/VERSION-SCALAR/lib{filter,io}_surfrecon.so
 # Usage: tools/build_meshlab_plugin.sh [VERSION-SCALAR...]      without any: every version, for MeshLab and for pymeshlab
 # Ends with status 3 where nothing but MeshLab's headers can't be had. SURFRECON_PROFILE=dev links the library as tests build it.
 set -euo pipefail

@@ -3,6 +3,7 @@
 // (whose interface 2025.07 kept).
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -72,6 +73,42 @@ inline std::vector<const MeshModel *> layers(const MeshDocument &document)
     return found;
 }
 
+inline void remove(MeshDocument &document, MeshModel &layer)
+{
+#if SRF_MESHLAB < 202100
+    document.delMesh(&layer);
+#else
+    document.delMesh(static_cast<unsigned int>(layer.id()));
+#endif
+}
+
+// A parameter that names a layer; by default the one at `place` in the list, or the last.
+inline RichMesh layer_parameter(const char *name, const MeshDocument &document, int place, const char *title, const char *tip)
+{
+#if SRF_MESHLAB < 202100
+    MeshDocument *const known = const_cast<MeshDocument *>(&document);
+    return RichMesh(name, std::max(0, std::min(place, known->meshList.size() - 1)), known, title, tip);
+#else
+    unsigned int id = 0;
+    for (const MeshModel &layer : document.meshIterator()) {
+        id = static_cast<unsigned int>(layer.id());
+        if (place-- == 0) break;
+    }
+    return RichMesh(name, id, &document, title, tip);
+#endif
+}
+
+// The layer that such a parameter names; null if there is none.
+inline MeshModel *layer(const RichParameterList &parameters, const char *name, MeshDocument &document)
+{
+#if SRF_MESHLAB < 202100
+    (void)document;
+    return parameters.getMesh(name);
+#else
+    return document.getMesh(parameters.getMeshId(name));
+#endif
+}
+
 // To be called once the vertices of a layer are there.
 inline void update_box_and_normals(MeshModel &layer)
 {
@@ -87,7 +124,11 @@ inline void update_box_and_normals(MeshModel &layer)
 #if SRF_MESHLAB < 202100
 #define SRF_FILTER_IID MESH_FILTER_INTERFACE_IID
 #define SRF_FILTER_BASE MeshFilterInterface
+#define SRF_IO_IID MESH_IO_INTERFACE_IID
+#define SRF_IO_BASE MeshIOInterface
 #else
 #define SRF_FILTER_IID FILTER_PLUGIN_IID
 #define SRF_FILTER_BASE FilterPlugin
+#define SRF_IO_IID IO_PLUGIN_IID
+#define SRF_IO_BASE IOPlugin
 #endif

@@ -3,6 +3,7 @@
 // them and is the only one that knows how MeshLab calls.
 #pragma once
 
+#include <cstdio>
 #include <functional>
 
 #include <surfrecon.hpp>
@@ -42,17 +43,29 @@ struct Filter {
     Outputs (*run)(Job &job);
 };
 
-extern const Filter import_filter, merge_filter, sculpt_filter;
+// Named in what users are told to do; the import plugin is without the filters.
+inline const char *const import_name = "Import Range Images";
+
+extern const Filter import_filter, merge_filter, sculpt_filter, distance_filter;
 
 inline QString text(const std::string &utf8) { return QString::fromUtf8(utf8.data(), static_cast<int>(utf8.size())); }
 
 // An error in words a user can act on.
 [[noreturn]] inline void refuse(const std::string &sentence) { throw MLException(text(sentence)); }
 
+// A number for people.
+inline std::string shown(double value)
+{
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%.4g", value);
+    return digits;
+}
+
 // Lengths that are left at 0 are measured from the data.
 inline double length(const RichParameterList &parameters, const char *name)
 {
     const double value = parameters.getAbsPerc(name);
+    if (!(value >= 0)) refuse(std::string(name) + " must be at least 0, got " + shown(value) + "; 0 stands for a length measured from the data");
     return value == 0 ? SRF_FROM_DATA : value;
 }
 

@@ -17,18 +17,15 @@ void parameters(const MeshDocument &, RichParameterList &list)
         "A scan, or a file that places several: Stanford .conf, MeshLab .mlp and .aln; PLY with or without a range grid, PTX, E57, "
         "PCD, points in text; height maps and depth images as PGM, PFM, PNG, EXR, TIFF, HGT, NPY and ESRI grids. What it is is "
         "seen from the content."));
-    list.addParam(RichBool(
-        "faces", true, "With faces",
-        "Neighbouring pixels are joined by triangles, except over jumps. Without, range images are points that know their pixel."));
+    add_read_parameters(list);
 }
 
 Outputs run(Job &job)
 {
     const QString file = job.parameters.getOpenFileName("file");
     if (file.isEmpty()) refuse("Choose the file to import");
-    const surfrecon::Scans scans = surfrecon::Scans::open({std::string(file.toUtf8().constData())});
+    const surfrecon::Scans scans = open(file, job.parameters);
     for (const std::string &note : scans.notes()) job.log(note);
-    if (scans.size() == 0) refuse("There is no scan in " + std::string(file.toUtf8().constData()));
 
     // All are read before the first layer is made: an error or a cancel leaves the document as it was.
     std::vector<surfrecon::Scans::Content> read;
@@ -38,30 +35,38 @@ Outputs run(Job &job)
         }
         read.push_back(scans.read(i));
     }
-    int images = 0;
-    int samples = 0;
-    for (std::size_t i = 0; i < read.size(); ++i) {
-        if (job.callback != nullptr) job.callback(static_cast<int>(80 + 20 * i / read.size()), "Making layers");
-        const std::string name = scans.name(i);
-        MeshModel &layer = *job.document.addNewMesh("", text(name), true);
-        const bool image = static_cast<bool>(read[i].image);
-        if (image) job.log(name + ": " + std::to_string(read[i].image.rows()) + " x " + std::to_string(read[i].image.cols()) + " pixels, " + std::to_string(read[i].image.valid()) + " of them valid");
-        fill_scan(layer, read[i], scans.pose(i), job.parameters.getBool("faces"));
-        images += image;
-        samples += layer.cm.vn;
-        read[i] = {};
+    std::vector<MeshModel *> made;
+    int images = 0, vertices = 0;
+    try {
+        for (std::size_t i = 0; i < read.size(); ++i) {
+            if (job.callback != nullptr) job.callback(static_cast<int>(80 + 20 * i / read.size()), "Making layers");
+            const std::string name = scans.name(i);
+            made.push_back(job.document.addNewMesh("", text(name), true));
+            const surfrecon::Image &image = read[i].image;
+            if (image) {
+                job.log(name + ": " + std::to_string(image.rows()) + " x " + std::to_string(image.cols()) + " pixels, " +
+                        std::to_string(image.valid()) + " of them valid");
+                ++images;
+            }
+            fill_scan(*made.back(), read[i], scans.pose(i), job.parameters.getBool("faces"));
+            vertices += made.back()->cm.vn;
+            read[i] = {};
+        }
+    } catch (...) {
+        for (MeshModel *layer : made) compat::remove(job.document, *layer);
+        throw;
     }
     Outputs out;
     out["layers"] = static_cast<int>(read.size());
     out["range_images"] = images;
-    out["vertices"] = samples;
+    out["vertices"] = vertices;
     return out;
 }
 
 }  // namespace
 
 extern const Filter import_filter = {
-    "Import Range Images",
+    import_name,
     "create_range_images_from_file",
     "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex "
     "knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes "

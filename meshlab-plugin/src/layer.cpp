@@ -101,6 +101,14 @@ LayerArrays arrays(const MeshModel &layer, Frame frame)
     return found;
 }
 
+std::vector<std::uint8_t> vertex_colours(const MeshModel &layer, const LayerArrays &flat)
+{
+    if (!layer.hasDataMask(MeshModel::MM_VERTCOLOR)) return {};
+    return gather<std::uint8_t, 4>(flat, [&](std::size_t i, std::uint8_t *out) {
+        for (int k = 0; k < 4; ++k) out[k] = layer.cm.vert[i].cC()[k];
+    });
+}
+
 surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
 {
     using surfrecon::View;
@@ -108,10 +116,8 @@ surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
     const std::size_t count = flat.kept.size();
     surfrecon::Mesh made = surfrecon::Mesh::create(View<double, 3>(flat.positions.data(), count),
                                                    View<std::uint32_t, 3>(flat.triangles.data(), flat.triangles.size() / 3));
-    if (layer.hasDataMask(MeshModel::MM_VERTCOLOR)) {
-        const auto colours = gather<std::uint8_t, 4>(flat, [&](std::size_t i, std::uint8_t *out) {
-            for (int k = 0; k < 4; ++k) out[k] = layer.cm.vert[i].cC()[k];
-        });
+    const std::vector<std::uint8_t> colours = vertex_colours(layer, flat);
+    if (!colours.empty()) {
         made.set_attribute(SRF_VERTICES, "colour", View<std::uint8_t, 4>(colours.data(), count));
     }
     const std::vector<double> confidence = scalars(layer, "confidence");

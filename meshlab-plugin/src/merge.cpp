@@ -96,7 +96,7 @@ Outputs run(Job &job)
             merger.add(surface, name);
         } else {
             refuse("The layer " + quoted(*layer) + " has points only, and no grid that tells which of them are neighbours. " +
-                   "Hide it, or import it from its file with \"" + import_filter.name + "\"");
+                   "Hide it, or import it from its file with \"" + import_name + "\"");
         }
     }
 
@@ -113,7 +113,7 @@ Outputs run(Job &job)
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
-    job.log("Voxel " + std::to_string(report.voxel) + ", merge distance " + std::to_string(report.merge_distance));
+    job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance));
     job.log(std::to_string(report.holes_closed) + " holes closed, " + std::to_string(report.holes_open) + " left open; " +
             std::to_string(report.dropped_components) + " small parts dropped");
     Outputs out;

@@ -3,7 +3,8 @@
 
 namespace {
 
-const srf::Filter *const filters[] = {&srf::import_filter, &srf::merge_filter, &srf::sculpt_filter};
+const srf::Filter *const filters[] = {&srf::import_filter, &srf::merge_filter, &srf::sculpt_filter,
+                                        &srf::distance_filter};
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 

@@ -219,7 +219,7 @@ Vector facing(const MeshModel &layer, const Grid &grid)
     }
     if (!(size(sum) > 0) || !std::isfinite(size(sum))) {
         refuse("It is not known from where the layer " + quoted(layer) + " was seen, and it has no faces to tell. Import it with \"" +
-               std::string(import_filter.name) + "\"");
+               std::string(import_name) + "\"");
     }
     return scaled(sum, 1 / size(sum));
 }

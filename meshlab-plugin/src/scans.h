@@ -8,6 +8,13 @@
 
 namespace srf {
 
+// Parameters for what files don't say themselves, and what was answered.
+void add_read_parameters(RichParameterList &list);
+surfrecon::ReadOptions read_options(const RichParameterList &given);
+
+// Opens one file; an error names it.
+surfrecon::Scans open(const QString &file, const RichParameterList &given);
+
 // Writes a scan into an empty layer. `pose` places meshes and clouds; an image knows its own place.
 void fill_scan(MeshModel &layer, surfrecon::Scans::Content &scan, const surfrecon::Pose &pose, bool faces);
 

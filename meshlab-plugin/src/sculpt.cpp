@@ -37,10 +37,10 @@ Outputs run(Job &job)
 {
     const RichParameterList &given = job.parameters;
     const MeshModel *const layer = job.document.mm();
-    if (layer == nullptr) refuse("There is no layer: import a range image with \"" + std::string(import_filter.name) + "\"");
+    if (layer == nullptr) refuse("There is no layer: import a range image with \"" + std::string(import_name) + "\"");
     if (!has_grid(*layer)) {
         refuse("The layer " + quoted(*layer) + " is no range image: it lacks the custom vertex attributes range_row and range_col. " +
-               "Import its file with \"" + import_filter.name + "\"");
+               "Import its file with \"" + import_name + "\"");
     }
     const int most = given.getInt("maxtriangles");
     if (most < 0) refuse("The number of triangles must be at least 0, got " + std::to_string(most));
@@ -59,10 +59,10 @@ Outputs run(Job &job)
     place(made, pose);
 
     job.log(std::to_string(certificate.full_triangles) + " triangles with every sample, " +
-            std::to_string(certificate.triangles) + " within " + std::to_string(certificate.tolerance));
+            std::to_string(certificate.triangles) + " within " + shown(certificate.tolerance));
     job.log("Measured along the rays of " + std::to_string(certificate.samples) + " samples: at most " +
-            std::to_string(certificate.max_error) + ", RMS " + std::to_string(certificate.rms_error) + ", 95 % within " +
-            std::to_string(certificate.p95_error));
+            shown(certificate.max_error) + ", RMS " + shown(certificate.rms_error) + ", 95 % within " +
+            shown(certificate.p95_error));
     Outputs out;
     out["tolerance"] = certificate.tolerance;
     out["depth_extent"] = certificate.depth_extent;

@@ -12,6 +12,7 @@ sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "blender")]
 
 IMPORT = "create_range_images_from_file"
 MERGE = "generate_surface_reconstruction_marching_intersections"
+DISTANCE = "get_exact_distance_between_layers"
 SCULPT = "generate_surface_reconstruction_range_image_sculpting"
 
 
@@ -22,6 +23,7 @@ def plugins():
 
 def pytest_configure(config):
     pymeshlab.load_plugin(str(plugins() / "libfilter_surfrecon.so"))
+    pymeshlab.load_plugin(str(plugins() / "libio_surfrecon.so"))
 
 
 def length(value):
@@ -67,6 +69,15 @@ class Document:
 def scalars(layer, name):
     """A scalar custom attribute of the vertices."""
     return layer.vertex_custom_scalar_attribute_array(name)
+
+
+def has_scalars(layer, name):
+    """Whether the vertices have that attribute."""
+    try:
+        scalars(layer, name)
+    except pymeshlab.PyMeshLabException:
+        return False
+    return True
 
 
 def matrix(layer):

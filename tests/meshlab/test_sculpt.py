@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import surfrecon
-from conftest import IMPORT, SCULPT, length
-from files import write_range_grid
+from conftest import IMPORT, SCULPT, has_scalars, length, matrix, scalars
+from files import write_range_grid, write_set
 from shapes import torus_scans
 
 # See VOXEL in test_merge.py.
@@ -43,6 +43,153 @@ def test_it_is_the_library_s_mesh(loaded, expected):
     out = loaded.run(SCULPT, tolerance=length(TOLERANCE))
     same(loaded.current, expected.mesh)
     assert out["tolerance"] == TOLERANCE and out["triangles"] == loaded.current.face_number()
+    assert out["max_error"] == expected.max_error <= TOLERANCE
     assert out["full_triangles"] > out["triangles"]
     error = expected.mesh.vertex_attributes["error"].astype(float)
     assert np.array_equal(loaded.current.vertex_scalar_array(), error)
+
+
+def test_the_range_image_is_left_as_it_is(loaded):
+    before = loaded.current.vertex_matrix(), loaded.current.face_matrix()
+    name = loaded.current.label()
+    loaded.run(SCULPT)
+    assert loaded.current.label() == f"{name} sculpted" and len(loaded) == 2
+    layer = loaded.named(name)
+    assert np.array_equal(layer.vertex_matrix(), before[0]) and np.array_equal(layer.face_matrix(), before[1])
+
+
+def test_at_most_so_many_triangles(loaded):
+    out = loaded.run(SCULPT, maxtriangles=200)
+    assert 100 < loaded.current.face_number() <= 200
+    assert out["tolerance"] > 0
+
+
+def test_each_kind_of_image_is_sculpted_as_the_library_does(document, tmp_path):
+    """A height map and a depth image: their pixels see along other rays than those of a grid of points."""
+    row, column = np.mgrid[0:50, 0:70]
+    heights = np.sin(row / 9) * np.cos(column / 7) + 5
+    np.save(tmp_path / "heights.npy", heights)
+    for options, camera in (({}, {}), ({"camera": (80.0, 80, 35, 25)}, {"camera": "80 80 35 25"})):
+        image = surfrecon.open(str(tmp_path / "heights.npy"), **options)[0].read()
+        document.run(IMPORT, file=str(tmp_path / "heights.npy"), **camera)
+        points = image.points[image.valid]
+        assert np.allclose(document.current.vertex_matrix(), points, rtol=1e-15)
+        out = document.run(SCULPT, tolerance=length(TOLERANCE))
+        wanted = surfrecon.sculpt(image, tolerance=TOLERANCE)
+        assert out["triangles"] == len(wanted.mesh.triangles) and out["max_error"] <= TOLERANCE
+        assert np.allclose(document.current.vertex_matrix(), wanted.mesh.positions, rtol=1e-12)
+
+
+def test_a_moved_range_image_is_still_one(loaded, expected):
+    """Freezing its matrix moves the vertices: the camera has to follow."""
+    turn = np.eye(4)
+    turn[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
+    turn[:3, 3] = [3, 4, 5]
+    loaded.run("set_matrix", transformmatrix=turn, freeze=True)
+    out = loaded.run(SCULPT, tolerance=length(TOLERANCE))
+    assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=0.02)
+    assert out["max_error"] <= TOLERANCE
+    back = (loaded.current.vertex_matrix() - turn[:3, 3]) @ turn[:3, :3]
+    low, high = expected.mesh.positions.min(0), expected.mesh.positions.max(0)
+    assert np.allclose(back.min(0), low, atol=2 * TOLERANCE) and np.allclose(back.max(0), high, atol=2 * TOLERANCE)
+
+
+def test_the_result_lies_where_the_layer_lies(document, images, tmp_path):
+    document.run(IMPORT, file=str(write_set(tmp_path, images[:1])))
+    pose = matrix(document.current)
+    assert np.allclose(pose, images[0].world_from_sensor, atol=1e-6)
+    document.run(SCULPT)
+    assert np.array_equal(matrix(document.current), pose)
+
+
+def test_a_copy_of_the_layer(loaded, expected, refused):
+    """MeshLab's copies lose what belongs to the layer as a whole, in some versions what belongs to vertices too."""
+    loaded.run("generate_copy_of_current_mesh")
+    if not has_scalars(loaded.current, "range_row"):
+        assert "range_row" in refused(loaded.run, SCULPT)
+        return
+    out = loaded.run(SCULPT, tolerance=length(TOLERANCE))
+    assert out["max_error"] <= TOLERANCE
+    assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=0.2)
+
+
+def test_deleted_vertices_are_holes(loaded):
+    full = loaded.run(SCULPT, tolerance=length(0))["samples"]
+    loaded.named(loaded.layers()[0].label())
+    rows = scalars(loaded.current, "range_row")
+    middle = float(np.median(rows))
+    loaded.run("compute_selection_by_condition_per_vertex", condselect=f"range_row > {middle}")
+    loaded.run("meshing_remove_selected_vertices")
+    left = loaded.run(SCULPT, tolerance=length(0))["samples"]
+    assert 0.3 * full < left < 0.7 * full
+
+
+def test_any_layer_that_knows_its_pixels_is_a_range_image(document):
+    """Another filter, or a script, may say which pixel each vertex is."""
+    row, column = (x.reshape(-1).astype(float) for x in np.mgrid[0:30, 0:40])
+    positions = np.column_stack([column, -row, np.sin(row / 9) * np.cos(column / 7)])
+    corner = (np.arange(29)[:, None] * 40 + np.arange(39)).reshape(-1)
+    quads = np.stack([corner, corner + 40, corner + 41, corner + 1], 1)
+    layer = document.add(positions, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), "made")
+    layer.add_vertex_custom_scalar_attribute(row, "range_row")
+    layer.add_vertex_custom_scalar_attribute(column, "range_col")
+    out = document.run(SCULPT, tolerance=length(0.125))
+    assert out["samples"] == 1200 and out["max_error"] <= 0.125
+    assert out["triangles"] < 500
+    normals = document.current.face_normal_matrix()
+    assert (normals[:, 2] > 0).all()
+
+
+def test_a_layer_without_a_grid_is_refused(document, refused):
+    document.add(np.eye(3), np.array([[0, 1, 2]]), "plain")
+    said = refused(document.run, SCULPT)
+    assert '"plain"' in said and "range_row" in said and "Import Range Images" in said
+
+
+def test_a_grid_with_a_pixel_twice_is_refused(document, refused):
+    layer = document.add(np.eye(3), np.array([[0, 1, 2]]), "twice")
+    layer.add_vertex_custom_scalar_attribute(np.zeros(3), "range_row")
+    layer.add_vertex_custom_scalar_attribute(np.array([0.0, 1, 1]), "range_col")
+    assert "row 0, column 1" in refused(document.run, SCULPT)
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.5, 1e30, np.nan, 4e9])
+def test_a_grid_of_nonsense_is_refused(document, refused, value):
+    layer = document.add(np.eye(3), np.array([[0, 1, 2]]), "nonsense")
+    layer.add_vertex_custom_scalar_attribute(np.array([0, 1, value]), "range_row")
+    layer.add_vertex_custom_scalar_attribute(np.arange(3.0), "range_col")
+    assert '"nonsense"' in refused(document.run, SCULPT)
+    assert len(document) == 1
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"maxtriangles": -1}, "at least 0"),
+        ({"maxtriangles": 1}, "triangles"),
+        ({"tolerance": length(-1)}, "tolerance"),
+    ],
+)
+def test_wrong_parameters_are_named(loaded, refused, parameters, said):
+    assert said in refused(loaded.run, SCULPT, **parameters)
+    assert len(loaded) == 1
+
+
+def test_what_can_not_be_imported_is_said(document, refused, tmp_path):
+    assert "Choose the file" in refused(document.run, IMPORT)
+    missing = tmp_path / "missing.ply"
+    assert "missing.ply" in refused(document.run, IMPORT, file=str(missing))
+    broken = tmp_path / "broken.ply"
+    broken.write_text("ply\nformat ascii 1.0\nelement vertex 3\n")
+    assert "broken.ply" in refused(document.run, IMPORT, file=str(broken))
+    np.save(tmp_path / "flat.npy", np.zeros((4, 4)))
+    assert "fx fy cx cy" in refused(document.run, IMPORT, file=str(tmp_path / "flat.npy"), camera="525 525")
+    assert len(document) == 0
+
+
+def test_points_only_on_request(document, images, tmp_path):
+    path = write_set(tmp_path, images[:2])
+    document.run(IMPORT, file=str(path), faces=False)
+    assert [layer.face_number() for layer in document.layers()] == [0, 0]
+    out = document.run(SCULPT, tolerance=length(TOLERANCE))
+    assert out["max_error"] <= TOLERANCE

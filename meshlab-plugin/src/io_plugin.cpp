@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "io_plugin.h"
+
+#include "filter.h"
+#include "layer.h"
+#include "scans.h"
+
+namespace {
+
+struct Ending {
+    const char *description, *ending;
+};
+const Ending endings[] = {
+    {"Range images placed by a list (Stanford)", "CONF"},
+    {"Organized points (Point Cloud Library)", "PCD"},
+    {"Height map or depth image", "PGM"},
+    {"Height map or depth image", "PFM"},
+    {"Height map or depth image", "EXR"},
+    {"Height map or depth image (NumPy)", "NPY"},
+    {"Height map (SRTM)", "HGT"},
+};
+
+using Layers = std::vector<MeshModel *>;
+
+// Fills a layer a scan; returns what is in them for MeshLab.
+std::vector<int> load(const QString &file, const Layers &layers, const RichParameterList &given, vcg::CallBackPos *callback)
+{
+    try {
+        const surfrecon::Scans scans = srf::open(file, given);
+        if (scans.size() != layers.size()) {
+            srf::refuse("There are " + std::to_string(scans.size()) + " scans in the file: open it with the filter \"" + srf::import_name + "\"");
+        }
+        std::vector<int> masks;
+        for (std::size_t i = 0; i < layers.size(); ++i) {
+            if (callback != nullptr && !callback(static_cast<int>(100 * i / layers.size()), "Reading scans")) {
+                srf::refuse("Cancelled");
+            }
+            surfrecon::Scans::Content scan = scans.read(i);
+            srf::fill_scan(*layers[i], scan, scans.pose(i), given.getBool("faces"));
+            layers[i]->setLabel(srf::text(scans.name(i)));
+            int mask = vcg::tri::io::Mask::IOM_VERTCOORD;
+            if (layers[i]->cm.fn > 0) mask |= vcg::tri::io::Mask::IOM_FACEINDEX;
+            if (layers[i]->hasDataMask(MeshModel::MM_VERTCOLOR)) mask |= vcg::tri::io::Mask::IOM_VERTCOLOR;
+            if (layers[i]->hasDataMask(MeshModel::MM_VERTQUALITY)) mask |= vcg::tri::io::Mask::IOM_VERTQUALITY;
+            masks.push_back(mask);
+        }
+        return masks;
+    } catch (const surfrecon::Error &error) {
+        srf::refuse(error.what());
+    } catch (const std::bad_alloc &) {
+        srf::refuse("There is not enough memory");
+    }
+}
+
+}  // namespace
+
+#if SRF_MESHLAB < 202100
+
+QList<SurfreconIOPlugin::Format> SurfreconIOPlugin::importFormats() const
+{
+    QList<Format> formats;
+    for (const Ending &ending : endings) formats << Format(ending.description, ending.ending);
+    return formats;
+}
+
+void SurfreconIOPlugin::initPreOpenParameter(const QString &, const QString &, RichParameterList &list) { srf::add_read_parameters(list); }
+
+bool SurfreconIOPlugin::open(const QString &, const QString &file, MeshModel &layer, int &mask, const RichParameterList &given,
+                             vcg::CallBackPos *callback, QWidget *)
+{
+    try {
+        mask = load(file, {&layer}, given, callback).front();
+        return true;
+    } catch (const std::exception &error) {
+        errorMessage = QString::fromLocal8Bit(error.what());
+        return false;
+    }
+}
+
+#else
+
+std::list<FileFormat> SurfreconIOPlugin::importFormats() const
+{
+    std::list<FileFormat> formats;
+    for (const Ending &ending : endings) formats.emplace_back(QString(ending.description), QString(ending.ending));
+    return formats;
+}
+
+RichParameterList SurfreconIOPlugin::initPreOpenParameter(const QString &) const
+{
+    RichParameterList list;
+    srf::add_read_parameters(list);
+    return list;
+}
+
+unsigned int SurfreconIOPlugin::numberMeshesContainedInFile(const QString &, const QString &file, const RichParameterList &given) const
+{
+    // Opening says how many there are, and reads none.
+    try {
+        return static_cast<unsigned int>(srf::open(file, given).size());
+    } catch (const surfrecon::Error &error) {
+        srf::refuse(error.what());
+    }
+}
+
+void SurfreconIOPlugin::open(const QString &, const QString &file, MeshModel &layer, int &mask, const RichParameterList &given,
+                             vcg::CallBackPos *callback)
+{
+    mask = load(file, {&layer}, given, callback).front();
+}
+
+void SurfreconIOPlugin::open(const QString &, const QString &file, const std::list<MeshModel *> &layers, std::list<int> &masks,
+                             const RichParameterList &given, vcg::CallBackPos *callback)
+{
+    for (const int mask : load(file, {layers.begin(), layers.end()}, given, callback)) masks.push_back(mask);
+}
+
+#endif
+
+MESHLAB_PLUGIN_NAME_EXPORTER(SurfreconIOPlugin)

@@ -1,0 +1,90 @@
+"""Scripts of filters in meshlabserver, the oldest MeshLab that is supported."""
+
+import subprocess
+
+import numpy as np
+import surfrecon
+from desktop import environment, installed
+from files import write_set
+from shapes import torus_distance, torus_scans
+
+SCRIPT = """<!DOCTYPE FilterScript>
+<FilterScript>
+{filters}</FilterScript>
+"""
+
+
+def script(tmp_path, *filters):
+    """A file with filters: names, and parameters as name, type, value."""
+    text = ""
+    for name, parameters in filters:
+        text += f' <filter name="{name}">\n'
+        for parameter, kind, value, more in parameters:
+            text += f'  <Param name="{parameter}" type="{kind}" value="{value}" {more}/>\n'
+        text += " </filter>\n"
+    path = tmp_path / "script.mlx"
+    path.write_text(SCRIPT.format(filters=text))
+    return path
+
+
+def run(tmp_path, arguments):
+    """Runs meshlabserver; returns its status and all it said."""
+    program = installed(tmp_path, "meshlabserver")
+    command = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", program, *arguments]
+    done = subprocess.run(
+        list(map(str, command)), env=environment(tmp_path), cwd=tmp_path, capture_output=True, text=True, errors="replace",
+        timeout=300, check=False,
+    )  # fmt: skip
+    return done.returncode, done.stdout + done.stderr
+
+
+def scans_file(tmp_path):
+    return write_set(tmp_path, torus_scans(pixels=60))
+
+
+def importing(path):
+    more = 'exts_val0="*" exts_cardinality="1"'
+    return ("Import Range Images", [("file", "RichOpenFile", path, more), ("faces", "RichBool", "true", "")])
+
+
+def percentage(name, value):
+    return (name, "RichAbsPerc", value, 'min="0" max="10"')
+
+
+def test_import_and_merge(tmp_path):
+    merge = ("Surface Reconstruction: Marching Intersections", [percentage("voxel", 0.0625)])
+    out = tmp_path / "merged.ply"
+    path = script(tmp_path, importing(scans_file(tmp_path)), merge)
+    status, said = run(tmp_path, ["-s", path, "-o", out])
+    assert status == 0, said
+    mesh = surfrecon.read(str(out))
+    assert mesh.check()["is_manifold"] and np.abs(torus_distance(mesh.positions)).max() < 0.0625
+
+
+def test_sculpt_and_measure(tmp_path):
+    sculpt = ("Surface Reconstruction: Range Image Sculpting", [percentage("tolerance", 0.0078125)])
+    first, last = (f'value="{k}"' for k in (0, 1))
+    measure = (
+        "Exact Distance between Layers",
+        [("measured", "RichMesh", "0", ""), ("reference", "RichMesh", "1", ""), ("signed", "RichBool", "false", "")],
+    )
+    out = tmp_path / "measured.ply"
+    path = script(tmp_path, importing(scans_file(tmp_path)), sculpt, measure)
+    status, said = run(tmp_path, ["-s", path, "-o", out, "-m", "vq"])
+    assert status == 0, said
+    assert len(surfrecon.read(str(out)).positions) > 100
+
+
+def test_a_set_opens_like_any_file(tmp_path):
+    np.save(tmp_path / "map.npy", np.arange(12.0).reshape(3, 4))
+    out = tmp_path / "map.ply"
+    status, said = run(tmp_path, ["-i", tmp_path / "map.npy", "-o", out])
+    assert status == 0, said
+    assert len(surfrecon.read(str(out)).positions) == 12
+
+
+def test_a_refused_filter_ends_the_script(tmp_path):
+    sculpt = ("Surface Reconstruction: Range Image Sculpting", [("maxtriangles", "RichInt", "-1", "")])
+    path = script(tmp_path, importing(scans_file(tmp_path)), sculpt)
+    status, said = run(tmp_path, ["-s", path, "-o", tmp_path / "none.ply"])
+    assert status != 0 and not (tmp_path / "none.ply").exists(), said
