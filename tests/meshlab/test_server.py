@@ -31,10 +31,8 @@ def run(tmp_path, arguments):
     """Runs meshlabserver; returns its status and all it said."""
     program = installed(tmp_path, "meshlabserver")
     command = ["xvfb-run", "-a", "-s", "-screen 0 640x480x24", program, *arguments]
-    done = subprocess.run(
-        list(map(str, command)), env=environment(tmp_path), cwd=tmp_path, capture_output=True, text=True, errors="replace",
-        timeout=300, check=False,
-    )  # fmt: skip
+    captured = {"capture_output": True, "text": True, "errors": "replace", "timeout": 300, "check": False}
+    done = subprocess.run(list(map(str, command)), env=environment(tmp_path), cwd=tmp_path, **captured)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -63,7 +61,6 @@ def test_import_and_merge(tmp_path):
 
 def test_sculpt_and_measure(tmp_path):
     sculpt = ("Surface Reconstruction: Range Image Sculpting", [percentage("tolerance", 0.0078125)])
-    first, last = (f'value="{k}"' for k in (0, 1))
     measure = (
         "Exact Distance between Layers",
         [("measured", "RichMesh", "0", ""), ("reference", "RichMesh", "1", ""), ("signed", "RichBool", "false", "")],
