@@ -3,7 +3,7 @@
 //! ```text
 //!  files, host objects        one grid, one cloud, one mesh      verbs
 //!  import ────────────────►   range_image ──► triangulate ──►    merge ──►  mesh ──► export
-//!  scan (virtual scanner) ►   point_cloud, mesh ─────────────►              check, measure
+//!  scan (virtual scanner) ►   point_cloud ──► scattered ─────►              check, measure
 //!  beneath all: geom, params, progress, threads, error
 //! ```
 
@@ -21,6 +21,7 @@ pub mod progress;
 pub mod quads;
 pub mod range_image;
 pub mod scan;
+pub mod scattered;
 pub mod sculpt;
 pub mod threads;
 pub mod triangulate;

@@ -97,6 +97,7 @@ pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
         .chain(crate::merge::PARAMS)
         .chain(crate::sculpt::PARAMS)
         .chain(crate::quads::PARAMS)
+        .chain(crate::scattered::PARAMS)
         .chain(crate::scan::PARAMS)
 }
 

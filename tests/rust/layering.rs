@@ -13,6 +13,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("triangulate", &["geom", "mesh", "range_image"]),
     ("scan", &["geom", "mesh", "range_image"]),
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
+    ("scattered", &["geom", "mesh", "point_cloud"]),
     ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
     ("quads", &["mesh", "range_image"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
@@ -23,8 +24,15 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("export", &["mesh", "point_cloud", "range_image"]),
 ];
 /// The table of parameters gathers those of the operations.
-const PARAMS_MAY_KNOW: &[&str] =
-    &["import::PARAMS", "triangulate::PARAMS", "scan::PARAMS", "merge::PARAMS", "sculpt::PARAMS", "quads::PARAMS"];
+const PARAMS_MAY_KNOW: &[&str] = &[
+    "import::PARAMS",
+    "triangulate::PARAMS",
+    "merge::PARAMS",
+    "sculpt::PARAMS",
+    "quads::PARAMS",
+    "scattered::PARAMS",
+    "scan::PARAMS",
+];
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
