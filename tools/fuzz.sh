@@ -13,7 +13,7 @@ command -v c++ >/dev/null || die "a C++ compiler is missing: libFuzzer is compil
 # Coverage feedback for our code and what it calls; --target keeps these flags away from build scripts.
 export RUSTFLAGS="--cfg fuzzing -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table
-    -Cllvm-args=-sanitizer-coverage-trace-compares -Cdebug-assertions -Coverflow-checks -Ccodegen-units=1"
+    -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1"
 RUSTFLAGS=$(echo $RUSTFLAGS)
 cargo build --quiet --release --manifest-path rust-core/fuzz/Cargo.toml --target "$host" --target-dir target/fuzz
 

@@ -98,7 +98,7 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     keep("mesh.obj", std::fs::read(&path).unwrap());
     export::write_stl(&path, &mesh, &none).unwrap();
     keep("mesh.stl", std::fs::read(&path).unwrap());
-    let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&path, &[node], &export::GlbOptions::default(), &none).unwrap();
     keep("mesh.glb", std::fs::read(&path).unwrap());
     let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
@@ -123,7 +123,46 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     let dict = b"{'descr': '<f4', 'fortran_order': False, 'shape': (4, 4), }  \n";
     keep("map.npy", [&b"\x93NUMPY\x01\x00"[..], &(dict.len() as u16).to_le_bytes(), dict, &plain].concat());
     keep("tile.hgt", (0..16_i16).flat_map(|h| if h == 5 { i16::MIN } else { h }.to_be_bytes()).collect());
+    keep("points.las", las(false));
+    keep("points.laz", las(true));
     seeds
+}
+
+/// Eight points of format 2, version 1.2.
+fn las(packed: bool) -> Vec<u8> {
+    let mut records = Vec::new();
+    for i in 0..8_u8 {
+        records.extend([i.into(), 7 * i32::from(i), -5].map(i32::to_le_bytes).concat());
+        records.extend([9, i, 9, 2, 0, 0, 0, 0, 0, i, i, i, 255, 0]);
+    }
+    let packing = laz::LazVlr::from_laz_items(laz::LazItemRecordBuilder::default_version_of::<laz::las::Point2>(0));
+    let mut vlr = Vec::new();
+    packing.write_to(&mut vlr).unwrap();
+    let begin = if packed { 227 + 54 + vlr.len() } else { 227 };
+    let mut file = vec![0; begin];
+    let mut put = |at: usize, content: &[u8]| file[at..at + content.len()].copy_from_slice(content);
+    put(0, b"LASF");
+    put(24, &[1, 2]);
+    put(94, &227_u16.to_le_bytes());
+    put(96, &(begin as u32).to_le_bytes());
+    put(104, &if packed { [0x82, 26, 0, 8] } else { [2, 26, 0, 8] });
+    (131..155).step_by(8).for_each(|at| put(at, &0.01_f64.to_le_bytes()));
+    (155..179).step_by(8).for_each(|at| put(at, &4e6_f64.to_le_bytes()));
+    if !packed {
+        return [file, records].concat();
+    }
+    put(100, &[1]);
+    put(229, laz::LazVlr::USER_ID.as_bytes());
+    put(245, &laz::LazVlr::RECORD_ID.to_le_bytes());
+    put(247, &(vlr.len() as u16).to_le_bytes());
+    put(281, &vlr);
+    let mut out = std::io::Cursor::new(file);
+    out.set_position(begin as u64);
+    let mut compressor = laz::LasZipCompressor::new(&mut out, packing).unwrap();
+    compressor.compress_many(&records).unwrap();
+    compressor.done().unwrap();
+    drop(compressor);
+    out.into_inner()
 }
 
 /// Every seed reads, and so do what damage leaves of it or it is refused with its name.

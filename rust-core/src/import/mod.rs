@@ -6,6 +6,7 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
 //! | `points` | scattered points in text: XYZ, PTS, ASC |
+//! | `las` | scattered points of aerial scanners: LAS, LAZ |
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
 //! | `obj`, `stl`, `gltf` | meshes |
 //! | `project` | MeshLab's projects and alignments; folders |
@@ -23,6 +24,7 @@ mod e57;
 mod file;
 mod gltf;
 mod grid;
+mod las;
 mod obj;
 mod options;
 mod overlap;
@@ -197,6 +199,7 @@ static FORMATS: &[Format] = &[
             preview: |scan, count| file::thinned(scan, e57::parse, count),
         },
     },
+    whole!("LAS or LAZ (aerial and mobile scans)", ["las", "laz"], las),
     whole!("glTF mesh", ["glb", "gltf"], gltf),
     whole!("STL mesh", ["stl"], stl),
     Format {
@@ -472,10 +475,11 @@ pub mod fuzzing {
     pub fn scan(bytes: &[u8]) {
         use super::*;
         type Sniff = fn(&[u8]) -> bool;
-        let formats: [(Sniff, file::Parse); 14] = [
+        let formats: [(Sniff, file::Parse); 15] = [
             (ptx::sniff, ptx::parse),
             (pcd::sniff, pcd::parse),
             (e57::sniff, e57::parse),
+            (las::sniff, las::parse),
             (gltf::sniff, gltf::parse),
             (|_| true, stl::parse),
             (obj::sniff, obj::parse),
