@@ -309,6 +309,17 @@ public:
     }
 };
 
+// Writes a mesh and coarser ones of the same surface, finest first, as binary glTF with levels of detail.
+inline void write_glb_levels(const std::vector<const Mesh *> &meshes, const std::string &path, double metres_per_unit,
+                             bool z_up = false, const ProgressFunction &progress = {})
+{
+    std::vector<const srf_mesh *> handles;
+    for (const Mesh *mesh : meshes) handles.push_back(mesh->get());
+    detail::Watcher watcher(progress);
+    watcher.check(srf_meshes_write_glb_levels(handles.data(), handles.size(), path.c_str(), nullptr, metres_per_unit,
+                                              z_up ? 1 : 0, watcher.get()));
+}
+
 // Scattered points.
 class Cloud : public detail::Handle<srf_cloud, srf_cloud_free> {
 public:

@@ -11,7 +11,7 @@ use crate::cloud::srf_cloud;
 use crate::files::path_of;
 use crate::guard::guard;
 use crate::image::{Image, srf_image};
-use crate::mesh::srf_mesh;
+use crate::mesh::{Mesh, srf_mesh};
 use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{handle, pointer};
@@ -80,16 +80,62 @@ pub unsafe extern "C" fn srf_mesh_write_glb(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
-        let up = match z_up {
-            0 => Up::Y,
-            1 => Up::Z,
-            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
-        };
-        let node = GlbNode { name, mesh: &mesh.mesh, world_from_mesh: glam::DAffine3::IDENTITY };
-        let options = GlbOptions { up, metres_per_unit };
-        Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
+        write_glb(&[mesh], path, name, metres_per_unit, z_up, progress)
     })
+}
+
+/// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod): viewers that know the
+/// extension show the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced
+/// once all is written, or stays.
+/// meshes           finest first, each with no more triangles than the one before, none of them NULL; not NULL
+/// count            number of meshes, at least 1
+/// path             UTF-8; not NULL
+/// name             of the node, UTF-8; NULL for "mesh"
+/// metres_per_unit  of the meshes' coordinates, > 0: 0.001 for millimetres
+/// z_up             1 if z points up in the meshes' coordinates, 0 if y does, as glTF has it
+/// progress         NULL for none
+/// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_meshes_write_glb_levels(
+    meshes: *const *const srf_mesh,
+    count: usize,
+    path: *const c_char,
+    name: *const c_char,
+    metres_per_unit: f64,
+    z_up: u32,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let pointers = pointer::pointers("meshes", meshes, count)?;
+        let path = path_of("path", path)?;
+        let get = |(i, mesh): (usize, *const srf_mesh)| handle::get(&format!("meshes[{i}]"), mesh);
+        let meshes = pointers.into_iter().enumerate().map(get).collect::<Result<Vec<_>, Failure>>()?;
+        write_glb(&meshes, path, name, metres_per_unit, z_up, progress)
+    })
+}
+
+/// Writes levels, the finest first.
+fn write_glb(
+    meshes: &[Arc<Mesh>],
+    path: &Path,
+    name: *const c_char,
+    metres_per_unit: f64,
+    z_up: u32,
+    progress: *const srf_progress,
+) -> Result<(), Failure> {
+    let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
+    let up = match z_up {
+        0 => Up::Y,
+        1 => Up::Z,
+        other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
+    };
+    let levels: Vec<_> = meshes.iter().map(|mesh| &mesh.mesh).collect();
+    let Some((mesh, coarser)) = levels.split_first() else {
+        return Err(Failure::new(SRF_ERR_INPUT, "there is no mesh to write: count is 0"));
+    };
+    let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
+    let options = GlbOptions { up, metres_per_unit };
+    Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
 }
 
 /// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is

@@ -146,13 +146,26 @@ impl Mesh {
     ///     path: its ending decides on the format.
     ///     metres_per_unit: length of a unit of the mesh, for glTF, which is in metres; other formats keep the unit.
     ///     up: axis of the mesh that points up, ``"y"`` or ``"z"``, for glTF, where y does.
+    ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
+    ///         (``MSFT_lod``); programs that don't know the extension show the finest.
     ///
     /// Raises:
-    ///     InputError: another ending, coordinates that don't fit single precision.
+    ///     InputError: another ending, ``coarser`` for another format or with more triangles than before, coordinates that don't fit single precision.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y"))]
-    fn write(&self, py: Python<'_>, path: PathBuf, metres_per_unit: f64, up: &str) -> PyResult<()> {
+    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y", coarser = Vec::new()))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        metres_per_unit: f64,
+        up: &str,
+        coarser: Vec<Bound<'_, Mesh>>,
+    ) -> PyResult<()> {
         let mesh = self.mesh.clone();
+        let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
+        if !coarser.is_empty() && ending(&path) != "glb" {
+            return Err(input_error(format!("{}: only .glb holds coarser levels", path.display())));
+        }
         let up = match up {
             "y" => Up::Y,
             "z" => Up::Z,
@@ -163,7 +176,9 @@ impl Mesh {
             "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, PlyEncoding::default(), progress)),
             "glb" => watch.run(py, move |progress| {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                let node = GlbNode { name: &name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+                let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();
+                let world_from_mesh = DAffine3::IDENTITY;
+                let node = GlbNode { name: &name, mesh: &mesh, world_from_mesh, coarser: &coarser };
                 write_glb(&path, &[node], &GlbOptions { metres_per_unit, up }, progress)
             }),
             "obj" => watch.run(py, move |progress| write_obj(&path, &mesh, progress)),

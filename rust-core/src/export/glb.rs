@@ -55,6 +55,9 @@ pub struct GlbNode<'a> {
     pub mesh: &'a TriMesh,
     /// Places the mesh in the world: a rotation and a translation.
     pub world_from_mesh: DAffine3,
+    /// The same with fewer and fewer triangles, in the mesh's frame, for the extension `MSFT_lod`: viewers that know it
+    /// show these when the object is small on the screen, others never. Empty for none.
+    pub coarser: &'a [&'a TriMesh],
 }
 
 /// Writes meshes as binary glTF.
@@ -65,8 +68,11 @@ pub struct GlbNode<'a> {
 /// `confidence` is `_CONFIDENCE`. Attributes of faces have no place in glTF and are left out. Materials are matte, white
 /// and two-sided.
 ///
+/// With [`GlbNode::coarser`], the level of as many triangles a pixel as the finest has on half of the screen is the one to
+/// show: that is what the coverages (`MSFT_screencoverage`) say.
+///
 /// # Errors
-/// A mesh that isn't valid ([`TriMesh::validate`]), a pose that isn't rigid, a scale that isn't positive, a coordinate, a
+/// A mesh that isn't valid ([`TriMesh::validate`]), a coarser one with more triangles, a pose that isn't rigid, a scale that isn't positive, a coordinate, a
 /// float or an integer that single precision can't hold, more than 4 GiB; [`Error::Io`]; [`Error::Cancelled`]. Then no
 /// file is left, and one that was there is untouched.
 pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progress: &Progress<'_>) -> Result<()> {
@@ -74,7 +80,20 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
         let scale = options.metres_per_unit;
         return Err(Error::input(format!("metres_per_unit must be a finite number > 0, got {scale}")));
     }
-    let parts = nodes.iter().map(Part::new).collect::<Result<Vec<Part<'_>>>>()?;
+    let mut parts = Vec::new();
+    for node in nodes {
+        let levels = std::iter::once(node.mesh).chain(node.coarser.iter().copied());
+        for (level, mesh) in levels.enumerate() {
+            let finer = parts.last().filter(|_| level > 0).map(|part: &Part<'_>| part.mesh.triangles.len());
+            if let Some(finer) = finer.filter(|&finer| finer < mesh.triangles.len()) {
+                let (name, count) = (node.name, mesh.triangles.len());
+                return Err(Error::input(format!(
+                    "{name}: level {level} has {count} triangles, the one before {finer}"
+                )));
+            }
+            parts.push(Part::new(node, mesh, level)?);
+        }
+    }
     let (json, binary) = document(&parts, options);
     let json = pad(json.into_bytes(), b' ');
     let total = 12 + 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
@@ -104,6 +123,9 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
 /// A node with what is worked out beforehand.
 struct Part<'a> {
     node: &'a GlbNode<'a>,
+    /// The node's mesh or one of its coarser ones, and which.
+    mesh: &'a TriMesh,
+    level: usize,
     /// Taken off all positions and put into the node's translation.
     origin: DVec3,
     rotation: DQuat,
@@ -117,8 +139,8 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    fn new(node: &'a GlbNode<'a>) -> Result<Self> {
-        let (mesh, name) = (node.mesh, node.name);
+    fn new(node: &'a GlbNode<'a>, mesh: &'a TriMesh, level: usize) -> Result<Self> {
+        let name = node.name;
         mesh.validate().map_err(|e| Error::input(format!("{name}: {e}")))?;
         let (m, t) = (node.world_from_mesh.matrix3, node.world_from_mesh.translation);
         if !(m * m.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID) || m.determinant() < 0.0 || !t.is_finite() {
@@ -150,6 +172,8 @@ impl<'a> Part<'a> {
         }
         Ok(Part {
             node,
+            mesh,
+            level,
             origin,
             rotation: DQuat::from_mat3(&m).normalize(),
             translation: node.world_from_mesh.transform_point3(origin),
@@ -162,7 +186,7 @@ impl<'a> Part<'a> {
 
     /// Writes what [`document`] has announced, in the same order.
     fn write(&self, sink: &mut Sink<'_, '_>) -> Result<()> {
-        let mesh = self.node.mesh;
+        let mesh = self.mesh;
         let single = |v: Vec3| v.to_array().map(|x| x.to_bits().to_le());
         sink.all(&mesh.triangles, |t| t.map(u32::to_le))?;
         sink.all(&mesh.positions, |&p| single((p - self.origin).as_vec3()))?;
@@ -242,8 +266,11 @@ const UNSIGNED_BYTE: u32 = 5121;
 fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
     let mut buffer = Buffer::default();
     let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
-    for part in parts {
-        let name = quoted(part.node.name);
+    for (index, part) in parts.iter().enumerate() {
+        let name = match part.level {
+            0 => quoted(part.node.name),
+            level => quoted(&format!("{} LOD{level}", part.node.name)),
+        };
         let mut node = format!("{{\"name\":{name}");
         if let Some(primitive) = primitive(part, &mut buffer) {
             let _ = write!(node, ",\"mesh\":{}", meshes.len());
@@ -256,9 +283,15 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
         if t != DVec3::ZERO {
             let _ = write!(node, ",\"translation\":[{},{},{}]", t.x, t.y, t.z);
         }
+        if part.level == 0 && !part.node.coarser.is_empty() {
+            node += &levels(part.node, index);
+        }
         nodes.push(node + "}");
     }
-    let mut roots: Vec<String> = (0..nodes.len()).map(|i| i.to_string()).collect();
+    let has_levels = parts.iter().any(|part| part.level > 0);
+    // Coarser levels belong to no scene: they take their node's place.
+    let roots = parts.iter().enumerate().filter(|(_, part)| part.level == 0);
+    let mut roots: Vec<String> = roots.map(|(i, _)| i.to_string()).collect();
     if !nodes.is_empty() && *options != GlbOptions::default() {
         let mut root = format!("{{\"name\":\"world\",\"children\":[{}]", roots.join(","));
         if options.up == Up::Z {
@@ -279,6 +312,9 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
             let _ = write!(json, ",\"{name}\":[{}]", items.join(","));
         }
     };
+    if has_levels {
+        list("extensionsUsed", &["\"MSFT_lod\"".to_owned()]);
+    }
     list("nodes", &nodes);
     list("meshes", &meshes);
     if !meshes.is_empty() {
@@ -297,6 +333,19 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
         json.push_str(",\"scene\":0}");
     }
     (json, buffer.length)
+}
+
+/// What names the coarser levels of node `index`, which follow it, and down to which share of the screen each is shown.
+fn levels(node: &GlbNode<'_>, index: usize) -> String {
+    let ids: Vec<String> = (1..=node.coarser.len()).map(|level| (index + level).to_string()).collect();
+    let finest = node.mesh.triangles.len().max(1) as f64;
+    let shares = node.coarser.iter().map(|mesh| 0.5 * mesh.triangles.len() as f64 / finest);
+    let shares: Vec<String> = shares.chain([0.0]).map(|share| share.to_string()).collect();
+    format!(
+        ",\"extensions\":{{\"MSFT_lod\":{{\"ids\":[{}]}}}},\"extras\":{{\"MSFT_screencoverage\":[{}]}}",
+        ids.join(","),
+        shares.join(",")
+    )
 }
 
 /// What of the buffer has been given away.
@@ -325,7 +374,7 @@ impl Buffer {
 fn primitive(part: &Part<'_>, buffer: &mut Buffer) -> Option<String> {
     const INDICES: u32 = 34963;
     const VERTICES: u32 = 34962;
-    let mesh = part.node.mesh;
+    let mesh = part.mesh;
     let count = mesh.positions.len();
     if count == 0 {
         return None;

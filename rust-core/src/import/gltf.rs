@@ -450,6 +450,7 @@ mod tests {
             name,
             mesh: &mesh,
             world_from_mesh,
+            coarser: &[],
         });
         write_glb(&path, &nodes, &GlbOptions::default(), &Progress::none()).unwrap();
         std::fs::read(&path).unwrap()

@@ -635,6 +635,14 @@ fn everything_is_written_and_comes_back() {
             assert!(content == 2 && same, "{name}");
             api.ok((api.srf_mesh_free)(read));
         }
+        let levels = [mesh, mesh];
+        api.ok((api.srf_meshes_write_glb_levels)(levels.as_ptr(), 2, c("lod.glb").as_ptr(), none.cast(), 1.0, 0, none));
+        let (content, read) = opened(&path("lod.glb"), defaults);
+        assert!(content == 2 && bytes(read) == bytes(mesh), "the finest");
+        api.ok((api.srf_mesh_free)(read));
+        let nothing =
+            (api.srf_meshes_write_glb_levels)(levels.as_ptr(), 0, c("n.glb").as_ptr(), none.cast(), 1.0, 0, none);
+        api.refused(nothing, INPUT, "count is 0");
         api.ok((api.srf_image_to_cloud)(image, &mut cloud));
         api.ok((api.srf_cloud_write_ply)(cloud, c("cloud.ply").as_ptr(), 2, none));
         let (content, read) = opened(&path("cloud.ply"), defaults);

@@ -279,6 +279,7 @@ functions! {
     srf_distances_init(distances: *mut Distances) -> i32;
     srf_mesh_write_ply(mesh: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_mesh_write_glb(mesh: Handle, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
+    srf_meshes_write_glb_levels(meshes: *const Handle, count: usize, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
     srf_mesh_write_obj(mesh: Handle, path: *const c_char, progress: *const Watch) -> i32;
     srf_mesh_write_stl(mesh: Handle, path: *const c_char, progress: *const Watch) -> i32;
     srf_cloud_write_ply(cloud: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;

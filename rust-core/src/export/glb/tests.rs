@@ -13,7 +13,7 @@ fn written(nodes: &[GlbNode<'_>], options: &GlbOptions) -> Vec<u8> {
 }
 
 fn still(name: &'static str, mesh: &'static TriMesh) -> GlbNode<'static> {
-    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY }
+    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] }
 }
 
 fn leaked(mesh: TriMesh) -> &'static TriMesh {
@@ -117,7 +117,7 @@ fn every_node_has_its_place_even_far_from_the_origin() {
     far.positions.iter_mut().for_each(|p| *p += DVec3::new(5e6, -4.5e6, 120.0));
     let far = leaked(far);
     let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
-    let nodes = [still("near", near), GlbNode { name: "far", mesh: far, world_from_mesh: turn }];
+    let nodes = [still("near", near), GlbNode { name: "far", mesh: far, world_from_mesh: turn, coarser: &[] }];
     for (options, world) in [
         (GlbOptions::default(), DAffine3::IDENTITY),
         (
@@ -182,7 +182,7 @@ fn what_can_not_be_written_is_named_and_leaves_no_file() {
     let n = sphere.positions.len();
     let with = |attributes: Vec<Attribute>| {
         let mesh = TriMesh { vertex_attributes: attributes, ..sphere.clone() };
-        let node = GlbNode { name: "it", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+        let node = GlbNode { name: "it", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
         write_glb(&path, &[node], &GlbOptions::default(), &Progress::none()).unwrap_err().to_string()
     };
     assert!(with(vec![Attribute::f32("error", vec![f32::NAN; n])]).contains("attribute error of vertex 0 is NaN"));
@@ -192,7 +192,7 @@ fn what_can_not_be_written_is_named_and_leaves_no_file() {
     assert!(with(twice.to_vec()).contains("_A"));
 
     let mesh = TriMesh { positions: vec![DVec3::ZERO, DVec3::X * 1e200, DVec3::Y], ..TriMesh::default() };
-    let node = |mesh, world_from_mesh| GlbNode { name: "it", mesh, world_from_mesh };
+    let node = |mesh, world_from_mesh| GlbNode { name: "it", mesh, world_from_mesh, coarser: &[] };
     let fails = |node: GlbNode<'_>, options: GlbOptions, words: &str| {
         let text = write_glb(&path, &[node], &options, &Progress::none()).unwrap_err().to_string();
         assert!(text.contains(words), "{text}");
@@ -209,25 +209,75 @@ fn what_can_not_be_written_is_named_and_leaves_no_file() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// Writes samples for the Khronos validator, which is not a crate: `SURFRECON_GLB_OUT=folder cargo test ... -- --ignored`.
+/// Meshes of fewer and fewer triangles.
+fn levels() -> [&'static TriMesh; 3] {
+    [12, 6, 3].map(|around| {
+        let mut mesh = Shape::Torus { major: 2.0, minor: 0.5 }.mesh(around);
+        mesh.positions.iter_mut().for_each(|p| *p += DVec3::new(4e6, 0.0, 0.0));
+        leaked(mesh)
+    })
+}
+
 #[test]
-#[ignore = "writes files for the Khronos validator"]
-fn samples_for_the_khronos_validator() {
-    let Some(folder) = std::env::var_os("SURFRECON_GLB_OUT") else { return };
+fn levels_of_detail_stand_behind_their_node() {
+    let [finest, coarser @ ..] = levels();
+    let chain = GlbNode { coarser: &coarser, ..still("ring", finest) };
+    let bytes = written(&[still("before", decorated()), chain], &GlbOptions { up: Up::Z, metres_per_unit: 0.001 });
+    let json: serde_json::Value =
+        serde_json::from_slice(&bytes[20..20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize])
+            .unwrap();
+    assert_eq!(json["extensionsUsed"], serde_json::json!(["MSFT_lod"]));
+    assert_eq!(json["nodes"][1]["extensions"]["MSFT_lod"]["ids"], serde_json::json!([2, 3]));
+    let shares = json["nodes"][1]["extras"]["MSFT_screencoverage"].as_array().unwrap();
+    assert_eq!(shares.len(), 3);
+    let expected = 0.5 * coarser[0].triangles.len() as f64 / finest.triangles.len() as f64;
+    assert!(shares[0] == expected && shares[1].as_f64() < Some(expected) && shares[2] == 0.0, "{shares:?}");
+    // What knows nothing of levels sees the finest only.
+    assert_eq!(json["nodes"][4]["children"], serde_json::json!([0, 1]));
+    assert_eq!(json["scenes"][0]["nodes"], serde_json::json!([4]));
+    assert_eq!(json["nodes"][2]["name"], "ring LOD1");
+    let places = [1, 2, 3].map(|node| json["nodes"][node]["translation"].clone());
+    assert!(places.iter().all(|place| *place == places[0] && place.is_array()), "{places:?}");
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    assert_eq!(read_positions(&gltf, 3).len(), coarser[1].positions.len());
+
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = GlbNode { coarser: &[finest], ..still("ring", coarser[0]) };
+    let outcome = write_glb(&folder.path().join("x.glb"), &[wrong], &GlbOptions::default(), &Progress::none());
+    assert!(outcome.unwrap_err().to_string().starts_with("ring: level 1 has"));
+}
+
+#[test]
+fn the_khronos_validator_finds_nothing_wrong() {
+    let Some(validator) = std::env::var_os("SURFRECON_GLTF_VALIDATOR") else {
+        println!("SKIPPED: SURFRECON_GLTF_VALIDATOR does not name the folder of the Khronos validator");
+        return;
+    };
     let mut far = Shape::Cuboid { half: DVec3::ONE }.mesh(2);
     far.positions.iter_mut().for_each(|p| *p += DVec3::new(5e6, -4.5e6, 120.0));
+    let [finest, coarser @ ..] = levels();
     let nodes = [
         still("ring \"1\" \\ ä", decorated()),
         still("far", leaked(far)),
         still("points", leaked(TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![]))),
         still("empty", leaked(TriMesh::default())),
-        still("sculpture", leaked(crate::scan::sculpture::sculpture(3.0, 0).unwrap())),
+        still("sculpture", leaked(crate::scan::sculpture::sculpture(6.0, 0).unwrap())),
+        GlbNode { coarser: &coarser, ..still("chain", finest) },
     ];
-    let folder = Path::new(&folder);
+    let folder = tempfile::tempdir().unwrap();
     let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001 };
+    let mut files = Vec::new();
     for (file, nodes, options) in
         [("plain.glb", &nodes[..], GlbOptions::default()), ("turned.glb", &nodes[..], up), ("none.glb", &[], up)]
     {
-        write_glb(&folder.join(file), nodes, &options, &Progress::none()).unwrap();
+        files.push(folder.path().join(file));
+        write_glb(&files[files.len() - 1], nodes, &options, &Progress::none()).unwrap();
     }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tools/validate_gltf.js");
+    let told = std::process::Command::new("node").arg(script).arg(validator).args(&files).output().unwrap();
+    let printed = String::from_utf8_lossy(&told.stdout);
+    assert!(told.status.success(), "{printed}{}", String::from_utf8_lossy(&told.stderr));
+    // Coarser levels are in no scene and the extension is none of Khronos': it says so, and nothing else.
+    let expected = ["UNUSED_OBJECT", "UNSUPPORTED_EXTENSION", "NODE_EMPTY"];
+    assert!(printed.lines().all(|line| expected.iter().any(|code| line.contains(code))), "{printed}");
 }
