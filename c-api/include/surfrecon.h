@@ -818,6 +818,24 @@ srf_status srf_scans_read(const srf_scans *scans,
                           srf_mesh **out_mesh,
                           srf_cloud **out_cloud);
 
+// As srf_scans_read(), watched.
+// scans        not NULL
+// index        less than the number of scans
+// progress     counts the bytes of the file; NULL for none
+// out_content  receives a value of srf_content: which of the three handles was made; not NULL
+// out_image    receives a new handle or NULL; not NULL
+// out_mesh     receives a new handle or NULL; not NULL
+// out_cloud    receives a new handle or NULL; not NULL
+// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_scans_read_with(const srf_scans *scans,
+                               size_t index,
+                               const srf_progress *progress,
+                               uint32_t *out_content,
+                               srf_image **out_image,
+                               srf_mesh **out_mesh,
+                               srf_cloud **out_cloud);
+
 // Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL
@@ -843,6 +861,25 @@ srf_status srf_mesh_write_glb(const srf_mesh *mesh,
                               double metres_per_unit,
                               uint32_t z_up,
                               const srf_progress *progress);
+
+// Writes a mesh and coarser ones of the same surface as binary glTF with levels of detail (MSFT_lod): viewers that know the
+// extension show the coarser ones when the object is small on the screen, others the finest. A file of that name is replaced
+// once all is written, or stays.
+// meshes           finest first, each with no more triangles than the one before, none of them NULL; not NULL
+// count            number of meshes, at least 1
+// path             UTF-8; not NULL
+// name             of the node, UTF-8; NULL for "mesh"
+// metres_per_unit  of the meshes' coordinates, > 0: 0.001 for millimetres
+// z_up             1 if z points up in the meshes' coordinates, 0 if y does, as glTF has it
+// progress         NULL for none
+// returns          SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_meshes_write_glb_levels(const srf_mesh *const *meshes,
+                                       size_t count,
+                                       const char *path,
+                                       const char *name,
+                                       double metres_per_unit,
+                                       uint32_t z_up,
+                                       const srf_progress *progress);
 
 // Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
 // replaced once all is written, or stays.

@@ -599,13 +599,14 @@ public:
         Cloud cloud;
     };
 
-    Content read(std::size_t index) const
+    Content read(std::size_t index, const ProgressFunction &progress = {}) const
     {
         std::uint32_t content = 0;
         srf_image *image = nullptr;
         srf_mesh *mesh = nullptr;
         srf_cloud *cloud = nullptr;
-        check(srf_scans_read(get(), index, &content, &image, &mesh, &cloud));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_scans_read_with(get(), index, watcher.get(), &content, &image, &mesh, &cloud));
         return Content{Image(image), Mesh(mesh), Cloud(cloud)};
     }
 };

@@ -12,6 +12,7 @@ use crate::handle::{self, handle};
 use crate::image::{srf_image, srf_projection_kind};
 use crate::mesh::srf_mesh;
 use crate::pose::{self, srf_pose};
+use crate::progress::{srf_progress, watched};
 use crate::settings::{SRF_FROM_DATA, from_data, srf_log_level::SRF_LOG_INFO, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{pointer, sized};
@@ -322,30 +323,62 @@ pub unsafe extern "C" fn srf_scans_read(
     out_mesh: *mut *mut srf_mesh,
     out_cloud: *mut *mut srf_cloud,
 ) -> srf_status {
-    guard(|| {
-        pointer::writable("out_content", out_content)?;
-        pointer::writable("out_image", out_image)?;
-        pointer::writable("out_mesh", out_mesh)?;
-        pointer::writable("out_cloud", out_cloud)?;
-        let scans = handle::get("scans", scans)?;
-        let content = at(&scans.set.scans, index)?.read()?;
-        pointer::write("out_image", out_image, std::ptr::null_mut())?;
-        pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
-        pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;
-        let kind = match content {
-            Content::RangeImage(image) => {
-                handle::give("out_image", out_image, image.into())?;
-                srf_content::SRF_CONTENT_IMAGE
-            }
-            Content::Mesh(mesh) => {
-                handle::give("out_mesh", out_mesh, mesh.into())?;
-                srf_content::SRF_CONTENT_MESH
-            }
-            Content::Points(cloud) => {
-                handle::give("out_cloud", out_cloud, cloud)?;
-                srf_content::SRF_CONTENT_CLOUD
-            }
-        };
-        pointer::write("out_content", out_content, kind as u32)
-    })
+    guard(|| read(scans, index, std::ptr::null(), (out_content, out_image, out_mesh, out_cloud)))
+}
+
+/// As srf_scans_read(), watched.
+/// scans        not NULL
+/// index        less than the number of scans
+/// progress     counts the bytes of the file; NULL for none
+/// out_content  receives a value of srf_content: which of the three handles was made; not NULL
+/// out_image    receives a new handle or NULL; not NULL
+/// out_mesh     receives a new handle or NULL; not NULL
+/// out_cloud    receives a new handle or NULL; not NULL
+/// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_read_with(
+    scans: *const srf_scans,
+    index: usize,
+    progress: *const srf_progress,
+    out_content: *mut u32,
+    out_image: *mut *mut srf_image,
+    out_mesh: *mut *mut srf_mesh,
+    out_cloud: *mut *mut srf_cloud,
+) -> srf_status {
+    guard(|| read(scans, index, progress, (out_content, out_image, out_mesh, out_cloud)))
+}
+
+type Outs = (*mut u32, *mut *mut srf_image, *mut *mut srf_mesh, *mut *mut srf_cloud);
+
+fn read(
+    scans: *const srf_scans,
+    index: usize,
+    progress: *const srf_progress,
+    (out_content, out_image, out_mesh, out_cloud): Outs,
+) -> Result<(), Failure> {
+    pointer::writable("out_content", out_content)?;
+    pointer::writable("out_image", out_image)?;
+    pointer::writable("out_mesh", out_mesh)?;
+    pointer::writable("out_cloud", out_cloud)?;
+    let scans = handle::get("scans", scans)?;
+    let content = at(&scans.set.scans, index)?.read_with(&watched(progress))?;
+    pointer::write("out_image", out_image, std::ptr::null_mut())?;
+    pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
+    pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;
+    let kind = match content {
+        Content::RangeImage(image) => {
+            handle::give("out_image", out_image, image.into())?;
+            srf_content::SRF_CONTENT_IMAGE
+        }
+        Content::Mesh(mesh) => {
+            handle::give("out_mesh", out_mesh, mesh.into())?;
+            srf_content::SRF_CONTENT_MESH
+        }
+        Content::Points(cloud) => {
+            handle::give("out_cloud", out_cloud, cloud)?;
+            srf_content::SRF_CONTENT_CLOUD
+        }
+    };
+    pointer::write("out_content", out_content, kind as u32)
 }

@@ -35,6 +35,13 @@ impl PointCloud {
         arrays::view(py, &self.cloud, flat_colour, (colour.len(), 4)).map(Some)
     }
 
+    /// (n,) float32 strength of the returned signal in the file's own unit, a read-only view, or ``None``.
+    #[getter]
+    fn intensity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(intensity) = &self.cloud.intensity else { return Ok(None) };
+        arrays::view(py, &self.cloud, intensities, intensity.len()).map(Some)
+    }
+
     /// 4 x 4 float64: places the cloud in the world.
     #[getter]
     fn world_from_cloud<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
@@ -48,6 +55,10 @@ impl PointCloud {
 
 fn flat_normals(cloud: &surfrecon::PointCloud) -> &[f32] {
     cloud.normals.as_deref().unwrap_or_default().as_flattened()
+}
+
+fn intensities(cloud: &surfrecon::PointCloud) -> &[f32] {
+    cloud.intensity.as_deref().unwrap_or_default()
 }
 
 fn flat_colour(cloud: &surfrecon::PointCloud) -> &[u8] {

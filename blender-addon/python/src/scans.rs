@@ -113,7 +113,7 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyD
     let open = wrap_pyfunction!(open, py)?.call((path.clone(),), options)?;
     let set = open.cast::<ScanSet>()?.get();
     match set.scans.as_slice() {
-        [scan] => scan.get().read(py),
+        [scan] => scan.get().read(py, None),
         scans => {
             Err(input_error(format!("{} holds {} scans: open it with surfrecon.open", path.display(), scans.len())))
         }
@@ -242,11 +242,16 @@ impl Scan {
 
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
     ///
+    /// Args:
+    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
+    ///
     /// Raises:
     ///     FileError: the file can't be read.
     ///     FormatError: it does not hold what its format promises.
-    fn read<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_object(py, detached(py, || self.scan.read())?)
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (*, progress = None))]
+    fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        to_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
     }
 
     fn __repr__(&self) -> String {

@@ -10,6 +10,10 @@ use glam::DVec3;
 
 use super::{Content, ReadOptions, Scan, ScanSet};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
+
+/// Most bytes that are read between two looks at the progress.
+const MOST: usize = 4 << 20;
 
 /// Opens a regular file; also its length.
 pub(super) fn open(path: &Path) -> Result<(File, u64)> {
@@ -116,9 +120,38 @@ pub(super) fn single(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet>
 }
 
 /// Reads a scan with `parse`.
-pub(super) fn parsed(scan: &Scan, parse: Parse) -> Result<Content> {
-    let (mut file, length) = open(&scan.path)?;
+pub(super) fn parsed(scan: &Scan, progress: &Progress<'_>, parse: Parse) -> Result<Content> {
+    let (mut file, length) = counted(&scan.path, progress)?;
     parse(&mut file, length, scan)
+}
+
+/// A file whose bytes are counted as they are read; once the call is cancelled, reading fails.
+pub(super) struct Counted<'a, 'p> {
+    file: File,
+    progress: &'a Progress<'p>,
+}
+
+/// Opens a regular file that is the whole work of a call; also its length.
+pub(super) fn counted<'a, 'p>(path: &Path, progress: &'a Progress<'p>) -> Result<(Counted<'a, 'p>, u64)> {
+    let (file, length) = open(path)?;
+    progress.stage(0, length);
+    Ok((Counted { file, progress }, length))
+}
+
+impl Read for Counted<'_, '_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        // So that reading a large file in one piece can be cancelled too.
+        let most = buffer.len().min(MOST);
+        let count = self.file.read(&mut buffer[..most])?;
+        self.progress.advance(count as u64).map_err(std::io::Error::other)?;
+        Ok(count)
+    }
+}
+
+impl Seek for Counted<'_, '_> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.file.seek(to)
+    }
 }
 
 /// About `count` points of a scan, spread over it, by reading all of it.
@@ -126,7 +159,7 @@ pub(super) fn thinned(scan: &Scan, parse: Parse, count: usize) -> Result<Vec<DVe
     fn every<T>(all: impl Iterator<Item = T>, length: usize, count: usize) -> Vec<T> {
         all.step_by((length / count.max(1)).max(1)).collect()
     }
-    Ok(match parsed(scan, parse)? {
+    Ok(match parsed(scan, &Progress::none(), parse)? {
         Content::RangeImage(image) => {
             let valid = (0..image.len()).filter(|&i| image.is_valid(i));
             every(valid.map(|i| image.point_in_sensor(i)), image.valid_count(), count)

@@ -53,6 +53,7 @@ use crate::error::{Error, Result};
 use crate::merge::{OrientedSurface, ScanSource};
 use crate::mesh::TriMesh;
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 use crate::range_image::RangeImage;
 use crate::triangulate::TriangulateParams;
 
@@ -122,7 +123,7 @@ enum Role {
         /// Lists the scans; reads headers, no more.
         open: fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>,
         /// Reads one scan.
-        read: fn(&Scan) -> Result<Content>,
+        read: fn(&Scan, &Progress<'_>) -> Result<Content>,
         /// Some points of a scan, cheaply if that can be, in its own frame.
         preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
     },
@@ -150,7 +151,7 @@ macro_rules! whole {
             sniff: $($module)::+::sniff,
             role: Role::Scans {
                 open: file::single,
-                read: |scan| file::parsed(scan, $($module)::+::parse),
+                read: |scan, progress| file::parsed(scan, progress, $($module)::+::parse),
                 preview: |scan, count| file::thinned(scan, $($module)::+::parse, count),
             },
         }
@@ -184,7 +185,7 @@ static FORMATS: &[Format] = &[
         sniff: ptx::sniff,
         role: Role::Scans {
             open: ptx::open,
-            read: |scan| file::parsed(scan, ptx::parse),
+            read: |scan, progress| file::parsed(scan, progress, ptx::parse),
             preview: |scan, count| file::thinned(scan, ptx::parse, count),
         },
     },
@@ -195,7 +196,7 @@ static FORMATS: &[Format] = &[
         sniff: e57::sniff,
         role: Role::Scans {
             open: e57::open,
-            read: |scan| file::parsed(scan, e57::parse),
+            read: |scan, progress| file::parsed(scan, progress, e57::parse),
             preview: |scan, count| file::thinned(scan, e57::parse, count),
         },
     },
@@ -422,10 +423,19 @@ impl Scan {
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn read(&self) -> Result<Content> {
-        match format_of(&self.path)?.role {
-            Role::Scans { read, .. } => read(self),
-            _ => Err(self.is_no_scan()),
-        }
+        self.read_with(&Progress::none())
+    }
+
+    /// As [`Scan::read`]; `progress` counts the bytes of the file.
+    ///
+    /// # Errors
+    /// As [`Scan::read`]; [`Error::Cancelled`].
+    pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
+        let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
+        progress.plan(&[("reading", 1.0)]);
+        let outcome = progress.watch(|| read(self, progress));
+        // A reader may take the end of reading for the end of the file.
+        progress.check().and(outcome)
     }
 
     /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
@@ -554,6 +564,27 @@ mod tests {
         // The same file twice is two scans.
         let twice = [files[0].clone(), files[0].clone()];
         assert_eq!(names(&twice).iter().map(|n| n.1.as_str()).collect::<Vec<_>>(), ["scan", "scan (2)"]);
+    }
+
+    #[test]
+    fn reading_counts_bytes_and_can_be_cancelled() {
+        let folder = tempfile::tempdir().unwrap();
+        let line = "1.5 2.5 3.5\n".repeat(200_000);
+        let head = "ply\nformat ascii 1.0\nelement vertex 200000\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        for (name, text) in [("a.ply", format!("{head}{line}")), ("a.xyz", line.clone())] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            let scan = Scan::new(&path);
+            let progress = Progress::none();
+            assert!(
+                matches!(scan.read_with(&progress), Ok(Content::Points(cloud)) if cloud.positions.len() == 200_000)
+            );
+            assert!(progress.tick().fraction == 1.0 && progress.tick().stage == "reading");
+            for checks in 0..5 {
+                let outcome = scan.read_with(&Progress::cancel_after(checks));
+                assert!(matches!(outcome, Err(Error::Cancelled)), "{name}, {checks}: {outcome:?}");
+            }
+        }
     }
 
     #[test]

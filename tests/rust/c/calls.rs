@@ -704,6 +704,15 @@ fn writing_reports_and_can_be_cancelled() {
         api.ok((api.srf_mesh_create)(&Array::of(&positions, F64, 3), &Array::of(&none, U32, 3), &mut mesh));
         api.refused((api.srf_mesh_write_obj)(mesh, path.as_ptr(), &watch), CANCELLED, "cancelled");
         assert_eq!((asked, std::fs::read_dir(folder.path()).unwrap().count()), (1, 0));
+        api.ok((api.srf_mesh_write_obj)(mesh, path.as_ptr(), std::ptr::null()));
+        let (mut scans, mut content) = (Handle::NULL, 0);
+        let mut read = [Handle::NULL; 3];
+        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, &mut scans));
+        let [a, b, c] = &mut read;
+        let answer = (api.srf_scans_read_with)(scans, 0, &watch, &mut content, a, b, c);
+        api.refused(answer, CANCELLED, "cancelled");
+        assert_eq!((asked, content, read), (2, 0, [Handle::NULL; 3]));
+        api.ok((api.srf_scans_free)(scans));
         api.ok((api.srf_mesh_free)(mesh));
     }
 }

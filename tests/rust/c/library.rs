@@ -294,6 +294,7 @@ functions! {
     srf_scans_note(scans: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_scans_describe(scans: Handle, index: usize, name: *mut *const c_char, pose: *mut [f64; 16]) -> i32;
     srf_scans_read(scans: Handle, index: usize, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
+    srf_scans_read_with(scans: Handle, index: usize, progress: *const Watch, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
     srf_merge_params_init(params: *mut MergeParams) -> i32;
     srf_merge_report_init(report: *mut MergeReport) -> i32;
     srf_merger_create(out: *mut Handle) -> i32;

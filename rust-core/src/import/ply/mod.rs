@@ -44,6 +44,7 @@ use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 use crate::range_image::{RangeImage, Viewing};
 
 /// Coordinates of double precision farther from the origin than this many times their extent get an origin of their
@@ -64,8 +65,8 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 }
 
 /// Reads a scan.
-pub(super) fn read(scan: &Scan) -> Result<Content> {
-    let (mut file, length) = file::open(&scan.path)?;
+pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+    let (mut file, length) = file::counted(&scan.path, progress)?;
     parse(&mut file, length, scan).map_err(|problem| located(problem, &scan.path))
 }
 

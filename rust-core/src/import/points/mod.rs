@@ -27,6 +27,7 @@ use self::lines::{Line, Lines};
 use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 
 /// Data lines looked at to tell the columns.
 const LOOKED_AT: usize = 200;
@@ -76,8 +77,8 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 }
 
 /// Reads a scan.
-pub(super) fn read(scan: &Scan) -> Result<Content> {
-    let (file, length) = file::open(&scan.path)?;
+pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+    let (file, length) = file::counted(&scan.path, progress)?;
     let mut cloud = parse(file, length).map_err(|problem| problem.into_error(&scan.path))?;
     cloud.world_from_cloud = scan.world_from_sensor;
     Ok(Content::Points(cloud))
@@ -90,7 +91,7 @@ pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
     let (mut file, length) = file::open(&scan.path)?;
     let chunks = count.div_ceil(24).max(1) as u64;
     if length < 2 * CHUNK * chunks {
-        let Content::Points(cloud) = read(scan)? else { return Ok(Vec::new()) };
+        let Content::Points(cloud) = read(scan, &Progress::none())? else { return Ok(Vec::new()) };
         let step = (cloud.positions.len() / count.max(1)).max(1);
         return Ok(cloud.positions.into_iter().step_by(step).take(count).collect());
     }
