@@ -17,6 +17,10 @@ from .job import Refused
 
 ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_projection", "range_parameters"
 
+# Coordinates farther from zero than this many times their extent are stored around an origin of their own: Blender's
+# single precision keeps 2^-24 of a coordinate, which then is at most 2^-20 of the extent.
+FAR = 8
+
 # A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
 ROUNDING = 1e-5
 
@@ -69,20 +73,38 @@ def mesh_from_result(name, result):
     return mesh
 
 
+def origin_of(positions):
+    """What to take off coordinates before they lose precision: whole numbers, zero unless they lie far out."""
+    if not len(positions):
+        return np.zeros(3)
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    far = max(np.abs(low).max(), np.abs(high).max()) > FAR * (high - low).max()
+    return np.round((low + high) / 2) if far else np.zeros(3)
+
+
 def object_from_mesh(name, content, scale):
-    """An object from a `surfrecon.Mesh` that was read from a file."""
+    """An object from a `surfrecon.Mesh` of a file, and the origin in the file's unit that was taken off."""
+    origin = origin_of(content.positions)
     mesh = mesh_from_result(name, content)
-    mesh.transform(Matrix.Scale(scale, 4))
-    return bpy.data.objects.new(name, mesh)
+    if origin.any():
+        near = ((content.positions - origin) * scale).astype(np.float32).reshape(-1)
+        mesh.attributes["position"].data.foreach_set("vector", near)
+        mesh.update()
+    else:
+        mesh.transform(Matrix.Scale(scale, 4))
+    return bpy.data.objects.new(name, mesh), origin
 
 
 def object_from_points(name, content, scale):
-    """An object of vertices only from a `surfrecon.PointCloud`."""
-    coordinates = (content.positions * scale).astype(np.float32).reshape(-1)
+    """An object of vertices only, and the origin in the file's unit that was taken off."""
+    origin = origin_of(content.positions)
+    coordinates = ((content.positions - origin) * scale).astype(np.float32).reshape(-1)
     mesh = new_mesh(name, coordinates, np.empty(0, np.int32))
     if content.colour is not None:
         store(mesh, "colour", content.colour)
-    return bpy.data.objects.new(name, mesh)
+    if content.intensity is not None:
+        store(mesh, "intensity", content.intensity)
+    return bpy.data.objects.new(name, mesh), origin
 
 
 def object_from_range_image(name, image, scale, faces):
@@ -244,6 +266,9 @@ def range_image(obj, mesh, matrix):
     confidence = vertex_values(mesh, "confidence", "FLOAT", np.float32)
     if confidence is not None:
         image.confidence = on_grid(np.nan_to_num(np.maximum(confidence, 0)), 0)
+    intensity = vertex_values(mesh, "intensity", "FLOAT", np.float32)
+    if intensity is not None:
+        image.intensity = on_grid(intensity, 0)
     colour = vertex_colours(mesh)
     if colour is not None:
         image.colour = on_grid(colour, 0)

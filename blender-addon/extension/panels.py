@@ -177,6 +177,11 @@ def menu_import(self, context):
     self.layout.operator("surfrecon.import_scans", text=f"Range Scans ({', '.join(ENDINGS)})")
 
 
+def menu_export(self, context):
+    """The entry in File > Export."""
+    self.layout.operator("surfrecon.export_scans", text="Range Scans (.conf, .ptx, .e57)")
+
+
 CLASSES = (SURFRECON_PT_merge, SURFRECON_PT_options, SURFRECON_PT_report, SURFRECON_PT_error)
 
 
@@ -185,10 +190,12 @@ def register():
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.TOPBAR_MT_file_import.append(menu_import)
+    bpy.types.TOPBAR_MT_file_export.append(menu_export)
 
 
 def unregister():
     """Takes them away again."""
+    bpy.types.TOPBAR_MT_file_export.remove(menu_export)
     bpy.types.TOPBAR_MT_file_import.remove(menu_import)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -147,6 +147,22 @@ def test_scans_far_away_are_moved_and_say_so(tmp_path, images):
         assert np.allclose(world(obj).astype(float) + origin, truth, atol=0.02)
 
 
+@pytest.mark.parametrize("ending", ["xyz", "obj"])
+def test_georeferenced_coordinates_keep_their_millimetres(tmp_path, ending):
+    random = np.random.default_rng(5)
+    points = np.array([4.5e6, 5.1e6, 300.0]) + random.uniform(-20, 20, (200, 3)).round(3)
+    path = tmp_path / f"survey.{ending}"
+    lines = "\n".join(" ".join(repr(float(x)) for x in p) for p in points)
+    if ending == "obj":
+        surfrecon.Mesh(points, np.arange(198).reshape(-1, 3)).write(path)
+    else:
+        path.write_text(lines)
+    assert import_scans(path) == {"FINISHED"}
+    origin = np.array(bpy.data.collections["survey"]["world_origin"])
+    # Half of single precision's last digit of 20 m.
+    assert np.abs(world(by_name("survey")).astype(float) + origin - points).max() < 2e-6
+
+
 def test_colours_and_confidences_arrive(extension, images):
     image = images[0]
     shape = (image.rows, image.cols)

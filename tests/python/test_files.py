@@ -162,6 +162,62 @@ def test_write_and_read_scans_in_place(tmp_path, ending):
     assert surfrecon.read(tmp_path / f"one.{ending}").rows == 4
 
 
+def test_reading_shows_progress_and_can_be_cancelled(tmp_path):
+    path = tmp_path / "many.xyz"
+    path.write_text("1.25 2.5 3.75\n" * 2_000_000)
+    (scan,) = surfrecon.open(path)
+    ticks = []
+    assert len(scan.read(progress=lambda *tick: ticks.append(tick)).positions) == 2_000_000
+    assert all(stage == "reading" and 0 <= fraction <= 1 for stage, fraction in ticks)
+    with pytest.raises(surfrecon.Cancelled):
+        scan.read(progress=lambda *_: False)
+
+
+def test_levels_of_detail_go_into_one_file(tmp_path):
+    fine, coarse = torus(), surfrecon.Mesh(np.eye(3), [[0, 1, 2]])
+    surfrecon.write(tmp_path / "torus.glb", fine, coarser=[coarse])
+    assert b"MSFT_lod" in (tmp_path / "torus.glb").read_bytes()
+    assert len(surfrecon.read(tmp_path / "torus.glb").triangles) == len(fine.triangles)
+    with pytest.raises(surfrecon.InputError, match=r"only \.glb holds coarser levels"):
+        fine.write(tmp_path / "torus.stl", coarser=[coarse])
+    with pytest.raises(surfrecon.InputError, match="level 1 has"):
+        coarse.write(tmp_path / "torus.glb", coarser=[fine])
+
+
+def test_intensities_of_points_arrive(tmp_path):
+    (tmp_path / "a.xyz").write_text("//X Y Z Intensity\n1 2 3 0.5\n4 5 6 0.25\n")
+    cloud = surfrecon.read(tmp_path / "a.xyz")
+    assert cloud.intensity.tolist() == [0.5, 0.25]
+    surfrecon.write(tmp_path / "b.ply", cloud)
+    assert surfrecon.read(tmp_path / "b.ply").intensity.tolist() == [0.5, 0.25]
+
+
+@pytest.mark.parametrize("ending", ["ply", "glb", "obj", "stl", "ptx", "e57", "conf"])
+def test_a_full_disk_leaves_nothing_and_no_half_file(tmp_path, ending):
+    """The system refuses to let any file grow beyond a number of bytes, for every number that matters."""
+    resource = pytest.importorskip("resource")
+    image = surfrecon.RangeImage.from_points(np.full((3, 4, 3), 2.0), viewing=("from", (0, 0, 0)), name="a")
+    image.colour = np.full((3, 4, 3), 7, np.uint8)
+    content = image if ending in {"ptx", "e57", "conf"} else surfrecon.Mesh(np.eye(3), [[0, 1, 2]])
+    path = tmp_path / f"scan.{ending}"
+    surfrecon.write(path, [content] if ending == "conf" else content)
+    largest = max(file.stat().st_size for file in tmp_path.iterdir())
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    failed = 0
+    for room in range(0, largest, 1 + largest // 200):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, hard))
+        try:
+            surfrecon.write(path, [content] if ending == "conf" else content)
+        except surfrecon.FileError as problem:
+            failed += 1
+            assert str(tmp_path) in str(problem)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    assert failed > 20
+
+
 def test_formats_have_endings():
     assert {"ply", "conf"} <= {ending for endings in surfrecon.formats().values() for ending in endings}
 

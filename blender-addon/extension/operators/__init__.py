@@ -3,11 +3,12 @@
 
 import bpy
 
-from . import error_map, import_scans, merge, sculpt
+from . import error_map, export_scans, import_scans, merge, sculpt
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
     import_scans.SURFRECON_FH_scans,
+    export_scans.SURFRECON_OT_export_scans,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
     error_map.SURFRECON_OT_error_map,

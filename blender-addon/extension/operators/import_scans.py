@@ -26,7 +26,7 @@ UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.30
 
 # Blender's matrices are in single precision: scans that lie further from the origin than this many times their own size
 # would lose digits, so the whole set is moved.
-FARTHEST = 1000
+FARTHEST = 64
 
 
 @orientation_helper(axis_forward="Y", axis_up="Z")
@@ -196,9 +196,11 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
             pose = np.array(content.world_from_sensor)
             obj = convert.object_from_range_image(scan.name, content, factor, self.faces)
         elif isinstance(content, surfrecon.Mesh):
-            obj = convert.object_from_mesh(scan.name, content, factor)
+            obj, origin = convert.object_from_mesh(scan.name, content, factor)
+            pose[:3, 3] += pose[:3, :3] @ origin
         else:
-            obj = convert.object_from_points(scan.name, content, factor)
+            obj, origin = convert.object_from_points(scan.name, content, factor)
+            pose[:3, 3] += pose[:3, :3] @ origin
         pose[:3, 3] *= factor
         return obj, pose
 

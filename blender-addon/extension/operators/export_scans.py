@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""File > Export > Range Scans: the selected scans with grids and poses, in formats Blender has no exporter for."""
+
+import os
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import EnumProperty, FloatProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper
+
+from .. import convert
+from ..job import Refused
+
+FORMATS = (
+    ("CONF", "Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
+    ("PTX", "PTX (.ptx)", "One text file of all scans, seen from a point each"),
+    ("E57", "E57 (.e57)", "One binary file of all scans, seen from a point each"),
+)
+
+
+class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
+    """Export the selected range scans with their grids and poses"""
+
+    bl_idname = "surfrecon.export_scans"
+    bl_label = "Export Range Scans"
+    bl_options = {"PRESET"}
+
+    filename_ext = ".conf"
+    filter_glob: StringProperty(default="*.conf;*.ptx;*.e57", options={"HIDDEN"})
+    file_format: EnumProperty(name="Format", items=FORMATS, default="CONF")
+    scale: FloatProperty(
+        name="Scale", description="Units of the file a unit of the scene", default=1.0, min=1e-9, max=1e9
+    )
+
+    def check(self, context):
+        """The ending of the name follows the format."""
+        self.filename_ext = "." + self.file_format.lower()
+        wanted = bpy.path.ensure_ext(os.path.splitext(self.filepath)[0], self.filename_ext)
+        changed = self.filepath != wanted
+        self.filepath = wanted
+        return changed
+
+    def draw(self, context):
+        """The options beside the file browser."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "file_format")
+        self.layout.prop(self, "scale")
+
+    def execute(self, context):
+        """Writes all or nothing but grids without a list."""
+        objects = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
+        try:
+            if not objects:
+                raise Refused("No range scan is selected: those that File > Import > Range Scans made are")
+            depsgraph = context.evaluated_depsgraph_get()
+            path = os.path.splitext(self.filepath)[0] + "." + self.file_format.lower()
+            surfrecon.write_scans(path, [self.image(obj, depsgraph) for obj in objects])
+        except (Refused, surfrecon.SurfreconError) as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{len(objects)} scans written to {os.path.basename(path)}")
+        return {"FINISHED"}
+
+    def image(self, obj, depsgraph):
+        """The range image of an object in the file's unit, where it was before importing moved it."""
+        image = convert.scan_of_object(obj, depsgraph)
+        if not isinstance(image, surfrecon.RangeImage):
+            raise Refused(f'"{obj.name}" is no longer one vertex a pixel: export it as a mesh')
+        pose = np.array(image.world_from_sensor)
+        for collection in obj.users_collection:
+            pose[:3, 3] += np.array(collection.get("world_origin", (0.0, 0.0, 0.0)))
+        if self.scale != 1.0:
+            viewing = image.projection["viewing"]
+            if viewing[0] == "from":
+                viewing = ("from", np.array(viewing[1]) * self.scale)
+            scaled = surfrecon.RangeImage.from_points(image.points * self.scale, viewing=viewing, name=image.name)
+            scaled.colour, scaled.intensity, scaled.confidence = image.colour, image.intensity, image.confidence
+            image = scaled
+            pose[:3, 3] *= self.scale
+        image.world_from_sensor = pose
+        return image

@@ -1,0 +1,60 @@
+"""File > Export > Range Scans."""
+
+import bpy
+import numpy as np
+import pytest
+import surfrecon
+from files import write_set
+from shapes import torus_scans
+
+FAR = np.array([4.5e6, 5.1e6, 300.0])
+
+
+@pytest.fixture
+def imported(tmp_path):
+    """Three scans far from the origin, imported and selected."""
+    images = []
+    for image in torus_scans(pixels=40)[:3]:
+        grid = surfrecon.RangeImage.from_points(image.points, viewing=("from", (0, 0, 5)), name=image.name)
+        pose = np.array(image.world_from_sensor)
+        pose[:3, 3] += FAR
+        grid.world_from_sensor = pose
+        grid.intensity = np.where(grid.valid, 0.25, 0)
+        images.append(grid)
+    surfrecon.write(tmp_path / "in.ptx", images)
+    bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / "in.ptx"))
+    return images
+
+
+def export(path, **options):
+    return bpy.ops.surfrecon.export_scans(filepath=str(path), **options)
+
+
+@pytest.mark.parametrize("ending", ["conf", "ptx", "e57"])
+def test_what_was_imported_goes_out_where_it_was(tmp_path, imported, ending):
+    assert export(tmp_path / "out", file_format=ending.upper()) == {"FINISHED"}
+    again = [scan.read() for scan in surfrecon.open(tmp_path / f"out.{ending}")]
+    assert len(again) == len(imported)
+    expected = np.sort([image.world_points()[image.valid].mean(axis=0) for image in imported], axis=0)
+    found = np.sort([image.world_points()[image.valid].mean(axis=0) for image in again], axis=0)
+    assert np.abs(found - expected).max() < 1e-5
+    assert sorted(image.valid.sum() for image in again) == sorted(image.valid.sum() for image in imported)
+    assert all(np.isclose(image.intensity[image.valid], 0.25).all() for image in again)
+
+
+def test_a_scale_applies_to_samples_and_poses(tmp_path, imported):
+    assert export(tmp_path / "out.ptx", file_format="PTX", scale=1000) == {"FINISHED"}
+    again = surfrecon.open(tmp_path / "out.ptx")[0].read()
+    assert np.abs(again.world_points()[again.valid].mean(axis=0) / 1000 - FAR).max() < 3
+
+
+def test_what_can_not_be_exported_says_why(tmp_path, imported):
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    with pytest.raises(RuntimeError, match="No range scan is selected"):
+        export(tmp_path / "out.conf")
+    images = write_set(tmp_path, torus_scans(pixels=40)[:1])
+    bpy.ops.surfrecon.import_scans(filepath=str(images))
+    with pytest.raises(RuntimeError, match="its rays are parallel"):
+        export(tmp_path / "out.e57", file_format="E57")
+    assert not (tmp_path / "out.e57").exists()
