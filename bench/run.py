@@ -13,11 +13,11 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-BENCHMARKS = ["merge", "sculpt", "capi", "io"]
+BENCHMARKS = ["merge", "delaunay", "sculpt", "capi", "io"]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
-PEERS = ["pymeshlab", "open3d", "pydelatin", "pymartini", "numpy", "scipy"]
+PEERS = ["pymeshlab", "open3d", "gmsh", "pydelatin", "pymartini", "numpy", "scipy"]
 
 
 def machine():

@@ -16,6 +16,9 @@ esac
 # What pymeshlab and Open3D link to besides.
 case ${1:-} in test | bench) packages+=(libglu1-mesa libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1) ;; esac
 
+# The peers that are libraries in C++, and what Gmsh links to.
+if [ "${1:-}" = bench ]; then packages+=(libcgal-dev libboost-dev libgmp-dev libmpfr-dev libtbb-dev libtet1.5-dev libxcursor1 libxft2 libxinerama1); fi
+
 command -v cargo >/dev/null || die "cargo is missing: install the Rust toolchain, https://rustup.rs"
 if ! command -v c++ >/dev/null; then packages+=(g++); fi
 
