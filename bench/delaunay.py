@@ -38,7 +38,7 @@ def torus(count, seed):
 
 
 def curvature_space(side, seed):
-    """The pixels of a quantized range image with jumps, lifted by the logarithm of their curvature (paper on sculpting)."""
+    """The pixels of a quantized range image with jumps, lifted by the logarithm of their curvature."""
     random = np.random.Generator(np.random.PCG64(seed))
     y, x = np.mgrid[0:side, 0:side] / side
     z = np.zeros((side, side))
@@ -91,7 +91,8 @@ def compile_peers():
     libraries = ["-ltet", "-ltbb", "-ltbbmalloc", "-lgmp", "-lmpfr"]
     command = ["c++", "-std=c++17", *flags, source, "-o", program, *libraries]
     built = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
-    return program, None if built.returncode == 0 else next(line for line in built.stderr.splitlines() if "error" in line)
+    errors = [line for line in built.stderr.splitlines() if "error" in line]
+    return program, None if built.returncode == 0 else errors[0]
 
 
 def command(tool, threads, points, program):
@@ -138,7 +139,7 @@ def run_case(name, points, repeats, program, missing):
 
 
 def add_ratios(rows):
-    """Our CPU time as a part of each tool's on as many threads, and our wall time on one thread over that on several."""
+    """Our times as a part of each tool's on as many threads, and our wall time on one thread over that on several."""
     done = {(row["tool"], row["threads"]): row for row in rows if "cpu_s" in row}
     for (tool, threads), row in done.items():
         ours = done.get((OURS, threads))

@@ -27,7 +27,7 @@ struct Wall {
     /// Place of the new point in `vertices`.
     slot: u8,
     /// Local numbers of the vertices of `FACETS[slot]`.
-    local: [u16; 3],
+    local: [u32; 3],
 }
 
 /// One thread's means to insert points; kept from point to point so that nothing is allocated on the way.
@@ -37,13 +37,13 @@ pub(super) struct Inserter {
     pub(super) free: Vec<u32>,
     cavity: Vec<u32>,
     /// Of each cell of the cavity, the local numbers of its vertices.
-    cavity_local: Vec<[u16; 4]>,
+    cavity_local: Vec<[u32; 4]>,
     walls: Vec<Wall>,
     vertices: LocalVertices,
     /// At `from * side + to`: the new cell and slot opposite to the directed edge of the cavity's border, as
     /// 4 wall + slot.
     links: Vec<u16>,
-    sorted_links: Vec<(u32, u32)>,
+    sorted_links: Vec<(u64, u32)>,
 }
 
 impl Inserter {
@@ -196,7 +196,7 @@ impl Inserter {
                 if is_small {
                     self.links[from * side + to] = (i << 2 | opposite) as u16;
                 } else {
-                    let edge = (from.min(to) << 16 | from.max(to)) as u32;
+                    let edge = (from.min(to) as u64) << 32 | from.max(to) as u64;
                     self.sorted_links.push((edge, cell << 2 | opposite as u32));
                 }
             }
@@ -232,7 +232,7 @@ fn ghost_is_in_conflict(
     known: &LocalVertices,
     ghost: u32,
     vertices: [u32; 4],
-    local: [u16; 4],
+    local: [u32; 4],
     p: u32,
 ) -> bool {
     let seen = local.map(|l| &known.seen[l as usize]);
@@ -260,7 +260,7 @@ struct LocalVertices {
     farthest: f64,
     /// Open addressing: epoch << 32 | id, and the number.
     keys: Vec<u64>,
-    numbers: Vec<u16>,
+    numbers: Vec<u32>,
     epoch: u64,
 }
 
@@ -289,7 +289,7 @@ impl LocalVertices {
 
     /// The local number of `id`.
     #[inline(always)]
-    fn local(&mut self, id: u32, point: glam::DVec3, signs: &Signs<'_>) -> u16 {
+    fn local(&mut self, id: u32, point: glam::DVec3, signs: &Signs<'_>) -> u32 {
         if id == GHOST {
             return 0;
         }
@@ -308,9 +308,8 @@ impl LocalVertices {
     }
 
     #[inline(never)]
-    fn meet(&mut self, at: usize, key: u64, point: glam::DVec3, signs: &Signs<'_>) -> u16 {
-        let number = self.ids.len() as u16;
-        assert!(number < u16::MAX, "more than 65,000 vertices around one point");
+    fn meet(&mut self, at: usize, key: u64, point: glam::DVec3, signs: &Signs<'_>) -> u32 {
+        let number = self.ids.len() as u32;
         let id = key as u32;
         self.keys[at] = key;
         self.numbers[at] = number;
@@ -338,7 +337,7 @@ impl LocalVertices {
                 at = (at + 1) & (size - 1);
             }
             self.keys[at] = self.epoch | u64::from(id);
-            self.numbers[at] = number as u16;
+            self.numbers[at] = number as u32;
         }
     }
 }

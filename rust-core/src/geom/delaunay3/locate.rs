@@ -29,7 +29,8 @@ pub(super) fn locate<R: Region>(cells: &Cells, signs: &Signs<'_>, region: &R, st
         if vertices[3] == GHOST {
             return Place::Cell { cell, planes: 0 };
         }
-        let seen = vertices.map(|v| Seen::new(signs.points[v as usize], point));
+        let at = |k: usize| Seen::new(signs.points[vertices[k] as usize], point);
+        let seen = [at(0), at(1), at(2), at(3)];
         let volumes = volumes([&seen[0], &seen[1], &seen[2], &seen[3]]);
         let mut lowest = 0;
         for slot in 1..4 {

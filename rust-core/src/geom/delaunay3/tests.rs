@@ -220,6 +220,16 @@ fn points_that_span_no_volume_are_refused() {
     refused(&[p, DVec3::X, DVec3::new(0.0, f64::INFINITY, 0.0)], "point 2");
 }
 
+/// All cells are in conflict with the last point, whose star has more vertices than 16 bits count.
+#[test]
+fn a_star_of_seventy_thousand_vertices() {
+    let mut points: Vec<DVec3> = scattered(70_000).iter().map(|p| (p - 0.5).normalize()).collect();
+    points.push(DVec3::ZERO);
+    let delaunay = tetrahedralized(&points, 1);
+    let around = delaunay.cells().iter().filter(|cell| cell.vertices.contains(&70_000)).count();
+    assert!(around > 100_000, "{around}");
+}
+
 #[test]
 fn four_points_are_one_cell() {
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
