@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "io_plugin.h"
 
+#include <QCoreApplication>
+
 #include "filter.h"
 #include "layer.h"
 #include "scans.h"
@@ -30,6 +32,9 @@ std::vector<int> load(const QString &file, const Layers &layers, const RichParam
         if (scans.size() != layers.size()) {
             srf::refuse("There are " + std::to_string(scans.size()) + " scans in the file: open it with the filter \"" + srf::import_name + "\"");
         }
+        // pymeshlab, which has no application, leaves its callback pointing at the log of the last document that applied a filter,
+        // even once that document is gone.
+        if (QCoreApplication::instance() == nullptr) callback = nullptr;
         std::vector<int> masks;
         for (std::size_t i = 0; i < layers.size(); ++i) {
             if (callback != nullptr && !callback(static_cast<int>(100 * i / layers.size()), "Reading scans")) {

@@ -88,7 +88,7 @@ impl ReconstructParams {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first one out of range.
+    /// [`crate::Error::Parameter`] for the first one out of range.
     pub fn validate(&self) -> Result<()> {
         PARAMS[0].check(self.factor)?;
         PARAMS[1].check(self.threads as f64)?;
