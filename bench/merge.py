@@ -157,9 +157,9 @@ def run_case(case, tools, repeats):
     return rows, json.loads(report.read_text()) if OURS in tools and OURS not in failures else None
 
 
-def add_ratios(rows):
-    """How many times our CPU time, wall time and memory each tool takes."""
-    ours = next((row for row in rows if row["tool"] == OURS and "cpu_s" in row), None)
+def add_ratios(rows, tool=OURS):
+    """How many times the CPU time, wall time and memory of `tool` each takes."""
+    ours = next((row for row in rows if row["tool"] == tool and "cpu_s" in row), None)
     for row in rows:
         if ours and "cpu_s" in row:
             for name in ("cpu", "wall", "peak"):

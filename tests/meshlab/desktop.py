@@ -41,7 +41,7 @@ def installed(tmp_path, program):
 def environment(tmp_path):
     """Settings of its own, and software rendering."""
     home = tmp_path / "home"
-    home.mkdir(exist_ok=True)
+    home.mkdir(mode=0o700, exist_ok=True)
     return os.environ | {
         "HOME": str(home),
         "XDG_RUNTIME_DIR": str(home),
