@@ -179,7 +179,11 @@ def meshlab_tests(wheel_files):
             # The programs of the system are the same whatever pymeshlab drives the tests: once is enough.
             if desktop and version == MESHLAB[0]:
                 env["SURFRECON_PLUGINS_DESKTOP"] = desktop
-            ignored = [] if version == MESHLAB[0] else ["--ignore=tests/meshlab/test_server.py"]
+            ignored = (
+                []
+                if version == MESHLAB[0]
+                else ["--ignore=tests/meshlab/test_server.py", "--ignore=tests/meshlab/test_gui.py"]
+            )
             total.add(pytest(f"MeshLab {version} tests", f"meshlab-{version}", "tests/meshlab", env, ignored))
         elif version == MESHLAB[0]:
             show(f"FAILED: the plugin must be tested in MeshLab {version}")

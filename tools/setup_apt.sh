@@ -8,7 +8,7 @@ set -euo pipefail
 # What the bpy module links to, and software OpenGL for rendering without a display.
 packages=(libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libgl1 libxxf86vm1 libgomp1 libegl1 libgl1-mesa-dri)
 # What programs in C are built with, run under and compared by; MeshLab itself, and what it needs without a display.
-if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-tools binutils meshlab xvfb xauth xdotool openbox); fi
+if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-tools binutils meshlab xvfb xauth xdotool openbox imagemagick); fi
 # What the MeshLab plugin is built with: MeshLab's headers include those of Qt, GLEW and Eigen.
 case ${1:-} in
     test | bench | meshlab) packages+=(cmake make xz-utils dpkg-dev qtbase5-dev libqt5opengl5-dev libglew-dev libeigen3-dev) ;;

@@ -25,7 +25,7 @@ window() {
     done
     return 1
 }
-picture() { xwd -silent -root -out "$pictures/$1.xwd"; }
+picture() { import -window root "$pictures/$1.png"; }
 
 main=$(window '^MeshLab 20') || { echo "MeshLab shows no window"; picture none; exit 1; }
 sleep 4
