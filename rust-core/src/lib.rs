@@ -9,6 +9,7 @@
 
 #![cfg_attr(test, allow(clippy::print_stdout, clippy::print_stderr))]
 
+pub mod cluster;
 pub mod error;
 pub mod export;
 pub mod geom;

@@ -98,6 +98,7 @@ pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
         .chain(crate::sculpt::PARAMS)
         .chain(crate::quads::PARAMS)
         .chain(crate::scattered::PARAMS)
+        .chain(crate::cluster::PARAMS)
         .chain(crate::scan::PARAMS)
 }
 

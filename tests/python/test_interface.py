@@ -86,6 +86,10 @@ def test_options_are_those_of_the_table():
     sculpt = [p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")]
     assert set(keyword_options(surfrecon.sculpt)) == {*sculpt, "progress"}
     assert set(keyword_options(surfrecon.Sculptor)) == set(sculpt) - {"tolerance", "relative_tolerance"}
+    cluster = {p.name for p in surfrecon.parameters("cluster")}
+    assert set(keyword_options(surfrecon.cluster)) == {*cluster, "progress"}
+    one_level = {"vertices", "patches", "max_error"}
+    assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
     for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):

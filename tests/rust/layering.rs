@@ -15,6 +15,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
     ("scattered", &["geom", "mesh", "point_cloud"]),
     ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
+    ("cluster", &["geom", "mesh", "point_cloud"]),
     ("quads", &["mesh", "range_image"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
     (
@@ -31,6 +32,7 @@ const PARAMS_MAY_KNOW: &[&str] = &[
     "sculpt::PARAMS",
     "quads::PARAMS",
     "scattered::PARAMS",
+    "cluster::PARAMS",
     "scan::PARAMS",
 ];
 const BENEATH_ALL: &[&str] = &["error", "params", "progress", "threads", "Error", "Result"];

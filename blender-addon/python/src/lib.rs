@@ -10,11 +10,13 @@
 //! | `scans` | opening and reading files |
 //! | `merge` | the merge and its report |
 //! | `sculpt` | a range image to few triangles |
+//! | `cluster` | a dense mesh to well-shaped triangles |
 //! | `measure` | distances |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
 mod arrays;
+mod cluster;
 mod errors;
 mod job;
 mod measure;
@@ -34,6 +36,8 @@ use pyo3::prelude::*;
 mod _native {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]

@@ -20,6 +20,7 @@ from ._errors import (
 )
 from ._native import (
     Camera,
+    Clustered,
     Job,
     MergeReport,
     MergeResult,
@@ -32,6 +33,8 @@ from ._native import (
     Sculpted,
     Sculptor,
     __version__,
+    cluster,
+    cluster_levels,
     distances,
     formats,
     merge,
@@ -49,6 +52,7 @@ from ._native import (
 __all__ = [
     "Camera",
     "Cancelled",
+    "Clustered",
     "FileError",
     "FormatError",
     "InputError",
@@ -68,6 +72,8 @@ __all__ = [
     "Sculptor",
     "SurfreconError",
     "__version__",
+    "cluster",
+    "cluster_levels",
     "distances",
     "formats",
     "merge",

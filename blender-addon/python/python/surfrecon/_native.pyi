@@ -287,6 +287,40 @@ def merge(
 ) -> MergeResult: ...
 
 @final
+class Clustered:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def labels(self) -> NDArray[np.int32]: ...
+    @property
+    def report(self) -> dict[str, Any]: ...
+
+def cluster(
+    mesh: Mesh,
+    *,
+    vertices: int | None = None,
+    patches: int | None = None,
+    max_error: float | None = None,
+    adaptivity: float | None = None,
+    iterations: int | None = None,
+    relaxation: int | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Clustered: ...
+def cluster_levels(
+    mesh: Mesh,
+    vertices: Sequence[int],
+    *,
+    adaptivity: float | None = None,
+    iterations: int | None = None,
+    relaxation: int | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[Clustered]: ...
+
+@final
 class Sculpted:
     @property
     def mesh(self) -> Mesh: ...

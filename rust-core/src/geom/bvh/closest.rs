@@ -36,6 +36,11 @@ impl Closest {
         self.distance_squared.sqrt()
     }
 
+    /// The point of one triangle closest to `query`; `triangle` is its number.
+    pub fn on_triangle(query: DVec3, corners: &[DVec3; 3], triangle: u32) -> Closest {
+        Self::of(query, corners, triangle)
+    }
+
     pub(super) fn beats(&self, other: &Option<Closest>) -> bool {
         match other {
             None => true,

@@ -1,0 +1,209 @@
+//! Clustering: a dense mesh to a coarse one of well-shaped triangles.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::TriMesh;
+use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
+use surfrecon::mesh::measure::Quality;
+
+use crate::errors::input_error;
+use crate::mesh::Mesh;
+use crate::params::{count_of, value_of};
+use crate::progress::Watch;
+
+/// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface.
+///
+/// Components, boundaries and genus stay; vertices lie on the mesh, those of boundaries on its boundaries; the attributes of
+/// vertices ride along. Options that are ``None`` take the library's default, see ``parameters("cluster")``.
+///
+/// Args:
+///     mesh: the dense mesh. Edges of more than two triangles, or of two that turn against each other, are cut.
+///     vertices: vertices wanted; more come only where the topology needs them. A tenth of the mesh's by default.
+///     patches: patches wanted instead: k patches give about 3 k vertices.
+///     max_error: instead, as many vertices as it takes for every vertex of the mesh to lie this near to the result.
+///     adaptivity: how much smaller triangles are where the surface bends: 0 makes them alike everywhere.
+///     iterations: most k-means steps at the final number of patches.
+///     relaxation: most steps of the spring relaxation.
+///     seed: which way round patches are split.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Returns:
+///     A ``Clustered`` with the mesh, the patches and a report.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     InputError: two of vertices, patches and max_error given, or a mesh without triangles.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (mesh, *, vertices = None, patches = None, max_error = None, adaptivity = None, iterations = None,
+    relaxation = None, seed = None, threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn cluster(
+    py: Python<'_>,
+    mesh: &Mesh,
+    vertices: Option<i64>,
+    patches: Option<i64>,
+    max_error: Option<f64>,
+    adaptivity: Option<f64>,
+    iterations: Option<i64>,
+    relaxation: Option<i64>,
+    seed: Option<i64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Clustered> {
+    let resolution = resolution(vertices, patches, max_error)?;
+    let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+    let input: Arc<TriMesh> = mesh.mesh.clone();
+    let params = ClusterParams { resolution, ..params };
+    let made = Watch::new(progress).run(py, |progress| surfrecon::cluster::run(&input, &params, progress))?;
+    Clustered::new(py, made)
+}
+
+/// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
+///
+/// Args:
+///     mesh: the dense mesh.
+///     vertices: vertices of each level.
+///     adaptivity, iterations, relaxation, seed, threads, progress: as for ``cluster``.
+///
+/// Returns:
+///     A list of ``Clustered``, one a level, in the order of ``vertices``.
+///
+/// Raises:
+///     ParameterError, InputError, Cancelled: as ``cluster``.
+#[pyfunction]
+#[pyo3(signature = (mesh, vertices, *, adaptivity = None, iterations = None, relaxation = None, seed = None,
+    threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn cluster_levels(
+    py: Python<'_>,
+    mesh: &Mesh,
+    vertices: Vec<i64>,
+    adaptivity: Option<f64>,
+    iterations: Option<i64>,
+    relaxation: Option<i64>,
+    seed: Option<i64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<Clustered>> {
+    let levels = vertices.into_iter().map(|n| resolution(Some(n), None, None)).collect::<PyResult<Vec<_>>>()?;
+    let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+    let input: Arc<TriMesh> = mesh.mesh.clone();
+    let made =
+        Watch::new(progress).run(py, |progress| surfrecon::cluster::levels(&input, &levels, &params, progress))?;
+    made.into_iter().map(|made| Clustered::new(py, made)).collect()
+}
+
+/// The resolution that is meant.
+fn resolution(vertices: Option<i64>, patches: Option<i64>, max_error: Option<f64>) -> PyResult<Resolution> {
+    let given = [vertices.is_some(), patches.is_some(), max_error.is_some()];
+    if given.iter().filter(|g| **g).count() > 1 {
+        return Err(input_error("give one of vertices, patches and max_error".to_owned()));
+    }
+    let count = |name, n: Option<i64>| value_of("cluster", name, n.map(|n| n as f64));
+    Ok(if let Some(n) = count("vertices", vertices)? {
+        Resolution::Vertices(n as u32)
+    } else if let Some(k) = count("patches", patches)? {
+        Resolution::Patches(k as u32)
+    } else if let Some(error) = value_of("cluster", "max_error", max_error)? {
+        Resolution::MaxError(error)
+    } else {
+        Resolution::Tenth
+    })
+}
+
+fn params(
+    adaptivity: Option<f64>,
+    iterations: Option<i64>,
+    relaxation: Option<i64>,
+    seed: Option<i64>,
+    threads: Option<i64>,
+) -> PyResult<ClusterParams> {
+    Ok(ClusterParams {
+        resolution: Resolution::Tenth,
+        adaptivity: value_of("cluster", "adaptivity", adaptivity)?.expect("has a plain default"),
+        iterations: count_of("cluster", "iterations", iterations)? as u32,
+        relaxation: count_of("cluster", "relaxation", relaxation)? as u32,
+        seed: count_of("cluster", "seed", seed)? as u32,
+        threads: count_of("cluster", "threads", threads)?,
+    })
+}
+
+/// A clustered mesh with its patches and figures.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Clustered {
+    /// The surface, with the vertex attributes of the input.
+    #[pyo3(get)]
+    mesh: Py<Mesh>,
+    core: Core,
+}
+
+impl Clustered {
+    fn new(py: Python<'_>, mut core: Core) -> PyResult<Self> {
+        let mesh = Py::new(py, Mesh::from(std::mem::take(&mut core.mesh)))?;
+        Ok(Clustered { mesh, core })
+    }
+}
+
+#[pymethods]
+impl Clustered {
+    /// (n,) int32: patch of each vertex of the input, -1 for one that no triangle uses. Newly copied.
+    #[getter]
+    fn labels<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        numpy::PyArray1::from_slice(py, &self.core.labels).into_any()
+    }
+
+    /// Figures of the run by name: ``patches``, ``vertices``, ``triangles``, ``energy`` (of k-means), ``separated`` (parts
+    /// that became patches), ``dissolved`` (patches given to their neighbours), ``halved`` (patches that were no disks),
+    /// ``cut_edges`` (where the input is no manifold), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
+    /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
+    /// ``max_error`` (where asked for: of the input's vertices, measured anew, else ``None``), ``kept_input`` (whether
+    /// nothing coarser lies within it), ``seconds`` by stage.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let report = &self.core.report;
+        let dict = PyDict::new(py);
+        for (name, count) in [
+            ("patches", report.patches),
+            ("vertices", report.vertices),
+            ("triangles", report.triangles),
+            ("separated", report.separated),
+            ("dissolved", report.dissolved),
+            ("halved", report.halved),
+            ("cut_edges", report.cut_edges),
+        ] {
+            dict.set_item(name, count)?;
+        }
+        dict.set_item("energy", report.energy)?;
+        dict.set_item("before", shape(py, &report.before, &report.angles_before)?)?;
+        dict.set_item("after", shape(py, &report.after, &report.angles_after)?)?;
+        dict.set_item("max_error", report.deviation.map(|d| d.max))?;
+        dict.set_item("kept_input", report.kept_input)?;
+        let seconds = PyDict::new(py);
+        for (stage, time) in &report.seconds {
+            seconds.set_item(stage, time)?;
+        }
+        dict.set_item("seconds", seconds)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        let report = &self.core.report;
+        let angle = report.after.mean_smallest_angle.to_degrees();
+        let (vertices, patches) = (report.vertices, report.patches);
+        format!("<Clustered {vertices} vertices from {patches} patches, mean smallest angle {angle:.1} degrees>")
+    }
+}
+
+fn shape<'py>(py: Python<'py>, quality: &Quality, angles: &[usize]) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("mean_smallest_angle", quality.mean_smallest_angle)?;
+    dict.set_item("smallest_angle", quality.smallest_angle)?;
+    dict.set_item("largest_angle", quality.largest_angle)?;
+    dict.set_item("angles", angles)?;
+    Ok(dict)
+}

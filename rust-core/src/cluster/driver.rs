@@ -1,0 +1,388 @@
+//! The driver: the stages in their order, for one resolution or a chain of them.
+
+use std::time::Instant;
+
+use super::kmeans::KMeans;
+use super::net::Net;
+use super::polygons::Polygons;
+use super::subcluster::{self, Repairs};
+use super::surface::Surface;
+use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, relax};
+use crate::error::Result;
+use crate::mesh::TriMesh;
+use crate::mesh::measure::{self, Side, Summary};
+use crate::progress::{Plan, Progress};
+
+/// Stages with their shares of the time.
+const PLAN: Plan = &[("clustering", 1.0)];
+
+/// Lloyd steps end when one gains less than this share of the energy.
+const CONVERGED: f64 = 2e-4;
+/// Tries for a number of vertices.
+const TRIES: usize = 8;
+/// Rounds of flips and relaxation after the springs' first equilibrium.
+const ROUNDS: usize = 3;
+/// Relaxation steps of each.
+const STEPS_A_ROUND: usize = 20;
+/// Patches that a largest error starts with.
+const FIRST_PATCHES: usize = 32;
+/// Rounds of refinement for a largest error.
+const REFINEMENTS: usize = 60;
+
+/// Clusters a mesh at one resolution.
+///
+/// # Guarantees
+/// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and
+///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
+///   and vertices where several fans meet are doubled.
+/// * Its vertices lie on the input's surface, those of its border on the input's border.
+/// * With [`Resolution::MaxError`] every vertex of the input lies within the bound, measured on the result by
+///   [`measure::deviation`]; where nothing coarser does, the result is the input itself.
+/// * The same input gives the same mesh for any number of threads.
+///
+/// # Cost
+/// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to
+/// `iterations` more; O(v) for v resulting vertices and each relaxation step. About 150 bytes a triangle.
+///
+/// # Errors
+/// Parameters out of range; bad indices or coordinates, no triangle; [`crate::Error::Cancelled`].
+pub fn run(mesh: &TriMesh, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
+    let mut levels = levels(mesh, &[params.resolution], params, progress)?;
+    Ok(levels.remove(0))
+}
+
+/// A chain of levels of detail from one run: the finer levels go on splitting the patches of the coarser ones. Results are
+/// in the order of `resolutions`, whose place in `params` is not looked at.
+///
+/// # Errors
+/// As [`run`].
+pub fn levels(
+    mesh: &TriMesh,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    params.validate()?;
+    resolutions.iter().try_for_each(|r| r.validate())?;
+    progress.plan(PLAN);
+    progress.stage(0, resolutions.len() as u64);
+    let pool = crate::threads::pool(params.threads)?;
+    progress.run(&pool, || {
+        let start = Instant::now();
+        let surface = Surface::new(mesh, progress)?;
+        let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
+        // Coarse to fine; bounds on the error find their own number last.
+        let mut order: Vec<usize> = (0..resolutions.len()).collect();
+        order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
+        let mut kmeans = KMeans::new(&job.surface.points, &job.weights, u64::from(params.seed));
+        let mut results: Vec<Option<Clustered>> = vec![None; resolutions.len()];
+        let prepared = start.elapsed().as_secs_f64();
+        for i in order {
+            let clock = Clock::start(prepared);
+            results[i] = Some(match resolutions[i] {
+                Resolution::MaxError(error) => job.within(&kmeans, error, clock, progress)?,
+                resolution => job.level(&mut kmeans, resolution, clock, progress)?,
+            });
+            progress.advance(1)?;
+        }
+        Ok(results.into_iter().flatten().collect())
+    })
+}
+
+/// Areas, but never nothing: a point without area has its place in a patch all the same.
+fn point_weights(surface: &Surface) -> Vec<f64> {
+    let mean = surface.areas.iter().sum::<f64>() / surface.areas.len() as f64;
+    if !(mean > 0.0) {
+        return vec![1.0; surface.areas.len()];
+    }
+    surface.areas.iter().map(|a| a.max(1e-9 * mean)).collect()
+}
+
+struct Job<'a> {
+    input: &'a TriMesh,
+    surface: Surface,
+    weights: Vec<f64>,
+    params: &'a ClusterParams,
+}
+
+/// Patches that are disks, and the polygons around them.
+struct Disks {
+    labels: Vec<u32>,
+    patches: usize,
+    polygons: Polygons,
+    repairs: Repairs,
+    energy: f64,
+}
+
+impl Disks {
+    /// Nodes of their fans.
+    fn nodes(&self) -> usize {
+        self.patches + self.polygons.spots.len()
+    }
+}
+
+impl<'a> Job<'a> {
+    /// Patches for a resolution; `None` for a bound on the error.
+    fn patches(&self, resolution: Resolution) -> Option<usize> {
+        let patches = match resolution {
+            Resolution::Patches(k) => k as usize,
+            Resolution::Vertices(n) => self.patches_for(n as usize),
+            Resolution::Tenth => self.patches_for(self.surface.points.len() / 10),
+            Resolution::MaxError(_) => return None,
+        };
+        Some(patches.clamp(1, self.surface.points.len()))
+    }
+
+    /// Patches whose fans have about `nodes` nodes: three a patch, and one more for each at the border.
+    fn patches_for(&self, nodes: usize) -> usize {
+        let surface = &self.surface;
+        let area: f64 = surface.areas.iter().sum();
+        let border: f64 = surface
+            .border_in
+            .iter()
+            .filter(|&&h| h != super::surface::NONE)
+            .map(|&h| surface.points[surface.from(h) as usize].distance(surface.points[surface.to(h) as usize]))
+            .sum();
+        let n = nodes as f64;
+        let mut patches = n / 3.0;
+        for _ in 0..8 {
+            let width = 1.1 * (area / patches).sqrt();
+            let at_border = if width > 0.0 { border / width } else { 0.0 };
+            patches = ((n - at_border) / 3.0).max(n / 12.0);
+        }
+        patches.ceil() as usize + 1
+    }
+
+    /// One level that is not bounded by an error. `kmeans` is that of a coarser level, and this level's afterwards.
+    fn level(
+        &self,
+        kmeans: &mut KMeans<'a>,
+        resolution: Resolution,
+        mut clock: Clock,
+        progress: &Progress<'_>,
+    ) -> Result<Clustered> {
+        let nodes = match resolution {
+            Resolution::Vertices(n) => Some(n as usize),
+            Resolution::Tenth => Some(self.surface.points.len() / 10),
+            _ => None,
+        };
+        let patches = self.patches(resolution).expect("no bound on the error");
+        let coarser = kmeans.clone();
+        let mut disks = self.disks(&coarser, kmeans, patches, progress)?;
+        if let Some(wanted) = nodes {
+            disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
+        }
+        clock.lap("patches");
+        let made = self.make(disks, nodes, &mut clock, progress)?;
+        Ok(made.into_result(clock, None))
+    }
+
+    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
+    /// which came from `patches` patches.
+    fn with_nodes(
+        &self,
+        coarser: &KMeans<'a>,
+        kmeans: &mut KMeans<'a>,
+        mut disks: Disks,
+        mut patches: usize,
+        wanted: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Disks> {
+        let most = self.surface.points.len();
+        // The fewest patches with enough nodes, the most with too few.
+        let (mut enough, mut too_few): (Option<(usize, KMeans<'a>, Disks)>, usize) = (None, 0);
+        for _ in 0..TRIES {
+            let have = disks.nodes();
+            if have >= wanted {
+                // These few are collapsed.
+                let close = have <= wanted + wanted / 16;
+                if enough.as_ref().is_none_or(|e| patches < e.0) {
+                    enough = Some((patches, kmeans.clone(), disks));
+                }
+                if close {
+                    break;
+                }
+            } else {
+                too_few = too_few.max(patches);
+            }
+            let share = wanted as f64 / have as f64;
+            let next = (patches as f64 * share).ceil() as usize + 1;
+            patches = match &enough {
+                Some((above, ..)) if next <= too_few || next >= *above => (too_few + above) / 2,
+                None if next <= too_few => 2 * too_few,
+                _ => next,
+            };
+            if patches <= too_few || enough.as_ref().is_some_and(|e| patches >= e.0) || too_few == most {
+                break;
+            }
+            patches = patches.min(most);
+            disks = self.disks(coarser, kmeans, patches, progress)?;
+        }
+        Ok(match enough {
+            Some((_, found, disks)) => {
+                *kmeans = found;
+                disks
+            }
+            None => self.repaired(kmeans, progress)?,
+        })
+    }
+
+    /// Splits to `patches` from the coarser level, or from one patch if that has more, and makes the patches disks.
+    fn disks(
+        &self,
+        coarser: &KMeans<'a>,
+        kmeans: &mut KMeans<'a>,
+        patches: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Disks> {
+        *kmeans = if coarser.centres.len() <= patches { coarser.clone() } else { coarser.restarted() };
+        // The curvature is measured while patches are few, and again before the last doubling.
+        for part in if self.params.adaptivity > 0.0 { &[8, 2][..] } else { &[] } {
+            kmeans.split_to(patches / part, progress)?;
+            let (labels, patches) = (&kmeans.labels, kmeans.centres.len());
+            let weights = density::weights(&self.surface, &self.weights, labels, patches, self.params.adaptivity);
+            kmeans.set_weights(weights);
+        }
+        kmeans.split_to(patches, progress)?;
+        kmeans.lloyd(self.params.iterations as usize, CONVERGED, progress)?;
+        self.repaired(kmeans, progress)
+    }
+
+    fn repaired(&self, kmeans: &KMeans<'_>, progress: &Progress<'_>) -> Result<Disks> {
+        let mut labels = kmeans.labels.clone();
+        let (patches, polygons, repairs) = subcluster::make_disks(&self.surface, &self.weights, &mut labels, progress)?;
+        Ok(Disks { labels, patches, polygons, repairs, energy: kmeans.energy() })
+    }
+
+    /// Fans of the patches, relaxed.
+    fn make(&self, disks: Disks, nodes: Option<usize>, clock: &mut Clock, progress: &Progress<'_>) -> Result<Made> {
+        let surface = &self.surface;
+        let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
+        let before = net.shape();
+        if let Some(wanted) = nodes {
+            collapse::collapse(surface, &mut net, wanted, progress)?;
+        }
+        clock.lap("fans");
+        let steps = self.params.relaxation as usize;
+        if steps > 0 {
+            relax::relax(surface, &mut net, steps, progress)?;
+            for _ in 0..ROUNDS {
+                flip::flips(&mut net, progress)?;
+                relax::relax(surface, &mut net, steps.min(STEPS_A_ROUND), progress)?;
+            }
+        }
+        clock.lap("relax");
+        Ok(self.finish(disks, net, before))
+    }
+
+    fn finish(&self, disks: Disks, net: Net, before: (measure::Quality, Vec<usize>)) -> Made {
+        let mut labels = vec![-1; self.input.positions.len()];
+        for (&origin, &label) in self.surface.origins.iter().zip(&disks.labels) {
+            labels[origin as usize] = label as i32;
+        }
+        let after = net.shape();
+        let mesh = finish::mesh(&self.surface, self.input, net);
+        let report = ClusterReport {
+            patches: disks.patches,
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+            energy: disks.energy / self.surface.frame.length_inward(1.0).powi(4),
+            separated: disks.repairs.separated,
+            dissolved: disks.repairs.dissolved,
+            halved: disks.repairs.halved,
+            cut_edges: self.surface.cut_edges,
+            before: before.0,
+            after: after.0,
+            angles_before: before.1,
+            angles_after: after.1,
+            ..ClusterReport::default()
+        };
+        Made { mesh, labels, report }
+    }
+
+    /// Splits the patches with a vertex of the input beyond `bound` until there is none.
+    fn within(&self, start: &KMeans<'a>, bound: f64, mut clock: Clock, progress: &Progress<'_>) -> Result<Clustered> {
+        let mut kmeans = start.restarted();
+        kmeans.split_to(FIRST_PATCHES, progress)?;
+        for _ in 0..REFINEMENTS {
+            kmeans.step(progress)?;
+            let disks = self.repaired(&kmeans, progress)?;
+            // Halfway to a patch a vertex nothing is won over the input.
+            if disks.nodes() >= self.surface.points.len() {
+                break;
+            }
+            clock.lap("patches");
+            let made = self.make(disks, None, &mut clock, progress)?;
+            let points: Vec<_> = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
+            let deviation = self.deviation(&points, &made.mesh, progress)?;
+            clock.lap("measure");
+            if deviation.summary.max <= bound {
+                return Ok(made.into_result(clock, Some(deviation.summary)));
+            }
+            let beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();
+            kmeans.split_marked(&beyond);
+            kmeans.step(progress)?;
+        }
+        Ok(self.input_itself(clock))
+    }
+
+    fn deviation(&self, points: &[glam::DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<measure::Deviation> {
+        // Measured within this call's progress, not as one of its own.
+        let deviation = measure::deviation(points, mesh, Side::Ignored, self.params.threads, &Progress::none())?;
+        progress.check()?;
+        Ok(deviation)
+    }
+
+    /// The input as the result.
+    fn input_itself(&self, clock: Clock) -> Clustered {
+        let mesh = TriMesh { face_attributes: Vec::new(), ..self.input.clone() };
+        let quality = measure::quality(&mesh);
+        let report = ClusterReport {
+            patches: mesh.positions.len(),
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+            cut_edges: self.surface.cut_edges,
+            before: quality,
+            after: quality,
+            deviation: Some(Summary::default()),
+            kept_input: true,
+            seconds: clock.laps,
+            ..ClusterReport::default()
+        };
+        Clustered { labels: (0..mesh.positions.len() as i32).collect(), mesh, report }
+    }
+}
+
+/// A result without its times.
+struct Made {
+    mesh: TriMesh,
+    labels: Vec<i32>,
+    report: ClusterReport,
+}
+
+impl Made {
+    fn into_result(self, clock: Clock, deviation: Option<Summary>) -> Clustered {
+        let report = ClusterReport { deviation, seconds: clock.laps, ..self.report };
+        Clustered { mesh: self.mesh, labels: self.labels, report }
+    }
+}
+
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn start(prepared: f64) -> Self {
+        Clock { last: Instant::now(), laps: vec![("surface", prepared)] }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        let now = Instant::now();
+        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
+        match self.laps.iter_mut().find(|l| l.0 == name) {
+            Some(lap) => lap.1 += seconds,
+            None => self.laps.push((name, seconds)),
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! The mesh that is being made: nodes that know their place on the surface, and triangles over them.
+
+use glam::DVec3;
+
+use super::surface::{NONE, Place, Surface};
+use crate::mesh::TriMesh;
+use crate::mesh::measure::{self, Quality};
+
+/// Nodes and triangles.
+pub struct Net {
+    pub points: Vec<DVec3>,
+    /// Triangle of the surface on which each node lies.
+    pub places: Vec<u32>,
+    /// Half-edge of the surface's border on which a node lies and slides, else `NONE`.
+    pub rails: Vec<u32>,
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Net {
+    pub fn new(places: Vec<Place>, rails: Vec<u32>, triangles: Vec<[u32; 3]>) -> Self {
+        let (points, places) = places.into_iter().map(|p| (p.point, p.triangle)).unzip();
+        Net { points, places, rails, triangles }
+    }
+
+    /// Quality of the triangles, and their angles in steps of 5 degrees.
+    pub fn shape(&self) -> (Quality, Vec<usize>) {
+        let mesh = TriMesh::new(self.points.clone(), self.triangles.clone());
+        let mut histogram = vec![0; 36];
+        for t in 0..mesh.triangles.len() {
+            for angle in measure::angles(mesh.corners(t)) {
+                histogram[((angle.to_degrees() / 5.0) as usize).min(35)] += 1;
+            }
+        }
+        (measure::quality(&mesh), histogram)
+    }
+
+    /// Twice the area of triangle `t` times its normal.
+    #[inline]
+    pub fn area_vector(&self, t: usize) -> DVec3 {
+        area_vector(self.triangles[t].map(|v| self.points[v as usize]))
+    }
+
+    /// Whether a node slides along the border.
+    #[inline]
+    pub fn on_rail(&self, node: u32) -> bool {
+        self.rails[node as usize] != NONE
+    }
+
+    /// The place nearest to `p` to which `node` may go: on its border, or on the surface near where it is.
+    pub fn project(&self, surface: &Surface, node: usize, p: DVec3) -> Spot {
+        match self.rails[node] {
+            NONE => {
+                let place = surface.walk(p, self.places[node]);
+                Spot { point: place.point, place: place.triangle, rail: NONE }
+            }
+            rail => {
+                let (point, rail) = surface.walk_border(p, rail);
+                Spot { point, place: rail / 3, rail }
+            }
+        }
+    }
+
+    /// Puts a node where [`Net::project`] said.
+    pub fn put(&mut self, node: usize, spot: Spot) {
+        self.points[node] = spot.point;
+        self.places[node] = spot.place;
+        self.rails[node] = spot.rail;
+    }
+}
+
+/// Where a node may go.
+#[derive(Clone, Copy, Debug)]
+pub struct Spot {
+    pub point: DVec3,
+    pub place: u32,
+    pub rail: u32,
+}
+
+/// Twice the area of a triangle times its normal.
+#[inline]
+pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Triangles around each node: corners `3 t + k` of node v are `corners[starts[v]..starts[v + 1]]`.
+pub struct Stars {
+    pub starts: Vec<u32>,
+    pub corners: Vec<u32>,
+}
+
+impl Stars {
+    pub fn of(triangles: &[[u32; 3]], nodes: usize) -> Self {
+        let mut starts = vec![0_u32; nodes + 1];
+        for &v in triangles.iter().flatten() {
+            starts[v as usize + 1] += 1;
+        }
+        for v in 0..nodes {
+            starts[v + 1] += starts[v];
+        }
+        let mut corners = vec![0; 3 * triangles.len()];
+        let mut fill = starts.clone();
+        for (t, triangle) in triangles.iter().enumerate() {
+            for (k, &v) in triangle.iter().enumerate() {
+                corners[fill[v as usize] as usize] = (3 * t + k) as u32;
+                fill[v as usize] += 1;
+            }
+        }
+        Stars { starts, corners }
+    }
+
+    #[inline]
+    pub fn around(&self, v: usize) -> &[u32] {
+        &self.corners[self.starts[v] as usize..self.starts[v + 1] as usize]
+    }
+}

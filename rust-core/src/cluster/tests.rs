@@ -1,0 +1,283 @@
+//! Whole runs: topology kept, bounds kept, anything accepted.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::mesh::measure::{self, Side};
+use crate::mesh::{Attribute, AttributeData, check};
+use crate::progress::Progress;
+use crate::scan::shapes::Shape;
+use crate::{Error, Result};
+
+fn cluster(mesh: &TriMesh, resolution: Resolution) -> Result<Clustered> {
+    run(mesh, &ClusterParams { resolution, threads: 2, ..ClusterParams::default() }, &Progress::none())
+}
+
+fn sphere() -> TriMesh {
+    Shape::Sphere { radius: 1.0 }.mesh(12)
+}
+
+fn torus() -> TriMesh {
+    Shape::Torus { major: 2.0, minor: 0.6 }.mesh(16)
+}
+
+/// A tube without its ends.
+fn open_cylinder() -> TriMesh {
+    let (around, along) = (48, 30);
+    let at = |i: usize, j: usize| (j * around + i % around) as u32;
+    let positions = (0..=along)
+        .flat_map(|j| (0..around).map(move |i| (TAU * i as f64 / around as f64, j)))
+        .map(|(a, j)| DVec3::new(a.cos(), a.sin(), 0.1 * j as f64))
+        .collect();
+    let quads = (0..along).flat_map(|j| (0..around).map(move |i| (i, j)));
+    let triangles = quads
+        .flat_map(|(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]])
+        .collect();
+    TriMesh::new(positions, triangles)
+}
+
+/// Two tori, one's hole beside the other's, joined: a triangle of each is cut out and the rims are sewn together.
+fn double_torus() -> TriMesh {
+    let one = torus();
+    let n = one.positions.len() as u32;
+    let outermost = |sign: f64| {
+        let middle = |t: usize| one.corners(t).iter().map(|p| p.x * sign).sum::<f64>();
+        (0..one.triangles.len()).max_by(|&s, &t| middle(s).total_cmp(&middle(t))).unwrap()
+    };
+    let (cut, other_cut) = (outermost(1.0), outermost(-1.0));
+    let mut mesh = one.clone();
+    mesh.positions.extend(one.positions.iter().map(|p| *p + DVec3::X * 5.4));
+    mesh.triangles.extend(one.triangles.iter().map(|t| t.map(|v| v + n)));
+    let a = one.triangles[cut];
+    let b = one.triangles[other_cut].map(|v| v + n);
+    mesh.triangles.retain(|t| *t != a && *t != b);
+    // The rims run against each other; which corner meets which matters little.
+    for k in 0..3 {
+        let (a0, a1) = (a[k], a[(k + 1) % 3]);
+        let (b0, b1) = (b[(3 - k) % 3], b[(2 - k) % 3]);
+        mesh.triangles.extend([[a0, a1, b0], [a1, b1, b0]]);
+    }
+    mesh
+}
+
+/// A plate much thinner than a patch.
+fn thin_plate() -> TriMesh {
+    Shape::Cuboid { half: DVec3::new(1.0, 1.0, 0.004) }.mesh(14)
+}
+
+/// The topology of `result` is that of `input`, and it is a manifold on its surface.
+fn assert_same_topology(input: &TriMesh, result: &Clustered, what: &str) {
+    let (before, after) = (check(input), check(&result.mesh));
+    assert!(after.is_manifold(), "{what}: {after}");
+    assert_eq!(after.unused_vertices, 0, "{what}");
+    let figures = |r: &crate::mesh::MeshReport| (r.euler_characteristic, r.components, r.boundary_loops, r.genus());
+    assert_eq!(figures(&before), figures(&after), "{what}: {before} -> {after}");
+    let on = measure::deviation(&result.mesh.positions, input, Side::Ignored, 2, &Progress::none()).unwrap();
+    let (low, high) = measure::bounds(&input.positions).unwrap();
+    assert!(on.summary.max <= 1e-12 * low.distance(high), "{what}: a vertex off the surface by {}", on.summary.max);
+}
+
+#[test]
+fn the_topology_is_that_of_the_input_at_any_resolution() {
+    let shapes = [
+        ("sphere", sphere(), 0),
+        ("torus", torus(), 1),
+        ("double torus", double_torus(), 2),
+        ("open cylinder", open_cylinder(), 0),
+        ("thin plate", thin_plate(), 0),
+    ];
+    for (name, mesh, genus) in shapes {
+        assert_eq!(check(&mesh).genus(), Some(genus), "{name}");
+        for patches in [1, 2, 3, 10, 77, 400, 100_000] {
+            let result = cluster(&mesh, Resolution::Patches(patches)).unwrap();
+            assert_same_topology(&mesh, &result, &format!("{name}, {patches} patches"));
+        }
+    }
+}
+
+#[test]
+fn the_number_of_vertices_is_the_one_asked_for() {
+    for (mesh, wanted) in [(sphere(), 200), (torus(), 333), (open_cylinder(), 250), (thin_plate(), 300)] {
+        let result = cluster(&mesh, Resolution::Vertices(wanted)).unwrap();
+        assert_eq!(result.mesh.positions.len(), wanted as usize);
+        assert_same_topology(&mesh, &result, "vertices");
+    }
+    // Where the topology needs more, there are more, and not many.
+    let result = cluster(&double_torus(), Resolution::Vertices(1)).unwrap();
+    assert!(result.mesh.positions.len() < 60, "{}", result.mesh.positions.len());
+}
+
+#[test]
+fn triangles_are_well_shaped() {
+    for (mesh, wanted) in [(sphere(), 250), (torus(), 400)] {
+        let result = cluster(&mesh, Resolution::Vertices(wanted)).unwrap();
+        let (before, after) = (result.report.before, result.report.after);
+        assert!(after.mean_smallest_angle > before.mean_smallest_angle);
+        assert!(after.mean_smallest_angle.to_degrees() > 50.0, "{}", after.mean_smallest_angle.to_degrees());
+        assert_eq!(result.report.angles_after.iter().sum::<usize>(), 3 * result.mesh.triangles.len());
+        // Faces look outward, as the input's do.
+        assert!(measure::enclosed_volume(&result.mesh) > 0.9 * measure::enclosed_volume(&mesh));
+    }
+}
+
+#[test]
+fn a_largest_error_is_kept() {
+    for (mesh, name) in [(sphere(), "sphere"), (open_cylinder(), "cylinder"), (thin_plate(), "plate")] {
+        for bound in [0.2, 0.02] {
+            let result = cluster(&mesh, Resolution::MaxError(bound)).unwrap();
+            let measured =
+                measure::deviation(&mesh.positions, &result.mesh, Side::Ignored, 2, &Progress::none()).unwrap();
+            assert!(measured.summary.max <= bound, "{name} {bound}: {}", measured.summary.max);
+            assert!(result.mesh.positions.len() <= mesh.positions.len());
+            assert_same_topology(&mesh, &result, name);
+        }
+    }
+    // Nothing coarser lies this near: the input does.
+    let result = cluster(&sphere(), Resolution::MaxError(1e-12)).unwrap();
+    assert!(result.report.kept_input && result.mesh.triangles == sphere().triangles);
+}
+
+#[test]
+fn levels_come_in_the_order_asked_for() {
+    let mesh = torus();
+    let wanted = [400, 100, 200].map(Resolution::Vertices);
+    let chain = levels(&mesh, &wanted, &ClusterParams::default(), &Progress::none()).unwrap();
+    assert_eq!(chain.iter().map(|l| l.mesh.positions.len()).collect::<Vec<_>>(), [400, 100, 200]);
+    chain.iter().for_each(|level| assert_same_topology(&mesh, level, "level"));
+}
+
+#[test]
+fn the_same_bytes_for_any_number_of_threads_and_twice() {
+    let mesh = torus();
+    let results: Vec<TriMesh> = [1, 2, 5, 2]
+        .map(|threads| {
+            let params = ClusterParams { resolution: Resolution::Vertices(500), threads, ..ClusterParams::default() };
+            run(&mesh, &params, &Progress::none()).unwrap().mesh
+        })
+        .to_vec();
+    assert!(results.iter().all(|r| *r == results[0]));
+}
+
+#[test]
+fn cancelled_at_any_check() {
+    let mesh = torus();
+    let params = ClusterParams { resolution: Resolution::MaxError(0.05), threads: 1, ..ClusterParams::default() };
+    for checks in [0, 1, 2, 5, 10, 50, 100, 200] {
+        let outcome = run(&mesh, &params, &Progress::cancel_after(checks));
+        assert!(matches!(outcome, Err(Error::Cancelled)), "{checks}");
+    }
+}
+
+#[test]
+fn degenerate_input() {
+    let text = |outcome: Result<Clustered>| outcome.unwrap_err().to_string();
+    assert!(text(cluster(&TriMesh::default(), Resolution::Patches(3))).contains("no triangle"));
+    let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+    assert!(text(cluster(&TriMesh::new(points.clone(), vec![[0, 1, 9]]), Resolution::Tenth)).contains("vertex 9"));
+    let nan = TriMesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+    assert!(text(cluster(&nan, Resolution::Tenth)).contains("not finite"));
+    assert!(text(cluster(&sphere(), Resolution::Patches(0))).contains("patches must be >= 1"));
+    assert!(text(cluster(&sphere(), Resolution::MaxError(-1.0))).contains("max_error must be"));
+
+    let one = TriMesh::new(points.clone(), vec![[0, 1, 2]]);
+    for resolution in [Resolution::Patches(1), Resolution::Patches(99), Resolution::Vertices(1), Resolution::Tenth] {
+        assert_same_topology(&one, &cluster(&one, resolution).unwrap(), "one triangle");
+    }
+    // Two parts, one of them tiny; and the same far away and at the ends of the numbers.
+    let mut two = sphere();
+    let n = two.positions.len() as u32;
+    two.positions.extend(points.iter().map(|p| *p * 1e-3 + DVec3::splat(2.0)));
+    two.triangles.push([n, n + 1, n + 2]);
+    assert_same_topology(&two, &cluster(&two, Resolution::Patches(20)).unwrap(), "two parts");
+    for (scale, offset) in [(1e-200, 0.0), (1e200, 0.0), (1.0, 1e12), (1e-12, 0.0)] {
+        let moved: Vec<DVec3> = sphere().positions.iter().map(|p| *p * scale + offset).collect();
+        let result = cluster(&TriMesh::new(moved, sphere().triangles), Resolution::Patches(30)).unwrap();
+        assert!(check(&result.mesh).is_closed(), "{scale} {offset}");
+        assert!(result.mesh.positions.iter().all(|p| p.is_finite()));
+    }
+}
+
+#[test]
+fn points_in_one_place_or_on_a_line_are_no_danger() {
+    let torus = torus();
+    for squash in [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0)] {
+        let flat = TriMesh::new(torus.positions.iter().map(|p| *p * squash).collect(), torus.triangles.clone());
+        for patches in [1, 50] {
+            let result = cluster(&flat, Resolution::Patches(patches)).unwrap();
+            assert_eq!(check(&result.mesh).genus(), Some(1), "{squash}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_manifold_is_cut_to_one() {
+    // Three sheets at one edge, two fans at one vertex, and a triangle that faces the other way.
+    let positions = [[0, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0], [-1, -1, 0], [3, 0, 0], [3, 1, 0]]
+        .map(|p| DVec3::from(p.map(f64::from)))
+        .to_vec();
+    let mesh =
+        TriMesh::new(positions, vec![[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6], [6, 5, 2], [5, 6, 3], [1, 1, 0]]);
+    assert!(!check(&mesh).is_manifold());
+    let result = cluster(&mesh, Resolution::Patches(5)).unwrap();
+    assert!(check(&result.mesh).is_manifold(), "{}", check(&result.mesh));
+    assert!(result.report.cut_edges > 0);
+}
+
+#[test]
+fn attributes_ride_along() {
+    let mut mesh = sphere();
+    mesh.vertex_attributes = vec![
+        Attribute::f32("height", mesh.positions.iter().map(|p| p.z as f32).collect()),
+        Attribute::bool("upper", mesh.positions.iter().map(|p| p.z > 0.0).collect()),
+        Attribute::i32("side", mesh.positions.iter().map(|p| p.z.signum() as i32).collect()),
+        Attribute::colour("colour", vec![[200, 100, 50, 255]; mesh.positions.len()]),
+    ];
+    let result = cluster(&mesh, Resolution::Vertices(300)).unwrap().mesh;
+    result.validate().unwrap();
+    let Some(AttributeData::F32(heights)) = result.vertex_attribute("height") else { panic!() };
+    for (p, h) in result.positions.iter().zip(heights) {
+        assert!((p.z - f64::from(*h)).abs() < 1e-6);
+    }
+    let Some(AttributeData::Colour(colours)) = result.vertex_attribute("colour") else { panic!() };
+    assert!(colours.iter().all(|c| *c == [200, 100, 50, 255]));
+    assert_eq!(result.vertex_attributes.len(), 4);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whatever triangles are thrown together, what comes out is a manifold.
+    #[test]
+    fn any_soup_becomes_a_manifold(
+        triangles in prop::collection::vec([0..12_u32, 0..12_u32, 0..12_u32], 1..40),
+        places in prop::collection::vec([-3..3_i32, -3..3, -3..3], 12),
+        patches in 1..20_u32,
+    ) {
+        let positions = places.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+        let mesh = TriMesh::new(positions, triangles.clone());
+        match cluster(&mesh, Resolution::Patches(patches)) {
+            Ok(result) => prop_assert!(check(&result.mesh).is_manifold(), "{}", check(&result.mesh)),
+            Err(_) => prop_assert!(triangles.iter().all(|[a, b, c]| a == b || b == c || c == a)),
+        }
+    }
+
+    /// Cutting triangles out of a torus makes holes of any shape; all of them stay.
+    #[test]
+    fn holes_stay(cuts in prop::collection::vec(0..1024_usize, 0..60), vertices in 1..300_u32) {
+        let mut mesh = Shape::Torus { major: 2.0, minor: 0.6 }.mesh(8);
+        let count = mesh.triangles.len();
+        let gone: std::collections::BTreeSet<usize> = cuts.iter().map(|c| c % count).collect();
+        let mut t = 0;
+        mesh.triangles.retain(|_| (!gone.contains(&t), t += 1).0);
+        let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
+        let (before, after) = (check(&mesh), check(&result.mesh));
+        prop_assert!(after.is_manifold());
+        if before.is_manifold() {
+            prop_assert_eq!(before.euler_characteristic, after.euler_characteristic);
+            prop_assert_eq!(before.boundary_loops, after.boundary_loops);
+        }
+    }
+}

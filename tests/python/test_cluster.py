@@ -1,0 +1,72 @@
+"""Clustering through Python: a dense mesh in, well-shaped triangles out."""
+
+import numpy as np
+import pytest
+import surfrecon
+
+
+@pytest.fixture(scope="module")
+def bumpy():
+    """A sheet with a hole, as a mesh with colours."""
+    y, x = np.mgrid[:80, :90] / 20.0
+    heights = 0.3 * np.sin(x) * np.cos(y)
+    heights[30:45, 50:70] = np.nan
+    mesh = surfrecon.RangeImage.orthographic(heights, step=(0.05, -0.05)).triangulate()
+    colour = np.tile(np.array([[10, 20, 30, 255]], dtype=np.uint8), (len(mesh.positions), 1))
+    return surfrecon.Mesh(mesh.positions, mesh.triangles, colour=colour)
+
+
+def topology(mesh):
+    check = mesh.check()
+    assert check["is_manifold"]
+    return check["components"], check["boundary_loops"], check["genus"]
+
+
+def test_as_many_vertices_as_asked_for_and_the_same_topology(bumpy):
+    result = surfrecon.cluster(bumpy, vertices=400)
+    assert len(result.mesh.positions) == 400 == result.report["vertices"]
+    assert topology(result.mesh) == topology(bumpy) == (1, 2, 0)
+    assert np.abs(surfrecon.distances(result.mesh.positions, bumpy)).max() < 1e-9
+    report = result.report
+    assert np.degrees(report["after"]["mean_smallest_angle"]) > 48
+    assert report["after"]["mean_smallest_angle"] > report["before"]["mean_smallest_angle"]
+    assert sum(report["after"]["angles"]) == 3 * len(result.mesh.triangles)
+    assert (result.mesh.vertex_attributes["colour"] == [10, 20, 30, 255]).all()
+
+
+def test_patches_are_those_of_the_vertices(bumpy):
+    result = surfrecon.cluster(bumpy, patches=100)
+    labels = result.labels
+    assert labels.dtype == np.int32 and labels.shape == (len(bumpy.positions),)
+    used = np.unique(np.asarray(bumpy.triangles))
+    assert set(np.unique(labels[used])) == set(range(result.report["patches"]))
+
+
+def test_an_error_bound_is_kept(bumpy):
+    result = surfrecon.cluster(bumpy, max_error=0.02)
+    used = np.unique(np.asarray(bumpy.triangles))
+    worst = np.abs(surfrecon.distances(np.asarray(bumpy.positions)[used], result.mesh)).max()
+    assert np.isclose(worst, result.report["max_error"]) and worst <= 0.02
+    assert len(result.mesh.positions) < len(bumpy.positions) / 2
+
+
+def test_levels_come_from_one_run(bumpy):
+    levels = surfrecon.cluster_levels(bumpy, [100, 400, 200], seed=3)
+    assert [len(level.mesh.positions) for level in levels] == [100, 400, 200]
+    again = surfrecon.cluster_levels(bumpy, [100, 400, 200], seed=3, threads=1)
+    for level, other in zip(levels, again, strict=True):
+        assert np.array_equal(level.mesh.positions, other.mesh.positions)
+        assert np.array_equal(level.mesh.triangles, other.mesh.triangles)
+
+
+def test_what_cannot_be_done_is_named(bumpy):
+    with pytest.raises(surfrecon.InputError, match="one of vertices, patches and max_error"):
+        surfrecon.cluster(bumpy, vertices=10, patches=10)
+    with pytest.raises(surfrecon.ParameterError, match="vertices must be >= 1 and <= 4000000000, got 0"):
+        surfrecon.cluster(bumpy, vertices=0)
+    with pytest.raises(surfrecon.ParameterError, match="max_error must be a finite number > 0, got -1"):
+        surfrecon.cluster(bumpy, max_error=-1.0)
+    with pytest.raises(surfrecon.InputError, match="no triangle"):
+        surfrecon.cluster(surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int32)))
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.cluster(bumpy, max_error=1e-6, progress=lambda stage, fraction: False)
