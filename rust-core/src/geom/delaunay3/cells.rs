@@ -11,9 +11,8 @@ use crate::error::{Error, Result};
 pub(super) const GHOST: u32 = (1 << 30) - 1;
 /// Largest number of cells: a facet's number, 4 cell + slot, has 32 bits.
 const LIMIT: usize = 1 << 30;
-/// In the first vertex of a cell: in conflict with the point being inserted, or found not to be.
+/// In the first vertex of a cell: in conflict with the point being inserted.
 pub(super) const CONFLICT: u32 = 1 << 31;
-pub(super) const CLEAR: u32 = 1 << 30;
 /// In place of the first vertex: the cell is not in use.
 const UNUSED: u32 = u32::MAX;
 /// Cells that a thread takes at a time.
@@ -68,7 +67,7 @@ impl Cells {
         true
     }
 
-    /// The vertices; the first with its marks.
+    /// The vertices; the first with its mark.
     #[inline(always)]
     pub(super) fn marked_vertices(&self, cell: u32) -> [u32; 4] {
         let c = &self.data[cell as usize];
@@ -107,7 +106,7 @@ impl Cells {
         self.data[(facet >> 2) as usize][4 + (facet & 3) as usize].store(other, Relaxed);
     }
 
-    /// Sets the first vertex with its marks.
+    /// Sets the first vertex with its mark.
     #[inline(always)]
     pub(super) fn mark(&self, cell: u32, first: u32) {
         self.data[cell as usize][0].store(first, Relaxed);

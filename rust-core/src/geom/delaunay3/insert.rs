@@ -1,6 +1,6 @@
 //! Inserting a point: the cells whose spheres hold it make way for a star of new ones \[Bow81, Wat81\].
 
-use super::cells::{CLEAR, CONFLICT, Cells, FACETS, GHOST};
+use super::cells::{CONFLICT, Cells, FACETS, GHOST};
 use super::locate::{Place, locate};
 use super::parallel::Region;
 use super::signs::{Seen, Signs, volumes};
@@ -117,38 +117,50 @@ impl Inserter {
                 if marked[0] & CONFLICT != 0 {
                     continue;
                 }
-                if marked[0] & CLEAR == 0 {
-                    let local = marked.map(|v| self.vertices.local(v, point, signs));
-                    let is_in_conflict = if marked[3] == GHOST {
-                        ghost_is_in_conflict(cells, signs, &self.vertices, other, marked, local, p)
+                let facet = FACETS[slot];
+                let facet_local = facet.map(|k| cell_local[k]);
+                let opposite = (outside & 3) as usize;
+                let apex = marked[opposite] & GHOST;
+                let is_in_conflict = if marked[3] == GHOST {
+                    ghost_is_in_conflict(cells, signs, other, p)
+                } else {
+                    // The cell beyond the facet, its vertices so ordered that those of the facet need not be looked up.
+                    let apex_seen = Seen::new(signs.points[apex as usize], point);
+                    let bound = self.vertices.bound_within(apex_seen.w, signs);
+                    let [a, b, c] = facet_local.map(|l| &self.vertices.seen[l as usize]);
+                    let seen = [&apex_seen, a, c, b];
+                    let volumes = volumes(seen);
+                    let determinant = (seen[0].w * volumes[0] + seen[1].w * volumes[1])
+                        + (seen[2].w * volumes[2] + seen[3].w * volumes[3]);
+                    if determinant > bound {
+                        true
+                    } else if determinant < -bound {
+                        false
                     } else {
-                        let seen = local.map(|l| &self.vertices.seen[l as usize]);
-                        let volumes = volumes(seen);
-                        let determinant = (seen[0].w * volumes[0] + seen[1].w * volumes[1])
-                            + (seen[2].w * volumes[2] + seen[3].w * volumes[3]);
-                        if determinant > self.vertices.bound {
-                            true
-                        } else if determinant < -self.vertices.bound {
-                            false
-                        } else {
-                            signs.is_inside(determinant, volumes, seen, marked, p)
-                        }
-                    };
-                    if is_in_conflict {
-                        if !region.owns(marked, signs.points) {
-                            return false;
-                        }
-                        cells.mark(other, marked[0] | CONFLICT);
-                        self.cavity.push(other);
-                        self.cavity_local.push(local);
-                        continue;
+                        let [a, b, c] = facet.map(|k| cell_vertices[k]);
+                        signs.is_inside(determinant, volumes, seen, [apex, a, c, b], p)
                     }
-                    cells.mark(other, marked[0] | CLEAR);
+                };
+                if !is_in_conflict {
+                    let mut vertices = cell_vertices;
+                    vertices[slot] = p;
+                    self.walls.push(Wall { vertices, outside, slot: slot as u8, local: facet_local });
+                    continue;
                 }
-                let mut vertices = cell_vertices;
-                vertices[slot] = p;
-                let local = FACETS[slot].map(|k| cell_local[k]);
-                self.walls.push(Wall { vertices, outside, slot: slot as u8, local });
+                if !region.owns(marked, signs.points) {
+                    return false;
+                }
+                cells.mark(other, marked[0] | CONFLICT);
+                let apex_local = self.vertices.local(apex, point, signs);
+                let [a, b, c] = facet.map(|k| cell_vertices[k]);
+                let local = marked.map(|v| match v {
+                    v if v == a => facet_local[0],
+                    v if v == b => facet_local[1],
+                    v if v == c => facet_local[2],
+                    _ => apex_local,
+                });
+                self.cavity.push(other);
+                self.cavity_local.push(local);
             }
         }
         true
@@ -158,9 +170,6 @@ impl Inserter {
     fn abandon(&mut self, cells: &Cells) {
         for &cell in &self.cavity {
             cells.unmark(cell);
-        }
-        for wall in &self.walls {
-            cells.unmark(wall.outside >> 2);
         }
     }
 
@@ -188,7 +197,6 @@ impl Inserter {
             let facet = cell << 2 | slot as u32;
             cells.set_neighbour(facet, wall.outside);
             cells.set_neighbour(wall.outside, facet);
-            cells.unmark(wall.outside >> 2);
             let corners = FACETS[slot];
             for k in 0..3 {
                 let (from, to) = (wall.local[k] as usize, wall.local[(k + 1) % 3] as usize);
@@ -226,23 +234,17 @@ impl Inserter {
 /// the sphere of the cell behind it cuts out of that plane.
 #[cold]
 #[inline(never)]
-fn ghost_is_in_conflict(
-    cells: &Cells,
-    signs: &Signs<'_>,
-    known: &LocalVertices,
-    ghost: u32,
-    vertices: [u32; 4],
-    local: [u32; 4],
-    p: u32,
-) -> bool {
-    let seen = local.map(|l| &known.seen[l as usize]);
-    let volume = volumes(seen)[3];
-    match signs.side(volume, seen, vertices, 3, p) {
+fn ghost_is_in_conflict(cells: &Cells, signs: &Signs<'_>, ghost: u32, p: u32) -> bool {
+    let point = signs.points[p as usize];
+    let see = |v: u32| if v == GHOST { Seen::default() } else { Seen::new(signs.points[v as usize], point) };
+    let vertices = cells.vertices(ghost);
+    let seen = vertices.map(see);
+    let seen = seen.each_ref();
+    match signs.side(volumes(seen)[3], seen, vertices, 3, p) {
         0 => {
             let behind = cells.vertices(cells.neighbour(ghost, 3) >> 2);
-            let point = signs.points[p as usize];
-            let seen = behind.map(|v| Seen::new(signs.points[v as usize], point));
-            let seen = [&seen[0], &seen[1], &seen[2], &seen[3]];
+            let seen = behind.map(see);
+            let seen = seen.each_ref();
             let volumes = volumes(seen);
             let determinant = (0..4).map(|k| seen[k].w * volumes[k]).sum();
             signs.is_inside(determinant, volumes, seen, behind, p)
@@ -307,6 +309,16 @@ impl LocalVertices {
         }
     }
 
+    /// Bound on the error of the determinant of a sphere through vertices that were met or lie at that squared distance.
+    #[inline(always)]
+    fn bound_within(&mut self, distance_squared: f64, signs: &Signs<'_>) -> f64 {
+        if !(distance_squared <= self.farthest) {
+            self.farthest = distance_squared;
+            self.bound = signs.sphere_bound(distance_squared);
+        }
+        self.bound
+    }
+
     #[inline(never)]
     fn meet(&mut self, at: usize, key: u64, point: glam::DVec3, signs: &Signs<'_>) -> u32 {
         let number = self.ids.len() as u32;
@@ -316,10 +328,7 @@ impl LocalVertices {
         let seen = Seen::new(signs.points[id as usize], point);
         self.ids.push(id);
         self.seen.push(seen);
-        if !(seen.w <= self.farthest) {
-            self.farthest = seen.w;
-            self.bound = signs.sphere_bound(seen.w);
-        }
+        self.bound_within(seen.w, signs);
         if self.ids.len() * 4 > self.keys.len() {
             self.grow();
         }
