@@ -18,16 +18,19 @@ import table
 # Case: file in SURFRECON_DATA (or made below), and who else reads it.
 CASES = {
     "range grid": ("stanford_bunny/bun000.ply", []),
-    "mesh, text": ("stanford_bunny/bun_zipper.ply", ["open3d", "pymeshlab"]),
-    "mesh, binary": ("meshlab_rangemaps/lato315.ply", ["open3d", "pymeshlab"]),
-    "armadillo": ("meshes/libigl_armadillo.obj", ["open3d", "pymeshlab"]),
+    "mesh, text": ("stanford_bunny/bun_zipper.ply", ["open3d", "pymeshlab", "trimesh", "meshio"]),
+    "mesh, binary": ("meshlab_rangemaps/lato315.ply", ["open3d", "pymeshlab", "trimesh", "meshio"]),
+    "armadillo": ("meshes/libigl_armadillo.obj", ["open3d", "pymeshlab", "trimesh", "meshio"]),
     "organized": ("organized_pcd/learn0.pcd", ["open3d"]),
     "cloud": ("organized_pcd/model.pcd", ["open3d"]),
-    "bunny": ("e57/bunnyFloat.e57", ["pymeshlab"]),
+    "bunny": ("e57/bunnyFloat.e57", ["pymeshlab", "pye57"]),
     "depth": ("rgbd_open3d/depth/00000.png", ["open3d"]),
     "terrain": ("dem/N37E014.hgt", []),
     "large scan": ("made/large.ptx", ["pymeshlab"]),
-    "large mesh": ("made/large.stl", ["open3d", "pymeshlab"]),
+    "large text": ("made/large.ply", ["open3d", "pymeshlab", "trimesh", "meshio"]),
+    "large mesh": ("made/large.stl", ["open3d", "pymeshlab", "trimesh", "meshio"]),
+    "aerial": ("made/large.las", ["laspy"]),
+    "aerial, packed": ("made/large.laz", ["laspy"]),
 }
 
 READ = {
@@ -42,6 +45,14 @@ def read(path):
     meshes = pymeshlab.MeshSet()
     meshes.load_new_mesh(path)
     return meshes""",
+    "trimesh": "import trimesh\ndef read(path): return trimesh.load(path, process=False)",
+    "meshio": "import meshio\ndef read(path): return meshio.read(path)",
+    # Coordinates are scaled when they are asked for.
+    "laspy": """import laspy, numpy
+def read(path):
+    points = laspy.read(path)
+    return points, numpy.column_stack([points.x, points.y, points.z])""",
+    "pye57": "import pye57\ndef read(path): return pye57.E57(path).read_scan(0, ignore_missing_fields=True)",
 }
 
 PROGRAM = """
@@ -66,7 +77,7 @@ print(json.dumps([statistics.median(times), statistics.median(walls), peak / 102
 
 
 def made(folder):
-    """Files larger than the real ones: a scan of a million points, a mesh of 400,000 triangles."""
+    """Files larger than the real ones: a scan and an aerial strip of a million points, a mesh of 400,000 triangles."""
     program = """
 import sys, numpy as np, surfrecon
 random = np.random.default_rng(1)
@@ -79,7 +90,25 @@ side = np.arange(448)
 vertices = np.dstack([*np.meshgrid(side, side), random.uniform(0, 1, (448, 448))]).reshape(-1, 3)
 a = (side[:-1, None] * 448 + side[None, :-1]).ravel()
 triangles = np.concatenate([np.stack([a, a + 1, a + 448], 1), np.stack([a + 1, a + 449, a + 448], 1)])
-surfrecon.Mesh(vertices.astype(np.float32), triangles).write(sys.argv[1] + "/large.stl")
+mesh = surfrecon.Mesh(vertices.astype(np.float32), triangles)
+mesh.write(sys.argv[1] + "/large.stl")
+# Written by somebody else: numbers of six digits, as scanners' programs print them.
+header = f"ply\\nformat ascii 1.0\\nelement vertex {len(vertices)}\\n"
+header += "".join(f"property float {axis}\\n" for axis in "xyz")
+header += f"element face {len(triangles)}\\nproperty list uchar int vertex_indices\\nend_header"
+with open(sys.argv[1] + "/large.ply", "w") as out:
+    np.savetxt(out, vertices, "%.6f", header=header, comments="")
+    np.savetxt(out, np.column_stack([np.full(len(triangles), 3), triangles]), "%d")
+import laspy
+strip = laspy.LasData(laspy.LasHeader(point_format=3, version="1.2"))
+strip.header.scales, strip.header.offsets = [0.001] * 3, [4e5, 5e6, 0]
+t = np.linspace(0, 400, 1_000_000)
+strip.x, strip.y = 4e5 + t + random.normal(0, 0.02, len(t)), 5e6 + np.arange(len(t)) % 1000 * 0.05
+strip.z, strip.gps_time = 10 * np.sin(t / 20) + random.normal(0, 0.02, len(t)), t
+strip.intensity = random.integers(0, 4000, len(t)).astype(np.uint16)
+strip.red = strip.green = strip.blue = (t * 100).astype(np.uint16)
+strip.write(sys.argv[1] + "/large.las")
+strip.write(sys.argv[1] + "/large.laz")
 """
     subprocess.run([sys.executable, "-c", program, str(folder)], check=True)
 

@@ -17,7 +17,19 @@ BENCHMARKS = ["merge", "delaunay", "sculpt", "capi", "io", "meshlab"]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
-PEERS = ["pymeshlab", "open3d", "gmsh", "pydelatin", "pymartini", "numpy", "scipy"]
+PEERS = [
+    "pymeshlab",
+    "open3d",
+    "trimesh",
+    "meshio",
+    "laspy",
+    "pye57",
+    "gmsh",
+    "pydelatin",
+    "pymartini",
+    "numpy",
+    "scipy",
+]
 
 
 def machine():

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use surfrecon::export::{PlyEncoding, write_ply, write_range_grid_ply};
-use surfrecon::import::{Content, Scan};
+use surfrecon::import::{Content, ReadOptions, Scan, open_with};
 use surfrecon::range_image::Viewing;
 use surfrecon::{Progress, RangeImage, TriMesh};
 
@@ -48,6 +48,7 @@ fn memory_follows_the_file_and_the_result() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.ply");
     hostile(&path);
+    claims(folder.path());
     reading(&path);
     writing(&path);
 }
@@ -96,6 +97,49 @@ fn hostile(path: &Path) {
     std::fs::write(path, &text).unwrap();
     let (bytes, outcome) = peak(|| scan.read());
     assert!(outcome.is_err() && bytes < 8 * text.len(), "{bytes} bytes for a header of {}", text.len());
+}
+
+/// Theorem: in no format do numbers that are too large, wherever they stand, make reading take more than 64 MiB and sixteen
+/// times the file's bytes, as long as what may be unpacked is limited to less.
+fn claims(folder: &Path) {
+    let options = ReadOptions { max_decoded_gib: 0.02, ..ReadOptions::default() };
+    let mut files = 0;
+    for kind in ["import_scan", "import_ply", "import_points"] {
+        let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(kind);
+        for seed in std::fs::read_dir(seeds).unwrap() {
+            let seed = seed.unwrap().path();
+            let bytes = std::fs::read(&seed).unwrap();
+            let path = folder.join(seed.file_name().unwrap());
+            let read = |bytes: &[u8]| {
+                std::fs::write(&path, bytes).unwrap();
+                let (took, _) = peak(|| {
+                    let set = open_with(&[&path], &options)?;
+                    set.scans.iter().try_for_each(|scan| scan.read().map(drop))
+                });
+                assert!(took < 64 * MIB + 16 * bytes.len(), "{}: {took} bytes", path.display());
+            };
+            read(&bytes);
+            let step = 1 + bytes.len() / 250;
+            for at in (0..bytes.len().saturating_sub(8)).step_by(step) {
+                for claim in
+                    [&[0xFF; 4][..], &[0xFF, 0xFF, 0xFF, 0x7F], &[0x7F, 0xFF, 0xFF, 0xFF], &[0xFF; 8], &[0, 0, 0, 0x10]]
+                {
+                    let mut damaged = bytes.clone();
+                    damaged[at..at + claim.len()].copy_from_slice(claim);
+                    read(&damaged);
+                }
+                // In text, numbers grow.
+                if bytes[at].is_ascii_digit() {
+                    for digits in [&b"99999999"[..], b"4294967295", b"18446744073709551615"] {
+                        read(&[&bytes[..at], digits, &bytes[at..]].concat());
+                    }
+                }
+            }
+            std::fs::remove_file(&path).unwrap();
+            files += 1;
+        }
+    }
+    assert!(files > 25, "{files} seeds");
 }
 
 /// Theorem: reading takes the result, one list of vertices for a grid, and a fixed amount.
