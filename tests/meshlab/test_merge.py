@@ -1,5 +1,8 @@
 """The merge filter in MeshLab: what it takes, what it makes, how it refuses."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
 import surfrecon
@@ -189,3 +192,18 @@ def test_non_manifold_and_unoriented_layers_do_no_harm(document):
     document.add(fins, np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 2, 5], [2, 1, 5]]), "fins")
     document.run(MERGE, voxel=length(0.05), mincomponentpercent=0.0)
     assert surface(document.current).check()["is_manifold"]
+
+
+@pytest.mark.skipif("SURFRECON_DATA" not in os.environ, reason="SURFRECON_DATA is not set")
+def test_the_ten_scans_of_the_bunny(document):
+    # The surface of the library on the same file, through its own reader.
+    conf = Path(os.environ["SURFRECON_DATA"]) / "stanford_bunny" / "bun.conf"
+    expected = surfrecon.merge(surfrecon.open(conf), voxel=VOXEL / 64)
+    document.run(IMPORT, file=str(conf))
+    assert len(document) == 10
+    out = document.run(MERGE, voxel=length(VOXEL / 64))
+    check = surface(document.current).check()
+    assert check["is_manifold"] and check["components"] == 1
+    # MeshLab hands matrices and vertices on in another precision than the file's.
+    assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=1e-3)
+    assert surfrecon.distances(document.current.vertex_matrix(), expected.mesh).max() < VOXEL / 64
