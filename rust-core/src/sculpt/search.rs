@@ -18,6 +18,9 @@ const CHECK: usize = 256;
 /// Pixels from the middle of an edge to the farthest pixel to which it may collapse, along both axes.
 const REACH: i64 = 2;
 
+/// Pixels of the largest star whose vertex moves in a light search: a step of one pixel gains little in larger ones.
+const LIGHT: usize = 128;
+
 /// A sum of squares must fall by this factor to count: rounding must not keep changes going around.
 const BETTER: f64 = 1.0 - 1e-9;
 
@@ -79,7 +82,8 @@ impl<S: Site> Searcher<S> {
             return Ok(());
         }
         self.flip_edges(patch, rules, progress)?;
-        self.move_vertices(patch, rules, progress)?;
+        let most = if search == Search::Full { usize::MAX } else { LIGHT };
+        self.move_vertices(patch, most, rules, progress)?;
         if search == Search::Full {
             self.collapse_edges(patch, rules, progress)?;
             self.flip_edges(patch, rules, progress)?;
@@ -113,12 +117,18 @@ impl<S: Site> Searcher<S> {
         Ok(())
     }
 
-    fn move_vertices(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn move_vertices(
+        &mut self,
+        patch: &mut Patch<S>,
+        most: usize,
+        rules: &Rules,
+        progress: &Progress<'_>,
+    ) -> Result<()> {
         for v in 0..patch.sites.len() as u32 {
             if (v as usize).is_multiple_of(CHECK) {
                 progress.check()?;
             }
-            if patch.out[v as usize] == NONE || !self.gather_star(patch, v) {
+            if patch.out[v as usize] == NONE || !self.gather_star(patch, v) || self.members.len() > most {
                 continue;
             }
             let from = patch.place(v);
