@@ -9,6 +9,8 @@
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
 //! | 6 | `certify` | mesh and image -> distances, measured anew |
 //!
+//! `reference` is the paper's own pipeline, for comparison.
+//!
 //! Differences from the paper: (1) the digging is lazy: instead of a tetrahedralization of all pixels in curvature space,
 //! dug from outside, a planar Delaunay triangulation of what the sensor sees gets the pixel that is farthest from it, tile
 //! by tile; so it is a height field at every moment, a pixel costs time only when the digging reaches it, and nothing is
@@ -47,6 +49,9 @@ mod finish;
 
 // 6. the certificate
 mod certify;
+
+// The paper's own pipeline
+pub mod reference;
 
 // Built once, dug to any tolerance
 mod sculptor;
