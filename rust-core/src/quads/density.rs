@@ -1,7 +1,7 @@
 //! Stage 2: the curvature image, and from it how much each pixel attracts vertices. \[GSB97, sec. 2.1, eq. 1 and 2\]
 //!
 //! Differences from the paper: the unit of the curvature is a share of the depth extent, not of whatever the ranges are
-//! in; the column's second difference reads R(r + 1, c) where the paper prints R(r, c + 1); T(x) = log(1 + x), as log x has
+//! in; the column's second difference reads R(r + 1, c) where the paper prints R(r, c + 1); T(x) is a power of x, or log(1 + x) on request, as log x has
 //! no value at 0; curvature next to invalid pixels is 0 unless the background is given one, so the rim of the background
 //! attracts nothing by itself.
 
@@ -16,10 +16,7 @@ const BAND: usize = 16;
 
 /// T for every curvature, scaled to 0..=255: 0 for 0, at least 1 for everything else.
 fn transfer(params: &QuadParams) -> [u8; 256] {
-    let t = |k: f64| match params.exponent {
-        Some(exponent) => k.powf(exponent),
-        None => k.ln_1p(),
-    };
+    let t = |k: f64| if params.exponent > 0.0 { k.powf(params.exponent) } else { k.ln_1p() };
     let whole = t(f64::from(params.curvature_limit));
     std::array::from_fn(|k| if k == 0 { 0 } else { (255.0 * t(k as f64) / whole).round().clamp(1.0, 255.0) as u8 })
 }
@@ -142,7 +139,7 @@ mod tests {
 
     #[test]
     fn density_rises_with_curvature_and_the_background_has_its_own() {
-        for exponent in [None, Some(0.33), Some(1.0)] {
+        for exponent in [0.0, 0.33, 1.0] {
             let table = transfer(&QuadParams { exponent, ..QuadParams::default() });
             assert!(table.windows(2).all(|w| w[0] <= w[1]) && table[0] == 0 && table[1] > 0 && table[255] == 255);
         }

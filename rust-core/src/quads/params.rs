@@ -7,8 +7,8 @@ const fn spec(name: &'static str, unit: Unit, default: Default, range: [f64; 2],
     ParamSpec { operation: "quads", name, unit, default, min: range[0], min_excluded: false, max: range[1], text }
 }
 
-/// More vertices along a side than any image has pixels.
-const MOST: f64 = 4_294_967_295.0;
+/// As many vertices along a side as an image may have pixels.
+const MOST: f64 = 67_108_864.0;
 
 /// Parameters of quad grids.
 pub const PARAMS: &[ParamSpec] = &[
@@ -73,7 +73,7 @@ pub const PARAMS: &[ParamSpec] = &[
         ..spec(
             "curvature_unit",
             Unit::Ratio,
-            Default::Value(1e-4),
+            Default::Value(1e-3),
             [0.0, f64::INFINITY],
             "What counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief attract vertices, and noise as well.",
         )
@@ -85,27 +85,24 @@ pub const PARAMS: &[ParamSpec] = &[
         [1.0, 255.0],
         "Largest value of the curvature image: stronger curvature, such as that of jumps, attracts no more vertices than this.",
     ),
-    ParamSpec {
-        min_excluded: true,
-        ..spec(
-            "exponent",
-            Unit::Ratio,
-            Default::FromData("none: the logarithm of the paper, log(1 + K)"),
-            [0.0, 4.0],
-            "Density of vertices as this power of the curvature K instead of its logarithm. Larger values draw more vertices to strong curvature.",
-        )
-    },
+    spec(
+        "exponent",
+        Unit::Ratio,
+        Default::Value(0.7),
+        [0.0, 4.0],
+        "Density of vertices as this power of the curvature K; 0 is the logarithm of the paper, log(1 + K). Larger values draw more vertices to strong curvature.",
+    ),
     spec(
         "floor",
         Unit::Ratio,
-        Default::Value(0.5),
+        Default::Value(2.0),
         [0.0, 1e6],
         "Density spread evenly, as a share of the mean density: 0 leaves flat regions without vertices, large values give a uniform grid.",
     ),
     spec(
         "smoothing",
         Unit::Ratio,
-        Default::Value(1.0),
+        Default::Value(2.0),
         [0.0, 16.0],
         "Size of the window that the density is averaged over, in quads: 0 samples each row of pixels for itself, as the paper does; larger values give smoother lines.",
     ),
@@ -162,8 +159,8 @@ pub struct QuadParams {
     pub curvature_unit: f64,
     /// Largest value of the curvature image.
     pub curvature_limit: u8,
-    /// Density as a power of the curvature; `None`: its logarithm.
-    pub exponent: Option<f64>,
+    /// Density as a power of the curvature; 0: its logarithm.
+    pub exponent: f64,
     /// Evenly spread density, as a share of the mean.
     pub floor: f64,
     /// Window the density is averaged over, in quads.
@@ -196,7 +193,7 @@ impl std::default::Default for QuadParams {
             gap_neighbours: default_of("gap_neighbours") as usize,
             curvature_unit: default_of("curvature_unit"),
             curvature_limit: default_of("curvature_limit") as u8,
-            exponent: None,
+            exponent: default_of("exponent"),
             floor: default_of("floor"),
             smoothing: default_of("smoothing"),
             background_curvature: None,
@@ -225,7 +222,7 @@ impl QuadParams {
             ("gap_neighbours", count(self.gap_neighbours)),
             ("curvature_unit", Some(self.curvature_unit)),
             ("curvature_limit", Some(f64::from(self.curvature_limit))),
-            ("exponent", self.exponent),
+            ("exponent", Some(self.exponent)),
             ("floor", Some(self.floor)),
             ("smoothing", Some(self.smoothing)),
             ("background_curvature", self.background_curvature.map(f64::from)),
