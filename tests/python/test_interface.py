@@ -90,6 +90,8 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.cluster)) == {*cluster, "progress"}
     one_level = {"vertices", "patches", "max_error"}
     assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
+    quads = [p.name for p in surfrecon.parameters("quads")]
+    assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
     for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):

@@ -7,28 +7,33 @@ use std::thread::JoinHandle;
 use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use surfrecon::Progress;
 use surfrecon::merge::Merged;
 use surfrecon::sculpt::Sculpted as Core;
+use surfrecon::quads::QuadGrid as CoreQuads;
 
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::DistanceCall;
 use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
 use crate::sculpt::{RefineCall, Sculpted, Sculptor};
+use crate::quads::{QuadCall, QuadGrid};
+use crate::range_image::RangeImage;
 
 /// What a call gives.
 enum Made {
     Merged(Box<Merged>),
     Distances(Vec<f64>),
     Sculpted(Box<(Core, [usize; 2])>),
+    Quads(Box<CoreQuads>),
 }
 
 type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.refine`` or ``Job.distances``. Dropping a running job cancels it.
+/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads`` or ``Job.distances``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -105,6 +110,18 @@ impl Job {
         Job::start(move |progress| Ok(Made::Sculpted(Box::new(call.run(progress)?))))
     }
 
+    /// Starts ``surfrecon.adaptive_quads`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError, TypeError: an option out of its range, both errors given, no such option; at once.
+    ///     Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (image, **options))]
+    fn adaptive_quads(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = QuadCall::new(image, options)?;
+        Job::start(move |progress| Ok(Made::Quads(Box::new(call.run(progress)?))))
+    }
+
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
         let tick = self.progress.tick();
@@ -142,6 +159,7 @@ impl Job {
                 let (core, [rows, cols]) = *made;
                 Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())
             }
+            Ok(Ok(Ok(Made::Quads(quads)))) => Ok(Bound::new(py, QuadGrid::from(*quads))?.into_any()),
             Ok(Ok(Err(error))) => Err(to_python(&error)),
             Ok(Err(panic)) | Err(panic) => Err(internal_error(&*panic)),
         }

@@ -11,6 +11,7 @@
 //! | `merge` | the merge and its report |
 //! | `sculpt` | a range image to few triangles |
 //! | `cluster` | a dense mesh to well-shaped triangles |
+//! | `quads` | a range image to a grid of quads |
 //! | `measure` | distances |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
@@ -25,6 +26,7 @@ mod mesh;
 mod params;
 mod point_cloud;
 mod progress;
+mod quads;
 mod range_image;
 mod scan;
 mod scans;
@@ -50,6 +52,8 @@ mod _native {
     use crate::params::{Parameter, parameters};
     #[pymodule_export]
     use crate::point_cloud::PointCloud;
+    #[pymodule_export]
+    use crate::quads::{QuadGrid, Spline, adaptive_quads};
     #[pymodule_export]
     use crate::range_image::RangeImage;
     #[pymodule_export]

@@ -225,9 +225,12 @@ fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {
     (0..indices.len() / 3).map(|t| Ok([corner(3 * t)?, corner(3 * t + 1)?, corner(3 * t + 2)?])).collect()
 }
 
-type Select = for<'a> fn(&'a TriMesh) -> &'a Vec<Attribute>;
-
-fn attributes<'py>(py: Python<'py>, mesh: &Arc<TriMesh>, select: Select) -> PyResult<Bound<'py, PyDict>> {
+/// A dict of views of the attributes that `select` finds in a mesh of any kind.
+pub fn attributes<'py, M: Send + Sync + 'static>(
+    py: Python<'py>,
+    mesh: &Arc<M>,
+    select: for<'a> fn(&'a M) -> &'a Vec<Attribute>,
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     for (i, attribute) in select(mesh).iter().enumerate() {
         let count = attribute.data.len();

@@ -1,0 +1,417 @@
+//! Quad grids: a range image to a regular grid of quads.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::RangeImage as CoreImage;
+use surfrecon::export::{Polygons, write_obj_polygons};
+use surfrecon::mesh::QuadMesh;
+use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
+
+use crate::arrays;
+use crate::errors::{detached, input_error, to_python};
+use crate::mesh::{Mesh, check_ending};
+use crate::progress::Watch;
+use crate::range_image::RangeImage;
+
+/// A call with its arguments checked.
+pub struct QuadCall {
+    image: Arc<CoreImage>,
+    params: QuadParams,
+}
+
+impl QuadCall {
+    pub fn new(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let mut params = QuadParams::default();
+        let mut errors = [None, None];
+        for (name, value) in options.into_iter().flatten() {
+            let name: String = name.extract()?;
+            if value.is_none() {
+                continue;
+            }
+            let Some(spec) = surfrecon::params::find("quads", &name) else {
+                return Err(pyo3::exceptions::PyTypeError::new_err(format!(
+                    "there is no option {name:?} of adaptive_quads"
+                )));
+            };
+            let whole = spec.unit == surfrecon::params::Unit::Count;
+            let number = if whole { value.extract::<i64>()? as f64 } else { value.extract::<f64>()? };
+            let given = spec.check(number).map_err(|e| to_python(&e))?;
+            match spec.name {
+                "tiles_down" => params.tiles_down = Some(given as usize),
+                "tiles_across" => params.tiles_across = Some(given as usize),
+                "rows" => params.rows = given as usize,
+                "columns" => params.columns = given as usize,
+                "max_error" => errors[0] = Some(given),
+                "rms_error" => errors[1] = Some(given),
+                "gap_passes" => params.gap_passes = given as usize,
+                "gap_neighbours" => params.gap_neighbours = given as usize,
+                "curvature_unit" => params.curvature_unit = given,
+                "curvature_limit" => params.curvature_limit = given as u8,
+                "exponent" => params.exponent = given,
+                "floor" => params.floor = given,
+                "smoothing" => params.smoothing = given,
+                "background_curvature" => params.background_curvature = Some(given as u8),
+                "coverage" => params.coverage = given,
+                _ => params.threads = given as usize,
+            }
+        }
+        params.target = QuadParams::target_of(errors[0], errors[1]).map_err(|e| to_python(&e))?;
+        Ok(QuadCall { image: image.image.clone(), params })
+    }
+
+    pub fn run(&self, progress: &surfrecon::Progress<'_>) -> surfrecon::Result<Core> {
+        surfrecon::quads::run(&self.image, &self.params, progress)
+    }
+}
+
+/// Makes a regular grid of quads of a range image, dense where the surface bends.
+///
+/// Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers the whole image; quads on
+/// the background are left out of ``QuadGrid.quads``. Its mean error is at most that of the uniform grid of the same size.
+/// Options that are ``None`` take the library's default, see ``parameters("quads")``.
+///
+/// Args:
+///     image: the range image.
+///     tiles_down, tiles_across: tiles of the image, each with the same number of vertices.
+///     rows, columns: vertices along the sides of a tile, borders counted; the grid has ``(rows - 1) * tiles_down + 1`` rows.
+///     max_error, rms_error: chooses rows and columns so that the largest, or the root of the mean square, distance of the
+///         samples along their rays is at most this, in the unit of the samples; give one of both or none.
+///     gap_passes, gap_neighbours: how gaps of the image are filled.
+///     curvature_unit, curvature_limit, exponent, floor, smoothing, background_curvature: what draws vertices together.
+///     coverage: smallest share of valid pixels of a quad; 0 keeps all quads.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Returns:
+///     A ``QuadGrid``.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     InputError: fewer pixels than vertices along a side, no valid pixel, both errors given.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (image, *, tiles_down = None, tiles_across = None, rows = None, columns = None, max_error = None,
+    rms_error = None, gap_passes = None, gap_neighbours = None, curvature_unit = None, curvature_limit = None,
+    exponent = None, floor = None, smoothing = None, background_curvature = None, coverage = None, threads = None,
+    progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn adaptive_quads(
+    py: Python<'_>,
+    image: &RangeImage,
+    tiles_down: Option<i64>,
+    tiles_across: Option<i64>,
+    rows: Option<i64>,
+    columns: Option<i64>,
+    max_error: Option<f64>,
+    rms_error: Option<f64>,
+    gap_passes: Option<i64>,
+    gap_neighbours: Option<i64>,
+    curvature_unit: Option<f64>,
+    curvature_limit: Option<i64>,
+    exponent: Option<f64>,
+    floor: Option<f64>,
+    smoothing: Option<f64>,
+    background_curvature: Option<i64>,
+    coverage: Option<f64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<QuadGrid> {
+    let options = PyDict::new(py);
+    for (name, value) in [
+        ("tiles_down", tiles_down),
+        ("tiles_across", tiles_across),
+        ("rows", rows),
+        ("columns", columns),
+        ("gap_passes", gap_passes),
+        ("gap_neighbours", gap_neighbours),
+        ("curvature_limit", curvature_limit),
+        ("background_curvature", background_curvature),
+        ("threads", threads),
+    ] {
+        options.set_item(name, value)?;
+    }
+    for (name, value) in [
+        ("max_error", max_error),
+        ("rms_error", rms_error),
+        ("curvature_unit", curvature_unit),
+        ("exponent", exponent),
+        ("floor", floor),
+        ("smoothing", smoothing),
+        ("coverage", coverage),
+    ] {
+        options.set_item(name, value)?;
+    }
+    let call = QuadCall::new(image, Some(&options))?;
+    let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
+    Ok(QuadGrid::from(made))
+}
+
+/// A regular grid of quads over a range image. It never changes; its arrays are read-only views without copying.
+///
+/// Quads turn counter-clockwise seen from the sensor. Where two quads touch in a vertex only, each has its own, so
+/// ``positions`` may hold a place twice; ``grid`` holds every vertex of the grid once, those on the background as well.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct QuadGrid {
+    core: Arc<Core>,
+    mesh: Arc<QuadMesh>,
+}
+
+impl From<Core> for QuadGrid {
+    fn from(core: Core) -> Self {
+        QuadGrid { mesh: Arc::new(core.mesh()), core: Arc::new(core) }
+    }
+}
+
+#[pymethods]
+impl QuadGrid {
+    /// Rows of vertices of the grid.
+    #[getter]
+    fn rows(&self) -> usize {
+        self.core.rows
+    }
+
+    /// Columns of vertices of the grid.
+    #[getter]
+    fn columns(&self) -> usize {
+        self.core.cols
+    }
+
+    /// (rows, columns, 3) float64: every vertex of the grid in the sensor's frame; on the background, a continuation of the
+    /// surface. A read-only view.
+    #[getter]
+    fn grid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shape = (self.core.rows, self.core.cols, 3);
+        arrays::view(py, &self.core, |g| arrays::coordinates(&g.positions), shape)
+    }
+
+    /// (rows, columns, 2) uint32: row and column of each vertex's pixel; rising strictly along both. A read-only view.
+    #[getter]
+    fn pixels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.core, |g| g.pixels.as_flattened(), (self.core.rows, self.core.cols, 2))
+    }
+
+    /// (rows, columns) bool: vertices on pixels without a sample. A read-only view.
+    #[getter]
+    fn background<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.core, |g| &g.background[..], (self.core.rows, self.core.cols))
+    }
+
+    /// (n, 3) float64: the vertices that the quads use, in the sensor's frame. A read-only view.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let count = self.mesh.positions.len();
+        arrays::view(py, &self.mesh, |m| arrays::coordinates(&m.positions), (count, 3))
+    }
+
+    /// The positions as one flat float32 array (3 n,), newly made: what hosts' meshes take.
+    fn positions_f32<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
+        let flat: Vec<f32> = arrays::coordinates(&self.mesh.positions).iter().map(|&x| x as f32).collect();
+        PyArray1::from_vec(py, flat)
+    }
+
+    /// (m, 4) uint32: corners of the quads that are not on the background. A read-only view.
+    #[getter]
+    fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.mesh, |m| m.quads.as_flattened(), (self.mesh.quads.len(), 4))
+    }
+
+    /// (n, 2) float32: image coordinates of the vertices, 0 to 1 from the left and from the bottom. A read-only view.
+    #[getter]
+    fn uvs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        arrays::view(py, &self.mesh, |m| m.uvs.as_flattened(), (self.mesh.uvs.len(), 2))
+    }
+
+    /// Attributes of the vertices by name: ``range_row``, ``range_col`` (the pixel), ``grid_row``, ``grid_col``, and
+    /// ``colour``, ``intensity``, ``confidence`` where the image has them. Read-only views.
+    #[getter]
+    fn vertex_attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        crate::mesh::attributes(py, &self.mesh, |m| &m.vertex_attributes)
+    }
+
+    /// Attributes of the quads by name: ``error``, the largest distance of the samples in each. Read-only views.
+    #[getter]
+    fn face_attributes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        crate::mesh::attributes(py, &self.mesh, |m| &m.face_attributes)
+    }
+
+    /// The quads as a ``Mesh`` of triangles, each quad cut along the diagonal that lies nearer to the image.
+    fn triangles(&self) -> Mesh {
+        Mesh::from(self.core.triangles())
+    }
+
+    /// Fits a B-spline surface to the whole grid.
+    ///
+    /// Args:
+    ///     order: 2 (straight pieces), 3 or 4 (cubic).
+    ///     rows, columns: control points; ``None``: as many as vertices, so that the surface runs through them. Fewer: least
+    ///         squares.
+    ///
+    /// Raises:
+    ///     InputError: another order, fewer control points than the order, more than vertices.
+    #[pyo3(signature = (*, order = 4, rows = None, columns = None))]
+    fn spline(&self, py: Python<'_>, order: usize, rows: Option<usize>, columns: Option<usize>) -> PyResult<Spline> {
+        let core = self.core.clone();
+        let fit = detached(py, move || core.spline(&SplineParams { order, rows, cols: columns }))?;
+        Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
+    }
+
+    /// Writes the quads as ``.obj``, with colours.
+    ///
+    /// Raises:
+    ///     InputError: another ending.
+    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        check_ending(&path, "obj")?;
+        let mesh = self.mesh.clone();
+        write_quads(py, path, mesh)
+    }
+
+    /// Figures of the run by name: ``tiles``, ``depth_extent``; ``relative_error`` (mean distance of the samples by depth
+    /// extent), ``rms_error`` and ``max_error``, each with ``uniform_`` before it for the uniform grid of the same size;
+    /// ``is_uniform``, ``valid_pixels``, ``gaps_filled``, ``unfolded``, ``snapped``, ``quads``, ``seconds`` by stage.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let report = &self.core.report;
+        let dict = PyDict::new(py);
+        dict.set_item("tiles", (report.tiles[0], report.tiles[1]))?;
+        for (name, value) in [
+            ("depth_extent", report.depth_extent),
+            ("relative_error", report.relative_error),
+            ("uniform_relative_error", report.uniform_relative_error),
+            ("rms_error", report.rms_error),
+            ("uniform_rms_error", report.uniform_rms_error),
+            ("max_error", report.max_error),
+            ("uniform_max_error", report.uniform_max_error),
+        ] {
+            dict.set_item(name, value)?;
+        }
+        dict.set_item("is_uniform", report.is_uniform)?;
+        for (name, value) in [
+            ("valid_pixels", report.valid_pixels),
+            ("gaps_filled", report.gaps_filled),
+            ("unfolded", report.unfolded),
+            ("snapped", report.snapped),
+            ("quads", report.kept),
+        ] {
+            dict.set_item(name, value)?;
+        }
+        let seconds = PyDict::new(py);
+        for (stage, time) in &report.seconds {
+            seconds.set_item(stage, time)?;
+        }
+        dict.set_item("seconds", seconds)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        let (core, report) = (&self.core, &self.core.report);
+        format!(
+            "<QuadGrid {} x {} vertices, {} quads, relative error {:.4} % (uniform {:.4} %)>",
+            core.rows,
+            core.cols,
+            report.kept,
+            100.0 * report.relative_error,
+            100.0 * report.uniform_relative_error
+        )
+    }
+}
+
+fn write_quads(py: Python<'_>, path: PathBuf, mesh: Arc<QuadMesh>) -> PyResult<()> {
+    Watch::new(None).run(py, move |progress| {
+        let colour = mesh.vertex_attributes.iter().find_map(|a| match &a.data {
+            surfrecon::mesh::AttributeData::Colour(colour) if a.name == "colour" => Some(&colour[..]),
+            _ => None,
+        });
+        let polygons = Polygons { positions: &mesh.positions, colour, quads: &mesh.quads, triangles: &[] };
+        write_obj_polygons(&path, &polygons, progress)
+    })
+}
+
+/// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Spline {
+    fit: Arc<Fit>,
+    mirrored: bool,
+}
+
+#[pymethods]
+impl Spline {
+    /// Order in both directions, the degree plus one.
+    #[getter]
+    fn order(&self) -> usize {
+        self.fit.spline.order
+    }
+
+    /// (rows, columns, 3) float64: control points in the sensor's frame. A read-only view.
+    #[getter]
+    fn control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shape = (self.fit.spline.rows, self.fit.spline.cols, 3);
+        arrays::view(py, &self.fit, |f| arrays::coordinates(&f.spline.control), shape)
+    }
+
+    /// Knots along u and along v: two float64 arrays, newly made.
+    #[getter]
+    fn knots<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
+        let [u, v] = self.fit.spline.knots();
+        (PyArray1::from_vec(py, u), PyArray1::from_vec(py, v))
+    }
+
+    /// Largest distance of a vertex of the grid from the surface at the vertex's parameters.
+    #[getter]
+    fn max_residual(&self) -> f64 {
+        self.fit.max_residual
+    }
+
+    /// Root of the mean square of these distances.
+    #[getter]
+    fn rms_residual(&self) -> f64 {
+        self.fit.rms_residual
+    }
+
+    /// Points of the surface at parameters (n,) and (n,), each taken into 0 to 1: (n, 3) float64, newly made.
+    ///
+    /// Raises:
+    ///     InputError: ``u`` and ``v`` of different lengths.
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        u: &Bound<'py, PyAny>,
+        v: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let (u, _) = arrays::floats(u, "u", &[None])?;
+        let (v, _) = arrays::floats(v, "v", &[None])?;
+        if u.len() != v.len() {
+            return Err(input_error(format!("u and v must be as long as each other, got {} and {}", u.len(), v.len())));
+        }
+        let fit = self.fit.clone();
+        let points = detached(py, move || {
+            let at = |(u, v): (&f64, &f64)| fit.spline.at(*u, *v);
+            Ok(u.iter().zip(&v).map(at).collect::<Vec<_>>())
+        })?;
+        let count = points.len();
+        Ok(PyArray1::from_slice(py, arrays::coordinates(&points)).reshape([count, 3])?.into_any())
+    }
+
+    /// Writes the surface, sampled at rows x columns evenly spread parameters, as quads: ``.obj``.
+    ///
+    /// Raises:
+    ///     InputError: fewer than 2 x 2, another ending.
+    ///     FileError: writing failed; no file is left, and one that was there is untouched.
+    fn write(&self, py: Python<'_>, path: PathBuf, rows: usize, columns: usize) -> PyResult<()> {
+        check_ending(&path, "obj")?;
+        let (fit, mirrored) = (self.fit.clone(), self.mirrored);
+        let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;
+        write_quads(py, path, Arc::new(mesh))
+    }
+
+    fn __repr__(&self) -> String {
+        let spline = &self.fit.spline;
+        let (rows, cols, order) = (spline.rows, spline.cols, spline.order);
+        format!("<Spline of order {order}, {rows} x {cols} control points, max residual {:.6}>", self.fit.max_residual)
+    }
+}
