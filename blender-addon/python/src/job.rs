@@ -10,16 +10,16 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::Progress;
 use surfrecon::merge::Merged;
-use surfrecon::sculpt::Sculpted as Core;
 use surfrecon::quads::QuadGrid as CoreQuads;
+use surfrecon::sculpt::Sculpted as Core;
 
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::DistanceCall;
 use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
-use crate::sculpt::{RefineCall, Sculpted, Sculptor};
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
+use crate::sculpt::{RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
