@@ -8,7 +8,9 @@ cd "$root"
 
 # maturin finds zig through the `python` on PATH.
 PATH=$("$root/tools/venv.sh" build)/bin:$PATH
-lock wheel
+mkdir -p target
+exec 9>target/wheel.lock   # this tree only: others build wheels of their own
+flock 9
 portable=()
 if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28); fi
 rm -f target/wheels/surfrecon-*.whl
