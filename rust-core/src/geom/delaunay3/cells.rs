@@ -93,10 +93,11 @@ impl Cells {
     }
 
     #[inline(always)]
-    pub(super) fn set_vertices(&self, cell: u32, vertices: [u32; 4]) {
+    pub(super) fn set(&self, cell: u32, vertices: [u32; 4], neighbours: [u32; 4]) {
         let c = &self.data[cell as usize];
         for slot in 0..4 {
             c[slot].store(vertices[slot], Relaxed);
+            c[4 + slot].store(neighbours[slot], Relaxed);
         }
     }
 
@@ -160,8 +161,11 @@ impl Cells {
         self.data.truncate(ends[1]);
         // Same size and alignment: the standard library converts in place.
         let cells = self.data.into_iter().map(|c| {
-            let [a, b, c, d, e, f, g, h] = c.map(AtomicU32::into_inner);
-            super::Cell { vertices: [a, b, c, d], neighbours: [e >> 2, f >> 2, g >> 2, h >> 2] }
+            let [a, b, c, d, e, f, g, h] = c;
+            super::Cell {
+                vertices: [a.into_inner(), b.into_inner(), c.into_inner(), d.into_inner()],
+                neighbours: [e.into_inner() >> 2, f.into_inner() >> 2, g.into_inner() >> 2, h.into_inner() >> 2],
+            }
         });
         (cells.collect(), ends[0])
     }

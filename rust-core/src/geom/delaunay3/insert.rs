@@ -5,6 +5,9 @@ use super::locate::{Place, locate};
 use super::parallel::Region;
 use super::signs::{Seen, Signs, volumes};
 
+/// Most vertices around a point for which edges are found in a table: 16 KB, which stay in the cache.
+const SIDE: usize = 64;
+
 /// What became of a point.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Outcome {
@@ -35,14 +38,16 @@ pub(super) struct Inserter {
     /// Where the next walk starts.
     pub(super) hint: u32,
     pub(super) free: Vec<u32>,
+    /// Cells in conflict; then the new ones, one a wall.
     cavity: Vec<u32>,
-    /// Of each cell of the cavity, the local numbers of its vertices.
+    /// Of each cell in conflict, the local numbers of its vertices.
     cavity_local: Vec<[u32; 4]>,
+    /// Of each cell in conflict, the slot of the facet through which it was reached.
+    entries: Vec<u32>,
     walls: Vec<Wall>,
     vertices: LocalVertices,
-    /// At `from * side + to`: the new cell and slot opposite to the directed edge of the cavity's border, as
-    /// 4 wall + slot.
-    links: Vec<u16>,
+    /// At `from * SIDE + to`: the facet of the new cell beside the directed edge of the cavity's border.
+    links: Box<[u32; SIDE * SIDE]>,
     sorted_links: Vec<(u64, u32)>,
 }
 
@@ -53,9 +58,10 @@ impl Inserter {
             free: Vec::new(),
             cavity: Vec::new(),
             cavity_local: Vec::new(),
+            entries: Vec::new(),
             walls: Vec::new(),
             vertices: LocalVertices::new(),
-            links: Vec::new(),
+            links: Box::new([0; SIDE * SIDE]),
             sorted_links: Vec::new(),
         }
     }
@@ -92,25 +98,32 @@ impl Inserter {
 
     /// Collects the cells in conflict with `p`, from `start`, which is one, and the walls around them. False if one of
     /// them is another thread's.
+    #[inline(never)]
     fn find_cavity<R: Region>(&mut self, cells: &Cells, signs: &Signs<'_>, region: &R, start: u32, p: u32) -> bool {
         let point = signs.points[p as usize];
         self.cavity.clear();
         self.cavity_local.clear();
+        self.entries.clear();
         self.walls.clear();
         self.vertices.clear();
         let vertices = cells.vertices(start);
         let local = vertices.map(|v| self.vertices.local(v, point, signs));
         self.cavity.push(start);
         self.cavity_local.push(local);
+        self.entries.push(0);
         cells.mark(start, vertices[0] | CONFLICT);
         let mut next = 0;
         while next < self.cavity.len() {
             let cell = self.cavity[next];
             let cell_local = self.cavity_local[next];
+            let entry = self.entries[next];
             let cell_vertices = cells.vertices(cell);
             let neighbours = cells.neighbours(cell);
             next += 1;
-            for slot in 0..4 {
+            // All facets of the first cell, but of others not the one through which they were reached.
+            let (from, facets) = if next == 1 { (0, 4) } else { (entry + 1, 3) };
+            for slot in from..from + facets {
+                let slot = slot as usize & 3;
                 let outside = neighbours[slot];
                 let other = outside >> 2;
                 let marked = cells.marked_vertices(other);
@@ -118,7 +131,7 @@ impl Inserter {
                     continue;
                 }
                 let facet = FACETS[slot];
-                let facet_local = facet.map(|k| cell_local[k]);
+                let facet_local = [cell_local[facet[0]], cell_local[facet[1]], cell_local[facet[2]]];
                 let opposite = (outside & 3) as usize;
                 let apex = marked[opposite] & GHOST;
                 let is_in_conflict = if marked[3] == GHOST {
@@ -127,8 +140,8 @@ impl Inserter {
                     // The cell beyond the facet, its vertices so ordered that those of the facet need not be looked up.
                     let apex_seen = Seen::new(signs.points[apex as usize], point);
                     let bound = self.vertices.bound_within(apex_seen.w, signs);
-                    let [a, b, c] = facet_local.map(|l| &self.vertices.seen[l as usize]);
-                    let seen = [&apex_seen, a, c, b];
+                    let at = |k: usize| &self.vertices.seen[facet_local[k] as usize];
+                    let seen = [&apex_seen, at(0), at(2), at(1)];
                     let volumes = volumes(seen);
                     let determinant = (seen[0].w * volumes[0] + seen[1].w * volumes[1])
                         + (seen[2].w * volumes[2] + seen[3].w * volumes[3]);
@@ -137,8 +150,9 @@ impl Inserter {
                     } else if determinant < -bound {
                         false
                     } else {
-                        let [a, b, c] = facet.map(|k| cell_vertices[k]);
-                        signs.is_inside(determinant, volumes, seen, [apex, a, c, b], p)
+                        let vertices =
+                            [apex, cell_vertices[facet[0]], cell_vertices[facet[2]], cell_vertices[facet[1]]];
+                        signs.is_inside(determinant, volumes, seen, vertices, p)
                     }
                 };
                 if !is_in_conflict {
@@ -152,15 +166,17 @@ impl Inserter {
                 }
                 cells.mark(other, marked[0] | CONFLICT);
                 let apex_local = self.vertices.local(apex, point, signs);
-                let [a, b, c] = facet.map(|k| cell_vertices[k]);
-                let local = marked.map(|v| match v {
-                    v if v == a => facet_local[0],
-                    v if v == b => facet_local[1],
-                    v if v == c => facet_local[2],
-                    _ => apex_local,
-                });
+                let mut local = [apex_local; 4];
+                for (local, vertex) in local.iter_mut().zip(marked) {
+                    for k in 0..3 {
+                        if vertex == cell_vertices[facet[k]] {
+                            *local = facet_local[k];
+                        }
+                    }
+                }
                 self.cavity.push(other);
                 self.cavity_local.push(local);
+                self.entries.push(outside & 3);
             }
         }
         true
@@ -175,7 +191,6 @@ impl Inserter {
 
     /// Puts a new cell between the point and each wall.
     fn fill_cavity(&mut self, cells: &Cells) {
-        let side = self.vertices.ids.len().next_power_of_two().max(64);
         // Numbers of new cells: those of the cavity again, then others.
         while self.cavity.len() < self.walls.len() {
             self.cavity.push(self.free.pop().expect("supplied beforehand"));
@@ -186,46 +201,55 @@ impl Inserter {
         }
         self.cavity.truncate(self.walls.len());
         self.hint = self.cavity[0];
-        let is_small = side <= 256 && self.walls.len() < 1 << 14;
-        if is_small && self.links.len() < side * side {
-            self.links.resize(side * side, 0);
-        }
-        self.sorted_links.clear();
-        for (i, (wall, &cell)) in self.walls.iter().zip(&self.cavity).enumerate() {
-            let slot = wall.slot as usize & 3;
-            cells.set_vertices(cell, wall.vertices);
-            let facet = cell << 2 | slot as u32;
-            cells.set_neighbour(facet, wall.outside);
-            cells.set_neighbour(wall.outside, facet);
-            let corners = FACETS[slot];
-            for k in 0..3 {
-                let (from, to) = (wall.local[k] as usize, wall.local[(k + 1) % 3] as usize);
-                let opposite = corners[(k + 2) % 3];
-                if is_small {
-                    self.links[from * side + to] = (i << 2 | opposite) as u16;
-                } else {
-                    let edge = (from.min(to) as u64) << 32 | from.max(to) as u64;
-                    self.sorted_links.push((edge, cell << 2 | opposite as u32));
-                }
-            }
-        }
-        if is_small {
-            for (wall, &cell) in self.walls.iter().zip(&self.cavity) {
-                let corners = FACETS[wall.slot as usize & 3];
-                for k in 0..3 {
-                    let (from, to) = (wall.local[k] as usize, wall.local[(k + 1) % 3] as usize);
-                    let twin = u32::from(self.links[to * side + from]);
-                    let facet = self.cavity[(twin >> 2) as usize] << 2 | twin & 3;
-                    cells.set_neighbour(cell << 2 | corners[(k + 2) % 3] as u32, facet);
-                }
-            }
+        if self.vertices.ids.len() <= SIDE {
+            self.link_by_table(cells);
         } else {
-            self.sorted_links.sort_unstable();
-            for pair in self.sorted_links.chunks_exact(2) {
-                debug_assert_eq!(pair[0].0, pair[1].0);
-                cells.set_neighbour(pair[0].1, pair[1].1);
-                cells.set_neighbour(pair[1].1, pair[0].1);
+            self.link_by_sorting(cells);
+        }
+    }
+
+    fn link_by_table(&mut self, cells: &Cells) {
+        for (wall, &cell) in self.walls.iter().zip(&self.cavity) {
+            let slot = wall.slot as usize & 3;
+            cells.set_neighbour(wall.outside, cell << 2 | slot as u32);
+            let opposite = FACETS[slot];
+            for k in 0..3 {
+                let edge = wall.local[k] as usize * SIDE + wall.local[(k + 1) % 3] as usize;
+                self.links[edge % (SIDE * SIDE)] = cell << 2 | opposite[(k + 2) % 3] as u32;
             }
+        }
+        for (wall, &cell) in self.walls.iter().zip(&self.cavity) {
+            let slot = wall.slot as usize & 3;
+            let opposite = FACETS[slot];
+            let mut neighbours = [wall.outside; 4];
+            for k in 0..3 {
+                let edge = wall.local[(k + 1) % 3] as usize * SIDE + wall.local[k] as usize;
+                neighbours[opposite[(k + 2) % 3]] = self.links[edge % (SIDE * SIDE)];
+            }
+            cells.set(cell, wall.vertices, neighbours);
+        }
+    }
+
+    /// For any number of vertices.
+    #[cold]
+    fn link_by_sorting(&mut self, cells: &Cells) {
+        self.sorted_links.clear();
+        for (wall, &cell) in self.walls.iter().zip(&self.cavity) {
+            let slot = wall.slot as usize & 3;
+            cells.set_neighbour(wall.outside, cell << 2 | slot as u32);
+            cells.set(cell, wall.vertices, [wall.outside; 4]);
+            let opposite = FACETS[slot];
+            for k in 0..3 {
+                let (from, to) = (wall.local[k], wall.local[(k + 1) % 3]);
+                let edge = u64::from(from.min(to)) << 32 | u64::from(from.max(to));
+                self.sorted_links.push((edge, cell << 2 | opposite[(k + 2) % 3] as u32));
+            }
+        }
+        self.sorted_links.sort_unstable();
+        for pair in self.sorted_links.chunks_exact(2) {
+            debug_assert_eq!(pair[0].0, pair[1].0);
+            cells.set_neighbour(pair[0].1, pair[1].1);
+            cells.set_neighbour(pair[1].1, pair[0].1);
         }
     }
 }

@@ -122,7 +122,9 @@ fn tetrahedralize(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> 
     let (mut cells, finite) = cells.compact(&inserter.free);
     let stands_for = first_of_equals(&mut ids, &mut duplicates);
     cells.par_iter_mut().for_each(|cell| {
-        cell.vertices = cell.vertices.map(|v| if v == GHOST { INFINITE } else { ids[v as usize] });
+        for v in &mut cell.vertices {
+            *v = if *v == GHOST { INFINITE } else { ids[*v as usize] };
+        }
     });
     Ok(Delaunay3 { cells, finite, duplicates: stands_for })
 }
@@ -193,11 +195,11 @@ impl<'a, 'p> Build<'a, 'p> {
         if signs.orientation(first) < 0 {
             first.swap(0, 1);
         }
-        cells.set_vertices(numbers[0], first);
+        cells.set(numbers[0], first, [0; 4]);
         for slot in 0..4 {
             let [a, b, c] = FACETS[slot].map(|k| first[k]);
             let ghost = numbers[slot + 1];
-            cells.set_vertices(ghost, [a, b, c, GHOST]);
+            cells.set(ghost, [a, b, c, GHOST], [0; 4]);
             cells.set_neighbour(ghost << 2 | 3, numbers[0] << 2 | slot as u32);
             cells.set_neighbour(numbers[0] << 2 | slot as u32, ghost << 2 | 3);
         }

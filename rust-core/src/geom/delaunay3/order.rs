@@ -43,7 +43,8 @@ fn random(i: u64) -> u64 {
 /// The place on the curve of a point of the cube of side `2^BITS`; what lies outside is taken to its border.
 fn hilbert(at: [f64; 3]) -> u64 {
     // A cast saturates, and takes NaN to 0.
-    let mut x = at.map(|x| (x as u32).min((1 << BITS) - 1));
+    let cell = |x: f64| (x as u32).min((1 << BITS) - 1);
+    let mut x = [cell(at[0]), cell(at[1]), cell(at[2])];
     for bit in (1..BITS).rev() {
         let below = (1 << bit) - 1;
         for i in 0..3 {
@@ -59,8 +60,7 @@ fn hilbert(at: [f64; 3]) -> u64 {
     for bit in 1..BITS {
         flip ^= 0_u32.wrapping_sub(x[2] >> bit & 1) & ((1 << bit) - 1);
     }
-    let [a, b, c] = x.map(|x| spread(x ^ flip));
-    a << 2 | b << 1 | c
+    spread(x[0] ^ flip) << 2 | spread(x[1] ^ flip) << 1 | spread(x[2] ^ flip)
 }
 
 /// Leaves two zero bits between the bits of `x`, of which the lowest 21 count.
