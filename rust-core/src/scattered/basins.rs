@@ -9,7 +9,10 @@
 //! Between two basins the largest *gate* counts: the smallest clearance on the way from one ball's centre to the other's
 //! through a facet. Nothing depends on the order of the cells.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::balls::{Balls, CHUNK};
 use super::complex::Complex;
@@ -19,35 +22,38 @@ use crate::progress::Progress;
 /// The basin of the outside.
 pub(super) const OUTSIDE: u32 = 0;
 
-/// A facet between two basins.
-#[derive(Clone, Copy, PartialEq, Eq)]
+/// All facets between two basins.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gate {
-    /// The bits of the clearance, which order like the clearance itself; the lowest says whether the gate is tangent.
-    clearance: u32,
-    /// Four times the cell plus the slot.
+    /// The basins, the lower first.
+    pub(super) basins: [u32; 2],
+    /// Largest clearance of a facet.
+    pub(super) clearance: f32,
+    /// The first of the facets with that clearance, in the order of their vertices: four times a cell plus the slot.
     facet: u32,
+    /// How many there are.
+    pub(super) facets: u32,
+    /// Those at which two balls touch that are large beside the clearance: they lie on different sides of a surface.
+    pub(super) tangent: u32,
 }
 
 impl Gate {
-    fn new(clearance: f32, tangent: bool, cell: usize, slot: usize) -> Self {
-        Gate { clearance: clearance.to_bits() & !1 | u32::from(tangent), facet: (4 * cell + slot) as u32 }
+    /// The vertices of the widest facet: what the gate is called whatever the numbers of cells and basins.
+    fn name(&self, complex: Complex<'_>) -> [u32; 3] {
+        let mut vertices = complex.facet(self.facet / 4, self.facet as usize % 4);
+        vertices.sort_unstable();
+        vertices
     }
 
-    pub(super) fn clearance(self) -> f32 {
-        f32::from_bits(self.clearance & !1)
-    }
-
-    /// Whether two balls touch here that are large beside the clearance: they lie on different sides of a surface.
-    pub(super) fn is_tangent(self) -> bool {
-        self.clearance & 1 == 1
-    }
-
-    pub(super) fn cell(self) -> u32 {
-        self.facet / 4
-    }
-
-    pub(super) fn slot(self) -> usize {
-        self.facet as usize % 4
+    /// Takes in facets between the same basins.
+    fn join(&mut self, other: &Gate, complex: Complex<'_>) {
+        let is_wider = other.clearance > self.clearance
+            || (other.clearance == self.clearance && other.name(complex) < self.name(complex));
+        if is_wider {
+            (self.clearance, self.facet) = (other.clearance, other.facet);
+        }
+        self.facets += other.facets;
+        self.tangent += other.tangent;
     }
 }
 
@@ -57,7 +63,7 @@ pub(super) struct Basins {
     pub(super) basin: Vec<u32>,
     /// The largest ball of each basin; infinite for the outside.
     pub(super) depth: Vec<f32>,
-    /// The facets between different basins, from the largest clearance to the smallest.
+    /// From the widest to the narrowest.
     pub(super) gates: Vec<Gate>,
 }
 
@@ -128,34 +134,56 @@ fn gates(complex: Complex<'_>, basin: &[u32], balls: &Balls, progress: &Progress
     let parts: Vec<Vec<Gate>> = (0..chunks)
         .into_par_iter()
         .map(|chunk| {
-            let mut gates = Vec::new();
-            for cell in chunk * CHUNK..((chunk + 1) * CHUNK).min(complex.len()) {
-                for slot in 0..4 {
-                    let beyond = complex.neighbour(cell as u32, slot) as usize;
-                    if beyond > cell && basin[beyond] != basin[cell] {
-                        let clearance = balls.clearance(complex, cell as u32, slot);
-                        let smaller = balls.radii[cell].min(balls.radii[beyond]);
-                        gates.push(Gate::new(clearance, smaller > TANGENT * clearance, cell, slot));
-                    }
-                }
-            }
+            let found = gates_of(complex, basin, balls, chunk * CHUNK..((chunk + 1) * CHUNK).min(complex.len()));
             progress.advance(CHUNK as u64)?;
-            Ok(gates)
+            Ok(found)
         })
         .collect::<Result<_>>()?;
     let mut gates = Vec::with_capacity(parts.iter().map(Vec::len).sum());
     parts.into_iter().for_each(|part| gates.extend_from_slice(&part));
-    gates.par_sort_unstable_by(|a, b| b.clearance.cmp(&a.clearance));
-    // Equal clearances, as on lattices, in the order of the facets' vertices, whatever the numbers of the cells.
-    let key = |gate: &Gate| {
-        let mut vertices = complex.facet(gate.cell(), gate.slot());
-        vertices.sort_unstable();
-        vertices
-    };
+    gates.par_sort_unstable_by_key(|gate| gate.basins);
+    gates.dedup_by(|next, first| {
+        let is_same = next.basins == first.basins;
+        if is_same {
+            first.join(next, complex);
+        }
+        is_same
+    });
+    gates.par_sort_unstable_by(|a, b| b.clearance.total_cmp(&a.clearance));
+    // Equal clearances, as on lattices.
     for equal in gates.chunk_by_mut(|a, b| a.clearance == b.clearance) {
         if equal.len() > 1 {
-            equal.sort_unstable_by_key(key);
+            equal.sort_unstable_by_key(|gate| gate.name(complex));
         }
     }
     Ok(gates)
+}
+
+/// The gates at facets of some cells.
+fn gates_of(complex: Complex<'_>, basin: &[u32], balls: &Balls, cells: Range<usize>) -> Vec<Gate> {
+    let mut gates: Vec<Gate> = Vec::new();
+    let mut places = FxHashMap::default();
+    // By far most facets lie between the same two basins as the one before.
+    let mut last = 0;
+    for cell in cells {
+        for slot in 0..4 {
+            let beyond = complex.neighbour(cell as u32, slot) as usize;
+            if beyond < cell || basin[beyond] == basin[cell] {
+                continue;
+            }
+            let clearance = balls.clearance(complex, cell as u32, slot);
+            let smaller = balls.radii[cell].min(balls.radii[beyond]);
+            let basins = [basin[cell].min(basin[beyond]), basin[cell].max(basin[beyond])];
+            let (facet, tangent) = ((4 * cell + slot) as u32, u32::from(smaller > TANGENT * clearance));
+            let gate = Gate { basins, clearance, facet, facets: 1, tangent };
+            if gates.get(last).is_none_or(|found| found.basins != basins) {
+                last = *places.entry(basins).or_insert(gates.len());
+            }
+            match gates.get_mut(last) {
+                Some(found) => found.join(&gate, complex),
+                None => gates.push(gate),
+            }
+        }
+    }
+    gates
 }

@@ -86,7 +86,7 @@ pub fn run(cloud: &PointCloud, params: &ReconstructParams, progress: &Progress<'
 /// Stages 2 to 4 up to the repair: the side of each cell, and how many changed in the repair.
 fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<(Vec<u8>, usize)> {
     let basins = basins::Basins::find(complex, progress)?;
-    let sides = separate::sides(complex, basins, progress)?;
+    let sides = separate::sides(basins, progress)?;
     let mut solid = Solid::new(complex, sides);
     let repaired = solid.repair(progress)?;
     Ok((solid.into_sides(), repaired))

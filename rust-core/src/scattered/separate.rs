@@ -8,10 +8,10 @@
 //! speak for, which a threshold on the size of facets alone can not tell.
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::balls::CHUNK;
-use super::basins::{Basins, OUTSIDE};
-use super::complex::Complex;
+use super::basins::{Basins, Gate, OUTSIDE};
 use crate::error::Result;
 use crate::progress::Progress;
 
@@ -80,16 +80,15 @@ impl Contact {
 }
 
 /// The side of each cell: 1 inside, 0 outside.
-pub(super) fn sides(complex: Complex<'_>, basins: Basins, progress: &Progress<'_>) -> Result<Vec<u8>> {
+pub(super) fn sides(basins: Basins, progress: &Progress<'_>) -> Result<Vec<u8>> {
     let Basins { basin, mut depth, gates } = basins;
     let mut groups = Groups::new(depth.len());
     // Rooms: from the widest gate down, so that rooms deepen as they grow.
     for chunk in gates.chunks(CHUNK) {
         for gate in chunk {
-            let ends = [gate.cell(), complex.neighbour(gate.cell(), gate.slot())].map(|cell| basin[cell as usize]);
-            let [a, b] = ends.map(|basin| groups.find(basin).0);
+            let [a, b] = gate.basins.map(|basin| groups.find(basin).0);
             if a != b
-                && gate.clearance() >= ONE_ROOM * depth[a as usize].min(depth[b as usize])
+                && gate.clearance >= ONE_ROOM * depth[a as usize].min(depth[b as usize])
                 && let Some((root, child)) = groups.join(a, b, false)
             {
                 depth[root as usize] = depth[root as usize].max(depth[child as usize]);
@@ -97,7 +96,7 @@ pub(super) fn sides(complex: Complex<'_>, basins: Basins, progress: &Progress<'_
         }
         progress.advance(chunk.len() as u64)?;
     }
-    for contact in contacts(complex, &basin, &gates, &mut groups, progress)? {
+    for contact in contacts(&gates, &mut groups, progress)? {
         groups.join(contact.rooms[0], contact.rooms[1], contact.is_surface());
     }
     let outside = groups.find(OUTSIDE);
@@ -111,34 +110,23 @@ pub(super) fn sides(complex: Complex<'_>, basins: Basins, progress: &Progress<'_
 }
 
 /// All pairs of rooms that touch, in the order in which they are to be decided.
-fn contacts(
-    complex: Complex<'_>,
-    basin: &[u32],
-    gates: &[super::basins::Gate],
-    groups: &mut Groups,
-    progress: &Progress<'_>,
-) -> Result<Vec<Contact>> {
+fn contacts(gates: &[Gate], groups: &mut Groups, progress: &Progress<'_>) -> Result<Vec<Contact>> {
     let rooms: Vec<u32> = (0..groups.parents.len() as u32).map(|basin| groups.find(basin).0).collect();
     let mut found: Vec<Contact> = Vec::new();
-    // By far most facets lie between the same two rooms as the one before.
-    let mut last = 0;
-    let mut places = rustc_hash::FxHashMap::default();
+    let mut places = FxHashMap::default();
     for chunk in gates.chunks(CHUNK) {
         for gate in chunk {
-            let beyond = complex.neighbour(gate.cell(), gate.slot());
-            let [a, b] = [gate.cell(), beyond].map(|cell| rooms[basin[cell as usize] as usize]);
+            let [a, b] = gate.basins.map(|basin| rooms[basin as usize]);
             if a == b {
                 continue;
             }
             let pair = [a.min(b), a.max(b)];
-            if found.get(last).is_none_or(|contact| contact.rooms != pair) {
-                last = *places.entry(pair).or_insert(found.len());
-                if last == found.len() {
-                    found.push(Contact { rooms: pair, facets: 0, votes: 0, gate: gate.clearance() });
-                }
+            let place = *places.entry(pair).or_insert(found.len());
+            if place == found.len() {
+                found.push(Contact { rooms: pair, facets: 0, votes: 0, gate: gate.clearance });
             }
-            found[last].facets += 1;
-            found[last].votes += u32::from(gate.is_tangent());
+            found[place].facets += gate.facets;
+            found[place].votes += gate.tangent;
         }
         progress.advance(chunk.len() as u64)?;
     }
