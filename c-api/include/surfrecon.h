@@ -158,6 +158,10 @@ typedef struct srf_merger srf_merger;
 // outside. Released with srf_mesh_free().
 typedef struct srf_mesh srf_mesh;
 
+// Scattered points from which surfaces are made with one set of parameters after the other. Released with
+// srf_reconstructor_free().
+typedef struct srf_reconstructor srf_reconstructor;
+
 // Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
 // srf_scans_free().
 typedef struct srf_scans srf_scans;
@@ -415,6 +419,57 @@ typedef struct {
   // Triangles of the result.
   uint64_t triangles;
 } srf_certificate;
+
+// How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  uint32_t threads;
+  // Makes the threshold on the perimeters of facets larger, >= 1 and <= 2: closes more gaps, keeps more stray points.
+  // Default 1.
+  double factor;
+  // A value of srf_threshold. Default SRF_LOCAL.
+  uint64_t threshold;
+  // A value of srf_topology. Default SRF_MANIFOLD.
+  uint64_t topology;
+  // A value of srf_closure. Default SRF_CLOSED_OR_OPEN.
+  uint64_t closure;
+} srf_reconstruct_params;
+
+// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if the surface was taken as closed, else 0.
+  uint32_t is_closed;
+  // Points given.
+  uint64_t points;
+  // Points on the surface.
+  uint64_t used;
+  // Points dropped since a coordinate isn't finite.
+  uint64_t not_finite;
+  // Points dropped since they are at the same place as a point before them.
+  uint64_t duplicates;
+  // Points dropped inside of the surface.
+  uint64_t inside;
+  // Points dropped outside of the surface.
+  uint64_t outside;
+  // Delaunay tetrahedra.
+  uint64_t tetrahedra;
+  // The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
+  double threshold;
+  // Times the mean perimeter was taken, with SRF_FREE.
+  uint64_t rounds;
+  // Tetrahedra that changed sides to make the surface manifold.
+  uint64_t repaired;
+  // Points brought onto the surface afterwards.
+  uint64_t gathered;
+  // Facets left out: those over gaps, and those that kept the surface from being manifold.
+  uint64_t cut_facets;
+  // Parts turned over by normals, sensors or direction.
+  uint64_t turned_parts;
+} srf_reconstruct_report;
 
 // What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
 // srf_scan_params_init(). Lengths are in the unit of the mesh.
@@ -1066,6 +1121,51 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 const srf_progress *progress,
                                 srf_mesh **out_mesh,
                                 srf_certificate *out_certificate);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_reconstruct_params_init(srf_reconstruct_params *params);
+
+// Prepares a struct for srf_reconstructor_surface().
+// report     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_reconstruct_report_init(srf_reconstruct_report *report);
+
+// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
+// surface.
+// cloud              not NULL; its normals, if it has any, say which side of the surface is seen
+// sensors            3 SRF_F64 or SRF_F32 a place, one place or one a point: where the points were seen from, in the cloud's
+//                    frame; go before the normals. NULL for none. With neither, closed surfaces are turned outwards, open
+//                    ones up
+// out_reconstructor  receives a new handle on SRF_OK only; not NULL
+// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_reconstructor_create(const srf_cloud *cloud,
+                                    const srf_array *sensors,
+                                    srf_reconstructor **out_reconstructor);
+
+// Releases a reconstructor.
+// reconstructor  NULL does nothing
+// returns        SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_reconstructor_free(srf_reconstructor *reconstructor);
+
+// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend
+// on those. In the cloud's frame; its vertices are the used points in their order. Vertex attributes: source_point, and colour,
+// intensity, normal_x, normal_y, normal_z where the cloud has them.
+// reconstructor  not NULL; used by one call at a time, others are refused
+// params         NULL for the defaults
+// progress       NULL for none
+// out_mesh       receives a new handle on SRF_OK only; not NULL
+// out_report     initialized by srf_reconstruct_report_init(); NULL if not wanted
+// out_dropped    room for a byte a point, values of srf_dropped; NULL if not wanted
+// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED,
+//                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
+                                     const srf_reconstruct_params *params,
+                                     const srf_progress *progress,
+                                     srf_mesh **out_mesh,
+                                     srf_reconstruct_report *out_report,
+                                     uint8_t *out_dropped);
 
 // Sets the defaults.
 // params     not NULL

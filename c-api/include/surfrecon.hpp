@@ -195,6 +195,15 @@ struct Certificate : srf_certificate {
     Certificate() { check(srf_certificate_init(this)); }
 };
 
+struct ReconstructParams : srf_reconstruct_params {
+    ReconstructParams() { check(srf_reconstruct_params_init(this)); }
+};
+
+// The figures of a surface through scattered points.
+struct ReconstructReport : srf_reconstruct_report {
+    ReconstructReport() { check(srf_reconstruct_report_init(this)); }
+};
+
 // Figures over many distances.
 struct Distances : srf_distances {
     Distances() { check(srf_distances_init(this)); }
@@ -325,12 +334,13 @@ class Cloud : public detail::Handle<srf_cloud, srf_cloud_free> {
 public:
     using Handle::Handle;
 
+    // Normals and colours may be empty.
     template <typename Real>
-    static Cloud create(View<Real, 3> positions)
+    static Cloud create(View<Real, 3> positions, View<float, 3> normals = {}, View<std::uint8_t, 4> colours = {})
     {
-        const srf_array array = positions.array();
+        const srf_array array = positions.array(), towards = normals.array(), painted = colours.array();
         srf_cloud *cloud = nullptr;
-        check(srf_cloud_create(&array, nullptr, nullptr, nullptr, nullptr, &cloud));
+        check(srf_cloud_create(&array, normals.empty() ? nullptr : &towards, colours.empty() ? nullptr : &painted, nullptr, nullptr, &cloud));
         return Cloud(cloud);
     }
 
@@ -540,6 +550,34 @@ private:
         srf_sculptor *sculptor = nullptr;
         check(srf_sculptor_create(image.get(), &params, &sculptor));
         return sculptor;
+    }
+};
+
+// Scattered points from which surfaces are made with one set of parameters after the other.
+class Reconstructor : public detail::Handle<srf_reconstructor, srf_reconstructor_free> {
+public:
+    explicit Reconstructor(const Cloud &cloud) : Handle(make(cloud)) {}
+
+    struct Result {
+        Mesh mesh;
+        ReconstructReport report;
+    };
+
+    Result surface(const ReconstructParams &params = {}, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        ReconstructReport report;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_reconstructor_surface(get(), &params, watcher.get(), &mesh, &report, nullptr));
+        return Result{Mesh(mesh), report};
+    }
+
+private:
+    static srf_reconstructor *make(const Cloud &cloud)
+    {
+        srf_reconstructor *reconstructor = nullptr;
+        check(srf_reconstructor_create(cloud.get(), nullptr, &reconstructor));
+        return reconstructor;
     }
 };
 

@@ -28,8 +28,22 @@ fn compare(name: &str, generated: &str) {
 
 /// The files of the C library that make the header, in the order they have there.
 const CHAPTERS: &[&str] = &[
-    "version", "status", "settings", "progress", "array", "pose", "image", "cloud", "mesh", "files", "write", "merge",
-    "sculpt", "scan", "measure",
+    "version",
+    "status",
+    "settings",
+    "progress",
+    "array",
+    "pose",
+    "image",
+    "cloud",
+    "mesh",
+    "files",
+    "write",
+    "merge",
+    "sculpt",
+    "reconstruct",
+    "scan",
+    "measure",
 ];
 
 #[test]

@@ -383,6 +383,64 @@ fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
 }
 
 #[test]
+fn a_surface_through_scattered_points() {
+    let api = api();
+    let golden = std::f64::consts::PI * (5.0_f64.sqrt() - 1.0);
+    let mut points: Vec<[f64; 3]> = (0..400)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 400.0;
+            let (ring, angle) = ((1.0 - z * z).sqrt(), golden * f64::from(i));
+            [ring * angle.cos(), ring * angle.sin(), z]
+        })
+        .collect();
+    points.extend([points[7], [0.0, 0.0, 3.0]]);
+    let (mut cloud, mut reconstructor, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL);
+    let (mut params, mut report) = (ReconstructParams::ZERO, ReconstructReport::ZERO);
+    let mut dropped = vec![9_u8; points.len()];
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let (positions, none) = (Array::of(&points, F64, 3), std::ptr::null());
+        api.ok((api.srf_cloud_create)(&positions, none, none, none, null, &mut cloud));
+        let two = Array::of(&points[..2], F64, 3);
+        let answer = (api.srf_reconstructor_create)(cloud, &two, &mut reconstructor);
+        api.refused(answer, INPUT, "2 sensor origins for 402 points");
+        api.ok((api.srf_reconstructor_create)(cloud, none, &mut reconstructor));
+        api.ok((api.srf_cloud_free)(cloud));
+        api.ok((api.srf_reconstruct_params_init)(&mut params));
+        api.ok((api.srf_reconstruct_report_init)(&mut report));
+        let mut surface = |params: &ReconstructParams| {
+            let (watch, dropped) = (std::ptr::null(), dropped.as_mut_ptr());
+            api.ok((api.srf_reconstructor_surface)(reconstructor, params, watch, &mut mesh, &mut report, dropped));
+            let bytes = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            bytes
+        };
+        let first = surface(&params);
+        params.set_f64(0, 2.0);
+        params.numbers[2] = 2;
+        surface(&params);
+        params.set_f64(0, 1.0);
+        params.numbers[2] = 1;
+        assert!(surface(&params) == first, "depends on the surface before");
+        // Closed; 402 points, 400 of them used, one a copy, one outside.
+        assert_eq!((report.second, &report.numbers[..6]), (1, &[402, 400, 0, 1, 0, 1][..]), "{report:?}");
+        assert!(dropped[..400].iter().all(|&reason| reason == 0) && dropped[400..] == [2, 4], "{:?}", &dropped[400..]);
+        params.numbers[3] = 7;
+        let (watch, out) = (std::ptr::null(), std::ptr::null_mut());
+        let answer =
+            (api.srf_reconstructor_surface)(reconstructor, &params, watch, &mut mesh, std::ptr::null_mut(), out);
+        api.refused(answer, PARAMETER, "closure must be SRF_CLOSED_OR_OPEN (1), SRF_CLOSED (2) or SRF_OPEN (3), got 7");
+        params.numbers[3] = 1;
+        params.set_f64(0, 0.5);
+        let answer =
+            (api.srf_reconstructor_surface)(reconstructor, &params, watch, &mut mesh, std::ptr::null_mut(), out);
+        api.refused(answer, PARAMETER, "factor must be >= 1 and <= 2, got 0.5");
+        api.ok((api.srf_reconstructor_free)(reconstructor));
+    }
+}
+
+#[test]
 fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
     use glam::{DAffine3, DVec3};
     let mesh = octahedron();
@@ -745,7 +803,7 @@ fn the_log_hears_of_gaps() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 14] = [
+    let all: [fn(); 15] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -756,6 +814,7 @@ fn every_call_from_eight_threads_at_once() {
         a_cloud_from_arrays,
         images_from_arrays,
         an_image_is_sculpted_to_one_tolerance_after_the_other,
+        a_surface_through_scattered_points,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
         options_say_what_files_do_not,

@@ -118,6 +118,8 @@ pub type ScanParams = Sized<10>;
 pub type SculptParams = Sized<5>;
 pub type ReadOptions = Sized<12>;
 pub type Certificate = Sized<11>;
+pub type ReconstructParams = Sized<4>;
+pub type ReconstructReport = Sized<13>;
 pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
 
@@ -309,6 +311,11 @@ functions! {
     srf_sculptor_free(sculptor: Handle) -> i32;
     srf_sculptor_refine(sculptor: Handle, tolerance: f64, progress: *const Watch, mesh: *mut Handle, certificate: *mut Certificate) -> i32;
     srf_sculptor_at_most(sculptor: Handle, max_triangles: usize, progress: *const Watch, mesh: *mut Handle, certificate: *mut Certificate) -> i32;
+    srf_reconstruct_params_init(params: *mut ReconstructParams) -> i32;
+    srf_reconstruct_report_init(report: *mut ReconstructReport) -> i32;
+    srf_reconstructor_create(cloud: Handle, sensors: *const Array, out: *mut Handle) -> i32;
+    srf_reconstructor_free(reconstructor: Handle) -> i32;
+    srf_reconstructor_surface(reconstructor: Handle, params: *const ReconstructParams, progress: *const Watch, mesh: *mut Handle, report: *mut ReconstructReport, dropped: *mut u8) -> i32;
     srf_scan_params_init(params: *mut ScanParams) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
 }

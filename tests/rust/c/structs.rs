@@ -97,15 +97,17 @@ fn default(operation: &str, name: &str) -> f64 {
 fn defaults_are_those_of_the_table() {
     let api = api();
     let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
-    let mut open = ReadOptions::ZERO;
+    let (mut open, mut reconstruct) = (ReadOptions::ZERO, ReconstructParams::ZERO);
     // SAFETY: as the header wants it.
     unsafe {
         api.ok((api.srf_merge_params_init)(&mut merge));
         api.ok((api.srf_scan_params_init)(&mut scan));
         api.ok((api.srf_sculpt_params_init)(&mut sculpt));
         api.ok((api.srf_read_options_init)(&mut open));
+        api.ok((api.srf_reconstruct_params_init)(&mut reconstruct));
     }
     assert_eq!(open.size as usize, size_of::<ReadOptions>());
+    assert_eq!(reconstruct.size as usize, size_of::<ReconstructParams>());
     let triangulate = defaults();
     let sizes = [merge.size, scan.size, sculpt.size, triangulate.size].map(|size| size as usize);
     let expected =
@@ -132,9 +134,11 @@ fn defaults_are_those_of_the_table() {
     same("sculpt", &["tolerance", "relative_tolerance"], &|i| sculpt.f64(i));
     same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
     same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
+    same("reconstruct", &["factor"], &|_| reconstruct.f64(0));
+    same("reconstruct", &["threads"], &|_| f64::from(reconstruct.second));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
     assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "sculpt", "scan", "open"];
+    let known = ["triangulate", "merge", "sculpt", "reconstruct", "scan", "open"];
     let there = params::table().filter(|p| known.contains(&p.operation) && p.name != "backfaces").count();
     assert_eq!(named, there, "a parameter of the table is missing here");
 }

@@ -1,0 +1,326 @@
+//! Making a surface through scattered points.
+
+use std::sync::{Arc, Mutex, TryLockError};
+
+use surfrecon::PointCloud;
+use surfrecon::scattered::{Closure, Reason, ReconstructParams, Reconstructed, Reconstructor, Threshold, Topology};
+
+use crate::array::{Borrowed, srf_array};
+use crate::cloud::srf_cloud;
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::mesh::srf_mesh;
+use crate::progress::{srf_progress, watched};
+use crate::settings::threads;
+use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{pointer, sized};
+
+/// Scattered points from which surfaces are made with one set of parameters after the other. Released with
+/// srf_reconstructor_free().
+#[allow(non_camel_case_types)]
+pub struct srf_reconstructor {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_reconstructor, Mutex<Reconstructor<Arc<PointCloud>>>);
+
+/// What the perimeter of a facet is compared with.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_threshold {
+    /// The spacing of the points around it: sparse parts may have large facets.
+    SRF_LOCAL = 1,
+    /// The mean over the whole surface.
+    SRF_GLOBAL = 2,
+}
+
+/// What a surface may be.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_topology {
+    /// No edge and no vertex that isn't manifold.
+    SRF_MANIFOLD = 1,
+    /// Carved by the threshold alone: closed, but not manifold where parts touch, and without the points carved away.
+    SRF_FREE = 2,
+}
+
+/// Whether the points are of a closed surface; only with SRF_MANIFOLD.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_closure {
+    /// Closed if a closed surface goes through more than half of the points, else open.
+    SRF_CLOSED_OR_OPEN = 1,
+    /// Closed: gaps in the sampling are spanned by large facets.
+    SRF_CLOSED = 2,
+    /// Facets above the threshold are left out, so that gaps stay open.
+    SRF_OPEN = 3,
+}
+
+/// Why a point is not on a surface.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_dropped {
+    /// It is on it.
+    SRF_USED = 0,
+    /// A coordinate isn't a finite number.
+    SRF_NOT_FINITE = 1,
+    /// At the same place as a point before it.
+    SRF_DUPLICATE = 2,
+    /// Inside the closed surface, out of its reach.
+    SRF_INSIDE = 3,
+    /// Outside the surface: too far away for the threshold, or carved away.
+    SRF_OUTSIDE = 4,
+}
+
+/// How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_reconstruct_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+    pub threads: u32,
+    /// Makes the threshold on the perimeters of facets larger, >= 1 and <= 2: closes more gaps, keeps more stray points.
+    /// Default 1.
+    pub factor: f64,
+    /// A value of srf_threshold. Default SRF_LOCAL.
+    pub threshold: u64,
+    /// A value of srf_topology. Default SRF_MANIFOLD.
+    pub topology: u64,
+    /// A value of srf_closure. Default SRF_CLOSED_OR_OPEN.
+    pub closure: u64,
+}
+
+impl srf_reconstruct_params {
+    fn defaults() -> Self {
+        let core = ReconstructParams::default();
+        srf_reconstruct_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: core.threads as u32,
+            factor: core.factor,
+            threshold: match core.threshold {
+                Threshold::Local => srf_threshold::SRF_LOCAL,
+                Threshold::Global => srf_threshold::SRF_GLOBAL,
+            } as u64,
+            topology: match core.topology {
+                Topology::Manifold => srf_topology::SRF_MANIFOLD,
+                Topology::Free => srf_topology::SRF_FREE,
+            } as u64,
+            closure: match core.closure {
+                Closure::Auto => srf_closure::SRF_CLOSED_OR_OPEN,
+                Closure::Closed => srf_closure::SRF_CLOSED,
+                Closure::Open => srf_closure::SRF_OPEN,
+            } as u64,
+        }
+    }
+
+    fn to_core(self) -> Result<ReconstructParams, Failure> {
+        let unknown = |text: &str, got: u64| Err(Failure::new(SRF_ERR_PARAMETER, format!("{text}, got {got}")));
+        Ok(ReconstructParams {
+            factor: self.factor,
+            threads: threads(self.threads),
+            threshold: match self.threshold {
+                t if t == srf_threshold::SRF_LOCAL as u64 => Threshold::Local,
+                t if t == srf_threshold::SRF_GLOBAL as u64 => Threshold::Global,
+                other => return unknown("threshold must be SRF_LOCAL (1) or SRF_GLOBAL (2)", other),
+            },
+            topology: match self.topology {
+                t if t == srf_topology::SRF_MANIFOLD as u64 => Topology::Manifold,
+                t if t == srf_topology::SRF_FREE as u64 => Topology::Free,
+                other => return unknown("topology must be SRF_MANIFOLD (1) or SRF_FREE (2)", other),
+            },
+            closure: match self.closure {
+                c if c == srf_closure::SRF_CLOSED_OR_OPEN as u64 => Closure::Auto,
+                c if c == srf_closure::SRF_CLOSED as u64 => Closure::Closed,
+                c if c == srf_closure::SRF_OPEN as u64 => Closure::Open,
+                other => {
+                    return unknown("closure must be SRF_CLOSED_OR_OPEN (1), SRF_CLOSED (2) or SRF_OPEN (3)", other);
+                }
+            },
+        })
+    }
+}
+
+/// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_reconstruct_report {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 1 if the surface was taken as closed, else 0.
+    pub is_closed: u32,
+    /// Points given.
+    pub points: u64,
+    /// Points on the surface.
+    pub used: u64,
+    /// Points dropped since a coordinate isn't finite.
+    pub not_finite: u64,
+    /// Points dropped since they are at the same place as a point before them.
+    pub duplicates: u64,
+    /// Points dropped inside of the surface.
+    pub inside: u64,
+    /// Points dropped outside of the surface.
+    pub outside: u64,
+    /// Delaunay tetrahedra.
+    pub tetrahedra: u64,
+    /// The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
+    pub threshold: f64,
+    /// Times the mean perimeter was taken, with SRF_FREE.
+    pub rounds: u64,
+    /// Tetrahedra that changed sides to make the surface manifold.
+    pub repaired: u64,
+    /// Points brought onto the surface afterwards.
+    pub gathered: u64,
+    /// Facets left out: those over gaps, and those that kept the surface from being manifold.
+    pub cut_facets: u64,
+    /// Parts turned over by normals, sensors or direction.
+    pub turned_parts: u64,
+}
+
+impl From<&Reconstructed> for srf_reconstruct_report {
+    fn from(made: &Reconstructed) -> Self {
+        let report = &made.report;
+        let dropped = |reason| report.dropped_for(reason) as u64;
+        srf_reconstruct_report {
+            struct_size: size_of::<Self>() as u32,
+            is_closed: report.closed.into(),
+            points: report.points as u64,
+            used: report.used as u64,
+            not_finite: dropped(Reason::NotFinite),
+            duplicates: dropped(Reason::Duplicate),
+            inside: dropped(Reason::Inside),
+            outside: dropped(Reason::Outside),
+            tetrahedra: report.tetrahedra as u64,
+            threshold: report.threshold,
+            rounds: report.rounds as u64,
+            repaired: report.repaired[0] as u64,
+            gathered: report.repaired[1] as u64,
+            cut_facets: report.cut_facets as u64,
+            turned_parts: report.turned_parts as u64,
+        }
+    }
+}
+
+/// Sets the defaults.
+/// params     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_reconstruct_params_init(params: *mut srf_reconstruct_params) -> srf_status {
+    guard(|| sized::init("params", params, srf_reconstruct_params::defaults()))
+}
+
+/// Prepares a struct for srf_reconstructor_surface().
+/// report     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_reconstruct_report_init(report: *mut srf_reconstruct_report) -> srf_status {
+    let size = size_of::<srf_reconstruct_report>() as u32;
+    guard(|| sized::init("report", report, srf_reconstruct_report { struct_size: size, ..Default::default() }))
+}
+
+/// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
+/// surface.
+/// cloud              not NULL; its normals, if it has any, say which side of the surface is seen
+/// sensors            3 SRF_F64 or SRF_F32 a place, one place or one a point: where the points were seen from, in the cloud's
+///                    frame; go before the normals. NULL for none. With neither, closed surfaces are turned outwards, open
+///                    ones up
+/// out_reconstructor  receives a new handle on SRF_OK only; not NULL
+/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_reconstructor_create(
+    cloud: *const srf_cloud,
+    sensors: *const srf_array,
+    out_reconstructor: *mut *mut srf_reconstructor,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_reconstructor", out_reconstructor)?;
+        let mut reconstructor = Reconstructor::new(handle::get("cloud", cloud)?)?;
+        if let Some(sensors) = Borrowed::optional("sensors", sensors, 3)? {
+            reconstructor.seen_from(sensors.points()?)?;
+        }
+        handle::give("out_reconstructor", out_reconstructor, Mutex::new(reconstructor))
+    })
+}
+
+/// Releases a reconstructor.
+/// reconstructor  NULL does nothing
+/// returns        SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_reconstructor_free(reconstructor: *mut srf_reconstructor) -> srf_status {
+    guard(|| handle::free("reconstructor", reconstructor))
+}
+
+/// Makes a surface through the points: the first in O(n log n) in practice, others in a fraction of that; it does not depend
+/// on those. In the cloud's frame; its vertices are the used points in their order. Vertex attributes: source_point, and colour,
+/// intensity, normal_x, normal_y, normal_z where the cloud has them.
+/// reconstructor  not NULL; used by one call at a time, others are refused
+/// params         NULL for the defaults
+/// progress       NULL for none
+/// out_mesh       receives a new handle on SRF_OK only; not NULL
+/// out_report     initialized by srf_reconstruct_report_init(); NULL if not wanted
+/// out_dropped    room for a byte a point, values of srf_dropped; NULL if not wanted
+/// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED,
+///                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_reconstructor_surface(
+    reconstructor: *const srf_reconstructor,
+    params: *const srf_reconstruct_params,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_reconstruct_report,
+    out_dropped: *mut u8,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_mesh", out_mesh)?;
+        if !out_report.is_null() {
+            sized::writable("out_report", out_report)?;
+        }
+        let params = sized::read("params", params, srf_reconstruct_params::defaults())?.to_core()?;
+        let shared = handle::get("reconstructor", reconstructor)?;
+        let made = surface(&shared, &params, progress)?;
+        if !out_report.is_null() {
+            sized::write("out_report", out_report, (&made).into())?;
+        }
+        if !out_dropped.is_null() {
+            pointer::copy_out("out_dropped", out_dropped, &reasons(&made))?;
+        }
+        handle::give("out_mesh", out_mesh, made.mesh.into())
+    })
+}
+
+fn surface(
+    shared: &Mutex<Reconstructor<Arc<PointCloud>>>,
+    params: &ReconstructParams,
+    progress: *const srf_progress,
+) -> Result<Reconstructed, Failure> {
+    // Waiting here could wait for ever: for this very thread, from its progress callback.
+    let mut reconstructor = match shared.try_lock() {
+        Ok(reconstructor) => reconstructor,
+        Err(TryLockError::Poisoned(left)) => left.into_inner(),
+        Err(TryLockError::WouldBlock) => {
+            let text = "reconstructor is making another surface: wait for it, or create two";
+            return Err(Failure::new(SRF_ERR_INPUT, text.to_owned()));
+        }
+    };
+    Ok(reconstructor.surface(params, &watched(progress))?)
+}
+
+/// Of each point, why it is not on the surface.
+fn reasons(made: &Reconstructed) -> Vec<u8> {
+    let mut reasons = vec![srf_dropped::SRF_USED as u8; made.report.points];
+    for dropped in &made.report.dropped {
+        reasons[dropped.point as usize] = match dropped.reason {
+            Reason::NotFinite => srf_dropped::SRF_NOT_FINITE,
+            Reason::Duplicate => srf_dropped::SRF_DUPLICATE,
+            Reason::Inside => srf_dropped::SRF_INSIDE,
+            Reason::Outside => srf_dropped::SRF_OUTSIDE,
+        } as u8;
+    }
+    reasons
+}
