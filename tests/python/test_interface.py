@@ -92,6 +92,12 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
     quads = [p.name for p in surfrecon.parameters("quads")]
     assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}
+    reconstruct = {p.name for p in surfrecon.parameters("reconstruct")} | {"threshold", "topology", "closure"}
+    cloud = {"normals", "colour", "sensors"}
+    assert set(keyword_options(surfrecon.reconstruct)) == reconstruct | cloud | {"progress"}
+    assert set(keyword_options(surfrecon.Reconstructor)) == cloud
+    assert set(keyword_options(surfrecon.Reconstructor.surface)) == reconstruct | {"progress"}
+    assert set(keyword_options(surfrecon.Job.surface)) == reconstruct
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
     for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):

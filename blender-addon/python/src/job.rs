@@ -19,6 +19,7 @@ use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
+use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::sculpt::{RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
@@ -27,13 +28,15 @@ enum Made {
     Distances(Vec<f64>),
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
+    Reconstructed(Box<surfrecon::scattered::Reconstructed>),
 }
 
 type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads`` or ``Job.distances``. Dropping a running job cancels it.
+/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface`` or ``Job.distances``. Dropping a running
+/// job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -122,6 +125,25 @@ impl Job {
         Job::start(move |progress| Ok(Made::Quads(Box::new(call.run(progress)?))))
     }
 
+    /// Starts ``reconstructor.surface`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``surface``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (reconstructor, *, threshold = None, topology = None, closure = None, factor = None,
+        threads = None))]
+    fn surface(
+        reconstructor: &Reconstructor,
+        threshold: Option<&str>,
+        topology: Option<&str>,
+        closure: Option<&str>,
+        factor: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let call = SurfaceCall::new(reconstructor, threshold, topology, closure, factor, threads)?;
+        Job::start(move |progress| Ok(Made::Reconstructed(Box::new(call.run(progress)?))))
+    }
+
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
         let tick = self.progress.tick();
@@ -154,6 +176,7 @@ impl Job {
         };
         match py.detach(|| thread.join()) {
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
+            Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),
             Ok(Ok(Ok(Made::Sculpted(made)))) => {
                 let (core, [rows, cols]) = *made;

@@ -12,6 +12,7 @@
 //! | `sculpt` | a range image to few triangles |
 //! | `cluster` | a dense mesh to well-shaped triangles |
 //! | `quads` | a range image to a grid of quads |
+//! | `reconstruct` | scattered points to a surface |
 //! | `measure` | distances |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
@@ -28,6 +29,7 @@ mod point_cloud;
 mod progress;
 mod quads;
 mod range_image;
+mod reconstruct;
 mod scan;
 mod scans;
 mod sculpt;
@@ -56,6 +58,8 @@ mod _native {
     use crate::quads::{QuadGrid, Spline, adaptive_quads};
     #[pymodule_export]
     use crate::range_image::RangeImage;
+    #[pymodule_export]
+    use crate::reconstruct::{Reconstructed, Reconstructor, reconstruct};
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]

@@ -17,6 +17,9 @@ Attributes: TypeAlias = dict[str, NDArray[Any]]
 Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
 Progress: TypeAlias = Callable[[str, float], bool | None]
 Content: TypeAlias = RangeImage | Mesh | PointCloud
+Threshold: TypeAlias = Literal["local", "global"]
+Topology: TypeAlias = Literal["manifold", "free"]
+Closure: TypeAlias = Literal["auto", "closed", "open"]
 
 @final
 class Parameter:
@@ -226,6 +229,16 @@ class Job:
     @staticmethod
     def refine(
         sculptor: Sculptor, *, tolerance: float | None = None, relative_tolerance: float | None = None
+    ) -> Job: ...
+    @staticmethod
+    def surface(
+        reconstructor: Reconstructor,
+        *,
+        threshold: Threshold | None = None,
+        topology: Topology | None = None,
+        closure: Closure | None = None,
+        factor: float | None = None,
+        threads: int | None = None,
     ) -> Job: ...
     @staticmethod
     def distances(points: ArrayLike, mesh: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
@@ -440,6 +453,50 @@ def sculpt(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Sculpted: ...
+
+@final
+class Reconstructed:
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def dropped(self) -> dict[str, NDArray[np.uint32]]: ...
+    @property
+    def report(self) -> dict[str, Any]: ...
+
+@final
+class Reconstructor:
+    def __new__(
+        cls,
+        points: PointCloud | ArrayLike,
+        *,
+        normals: ArrayLike | None = None,
+        colour: ArrayLike | None = None,
+        sensors: ArrayLike | None = None,
+    ) -> Reconstructor: ...
+    def surface(
+        self,
+        *,
+        threshold: Threshold | None = None,
+        topology: Topology | None = None,
+        closure: Closure | None = None,
+        factor: float | None = None,
+        threads: int | None = None,
+        progress: Progress | None = None,
+    ) -> Reconstructed: ...
+
+def reconstruct(
+    points: PointCloud | ArrayLike,
+    *,
+    normals: ArrayLike | None = None,
+    colour: ArrayLike | None = None,
+    sensors: ArrayLike | None = None,
+    threshold: Threshold | None = None,
+    topology: Topology | None = None,
+    closure: Closure | None = None,
+    factor: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Reconstructed: ...
 def sculpture(*, cell: float | None = None, threads: int | None = None) -> Mesh: ...
 def turntable(
     mesh: Mesh,

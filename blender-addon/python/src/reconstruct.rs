@@ -1,0 +1,296 @@
+//! Scattered points -> surface.
+
+use std::sync::{Arc, Mutex, TryLockError};
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::scattered::{
+    Closure, Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor, Threshold, Topology,
+};
+use surfrecon::{Error, PointCloud as CoreCloud, Progress};
+
+use crate::arrays;
+use crate::errors::{input_error, to_python};
+use crate::mesh::Mesh;
+use crate::params::{count_of, value_of};
+use crate::point_cloud::PointCloud;
+use crate::progress::Watch;
+
+type Shared = Arc<Mutex<CoreReconstructor<Arc<CoreCloud>>>>;
+
+/// Makes a surface through scattered points, over their Delaunay tetrahedralization.
+///
+/// Args:
+///     points: a ``PointCloud``, or (n, 3) real numbers. Points that aren't finite, and exact copies, are dropped.
+///     normals: (n, 3), towards the side of the surface from which it is seen; zero where unknown. Default: the cloud's.
+///     colour: (n, 3) or (n, 4), bytes or floats from 0 to 1, for the mesh. Default: the cloud's.
+///     sensors: (3,) or (n, 3): where the points were seen from. The surface is turned towards it, whatever the normals.
+///         Without normals and sensors closed surfaces are turned outwards, open ones up.
+///     threshold: ``"local"`` measures facets by the spacing of the points around them, ``"global"`` by the mean of all.
+///     topology: ``"manifold"``, or ``"free"`` for the carving of the paper, which loses points and may pinch.
+///     closure: ``"closed"`` spans gaps in the sampling, ``"open"`` leaves out facets above the threshold, ``"auto"`` asks
+///         whether a closed surface goes through more than half of the points.
+///     factor: makes the threshold on the perimeters of facets larger, 1 to 2.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Options that are ``None`` take the library's default, see ``parameters("reconstruct")``.
+///
+/// Returns:
+///     A ``Reconstructed`` with the mesh, in the frame of the points, and which points are not on it.
+///
+/// Raises:
+///     ParameterError: an option out of its range; the text names value, range and unit.
+///     InputError: fewer than four different points, points in one plane, arrays of another length.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, threshold = None, topology = None,
+    closure = None, factor = None, threads = None, progress = None))]
+#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+pub fn reconstruct(
+    py: Python<'_>,
+    points: &Bound<'_, PyAny>,
+    normals: Option<&Bound<'_, PyAny>>,
+    colour: Option<&Bound<'_, PyAny>>,
+    sensors: Option<&Bound<'_, PyAny>>,
+    threshold: Option<&str>,
+    topology: Option<&str>,
+    closure: Option<&str>,
+    factor: Option<f64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Reconstructed> {
+    let params = params(threshold, topology, closure, factor, threads)?;
+    let reconstructor = prepared(points, normals, colour, sensors)?;
+    let made = Watch::new(progress).run(py, |progress| reconstructor.into_surface(&params, progress))?;
+    Reconstructed::new(py, made)
+}
+
+/// Scattered points from which surfaces are made: the first takes as long as ``reconstruct``, others, with other options, a
+/// fraction of it, since the tetrahedralization is kept. A surface does not depend on those before.
+///
+/// Args:
+///     points, normals, colour, sensors: as for ``reconstruct``; changing the arrays later changes nothing here.
+///
+/// Raises:
+///     InputError: arrays of another length than the points.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Reconstructor {
+    reconstructor: Shared,
+    points: usize,
+}
+
+#[pymethods]
+impl Reconstructor {
+    #[new]
+    #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None))]
+    fn new(
+        points: &Bound<'_, PyAny>,
+        normals: Option<&Bound<'_, PyAny>>,
+        colour: Option<&Bound<'_, PyAny>>,
+        sensors: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let reconstructor = prepared(points, normals, colour, sensors)?;
+        let points = reconstructor.cloud().positions.len();
+        Ok(Reconstructor { reconstructor: Arc::new(Mutex::new(reconstructor)), points })
+    }
+
+    /// Makes a surface; options, result and errors as of ``reconstruct``.
+    ///
+    /// Raises:
+    ///     InputError: also while it makes another surface, on another thread.
+    #[pyo3(signature = (*, threshold = None, topology = None, closure = None, factor = None, threads = None,
+        progress = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn surface(
+        &self,
+        py: Python<'_>,
+        threshold: Option<&str>,
+        topology: Option<&str>,
+        closure: Option<&str>,
+        factor: Option<f64>,
+        threads: Option<i64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Reconstructed> {
+        let call = SurfaceCall::new(self, threshold, topology, closure, factor, threads)?;
+        Reconstructed::new(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Reconstructor of {} points>", self.points)
+    }
+}
+
+/// A surface to be made, free of Python.
+pub struct SurfaceCall {
+    reconstructor: Shared,
+    params: ReconstructParams,
+}
+
+impl SurfaceCall {
+    /// Checks and takes the arguments of Python's `Reconstructor.surface`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `InputError`.
+    pub fn new(
+        reconstructor: &Reconstructor,
+        threshold: Option<&str>,
+        topology: Option<&str>,
+        closure: Option<&str>,
+        factor: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let params = params(threshold, topology, closure, factor, threads)?;
+        Ok(SurfaceCall { reconstructor: reconstructor.reconstructor.clone(), params })
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// See [`CoreReconstructor::surface`]; [`Error::Input`] while another surface is being made.
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
+        // Waiting here could wait for ever: for this very thread, from a progress callback.
+        let mut reconstructor = match self.reconstructor.try_lock() {
+            Ok(reconstructor) => reconstructor,
+            Err(TryLockError::Poisoned(left)) => left.into_inner(),
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::input("the reconstructor is making another surface: wait for it, or make two"));
+            }
+        };
+        reconstructor.surface(&self.params, progress)
+    }
+}
+
+fn params(
+    threshold: Option<&str>,
+    topology: Option<&str>,
+    closure: Option<&str>,
+    factor: Option<f64>,
+    threads: Option<i64>,
+) -> PyResult<ReconstructParams> {
+    let default = ReconstructParams::default();
+    let thresholds = [("local", Threshold::Local), ("global", Threshold::Global)];
+    let topologies = [("manifold", Topology::Manifold), ("free", Topology::Free)];
+    let closures = [("auto", Closure::Auto), ("closed", Closure::Closed), ("open", Closure::Open)];
+    Ok(ReconstructParams {
+        threshold: one_of("threshold", threshold, &thresholds, default.threshold)?,
+        topology: one_of("topology", topology, &topologies, default.topology)?,
+        closure: one_of("closure", closure, &closures, default.closure)?,
+        factor: value_of("reconstruct", "factor", factor)?.expect("has a plain default"),
+        threads: count_of("reconstruct", "threads", threads)?,
+    })
+}
+
+fn one_of<T: Copy>(name: &str, given: Option<&str>, allowed: &[(&str, T)], default: T) -> PyResult<T> {
+    let Some(given) = given else { return Ok(default) };
+    match allowed.iter().find(|choice| choice.0 == given) {
+        Some(choice) => Ok(choice.1),
+        None => {
+            let names: Vec<String> = allowed.iter().map(|choice| format!("\"{}\"", choice.0)).collect();
+            Err(input_error(format!("{name} must be one of {}, got \"{given}\"", names.join(", "))))
+        }
+    }
+}
+
+/// The points with what is given about them.
+fn prepared(
+    points: &Bound<'_, PyAny>,
+    normals: Option<&Bound<'_, PyAny>>,
+    colour: Option<&Bound<'_, PyAny>>,
+    sensors: Option<&Bound<'_, PyAny>>,
+) -> PyResult<CoreReconstructor<Arc<CoreCloud>>> {
+    let mut cloud = match points.cast::<PointCloud>() {
+        Ok(cloud) => cloud.get().cloud.clone(),
+        Err(_) => {
+            let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
+            Arc::new(CoreCloud { positions: arrays::vectors(&coordinates), ..CoreCloud::default() })
+        }
+    };
+    if let Some(normals) = normals {
+        let (normals, _) = arrays::floats32(normals, "normals", &[None, Some(3)])?;
+        Arc::make_mut(&mut cloud).normals = Some(normals.as_chunks().0.to_vec());
+    }
+    if let Some(colour) = colour {
+        Arc::make_mut(&mut cloud).colour = Some(arrays::colours(colour, "colour", &[None])?);
+    }
+    let mut reconstructor = CoreReconstructor::new(cloud).map_err(|e| to_python(&e))?;
+    if let Some(sensors) = sensors {
+        let sensors = match arrays::vector(sensors, "sensors") {
+            Ok(sensor) => vec![sensor],
+            Err(_) => arrays::vectors(&arrays::floats(sensors, "sensors", &[None, Some(3)])?.0),
+        };
+        reconstructor.seen_from(sensors).map_err(|e| to_python(&e))?;
+    }
+    Ok(reconstructor)
+}
+
+/// A surface through scattered points.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Reconstructed {
+    /// The surface, in the frame of the points; its vertices are the used points in their order. Vertex attributes:
+    /// ``source_point`` (which point it is), and ``colour``, ``intensity``, ``normal_x``, ``normal_y``, ``normal_z`` where
+    /// the points have them.
+    #[pyo3(get)]
+    mesh: Py<Mesh>,
+    report: surfrecon::scattered::ReconstructReport,
+}
+
+impl Reconstructed {
+    pub fn new(py: Python<'_>, core: Core) -> PyResult<Self> {
+        Ok(Reconstructed { mesh: Py::new(py, Mesh::from(core.mesh))?, report: core.report })
+    }
+
+    fn dropped_for(&self, reason: Reason) -> Vec<u32> {
+        self.report.dropped.iter().filter(|dropped| dropped.reason == reason).map(|dropped| dropped.point).collect()
+    }
+}
+
+#[pymethods]
+impl Reconstructed {
+    /// The points that are not on the surface, by the reason, each (k,) uint32 ascending: ``not_finite``, ``duplicate`` (at
+    /// the same place as a point before it), ``inside`` and ``outside`` (out of the surface's reach).
+    #[getter]
+    fn dropped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, reason) in [
+            ("not_finite", Reason::NotFinite),
+            ("duplicate", Reason::Duplicate),
+            ("inside", Reason::Inside),
+            ("outside", Reason::Outside),
+        ] {
+            dict.set_item(name, numpy::PyArray1::from_vec(py, self.dropped_for(reason)))?;
+        }
+        Ok(dict)
+    }
+
+    /// Figures of the run by name: ``points``, ``used`` (of them), ``tetrahedra``, ``closed`` (whether the surface was
+    /// taken as closed), ``threshold`` (a perimeter with a global one, in mean spacings of a facet's points with a local
+    /// one), ``rounds`` (of the paper's carving), ``repaired`` (cells that changed sides to make it manifold, points brought
+    /// onto it afterwards), ``cut_facets`` (left out over gaps and for the manifold), ``turned_parts``, ``seconds`` by stage.
+    #[getter]
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let report = &self.report;
+        let dict = PyDict::new(py);
+        dict.set_item("points", report.points)?;
+        dict.set_item("used", report.used)?;
+        dict.set_item("tetrahedra", report.tetrahedra)?;
+        dict.set_item("closed", report.closed)?;
+        dict.set_item("threshold", report.threshold)?;
+        dict.set_item("rounds", report.rounds)?;
+        dict.set_item("repaired", (report.repaired[0], report.repaired[1]))?;
+        dict.set_item("cut_facets", report.cut_facets)?;
+        dict.set_item("turned_parts", report.turned_parts)?;
+        let seconds = PyDict::new(py);
+        for (stage, time) in &report.seconds {
+            seconds.set_item(stage, time)?;
+        }
+        dict.set_item("seconds", seconds)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        let triangles = self.mesh.get().mesh.triangles.len();
+        format!("<Reconstructed {triangles} triangles through {} of {} points>", self.report.used, self.report.points)
+    }
+}

@@ -1,0 +1,162 @@
+"""Surfaces from scattered points through Python."""
+
+import numpy as np
+import pytest
+import surfrecon
+
+
+def sphere(count, radius=1.0):
+    """Points on a sphere, evenly spread."""
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    ring, angle = np.sqrt(1 - z * z), np.pi * (5**0.5 - 1) * i
+    return radius * np.stack([ring * np.cos(angle), ring * np.sin(angle), z], 1)
+
+
+def volume(mesh):
+    """Positive where triangles are counter-clockwise seen from outside."""
+    a, b, c = np.moveaxis(mesh.positions[mesh.triangles], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def test_all_points_of_a_sphere_are_on_its_surface():
+    points = sphere(1000)
+    colour = np.arange(3000).reshape(-1, 3).astype(np.uint8)
+    result = surfrecon.reconstruct(points, colour=colour)
+    check = result.mesh.check()
+    assert check["is_closed"] and check["is_manifold"] and check["genus"] == 0
+    assert np.array_equal(result.mesh.positions, points) and len(result.mesh.triangles) == 2 * 1000 - 4
+    assert 4.1 < volume(result.mesh) < 4 / 3 * np.pi
+    assert np.array_equal(result.mesh.vertex_attributes["source_point"], np.arange(1000))
+    assert np.array_equal(result.mesh.vertex_attributes["colour"][:, :3], colour)
+    report = result.report
+    assert report["points"] == report["used"] == 1000 and report["closed"] and report["tetrahedra"] > 1000
+
+
+def test_what_is_dropped_is_named_with_its_reason():
+    points = np.concatenate([sphere(500), [[np.nan, 0, 0]], sphere(500)[7:8], [[0, 0, 2.0]]])
+    result = surfrecon.reconstruct(points)
+    dropped = {reason: which.tolist() for reason, which in result.dropped.items()}
+    assert dropped == {"not_finite": [500], "duplicate": [501], "inside": [], "outside": [502]}
+
+
+def test_another_factor_gives_what_a_call_of_its_own_gives():
+    points = sphere(2000)
+    gap = points[points[:, 2] < 0.9]
+    reconstructor = surfrecon.Reconstructor(gap)
+    first = reconstructor.surface(closure="open")
+    assert first.mesh.check()["boundary_loops"] == 1
+    assert reconstructor.surface().mesh.check()["is_closed"]
+    for factor in (1.0, 1.5, 2.0):
+        again = reconstructor.surface(closure="open", factor=factor)
+        alone = surfrecon.reconstruct(gap, closure="open", factor=factor)
+        assert np.array_equal(again.mesh.triangles, alone.mesh.triangles)
+    assert "tetrahedralize" in first.report["seconds"]
+
+
+def test_sensors_and_normals_turn_the_surface():
+    points = sphere(500)
+    assert volume(surfrecon.reconstruct(points, sensors=(0, 0, 0)).mesh) < 0
+    assert volume(surfrecon.reconstruct(points, sensors=2 * points).mesh) > 0
+    assert volume(surfrecon.reconstruct(points, normals=-points).mesh) < 0
+
+
+def test_an_open_surface_stays_open():
+    y, x = np.mgrid[:40, :40] / 10.0
+    points = np.stack([x, y, np.sin(x) * np.cos(y)], -1).reshape(-1, 3)
+    result = surfrecon.reconstruct(points)
+    check = result.mesh.check()
+    assert not result.report["closed"] and check["is_manifold"] and check["boundary_loops"] == 1
+
+
+def test_what_cannot_be_done_is_named():
+    points = sphere(100)
+    with pytest.raises(surfrecon.ParameterError, match="factor must be >= 1 and <= 2, got 3"):
+        surfrecon.reconstruct(points, factor=3.0)
+    with pytest.raises(surfrecon.InputError, match='topology must be one of "manifold", "free", got "fluid"'):
+        surfrecon.reconstruct(points, topology="fluid")
+    with pytest.raises(surfrecon.InputError, match="at least 4 different points"):
+        surfrecon.reconstruct(points[:3])
+    with pytest.raises(surfrecon.InputError, match="one plane"):
+        surfrecon.reconstruct(points * (1, 1, 0))
+    with pytest.raises(surfrecon.InputError, match="3 normals for 100 points"):
+        surfrecon.Reconstructor(points, normals=points[:3])
+    with pytest.raises(surfrecon.InputError, match="sensor"):
+        surfrecon.Reconstructor(points, sensors=points[:3])
+
+
+LINE = np.arange(20.0)[:, None] * (1.0, 2.0, 3.0)
+BAD = {
+    "empty": np.zeros((0, 3)),
+    "one": np.ones((1, 3)),
+    "two": sphere(2),
+    "three": sphere(3),
+    "collinear": LINE,
+    "coplanar": sphere(100) * (1, 1, 0),
+    "all equal": np.ones((1000, 3)),
+    "nothing finite": np.full((50, 3), np.nan),
+    "infinite": np.full((50, 3), np.inf),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("topology", ["manifold", "free"])
+def test_points_without_a_surface_are_refused_with_the_reason(name, topology):
+    with pytest.raises(surfrecon.InputError, match="at least 4 different points|one plane") as problem:
+        surfrecon.reconstruct(BAD[name], topology=topology)
+    if "4 different" in str(problem.value):
+        assert f"of {len(BAD[name])} given" in str(problem.value)
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-150, 1e150, 1e300])
+def test_any_scale_gives_the_same_surface(scale):
+    points = sphere(300)
+    same = surfrecon.reconstruct(points).mesh.triangles
+    assert len(same) == 2 * 300 - 4
+    made = surfrecon.reconstruct(points * scale)
+    assert len(made.mesh.triangles) == len(same) and made.mesh.check()["is_closed"]
+
+
+def test_copies_and_points_that_are_no_numbers_change_nothing():
+    points = sphere(400)
+    alone = surfrecon.reconstruct(points)
+    bad = [[np.nan, 0, 0], [np.inf, 0, 0], [0, -np.inf, 0]]
+    made = surfrecon.reconstruct(np.concatenate([*[points] * 5, bad]))
+    assert np.array_equal(made.mesh.positions, alone.mesh.positions)
+    assert np.array_equal(made.mesh.triangles, alone.mesh.triangles)
+    assert len(made.dropped["duplicate"]) == 1600 and made.dropped["not_finite"].tolist() == [2000, 2001, 2002]
+
+
+def test_one_point_at_the_end_of_the_world_spoils_nothing():
+    points = np.concatenate([sphere(400), [[1e300, 1e300, -1e300]]])
+    made = surfrecon.reconstruct(points)
+    assert made.dropped["outside"].tolist() == [400] and made.mesh.check()["is_closed"]
+
+
+def test_progress_reports_and_cancels():
+    points = np.random.default_rng(1).normal(size=(150_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.reconstruct(points, threads=1, progress=lambda stage, fraction: False)
+    job = surfrecon.Job.surface(surfrecon.Reconstructor(points), threads=1)
+    job.cancel()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+
+
+def test_a_busy_reconstructor_says_so():
+    points = np.random.default_rng(1).normal(size=(150_000, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    reconstructor = surfrecon.Reconstructor(points)
+    told = []
+
+    def again(stage, fraction):
+        try:
+            reconstructor.surface()
+        except surfrecon.InputError as problem:
+            told.append(str(problem))
+        return False
+
+    with pytest.raises(surfrecon.Cancelled):
+        reconstructor.surface(progress=again)
+    assert "another surface" in told[0]
