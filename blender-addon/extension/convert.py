@@ -201,6 +201,33 @@ def vertex_colours(mesh):
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
 
 
+def points_of_object(obj, depsgraph, in_world):
+    """(n, 3) float64: the points of a point cloud, or the vertices of what has any, with modifiers, in the world or in
+    the object's own frame; and their (n, 4) colours or `None`.
+
+    Raises `Refused` with a sentence about the object.
+    """
+    evaluated = obj.evaluated_get(depsgraph)
+    if obj.type == "POINTCLOUD":
+        flat = np.empty(3 * len(evaluated.data.points), np.float32)
+        evaluated.data.attributes["position"].data.foreach_get("vector", flat)
+        points, colour = flat.reshape(-1, 3), None
+    elif obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
+        with Placed(obj, depsgraph) as mesh:
+            if mesh is None:
+                raise Refused(f'"{obj.name}" has no vertices')
+            points, colour = positions(mesh), vertex_colours(mesh)
+    else:
+        raise Refused(f'"{obj.name}" has no points: deselect it')
+    if len(points) == 0:
+        raise Refused(f'"{obj.name}" has no vertices')
+    points = points.astype(np.float64)
+    if in_world:
+        matrix = np.array(evaluated.matrix_world, np.float64)
+        points = points @ matrix[:3, :3].T + matrix[:3, 3]
+    return points, colour
+
+
 def is_range_image(obj):
     """Whether the object says of itself that it is a range image."""
     return ROWS in obj and COLUMNS in obj

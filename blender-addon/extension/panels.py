@@ -8,6 +8,7 @@ from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE
 from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
+from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
 
 
@@ -41,6 +42,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
         layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
         layout.operator("surfrecon.merge", icon="MOD_REMESH")
         layout.operator("surfrecon.sculpt", icon="MOD_DECIM")
+        layout.operator("surfrecon.reconstruct", icon="OUTLINER_DATA_POINTCLOUD")
 
 
 class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
@@ -72,7 +74,7 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
 
 
 class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
-    """Figures of the merge or the sculpting that made the active object."""
+    """Figures of what made the active object."""
 
     bl_label = "Result"
     bl_parent_id = "SURFRECON_PT_merge"
@@ -80,15 +82,15 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
     @classmethod
     def poll(cls, context):
         """Only for results."""
-        return context.object is not None and (REPORT in context.object or SCULPTED in context.object)
+        return context.object is not None and any(name in context.object for name in LINES)
 
     def draw(self, context):
         """Two columns: what, how much."""
         split = self.layout.split(factor=0.5)
         names, values = split.column(), split.column()
         obj = context.object
-        lines = merge_lines(context, obj[REPORT]) if REPORT in obj else sculpt_lines(context, obj[SCULPTED])
-        for name, value in lines:
+        kind = next(name for name in LINES if name in obj)
+        for name, value in LINES[kind](context, obj[kind]):
             names.label(text=name)
             values.label(text=value)
 
@@ -142,6 +144,20 @@ def sculpt_lines(context, figures):
     yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
 
 
+def reconstruct_lines(context, figures):
+    """The figures of a surface through points as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Points", f"{figures['points']:,}"
+    yield "On the surface", f"{figures['used']:,}"
+    yield "Not finite, copies", f"{figures['not_finite']:,}, {figures['duplicate']:,}"
+    yield "Inside, outside", f"{figures['inside']:,}, {figures['outside']:,}"
+    yield "Taken as", "closed" if figures["closed"] else "open"
+    yield "Tetrahedra", f"{figures['tetrahedra']:,}"
+    # The seconds of a surface include those of its stages.
+    seconds = figures["seconds"]
+    yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
+
+
 def merge_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
     report = report.to_dict()
@@ -170,6 +186,9 @@ def length(context, value):
     if settings.system == "NONE":
         return f"{value:.4g}"
     return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
+
+
+LINES = {REPORT: merge_lines, SCULPTED: sculpt_lines, RECONSTRUCTED: reconstruct_lines}
 
 
 def menu_import(self, context):

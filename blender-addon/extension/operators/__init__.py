@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import error_map, export_scans, import_scans, merge, sculpt
+from . import error_map, export_scans, import_scans, merge, reconstruct, sculpt
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
@@ -11,6 +11,7 @@ CLASSES = (
     export_scans.SURFRECON_OT_export_scans,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
+    reconstruct.SURFRECON_OT_reconstruct,
     error_map.SURFRECON_OT_error_map,
 )
 
@@ -24,5 +25,6 @@ def register():
 def unregister():
     """Unregisters them."""
     sculpt.Kept.forget()
+    reconstruct.Kept.forget()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

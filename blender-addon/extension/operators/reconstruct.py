@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make a surface through the vertices or points of the selected objects."""
+
+import hashlib
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import BoolProperty, EnumProperty
+from mathutils import Matrix
+
+from .. import convert
+from ..job import JobOperator, Refused
+from ..properties import option
+from .merge import SCANS
+
+REPORT = "surfrecon_reconstruct"
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("reconstruct")}
+
+
+class Kept:
+    """The last reconstructor, by what it was made from: the redo panel's sliders carve anew the same tetrahedra."""
+
+    key = None
+    reconstructor = None
+
+    @classmethod
+    def get(cls, points, colour, sensor):
+        """The reconstructor of points (n, 3) with colours (n, 4) or `None`, and of the sensor's place or `None`."""
+        content = hashlib.sha256(np.ascontiguousarray(points).tobytes())
+        for values in (colour, sensor):
+            content.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
+        if content.digest() != cls.key:
+            cls.forget()
+            cls.reconstructor = surfrecon.Reconstructor(points, colour=colour, sensors=sensor)
+            cls.key = content.digest()
+        return cls.reconstructor
+
+    @classmethod
+    def forget(cls):
+        """Gives its memory back."""
+        cls.key = cls.reconstructor = None
+
+
+class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
+    """Make a surface through the vertices or points of the selected objects, whatever faces they have"""
+
+    bl_idname = "surfrecon.reconstruct"
+    bl_label = "Surface from Points"
+    bl_options = {"REGISTER", "UNDO"}
+
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
+        "threshold": EnumProperty(
+            name="Threshold",
+            description="What the size of a triangle is measured by",
+            items=[
+                ("local", "Local", "The spacing of the points around it: sparse parts may have large triangles"),
+                ("global", "Global", "The mean over the whole surface"),
+            ],
+        ),
+        "topology": EnumProperty(
+            name="Topology",
+            description="What the surface may be",
+            items=[
+                ("manifold", "Manifold", "Every edge has at most two triangles, every vertex one fan of them"),
+                ("free", "Free", "Carved by the threshold alone: parts may touch, and points are lost"),
+            ],
+        ),
+        "closure": EnumProperty(
+            name="Closure",
+            description="Whether the points are of a closed surface",
+            items=[
+                ("auto", "Auto", "Closed if a closed surface goes through more than half of the points, else open"),
+                ("closed", "Closed", "Gaps in the sampling are spanned by large triangles"),
+                ("open", "Open", "Triangles above the threshold are left out: gaps stay open"),
+            ],
+        ),
+        "toward_camera": BoolProperty(
+            name="Toward the camera",
+            description="Turn the surface to the camera. Otherwise closed surfaces are turned outwards, open ones up",
+            default=False,
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """There must be points."""
+        if not super().poll(context):
+            return False
+        if not context.selected_objects:
+            cls.poll_message_set("Select point clouds, or meshes whose vertices are points")
+            return False
+        return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("factor", "threshold", "topology"):
+            layout.prop(self, name)
+        row = layout.row()
+        row.active = self.topology == "manifold"
+        row.prop(self, "closure")
+        layout.prop(self, "toward_camera")
+
+    def start(self, context):
+        """Gathers the points; the reconstructor of the same points is used again."""
+        objects = context.selected_objects
+        depsgraph = context.evaluated_depsgraph_get()
+        # One object keeps its own frame, so that it can be moved with what is made of it; several meet in the world.
+        several = len(objects) > 1
+        parts, colours = zip(*(convert.points_of_object(obj, depsgraph, several) for obj in objects), strict=True)
+        self.pose = Matrix() if several else objects[0].matrix_world.copy()
+        self.names = [obj.name for obj in objects]
+        colour = None if any(c is None for c in colours) else np.concatenate(colours)
+        reconstructor = Kept.get(np.concatenate(parts), colour, self.camera(context))
+        return surfrecon.Job.surface(
+            reconstructor,
+            threshold=self.threshold,
+            topology=self.topology,
+            closure=self.closure,
+            factor=self.factor,
+            threads=self.threads,
+        )
+
+    def camera(self, context):
+        """The camera's place in the frame of the points, if the surface is to be turned to it."""
+        if not self.toward_camera:
+            return None
+        if context.scene.camera is None:
+            raise Refused("The scene has no camera to turn the surface to: add one")
+        if self.pose.determinant() == 0:
+            raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
+        return np.array(self.pose.inverted() @ context.scene.camera.matrix_world.translation, np.float64)
+
+    def finish(self, context, result):
+        """Puts the surface beside the points."""
+        mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
+        made = bpy.data.objects.new(mesh.name, mesh)
+        made.matrix_world = self.pose
+        made[REPORT] = convert.plain(result.report | {k: len(v) for k, v in result.dropped.items()})
+        made[SCANS] = "\n".join(self.names)
+        context.collection.objects.link(made)
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+        used, points = result.report["used"], result.report["points"]
+        self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points")

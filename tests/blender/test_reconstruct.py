@@ -1,0 +1,154 @@
+"""The operator that makes a surface through points: its result, the kept tetrahedralization, frames, messages."""
+
+from importlib import import_module
+
+import bpy
+import numpy as np
+import pytest
+import surfrecon
+
+
+def sphere(count):
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    ring, angle = np.sqrt(1 - z * z), np.pi * (5**0.5 - 1) * i
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], 1)
+
+
+def add_points(name, points, location=(0, 0, 0)):
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points.tolist(), [], [])
+    obj = bpy.data.objects.new(name, mesh)
+    obj.location = location
+    bpy.context.collection.objects.link(obj)
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    bpy.context.view_layer.update()
+    return obj
+
+
+def select(*objects):
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    for obj in objects:
+        obj.select_set(True)
+
+
+def check(obj):
+    positions = np.array([v.co[:] for v in obj.data.vertices])
+    return surfrecon.Mesh(positions, np.array([p.vertices[:] for p in obj.data.polygons])).check()
+
+
+@pytest.fixture
+def kept(extension):
+    found = import_module(f"{extension.__name__}.operators.reconstruct").Kept
+    found.forget()
+    return found
+
+
+def test_a_surface_goes_through_all_vertices():
+    points = add_points("points", sphere(500), (1, 2, 3))
+    assert bpy.ops.surfrecon.reconstruct() == {"FINISHED"}
+    made = bpy.context.object
+    assert made is not points and bpy.context.selected_objects == [made]
+    assert len(made.data.vertices) == 500 and check(made)["is_closed"] and not made.data.validate()
+    assert made.matrix_world == points.matrix_world
+    figures = made["surfrecon_reconstruct"].to_dict()
+    assert figures["used"] == figures["points"] == 500 and figures["outside"] == 0
+    assert [v.co[:] for v in made.data.vertices] == [v.co[:] for v in points.data.vertices]
+    # Outward.
+    assert sum(p.normal.dot(p.center) > 0 for p in made.data.polygons) == len(made.data.polygons)
+
+
+def test_another_factor_carves_the_same_tetrahedra(kept):
+    cut = sphere(2000)
+    points = add_points("points", cut[cut[:, 2] < 0.9])
+    bpy.ops.surfrecon.reconstruct(closure="open")
+    first = kept.reconstructor
+    assert check(bpy.context.object)["boundary_loops"] == 1
+    select(points)
+    bpy.ops.surfrecon.reconstruct(closure="closed", factor=1.5)
+    assert kept.reconstructor is first and check(bpy.context.object)["is_closed"]
+    points.data.vertices[5].co.z += 0.01
+    select(points)
+    bpy.ops.surfrecon.reconstruct()
+    assert kept.reconstructor is not first
+
+
+def test_several_objects_meet_in_the_world():
+    upper = sphere(600)
+    add_points("upper", upper[upper[:, 2] > 0] - (5, 0, 0), (5, 0, 0))
+    add_points("lower", upper[upper[:, 2] <= 0])
+    bpy.ops.surfrecon.reconstruct()
+    made = bpy.context.object
+    assert len(made.data.vertices) == 600 and check(made)["is_closed"]
+    assert np.allclose(made.matrix_world, np.eye(4))
+
+
+def test_toward_the_camera():
+    add_points("points", sphere(500))
+    with pytest.raises(RuntimeError, match="no camera"):
+        bpy.ops.surfrecon.reconstruct(toward_camera=True)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.collection.objects.link(camera)
+    bpy.context.scene.camera = camera
+    bpy.context.view_layer.update()
+    bpy.ops.surfrecon.reconstruct(toward_camera=True)
+    made = bpy.context.object
+    assert sum(p.normal.dot(p.center) < 0 for p in made.data.polygons) == len(made.data.polygons)
+
+
+def test_what_cannot_be_done_is_named():
+    add_points("few", sphere(3))
+    with pytest.raises(RuntimeError, match="at least 4 different points"):
+        bpy.ops.surfrecon.reconstruct()
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.collection.objects.link(camera)
+    select(camera)
+    with pytest.raises(RuntimeError, match='"Camera" has no points'):
+        bpy.ops.surfrecon.reconstruct()
+    select()
+    with pytest.raises(RuntimeError, match="Select point clouds"):
+        bpy.ops.surfrecon.reconstruct()
+    assert len(bpy.data.objects) == 2
+
+
+BAD = {
+    "two": sphere(2),
+    "collinear": np.arange(20.0)[:, None] * (1.0, 2.0, 3.0),
+    "coplanar": sphere(100) * (1, 1, 0),
+    "all equal": np.ones((100, 3)),
+    "nothing finite": np.full((50, 3), np.nan),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_points_without_a_surface_leave_the_scene_as_it_was(name):
+    points = add_points(name, BAD[name])
+    meshes = len(bpy.data.meshes)
+    with pytest.raises(RuntimeError, match="at least 4 different points|one plane"):
+        bpy.ops.surfrecon.reconstruct()
+    assert list(bpy.data.objects) == [points] and len(bpy.data.meshes) == meshes
+    assert points.select_get() and bpy.context.object is points
+
+
+def test_an_object_without_vertices_is_named():
+    add_points("nothing", np.zeros((0, 3)))
+    with pytest.raises(RuntimeError, match='"nothing" has no points|at least 4 different points'):
+        bpy.ops.surfrecon.reconstruct()
+
+
+def test_points_that_are_no_numbers_are_counted():
+    points = np.concatenate([sphere(300), [[np.nan, 0, 0], [np.inf, 0, 0], [3e38, 3e38, 3e38]], sphere(300)[:7]])
+    add_points("points", points)
+    bpy.ops.surfrecon.reconstruct()
+    figures = bpy.context.object["surfrecon_reconstruct"].to_dict()
+    assert (figures["not_finite"], figures["duplicate"], figures["used"], figures["outside"]) == (2, 7, 300, 1)
+    assert check(bpy.context.object)["is_closed"]
+
+
+def test_the_operator_can_be_adjusted_and_undone(extension):
+    operator = import_module(f"{extension.__name__}.operators.reconstruct").SURFRECON_OT_reconstruct
+    assert operator.bl_options == {"REGISTER", "UNDO"}
+    names = {p.name for p in surfrecon.parameters("reconstruct")} | {"threshold", "topology", "closure"}
+    assert names <= set(bpy.ops.surfrecon.reconstruct.get_rna_type().properties.keys())
