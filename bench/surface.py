@@ -48,6 +48,9 @@ def topology(vertices, faces):
         half = len(renumbered) // 2
         figures["boundary_loops"], _ = group(renumbered[:half], renumbered[half:], len(ends))
 
+    euler = vertex_count - len(edges) + face_count
+    figures["genus"] = (2 * int(figures["components"]) - int(figures["boundary_loops"]) - euler) / 2
+
     # A vertex is manifold where the corners around it hang together through shared edges: one fan.
     corner = np.arange(3 * face_count).reshape(face_count, 3)
     corner_from = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]])

@@ -13,6 +13,8 @@ if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-t
 case ${1:-} in
     test | bench | meshlab) packages+=(cmake make xz-utils dpkg-dev qtbase5-dev libqt5opengl5-dev libglew-dev libeigen3-dev) ;;
 esac
+# CGAL is a peer of the reconstruction from points.
+if [ "${1:-}" = bench ]; then packages+=(libcgal-dev); fi
 # What pymeshlab and Open3D link to besides.
 case ${1:-} in test | bench) packages+=(libglu1-mesa libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1) ;; esac
 

@@ -1,0 +1,171 @@
+"""Surfaces through scattered points: this library beside CGAL's advancing front, ball pivoting and alpha shapes.
+
+Every run is a fresh process. Times of programs (this library, CGAL) are those of the whole process, with reading the
+points; of Python packages those of the reconstruction alone, without imports and files. One checker measures all.
+"""
+
+import json
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import measured
+import numpy as np
+import ply
+import surface
+import table
+from scipy.spatial import cKDTree
+
+HERE = Path(__file__).resolve().parent
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target"))
+TOOLS = ["surfrecon", "surfrecon-1-thread", "cgal-advancing-front"]
+PYTHON_TOOLS = ["open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"]
+# The packages take minutes for more, and their results are far from manifold for fewer already.
+PYTHON_LIMIT = 140_000
+
+
+def text(path):
+    """The first three columns of a text file."""
+    return np.loadtxt(path)[:, :3]
+
+
+def obj(path):
+    """Vertices and triangles of an OBJ file."""
+    lines = [line.split() for line in Path(path).read_text().splitlines()]
+    vertices = np.array([line[1:4] for line in lines if line[:1] == ["v"]], float)
+    faces = np.array([[part.split("/")[0] for part in line[1:4]] for line in lines if line[:1] == ["f"]], int)
+    return vertices, faces - 1
+
+
+def placed_scans(path):
+    """All points of registered range scans that a triangle of theirs uses, in the world."""
+    import prepare
+
+    scans = prepare.read_conf(path)
+    placed = []
+    for scan, rotation in zip(scans, prepare.rotations(scans), strict=True):
+        limit = prepare.EDGE_LIMIT * prepare.spacing(scan)
+        used = np.unique(prepare.triangulate(scan.points, scan.grid, limit))
+        placed.append((scan.points @ rotation.T + scan.translation)[used])
+    return np.concatenate(placed)
+
+
+def torus(count):
+    """Random points of a torus, uniform over its area."""
+    rng = np.random.default_rng(3)
+    u, v, w = 2 * np.pi * rng.random((2, 2 * count))[0], 2 * np.pi * rng.random(2 * count), rng.random(2 * count)
+    kept = np.flatnonzero(4 * w <= 3 + np.cos(v))[:count]
+    u, v = u[kept], v[kept]
+    return np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], 1)
+
+
+def cases(skipped):
+    """Name and maker of each set of points; those that can't run are named in `skipped`."""
+    data = os.environ.get("SURFRECON_DATA")
+    files = [
+        ("bunny", "stanford_bunny/bun_zipper.ply", lambda path: ply.read_ply(path).vertices),
+        ("horse", "points/giaccari_Horse.xyz", text),
+        ("kitten", "points/kitten.xyz", text),
+        ("hypersheet", "points/giaccari_hypersheet.xyz", text),
+        ("igea", "meshes/igea.ply", lambda path: ply.read_ply(path).vertices),
+        ("bunny scans", "stanford_bunny/bun.conf", placed_scans),
+        ("armadillo 1M", "meshes/libigl_armadillo.obj", lambda path: surface.sample(*obj(path), 1_000_000, 1)),
+    ]
+    for name, file, make in files:
+        if data and (Path(data) / file).is_file():
+            yield name, lambda make=make, path=Path(data) / file: make(path)
+        else:
+            skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+    # Sizes of the paper's Table 1, bowl to hand, and one beyond.
+    for count in (1_093, 3_051, 6_287, 6_391, 7_609, 7_782, 47_342, 200_000):
+        yield f"torus {count}", lambda count=count: torus(count)
+
+
+def build_cgal(folder, skipped):
+    """The program of CGAL's reconstruction, or `None`."""
+    compiler = shutil.which("c++")
+    program = Path(folder) / "cgal_advancing_front"
+    if compiler and Path("/usr/include/CGAL/Advancing_front_surface_reconstruction.h").is_file():
+        source = HERE / "cgal_advancing_front.cpp"
+        subprocess.run(
+            [compiler, "-std=c++17", "-O3", "-DNDEBUG", source, "-o", program, "-lgmp", "-lmpfr"], check=True
+        )
+        return program
+    skipped.append("cgal-advancing-front: libcgal-dev is not installed")
+    return None
+
+
+def quality(points, vertices, triangles):
+    """What the rows say of a surface."""
+    figures = surface.topology(vertices, triangles)
+    row = {"triangles": len(triangles)}
+    if len(triangles) == 0:
+        return row
+    exact = np.ascontiguousarray(points.astype(np.float32) + np.float32(0)).view([("", np.float32)] * 3).ravel()
+    on_it = np.ascontiguousarray(vertices[np.unique(triangles)].astype(np.float32) + np.float32(0))
+    used = np.isin(np.unique(exact), on_it.view([("", np.float32)] * 3).ravel())
+    row["used_pct"] = 100 * float(used.mean())
+    return row | {
+        name: figures[name] for name in ("boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus")
+    }
+
+
+def run(tool, points, file, spacing, folder, cgal):
+    """One run: its figures, vertices and triangles."""
+    out = Path(folder) / "out"
+    if tool in TOOLS:
+        if tool == "cgal-advancing-front":
+            command = [cgal, file, out]
+        else:
+            command = [TARGET / "release" / "examples" / "reconstruct_points", file, out]
+            command += ["--threads", 1] if tool.endswith("1-thread") else []
+        figures, _ = measured.run(command)
+        return figures, points, np.fromfile(out, np.uint32)[1:].reshape(-1, 3).astype(np.int64)
+    out = out.with_suffix(".npz")
+    figures, printed = measured.run([sys.executable, HERE / "peer_scattered.py", tool, file, spacing, out], timeout=600)
+    found = np.load(out)
+    seconds = json.loads(printed.strip().splitlines()[-1])
+    return figures | seconds, found["vertices"], found["triangles"].astype(np.int64)
+
+
+def measure(case, tool, points, file, spacing, folder, cgal, repeats):
+    """One row: medians of `repeats` fresh processes."""
+    row = {"case": case, "tool": tool}
+    runs = []
+    try:
+        for _ in range(repeats):
+            figures, vertices, triangles = run(tool, points, file, spacing, folder, cgal)
+            runs.append(figures)
+    except measured.Failed as failed:
+        return row | {"failed": str(failed)}
+    row |= {key: statistics.median(figures[key] for figures in runs) for key in ("cpu_s", "wall_s", "peak_mb")}
+    return row | quality(points, vertices, triangles)
+
+
+def main(only_cases, repeats):
+    """Runs all cases, prints a table a case."""
+    rows, skipped = [], []
+    with tempfile.TemporaryDirectory() as folder:
+        cgal = build_cgal(folder, skipped)
+        for name, make in cases(skipped):
+            if only_cases not in name:
+                continue
+            points = np.ascontiguousarray(make(), np.float64)
+            file = Path(folder) / "points.f64"
+            points.tofile(file)
+            spacing = float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
+            tools = [tool for tool in TOOLS if cgal or tool != "cgal-advancing-front"]
+            tools += PYTHON_TOOLS * (len(points) <= PYTHON_LIMIT)
+            found = [measure(name, tool, points, file, spacing, folder, cgal, repeats) for tool in tools]
+            rows += found
+            columns = ["tool", "cpu_s", "wall_s", "peak_mb", "triangles", "used_pct", "boundary_loops"]
+            columns += ["nonmanifold_edges", "nonmanifold_vertices", "genus"]
+            print(f"\n{name}, {len(points):,} points")
+            table.show(found, {column: column for column in columns})
+    for text_of_case in skipped:
+        print(f"skipped: {text_of_case}")
+    return {"rows": rows, "skipped": skipped}
