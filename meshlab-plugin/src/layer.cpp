@@ -109,6 +109,13 @@ std::vector<std::uint8_t> vertex_colours(const MeshModel &layer, const LayerArra
     });
 }
 
+std::vector<float> normals(const MeshModel &layer, const LayerArrays &flat)
+{
+    return gather<float, 3>(flat, [&](std::size_t i, float *out) {
+        for (int k = 0; k < 3; ++k) out[k] = static_cast<float>(layer.cm.vert[i].cN()[k]);
+    });
+}
+
 surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
 {
     using surfrecon::View;

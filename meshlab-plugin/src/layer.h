@@ -34,6 +34,9 @@ surfrecon::Mesh mesh(const MeshModel &layer, Frame frame);
 // Colours of the vertices that are kept, 4 numbers each; empty if the layer has none.
 std::vector<std::uint8_t> vertex_colours(const MeshModel &layer, const LayerArrays &flat);
 
+// Normals of the vertices that are kept, 3 numbers each.
+std::vector<float> normals(const MeshModel &layer, const LayerArrays &flat);
+
 // Values of a scalar custom attribute of the vertices by their place in the layer; empty if there is none.
 std::vector<double> scalars(const MeshModel &layer, const std::string &name);
 void set_scalars(MeshModel &layer, const std::string &name, const std::vector<double> &values);

@@ -1,0 +1,101 @@
+"""Surfaces through points in MeshLab: the library's surface, in the layer's frame, with what is refused."""
+
+import numpy as np
+import pytest
+import surfrecon
+from conftest import RECONSTRUCT, matrix, scalars
+
+
+def sphere(count):
+    """Points on a sphere, evenly spread."""
+    i = np.arange(count)
+    z = 1 - (2 * i + 1) / count
+    ring, angle = np.sqrt(1 - z * z), np.pi * (5**0.5 - 1) * i
+    return np.stack([ring * np.cos(angle), ring * np.sin(angle), z], 1)
+
+
+def volume(layer):
+    a, b, c = np.moveaxis(layer.vertex_matrix()[layer.face_matrix()], 1, 0)
+    return float((a * np.cross(b, c)).sum() / 6)
+
+
+def same(layer, mesh):
+    assert np.array_equal(layer.vertex_matrix(), mesh.positions)
+    assert np.array_equal(layer.face_matrix(), mesh.triangles)
+
+
+def test_it_is_the_library_s_surface(document):
+    points = np.concatenate([sphere(700), [[0, 0, 3.0]], sphere(700)[5:6]])
+    document.add(points, name="points")
+    out = document.run(RECONSTRUCT)
+    expected = surfrecon.reconstruct(points)
+    same(document.current, expected.mesh)
+    assert document.current.label() == "points surface" and len(document) == 2
+    assert volume(document.current) > 4
+    assert (out["points"], out["used"], out["outside"], out["duplicates"]) == (702, 700, 1, 1) and out["closed"]
+    assert out["tetrahedra"] == expected.report["tetrahedra"]
+    assert np.array_equal(scalars(document.current, "source_point"), np.arange(700))
+    assert document.named("points").vertex_number() == 702
+
+
+def test_options_are_the_library_s(document):
+    points = sphere(2000)
+    points = points[points[:, 2] < 0.9]
+    document.add(points, name="cut")
+    for threshold in ("local", "global"):
+        for closure in ("auto", "closed", "open"):
+            document.named("cut")
+            document.run(
+                RECONSTRUCT,
+                factor=1.3,
+                threshold=["local", "global"].index(threshold),
+                closure=["auto", "closed", "open"].index(closure),
+            )
+            made = surfrecon.reconstruct(points, factor=1.3, threshold=threshold, closure=closure)
+            same(document.current, made.mesh)
+    document.named("cut")
+    document.run(RECONSTRUCT, topology=1)
+    same(document.current, surfrecon.reconstruct(points, topology="free").mesh)
+
+
+def test_normals_turn_it(document):
+    points = sphere(500)
+    document.add(points, name="points", v_normals_matrix=-points)
+    document.run(RECONSTRUCT, usenormals=True)
+    assert volume(document.current) < 0
+    document.named("points")
+    document.run(RECONSTRUCT)
+    assert volume(document.current) > 0
+
+
+def test_colours_and_the_layer_s_place_are_kept(document):
+    points = sphere(300)
+    colours = np.linspace(0, 1, 1200).reshape(-1, 4)
+    layer = document.add(points, name="points", v_color_matrix=colours)
+    document.set.set_matrix(transformmatrix=np.array([[0, -1, 0, 5.0], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1]]))
+    placed = matrix(document.named("points"))
+    document.run(RECONSTRUCT)
+    assert np.array_equal(matrix(document.current), placed)
+    assert np.array_equal(document.current.vertex_color_matrix(), document.named("points").vertex_color_matrix())
+    assert layer.vertex_number() == 300
+
+
+def test_what_cannot_be_done_is_named(document, refused):
+    document.add(sphere(3), name="few")
+    assert "at least 4 different points" in refused(document.run, RECONSTRUCT)
+    document.add(sphere(50) * (1, 1, 0), name="flat")
+    assert "one plane" in refused(document.run, RECONSTRUCT)
+    document.add(sphere(50), name="fine")
+    assert "factor must be >= 1 and <= 2, got 3" in refused(document.run, RECONSTRUCT, factor=3)
+    points = sphere(50)
+    points[3, 1] = np.nan
+    document.add(points, name="broken")
+    assert 'Vertex 3 of the layer "broken" is not finite' in refused(document.run, RECONSTRUCT)
+    assert len(document) == 4
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_huge_coordinates_are_points_too(document, factor):
+    document.add(1e30 * sphere(200), name="far")
+    document.run(RECONSTRUCT, factor=factor)
+    assert document.current.face_number() == 2 * 200 - 4
