@@ -253,14 +253,18 @@ def scan_of_object(obj, depsgraph):
                 f'"{obj.name}" has neither faces nor the attributes of a range image:'
                 " import it with File > Import > Range Scans"
             )
+        refuse_unusable(obj, matrix)
         if np.linalg.det(matrix[:3, :3]) == 0:
             raise Refused(f'"{obj.name}" is flattened by a scale of 0')
-        content = surfrecon.Mesh(
-            positions(mesh),
-            triangles(mesh),
-            colour=vertex_colours(mesh),
-            confidence=vertex_values(mesh, "confidence", "FLOAT", np.float32),
-        )
+        try:
+            content = surfrecon.Mesh(
+                positions(mesh),
+                triangles(mesh),
+                colour=vertex_colours(mesh),
+                confidence=vertex_values(mesh, "confidence", "FLOAT", np.float32),
+            )
+        except surfrecon.InputError as error:
+            raise Refused(f'"{obj.name}": {error}') from error
         return content, matrix, obj.name
 
 
@@ -315,11 +319,25 @@ def viewing(obj, rest):
     return how, vector if rest is None else rest @ vector
 
 
+# Beyond this many units no coordinate has digits left for a shape.
+FARTHEST = 1e15
+
+
+def refuse_unusable(obj, matrix):
+    """Refuses a matrix with which nothing can be computed."""
+    if not np.all(np.abs(matrix) < FARTHEST):
+        raise Refused(
+            f'"{obj.name}" has a location, rotation or scale that is no number or far too large:'
+            " check it in the sidebar under Item > Transform"
+        )
+
+
 def rigid_and_rest(obj, matrix):
     """The rigid part of a matrix (4 x 4) and what must be applied to the samples first (3 x 3), `None` for nothing.
 
     The rest holds scale, shear and mirroring; it is the polar decomposition, so a rigid matrix stays as it is.
     """
+    refuse_unusable(obj, matrix)
     left, stretch, right = np.linalg.svd(matrix[:3, :3])
     if stretch[-1] <= 1e-7 * stretch[0]:
         raise Refused(f'"{obj.name}" is flattened by a scale of 0')

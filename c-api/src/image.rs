@@ -137,7 +137,7 @@ pub unsafe extern "C" fn srf_image_create(
             }
             _ => RangeImage::from_values(rows, cols, Borrowed::new("samples", samples, 1)?.values()?, projection),
         }?;
-        image.world_from_sensor = pose::read("world_from_sensor", world_from_sensor)?;
+        image.world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
         if !name.is_null() {
             image.name = pointer::text("name", name)?.to_owned();
         }
@@ -281,7 +281,7 @@ pub unsafe extern "C" fn srf_image_ray(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_pose(image: *mut srf_image, world_from_sensor: *const srf_pose) -> srf_status {
     guard(|| {
-        let world_from_sensor = pose::read("world_from_sensor", world_from_sensor)?;
+        let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
         handle::change("image", image.cast_const(), |image| {
             image.image.world_from_sensor = world_from_sensor;
             Ok(())

@@ -34,6 +34,18 @@ pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
     Ok(DAffine3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[12], m[13], m[14]]))
 }
 
+/// The pose of a sensor behind a pointer: a rotation and a translation; NULL is the identity.
+pub fn read_rigid(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
+    let transform = read(name, pose)?;
+    if surfrecon::range_image::is_rigid(&transform) {
+        return Ok(transform);
+    }
+    let text = format!(
+        "{name} must be rigid (a rotation and a translation only); apply scale and shear to the samples instead"
+    );
+    Err(Failure::new(crate::status::srf_status::SRF_ERR_INPUT, text))
+}
+
 /// A transform as the caller gets it.
 pub fn pose(transform: DAffine3) -> srf_pose {
     let [a, b, c, d, e, f, g, h, i, x, y, z] = transform.to_cols_array();

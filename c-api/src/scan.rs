@@ -120,7 +120,7 @@ pub unsafe extern "C" fn srf_scan_mesh(
         let mesh = handle::get("mesh", mesh)?;
         let params = sized::read("params", params, srf_scan_params::defaults())?.to_core()?;
         let projection = pointer::read("projection", projection)?.to_core()?;
-        let world_from_sensor = pose::read("world_from_sensor", world_from_sensor)?;
+        let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
         let camera = Camera { rows, cols, projection, world_from_sensor };
         let bvh = Bvh::build(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads)?;
         let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, &watched(progress))?;

@@ -45,7 +45,7 @@ void parameters(const MeshDocument &document, RichParameterList &list)
         "Holes with a longer border stay open.<br>0: 100 voxels, but at most a fifth of the diagonal of the surface."));
     list.addParam(RichFloat(
         "mincomponentpercent", 1, "Smallest part (%)",
-        "Connected parts with a smaller share of the triangles are dropped, in per cent. 0 keeps all."));
+        "Connected parts with fewer triangles than this share of the largest part's are dropped, in per cent. 0 keeps all."));
     list.addParam(RichBool(
         "qualityasconfidence", false, "Quality is confidence",
         "Where layers overlap, vertices of higher quality count more. Layers with a custom vertex attribute "

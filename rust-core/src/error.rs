@@ -69,3 +69,24 @@ impl Error {
         Error::Io { path: path.to_owned(), source }
     }
 }
+
+/// A number as people read it: very large and very small ones with a power of ten, not with hundreds of digits.
+pub(crate) struct Shown(pub f64);
+
+impl std::fmt::Display for Shown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Shown(x) = *self;
+        if x == 0.0 || !x.is_finite() || (1e-6..1e9).contains(&x.abs()) { write!(f, "{x}") } else { write!(f, "{x:e}") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_takes_a_line() {
+        let shown = [0.0, 0.5, -12345.678, 1e-9, 1e300, -2.5e-300, f64::NAN].map(|x| Shown(x).to_string());
+        assert_eq!(shown, ["0", "0.5", "-12345.678", "1e-9", "1e300", "-2.5e-300", "NaN"]);
+    }
+}

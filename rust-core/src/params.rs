@@ -2,7 +2,7 @@
 //!
 //! C, Python, Blender and MeshLab read it or are tested against it; no default and no range is written anywhere else.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 
 /// What a parameter's number means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +74,7 @@ impl ParamSpec {
         } else {
             format!("a finite number {low}{}", self.min)
         };
-        Err(Error::Parameter { name: self.name, value: format!("{value}"), allowed, unit: self.unit.suffix() })
+        Err(Error::Parameter { name: self.name, value: Shown(value).to_string(), allowed, unit: self.unit.suffix() })
     }
 
     /// The default when it is a plain value.

@@ -304,6 +304,18 @@ def bad_flat():
     bpy.context.view_layer.update()
 
 
+def bad_transform():
+    obj = add_mesh("lost", torus())
+    obj.location.x = float("nan")
+    bpy.context.view_layer.update()
+
+
+def bad_vertex():
+    mesh = torus()
+    obj = add_mesh("broken", mesh)
+    obj.data.vertices[5].co.x = float("nan")
+
+
 def bad_empty():
     add_mesh("empty", surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
 
@@ -314,6 +326,8 @@ def bad_empty():
         (bad_camera, '"Camera" is no mesh'),
         (bad_points, '"points" has neither faces nor the attributes of a range image'),
         (bad_flat, '"flat" is flattened by a scale of 0'),
+        (bad_transform, '"lost" has a location, rotation or scale that is no number'),
+        (bad_vertex, '"broken": vertex 5 has a coordinate that is not finite'),
         (bad_empty, '"empty" has no vertices'),
     ],
 )

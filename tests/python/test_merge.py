@@ -153,7 +153,7 @@ scans = torus_scans(pixels=400)
 def interrupt(stage, fraction):
     os.kill(os.getpid(), signal.SIGINT)
 try:
-    surfrecon.merge(scans, voxel=0.0005, progress=interrupt)
+    surfrecon.merge(scans, voxel=0.002, progress=interrupt)
 except KeyboardInterrupt:
     sys.exit(42)
 """

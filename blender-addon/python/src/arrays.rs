@@ -173,18 +173,13 @@ pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     Ok(transform)
 }
 
-/// Largest departure of a pose's axes from unit length and right angles; poses come from text files of few digits.
-const RIGID: f64 = 1e-4;
-
 /// A rigid transform from a 4 x 4 matrix.
 ///
 /// # Errors
 /// `InputError` if it scales, shears or mirrors.
 pub fn rigid(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     let transform = affine(value, what)?;
-    let m = transform.matrix3;
-    let departure = (m.transpose() * m - glam::DMat3::IDENTITY).to_cols_array().into_iter().map(f64::abs);
-    if departure.fold(0.0, f64::max) > RIGID || m.determinant() < 0.0 {
+    if !surfrecon::range_image::is_rigid(&transform) {
         return Err(input_error(format!(
             "{what} must be rigid (rotation and translation only); apply scale and shear to the samples instead"
         )));

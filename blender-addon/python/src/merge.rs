@@ -27,7 +27,8 @@ use crate::scans::Scan;
 ///     voxel: size of a cell of the grid, in the unit of the scans.
 ///     merge_distance: surfaces of different scans closer than this, facing the same way, become one.
 ///     max_hole_length: holes whose boundary is at most this long are closed; 0 leaves all open.
-///     min_component_share: connected parts with a smaller share of the triangles are dropped; 0 keeps all.
+///     min_component_share: connected parts with fewer triangles than this share of the largest part's are dropped;
+///         0 keeps all.
 ///     edge_limit: longest edge between neighbouring samples of a range image.
 ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.

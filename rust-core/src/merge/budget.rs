@@ -4,7 +4,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::source::OrientedSurface;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 
 /// Bytes a crossing takes at the peak, with its share of the surface; measured on the bunny, 58.
 const BYTES_A_CROSSING: f64 = 60.0;
@@ -38,20 +38,32 @@ impl Budget {
         if needed <= self.free {
             return Ok(());
         }
+        if !needed.is_finite() {
+            return Err(Error::input("a scan is too large to be counted in cells: check the scale of its pose"));
+        }
         // Half of what is free, in two digits rounded up.
         let fits = 1.05 * self.voxel * (2.0 * needed / self.free).sqrt();
         Err(Error::OutOfMemory(format!(
-            "a voxel of {} (in the unit of the scans) needs {} or more, {} are free; a voxel of {:.1e} fits",
-            self.voxel,
+            "a voxel of {} (in the unit of the scans) needs {} or more, {} are free; a voxel of {} fits",
+            Shown(self.voxel),
             size(needed),
             size(self.free),
-            fits
+            two_digits(fits)
         )))
     }
 }
 
 fn size(bytes: f64) -> String {
-    if bytes < 1e10 { format!("{:.0} MB", bytes / 1e6) } else { format!("{:.0} GB", bytes / 1e9) }
+    match bytes {
+        b if b < 1e10 => format!("{:.0} MB", b / 1e6),
+        b if b < 1e15 => format!("{:.0} GB", b / 1e9),
+        b => format!("{:.0e} GB", b / 1e9),
+    }
+}
+
+fn two_digits(x: f64) -> Shown {
+    // Through text: a quotient by a power of ten would show its rounding.
+    Shown(format!("{x:.1e}").parse().unwrap_or(x))
 }
 
 /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells.

@@ -10,8 +10,7 @@ pub struct Dropped {
     pub faces: u64,
 }
 
-/// Drops connected parts with less than `min_share` of all triangles, and vertices without a triangle. The largest part
-/// always stays.
+/// Drops connected parts with fewer than `min_share` of the triangles of the largest part, and vertices without a triangle.
 pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
     let part_of = parts(surface.positions.len(), &surface.triangles);
     let mut faces = vec![0_u32; surface.positions.len()];
@@ -19,7 +18,7 @@ pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
         faces[part_of[t[0] as usize] as usize] += 1;
     }
     let largest = faces.iter().copied().max().unwrap_or(0);
-    let least = (min_share * surface.triangles.len() as f64).min(f64::from(largest));
+    let least = min_share * f64::from(largest);
     let mut dropped = Dropped { components: 0, faces: 0 };
     for &f in &faces {
         if f > 0 && f64::from(f) < least {
@@ -67,7 +66,7 @@ fn compact(surface: &mut Surface, keep: &[bool]) {
 }
 
 /// The lowest vertex of each vertex's part: union by lower index with path halving.
-fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+pub fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     let mut parent: Vec<u32> = (0..vertices as u32).collect();
     fn find(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {

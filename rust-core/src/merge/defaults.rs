@@ -13,9 +13,11 @@ use crate::triangulate::TriangulateParams;
 const VOXEL_FACTOR: f64 = 3.0;
 /// At most this many scans are read for the voxel.
 const VOXEL_SCANS: usize = 8;
+/// Distances of more than this many medians of their scan are mistakes, which must not count.
+const OUTLIER: f64 = 10.0;
 
 /// Three times the mean distance of a sample to its nearest neighbour within its scan, over up to eight scans spread
-/// evenly through the list.
+/// evenly through the list. Outliers don't count.
 ///
 /// # Errors
 /// A scan can't be loaded; no scan has a triangle; cancelled.
@@ -39,7 +41,7 @@ pub fn voxel(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, pro
     Ok(VOXEL_FACTOR * sum / samples as f64)
 }
 
-/// Sum of the world lengths of each vertex's shortest edge, and the number of vertices with an edge.
+/// Sum of the world lengths of each vertex's shortest edge, and the number of vertices with an edge, both without outliers.
 fn nearest_neighbour_sum(surface: &OrientedSurface) -> (f64, u64) {
     let world: Vec<_> = surface.positions.iter().map(|&p| surface.world_from_surface.transform_vector3(p)).collect();
     let mut nearest = vec![f64::INFINITY; world.len()];
@@ -51,7 +53,13 @@ fn nearest_neighbour_sum(surface: &OrientedSurface) -> (f64, u64) {
             nearest[b] = nearest[b].min(length);
         }
     }
-    nearest.iter().filter(|d| d.is_finite()).fold((0.0, 0), |(sum, n), d| (sum + d, n + 1))
+    nearest.retain(|d| d.is_finite());
+    if nearest.is_empty() {
+        return (0.0, 0);
+    }
+    let mut sorted = nearest.clone();
+    let most = OUTLIER * *sorted.select_nth_unstable_by(nearest.len() / 2, f64::total_cmp).1;
+    nearest.iter().filter(|&&d| d <= most).fold((0.0, 0), |(sum, n), d| (sum + d, n + 1))
 }
 
 /// Bins a cell for distances between scans.

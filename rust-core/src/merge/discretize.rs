@@ -12,8 +12,8 @@ use super::source::OrientedSurface;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
-/// Triangles between two looks at the cancel flag.
-const CHECK_EVERY: usize = 4096;
+/// Crossings between two looks at the cancel flag, and triangles between them.
+const CHECK_EVERY: u64 = 1 << 14;
 
 /// A triangle's edges are measured in 64-bit integers up to this extent in cells; larger ones take 128 bits.
 const SMALL_EXTENT: i64 = 1 << 9;
@@ -34,9 +34,11 @@ pub fn discretize(
     let flipped = surface.world_from_surface.matrix3.determinant() < 0.0;
     let vertices = lattice.snap(&surface.positions, &surface.world_from_surface, name)?;
     let colour = surface.colour.as_deref();
+    let mut next_check = 0;
     for (t, &[a, b, c]) in surface.triangles.iter().enumerate() {
-        if t % CHECK_EVERY == 0 {
+        if t as u64 + buckets.len >= next_check {
             progress.check()?;
+            next_check = t as u64 + buckets.len + CHECK_EVERY;
         }
         let [b, c] = if flipped { [c, b] } else { [b, c] };
         let corners = [a as usize, b as usize, c as usize];
@@ -82,7 +84,11 @@ pub fn discretize(
             if small {
                 scan_lines::<i64>(&triangle, axis, lines[u], lines[v], &mut emit);
             } else {
-                scan_lines::<i128>(&triangle, axis, lines[u], lines[v], &mut emit);
+                // Row by row: one such triangle may take minutes.
+                for row in lines[v].0..lines[v].1 {
+                    progress.check()?;
+                    scan_lines::<i128>(&triangle, axis, lines[u], (row, row + 1), &mut emit);
+                }
             }
         }
     }

@@ -9,7 +9,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 
 /// Bits after the point of a fixed-point coordinate.
 pub const FRACTION_BITS: u32 = 20;
@@ -52,7 +52,9 @@ impl Lattice {
         let cell = near / voxel;
         if !cell.is_finite() || cell.abs().max_element() >= MAX_WORLD_CELL {
             return Err(Error::input(format!(
-                "a scan lies at {near}, more than 2^42 cells of {voxel} from the origin: choose a larger voxel or move the scans"
+                "a scan lies at {}, more than 2^42 cells of {} from the origin: choose a larger voxel or move the scans",
+                place(near),
+                Shown(voxel)
             )));
         }
         let base = |i: usize| ((cell[i] as i64 - corner[i]) >> BRICK_BITS << BRICK_BITS) + corner[i];
@@ -103,10 +105,14 @@ impl Lattice {
         let worst = positions.iter().position(bad).unwrap_or(0);
         Err(Error::input(format!(
             "{name}: vertex {worst} lies at {}, which is not finite, or too far from the other scans or the origin to be counted in cells of {}: choose a larger voxel or check the scan's pose",
-            world_from_surface.transform_point3(positions[worst]),
-            self.voxel
+            place(world_from_surface.transform_point3(positions[worst])),
+            Shown(self.voxel)
         )))
     }
+}
+
+fn place(at: DVec3) -> String {
+    format!("({}, {}, {})", Shown(at.x), Shown(at.y), Shown(at.z))
 }
 
 /// Whether a coordinate, in fixed-point units of the world and of the grid, is not finite or too far away.

@@ -58,7 +58,7 @@ use rustc_hash::FxHashMap;
 
 pub use source::{OrientedSurface, PlacedMesh, ScanSource};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 use crate::mesh::TriMesh;
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
@@ -90,7 +90,9 @@ pub const PARAMS: &[ParamSpec] = &[
         operation: "merge",
         name: "max_hole_length",
         unit: Unit::WorldLength,
-        default: Default::FromData("100 voxels, but at most a fifth of the diagonal of the surface"),
+        default: Default::FromData(
+            "100 voxels, but at most a fifth of the diagonal of the connected part the hole is in",
+        ),
         min: 0.0,
         min_excluded: false,
         max: f64::INFINITY,
@@ -104,7 +106,7 @@ pub const PARAMS: &[ParamSpec] = &[
         min: 0.0,
         min_excluded: false,
         max: 1.0,
-        text: "Connected parts with a smaller share of the triangles are dropped; 0 keeps all.",
+        text: "Connected parts with fewer triangles than this share of the largest part's are dropped; 0 keeps all.",
     },
     ParamSpec {
         operation: "merge",
@@ -127,7 +129,7 @@ pub struct MergeParams {
     pub merge_distance: Option<f64>,
     /// Longest boundary of a hole that is closed; `Some(0.0)` leaves all open.
     pub max_hole_length: Option<f64>,
-    /// Connected parts with a smaller share of the triangles are dropped.
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped.
     pub min_component_share: f64,
     /// How range images are triangulated.
     pub triangulation: TriangulateParams,
@@ -223,7 +225,12 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
     }
     progress.plan(PLAN);
     let pool = crate::threads::pool(params.threads)?;
-    progress.run(&pool, || merge(sources, params, [0; 3], progress))
+    let merged = progress.run(&pool, || merge(sources, params, [0; 3], progress));
+    // Whatever else went wrong meanwhile, the caller asked for an end.
+    if merged.is_err() {
+        progress.check()?
+    }
+    merged
 }
 
 /// The paper's list of steps. `corner` is where bricks are counted from.
@@ -300,12 +307,7 @@ fn merge(
     let dropped = components::drop_small(&mut surface, params.min_component_share);
     report.dropped_components = [dropped.components, dropped.faces];
     clock.lap("components");
-    if surface.is_empty() {
-        return Err(Error::input(format!(
-            "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
-            report.voxel
-        )));
-    }
+    refuse_nothing(&surface, report.voxel)?;
     let size = surface.extent();
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
@@ -315,12 +317,17 @@ fn merge(
         Some(length) => length,
         None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
     };
-    let holes = close::close_holes(&mut surface, report.max_hole_length, &lattice, progress)?;
+    let limit = match params.max_hole_length {
+        Some(length) => close::Limit::Length(length),
+        None => close::Limit::OfPart(report.max_hole_length, HOLE_SHARE),
+    };
+    let holes = close::close_holes(&mut surface, limit, &lattice, progress)?;
     report.holes = [holes.closed, holes.open];
     if holes.peeled {
         let dropped = components::drop_small(&mut surface, params.min_component_share);
         report.dropped_components[0] += dropped.components;
         report.dropped_components[1] += dropped.faces;
+        refuse_nothing(&surface, report.voxel)?;
     }
     report.faces = surface.count_cases();
     clock.lap("holes");
@@ -330,8 +337,18 @@ fn merge(
 
 /// By default holes are closed up to a boundary of this many voxels ...
 const HOLE_VOXELS: f64 = 100.0;
-/// ... and of at most this share of the diagonal of the surface's bounding box.
+/// ... and of at most this share of the diagonal of the bounding box of the part they are in.
 const HOLE_SHARE: f64 = 0.2;
+
+fn refuse_nothing(surface: &reconstruct::Surface, voxel: f64) -> Result<()> {
+    if !surface.is_empty() {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
+        Shown(voxel)
+    )))
+}
 
 /// What stage 1 found in all scans.
 struct Discretized {

@@ -42,7 +42,7 @@ pub struct AtNode {
 }
 
 /// The surface of all valid cells, before holes are closed.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Surface {
     /// Vertices in the world.
     pub positions: Vec<DVec3>,

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::mesh::{AttributeData, TriMesh};
 use crate::range_image::RangeImage;
 use crate::triangulate::{self, TriangulateParams};
@@ -43,7 +43,7 @@ impl ScanSource for RangeImage {
     }
 
     fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
-        OrientedSurface::from_range_image(self, triangulation)
+        named(&self.name, OrientedSurface::from_range_image(self, triangulation))
     }
 }
 
@@ -64,7 +64,15 @@ impl ScanSource for PlacedMesh<'_> {
     }
 
     fn load(&self, _: &TriangulateParams) -> Result<OrientedSurface> {
-        OrientedSurface::from_mesh(self.mesh, self.world_from_mesh)
+        named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
+    }
+}
+
+/// Says of which scan an error is.
+fn named<T>(name: &str, outcome: Result<T>) -> Result<T> {
+    match outcome {
+        Err(Error::Input(text)) if !name.is_empty() => Err(Error::Input(format!("{name}: {text}"))),
+        other => other,
     }
 }
 

@@ -371,7 +371,7 @@ fn a_voxel_too_large_or_far_too_small_is_refused_with_a_remedy() {
     let refused = |voxel: f64| run(&[&placed], &plain(voxel), &Progress::none()).unwrap_err().to_string();
     assert!(refused(1e6).starts_with("nothing is left of the surface: choose a voxel smaller than 1000000"));
     let error = refused(1e-9);
-    assert!(error.starts_with("not enough memory: a voxel of 0.000000001") && error.ends_with(" fits"), "{error}");
+    assert!(error.starts_with("not enough memory: a voxel of 1e-9 ") && error.ends_with(" fits"), "{error}");
 }
 
 #[test]
@@ -454,4 +454,65 @@ fn small_parts_are_dropped_below_the_share() {
 fn a_crossing_is_small() {
     // Memory follows the crossings: 24 bytes each.
     assert_eq!(size_of::<Crossing>(), 24);
+}
+
+/// A wavy patch seen from above, moved along x.
+fn patch(name: &str, moved: f64, height: impl Fn(f64, f64) -> f64) -> RangeImage {
+    let (side, step) = (60, 1.0 / 59.0);
+    let place = |i: usize| (i % side) as f64 * step;
+    let heights = (0..side * side).map(|i| height(place(i), (i / side) as f64 * step)).collect();
+    let projection = Projection::Orthographic { first: [0.0, 0.0], step: [step, step] };
+    let mut image = RangeImage::from_values(side, side, heights, projection).unwrap();
+    image.name = name.to_owned();
+    image.world_from_sensor = DAffine3::from_translation(DVec3::X * moved);
+    image
+}
+
+#[test]
+fn rims_of_parts_far_apart_are_no_holes() {
+    let bump = |x: f64, y: f64| -2.0 + 0.3 * (-10.0 * ((x - 0.5).powi(2) + (y - 0.5).powi(2))).exp();
+    let one = merge_scans(&[patch("a", 0.0, bump)], &MergeParams::default());
+    let two = merge_scans(&[patch("a", 0.0, bump), patch("b", 30.0, bump)], &MergeParams::default());
+    assert_eq!(one.report.holes, [0, 1]);
+    assert_eq!(two.report.holes, [0, 2]);
+    assert_eq!(check(&two.mesh).boundary_loops, 2);
+    let ratio = two.mesh.triangles.len() as f64 / one.mesh.triangles.len() as f64;
+    assert!((1.95..2.05).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn what_is_peeled_in_vain_is_put_back() {
+    let wavy = |x: f64, y: f64| -2.0 + 0.1 * (6.0 * x).sin() * (6.0 * y).cos();
+    let scan = [patch("a", 0.0, wavy)];
+    for voxel in [0.15, 0.1, 0.05] {
+        let open = merge_scans(&scan, &plain(voxel));
+        let tried = merge_scans(&scan, &MergeParams { max_hole_length: Some(10.0), ..plain(voxel) });
+        if tried.report.holes[0] == 0 {
+            assert_eq!(tried.mesh.triangles, open.mesh.triangles, "{voxel}");
+            assert_eq!(tried.mesh.positions, open.mesh.positions);
+        }
+        assert!(tried.mesh.triangles.len() >= open.mesh.triangles.len());
+    }
+}
+
+#[test]
+fn a_vertex_gone_astray_does_not_decide_the_voxel() {
+    let flat = patch("a", 0.0, |x, y| -2.0 + 0.1 * x * y);
+    let surface = crate::triangulate::triangulate(&flat, &TriangulateParams::default()).unwrap();
+    let mut mesh = TriMesh::new(surface.positions, surface.triangles);
+    let voxel = merge_mesh(&mesh, &MergeParams::default()).report.voxel;
+    mesh.positions[0] += DVec3::X * 1e4;
+    let astray = merge_mesh(&mesh, &MergeParams::default()).report.voxel;
+    assert!((astray / voxel - 1.0).abs() < 0.01, "{voxel} {astray}");
+}
+
+#[test]
+fn large_triangles_are_cancelled_between_rows() {
+    let mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+    let placed = PlacedMesh { name: "mesh".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    // A thousand rows: more checks than an uncancelled run of a small mesh makes.
+    for checks in [0, 100, 900] {
+        let outcome = run(&[&placed], &plain(1e-3), &Progress::cancel_after(checks));
+        assert!(matches!(outcome, Err(Error::Cancelled)), "{checks}");
+    }
 }

@@ -62,8 +62,19 @@ pub struct RangeImage {
     samples: Samples,
 }
 
+/// Largest departure of a pose's axes from unit length and right angles; poses come from text files of few digits.
+const RIGID: f64 = 1e-4;
+
+/// Whether a transform rotates and moves and does no more: what places a sensor.
+pub fn is_rigid(transform: &DAffine3) -> bool {
+    let m = transform.matrix3;
+    let departure = (m.transpose() * m - glam::DMat3::IDENTITY).to_cols_array();
+    departure.iter().all(|d| d.abs() <= RIGID) && m.determinant() > 0.0 && transform.is_finite()
+}
+
 impl RangeImage {
-    /// A range image of one value a pixel; NaN and infinite values are invalid pixels.
+    /// A range image of one value a pixel; NaN and infinite values are invalid pixels, for a pinhole or spherical sensor
+    /// also those that aren't positive, which such sensors write where nothing came back.
     ///
     /// # Errors
     /// [`Error::Input`] if the number of values is not `rows * cols`, or the projection is a point grid or has
@@ -74,8 +85,9 @@ impl RangeImage {
         }
         projection.validate()?;
         check_count(rows, cols, values.len(), "values")?;
+        let is_distance = matches!(projection, Projection::Pinhole { .. } | Projection::Spherical { .. });
         for value in &mut values {
-            if !value.is_finite() {
+            if !value.is_finite() || is_distance && *value <= 0.0 {
                 *value = f64::NAN;
             }
         }

@@ -250,6 +250,9 @@ fn an_image_and_its_cloud() {
         let mut rows_first = moved;
         rows_first.swap(3, 12);
         api.refused((api.srf_image_set_pose)(image, &rows_first), INPUT, "the last row must be 0 0 0 1");
+        let mut mirror = moved;
+        mirror[0] = -mirror[0];
+        api.refused((api.srf_image_set_pose)(image, &mirror), INPUT, "world_from_sensor must be rigid");
 
         let colours = vec![[9_u8; 4]; 4096];
         let confidences = vec![-1.0_f32; 4096];

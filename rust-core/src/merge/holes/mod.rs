@@ -81,7 +81,8 @@ pub struct HoleReport {
     pub sources: Vec<[u32; 3]>,
 }
 
-/// Closes the holes of a mesh whose boundary is at most `limit` long (in the unit of the positions).
+/// Closes the holes of a mesh whose boundary is at most as long (in the unit of the positions) as `limit` says of its
+/// vertices.
 ///
 /// `triangles` form an oriented manifold with boundary; `boundary` are its boundary edges, each in the direction of its
 /// triangle, in any order. New vertices and triangles are appended; what is there is not touched, also not on an error.
@@ -99,7 +100,7 @@ pub fn close(
     positions: &mut Vec<DVec3>,
     triangles: &mut Vec<[u32; 3]>,
     boundary: &[[u32; 2]],
-    limit: f64,
+    limit: impl Fn(&[u32]) -> f64,
     progress: &Progress<'_>,
 ) -> Result<HoleReport> {
     let mut report =
@@ -109,7 +110,7 @@ pub fn close(
         let length = edge_loop.length(positions);
         let reason = if !edge_loop.is_simple {
             Reason::NotSimple
-        } else if length <= limit {
+        } else if length <= limit(&edge_loop.vertices) {
             holes.push(edge_loop.vertices);
             continue;
         } else {

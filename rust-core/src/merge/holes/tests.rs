@@ -15,7 +15,7 @@ fn boundary_of(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
 fn close_all(mesh: &TriMesh, limit: f64) -> (TriMesh, HoleReport) {
     let mut closed = mesh.clone();
     let boundary = boundary_of(&mesh.triangles);
-    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, limit, &Progress::none()).unwrap();
+    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, |_| limit, &Progress::none()).unwrap();
     check_closing(mesh, &closed, &report);
     (closed, report)
 }
@@ -195,7 +195,7 @@ fn a_long_loop_is_cut_and_closed() {
     let mut closed = holed.clone();
     let boundary = boundary_of(&holed.triangles);
     assert!(boundary.len() > 360 + 2 * minimal::LARGEST - 50);
-    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, 345.0, &Progress::none()).unwrap();
+    let report = close(&mut closed.positions, &mut closed.triangles, &boundary, |_| 345.0, &Progress::none()).unwrap();
     assert_eq!(report.closed, 1);
     assert!(check(&closed).is_manifold());
 }
@@ -280,9 +280,9 @@ fn what_is_no_loop_is_left_and_bad_boundaries_do_no_harm() {
     // A boundary that the mesh doesn't have.
     let mut mesh = sphere(1);
     let report =
-        close(&mut mesh.positions, &mut mesh.triangles, &[[0, 1], [1, 2], [2, 0], [3, 4]], 9.0, &Progress::none());
+        close(&mut mesh.positions, &mut mesh.triangles, &[[0, 1], [1, 2], [2, 0], [3, 4]], |_| 9.0, &Progress::none());
     assert!(report.is_ok());
-    let report = close(&mut vec![], &mut vec![], &[], 1.0, &Progress::none()).unwrap();
+    let report = close(&mut vec![], &mut vec![], &[], |_| 1.0, &Progress::none()).unwrap();
     assert_eq!(report, HoleReport::default());
 }
 
@@ -298,7 +298,7 @@ fn the_same_whatever_the_threads_and_the_order_of_the_boundary() {
         boundary.reverse();
         let pool = crate::threads::pool(threads).unwrap();
         let report = pool
-            .install(|| close(&mut mesh.positions, &mut mesh.triangles, &boundary, 9.0, &Progress::none()))
+            .install(|| close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, &Progress::none()))
             .unwrap();
         assert!(report.closed > 5);
         results.push((mesh, report));
@@ -313,7 +313,7 @@ fn cancelling_leaves_the_mesh_as_it_was() {
     let mut checks = 0;
     loop {
         let mut mesh = holed.clone();
-        match close(&mut mesh.positions, &mut mesh.triangles, &boundary, 9.0, &Progress::cancel_after(checks)) {
+        match close(&mut mesh.positions, &mut mesh.triangles, &boundary, |_| 9.0, &Progress::cancel_after(checks)) {
             Ok(_) => break,
             Err(error) => assert!(matches!(error, crate::Error::Cancelled) && mesh == holed),
         }
