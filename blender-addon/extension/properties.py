@@ -15,6 +15,8 @@ def option(parameter):
     """A Blender property for a parameter of the library. Where the library measures the default, 0 asks for that."""
     words = {"name": parameter.name.replace("_", " ").capitalize(), "description": description(parameter)}
     default = parameter.default or 0
+    if parameter.unit == "count" and parameter.maximum == 1:
+        return BoolProperty(default=bool(default), **words)
     if parameter.unit == "count":
         return IntProperty(default=int(default), min=int(parameter.minimum), max=int(parameter.maximum), **words)
     limits = {"default": default, "min": parameter.minimum, "max": min(parameter.maximum, LONGEST)}

@@ -13,7 +13,7 @@ use crate::image::{Image, srf_image, srf_triangulate_params};
 use crate::mesh::srf_mesh;
 use crate::progress::{srf_progress, watched};
 use crate::settings::{SRF_FROM_DATA, from_data, threads};
-use crate::status::{Failure, srf_status};
+use crate::status::{Failure, srf_status, srf_status::SRF_ERR_PARAMETER};
 use crate::{pointer, sized};
 
 /// An image that its sculptor keeps.
@@ -54,12 +54,18 @@ pub struct srf_sculpt_params {
     /// The tolerance as a share of the depth extent, >= 0: of the difference between the farthest and the nearest range of the
     /// covered samples. Looked at where tolerance is SRF_FROM_DATA. Default 0.001.
     pub relative_tolerance: f64,
-    /// Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices.
+    /// Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices, 2 searches for
+    /// fewer yet.
     pub effort: u64,
     /// As in srf_triangulate_params.
     pub edge_limit: f64,
     /// As in srf_triangulate_params.
     pub grazing_limit: f64,
+    /// 1, the default: every vertex is a sample. 0: vertices may leave their samples along the ray, within the tolerance, for
+    /// fewer triangles.
+    pub interpolate: u64,
+    /// Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
+    pub min_angle: f64,
 }
 
 impl srf_sculpt_params {
@@ -78,11 +84,17 @@ impl srf_sculpt_params {
             effort: u64::from(core.effort),
             edge_limit: triangulation.edge_limit,
             grazing_limit: triangulation.grazing_limit,
+            interpolate: u64::from(core.interpolate),
+            min_angle: core.min_angle,
         }
     }
 
-    fn to_core(self) -> SculptParams {
-        SculptParams {
+    fn to_core(self) -> Result<SculptParams, Failure> {
+        if self.interpolate > 1 {
+            let text = format!("params.interpolate must be 0 or 1, got {}", self.interpolate);
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+        Ok(SculptParams {
             tolerance: from_data(self.tolerance)
                 .map_or(Tolerance::OfDepthExtent(self.relative_tolerance), Tolerance::Absolute),
             // What does not fit is out of range anyway.
@@ -91,8 +103,10 @@ impl srf_sculpt_params {
                 edge_limit: from_data(self.edge_limit),
                 grazing_limit: self.grazing_limit,
             },
+            interpolate: self.interpolate == 1,
+            min_angle: self.min_angle,
             threads: threads(self.threads),
-        }
+        })
     }
 }
 
@@ -184,7 +198,7 @@ pub unsafe extern "C" fn srf_sculptor_create(
     guard(|| {
         pointer::writable("out_sculptor", out_sculptor)?;
         let image = handle::get("image", image)?;
-        let params = sized::read("params", params, srf_sculpt_params::defaults())?.to_core();
+        let params = sized::read("params", params, srf_sculpt_params::defaults())?.to_core()?;
         let sculptor = Sculptor::new(Kept(image), &params)?;
         handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
     })

@@ -82,6 +82,17 @@ def test_more_effort_leaves_fewer_triangles(image):
     assert counts[0] > counts[1] >= counts[2]
 
 
+def test_vertices_off_their_samples_stay_on_their_rays(image):
+    free = surfrecon.sculpt(image, tolerance=0.02, interpolate=False)
+    assert len(free.mesh.triangles) < len(surfrecon.sculpt(image, tolerance=0.02, effort=2).mesh.triangles)
+    assert free.max_error <= 0.02 * (1 + 1e-9)
+    rows, cols = free.mesh.vertex_attributes["range_row"], free.mesh.vertex_attributes["range_col"]
+    off = free.mesh.positions - image.points[rows, cols]
+    assert np.all(off[:, :2] == 0) and 0 < np.abs(off[:, 2]).max() <= 0.02
+    with pytest.raises(surfrecon.ParameterError, match="min_angle must be >= 0 and <= "):
+        surfrecon.sculpt(image, tolerance=0.02, min_angle=3.0)
+
+
 REAL = ["stanford_bunny/bun000.ply", "stanford_dragon_stand/dragonStandRight_0.ply", "dem/N37E015.hgt"]
 
 

@@ -20,7 +20,7 @@ REPORT = "surfrecon_sculpt"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 # What a sculptor is made with; the tolerance may change afterwards.
-MAKING = ("effort", "edge_limit", "grazing_limit", "threads")
+MAKING = ("effort", "interpolate", "min_angle", "edge_limit", "grazing_limit", "threads")
 
 
 class Kept:
@@ -88,7 +88,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.tolerance == 0
         row.prop(self, "relative_tolerance")
-        for name in ("effort", "edge_limit", "grazing_limit", "show_error"):
+        for name in ("effort", "interpolate", "min_angle", "edge_limit", "grazing_limit", "show_error"):
             layout.prop(self, name)
 
     def start(self, context):

@@ -26,6 +26,9 @@ use crate::range_image::{RangeImage, triangulation};
 ///         reproduces every sample.
 ///     relative_tolerance: the tolerance as a share of the depth extent; give one of both or none.
 ///     effort: 0 digs only, 1 also removes vertices, 2 searches for fewer triangles yet.
+///     interpolate: whether every vertex is a sample; ``False`` lets vertices leave theirs along the ray, within the
+///         tolerance, for fewer triangles.
+///     min_angle: smallest angle of triangles that replace others, as seen from the sensor, radians.
 ///     edge_limit: longest edge between neighbouring samples.
 ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
@@ -40,8 +43,8 @@ use crate::range_image::{RangeImage, triangulation};
 ///     InputError: both tolerances given, or an image that can't be used.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (image, *, tolerance = None, relative_tolerance = None, effort = None, edge_limit = None,
-    grazing_limit = None, threads = None, progress = None))]
+#[pyo3(signature = (image, *, tolerance = None, relative_tolerance = None, effort = None, interpolate = None,
+    min_angle = None, edge_limit = None, grazing_limit = None, threads = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn sculpt(
     py: Python<'_>,
@@ -49,6 +52,8 @@ pub fn sculpt(
     tolerance: Option<f64>,
     relative_tolerance: Option<f64>,
     effort: Option<i64>,
+    interpolate: Option<bool>,
+    min_angle: Option<f64>,
     edge_limit: Option<f64>,
     grazing_limit: Option<f64>,
     threads: Option<i64>,
@@ -57,6 +62,8 @@ pub fn sculpt(
     let params = SculptParams {
         tolerance: chosen(tolerance, relative_tolerance)?,
         effort: count_of("sculpt", "effort", effort)? as u32,
+        interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
+        min_angle: number("min_angle", min_angle)?,
         triangulation: triangulation(edge_limit, grazing_limit)?,
         threads: count_of("sculpt", "threads", threads)?,
     };
@@ -66,6 +73,11 @@ pub fn sculpt(
     Sculpted::new(py, made, rows, cols)
 }
 
+/// A parameter with a plain default.
+fn number(name: &str, value: Option<f64>) -> PyResult<f64> {
+    Ok(value_of("sculpt", name, value)?.expect("has a plain default"))
+}
+
 /// The tolerance that is meant.
 fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> {
     if tolerance.is_some() && relative.is_some() {
@@ -73,9 +85,7 @@ fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> 
     }
     Ok(match value_of("sculpt", "tolerance", tolerance)? {
         Some(tolerance) => Tolerance::Absolute(tolerance),
-        None => {
-            Tolerance::OfDepthExtent(value_of("sculpt", "relative_tolerance", relative)?.expect("has a plain default"))
-        }
+        None => Tolerance::OfDepthExtent(number("relative_tolerance", relative)?),
     })
 }
 
@@ -85,7 +95,7 @@ fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> 
 ///
 /// Args:
 ///     image: the range image; changing it later does not change the sculptor.
-///     effort, edge_limit, grazing_limit, threads: as for ``sculpt``.
+///     effort, interpolate, min_angle, edge_limit, grazing_limit, threads: as for ``sculpt``.
 ///
 /// Raises:
 ///     ParameterError, InputError: as ``sculpt``.
@@ -118,17 +128,23 @@ impl RefineCall {
 #[pymethods]
 impl Sculptor {
     #[new]
-    #[pyo3(signature = (image, *, effort = None, edge_limit = None, grazing_limit = None, threads = None))]
+    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, edge_limit = None,
+        grazing_limit = None, threads = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new(
         py: Python<'_>,
         image: &RangeImage,
         effort: Option<i64>,
+        interpolate: Option<bool>,
+        min_angle: Option<f64>,
         edge_limit: Option<f64>,
         grazing_limit: Option<f64>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let params = SculptParams {
             effort: count_of("sculpt", "effort", effort)? as u32,
+            interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
+            min_angle: number("min_angle", min_angle)?,
             triangulation: triangulation(edge_limit, grazing_limit)?,
             threads: count_of("sculpt", "threads", threads)?,
             ..SculptParams::default()

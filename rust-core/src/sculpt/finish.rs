@@ -3,14 +3,25 @@
 use glam::DVec3;
 
 use super::domain::Domain;
+use super::pieces::Pieces;
+use super::view::Sight;
 use crate::mesh::{Attribute, TriMesh};
 use crate::range_image::RangeImage;
 
 /// The mesh in the sensor's frame, without errors; triangles turn counter-clockwise seen from the sensor. Where the domain
 /// touches itself in a pixel, each fan of triangles gets a vertex of its own.
-pub(super) fn mesh(image: &RangeImage, domain: &Domain, triangles: &[[u32; 3]]) -> TriMesh {
-    let (pixels, triangles) = number_vertices(image.len(), domain, triangles);
-    let positions: Vec<DVec3> = pixels.iter().map(|&p| image.point_in_sensor(p as usize)).collect();
+pub(super) fn mesh(image: &RangeImage, domain: &Domain, pieces: &Pieces) -> TriMesh {
+    let (pixels, triangles) = number_vertices(image.len(), domain, &pieces.triangles);
+    let mut positions: Vec<DVec3> = pixels.iter().map(|&p| image.point_in_sensor(p as usize)).collect();
+    if !pieces.moved.is_empty() {
+        let (sight, values) = (Sight::new(image, domain.mirrored), pieces.values(image.len()));
+        for (position, &p) in positions.iter_mut().zip(&pixels) {
+            let value = values[p as usize];
+            if !value.is_nan() {
+                *position = sight.point(image, p, value);
+            }
+        }
+    }
     let mut mesh = TriMesh::new(positions, triangles);
     let cols = domain.cols;
     let attributes = &mut mesh.vertex_attributes;

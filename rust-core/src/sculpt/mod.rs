@@ -108,7 +108,7 @@ pub struct Sculpted {
 ///   tolerance. The certificate measures it. Where a point grid folds as seen along its rays, or a scan goes around more
 ///   than once, triangles that hide behind others count as jumps; the report counts them.
 /// * Seen from the sensor the mesh covers exactly those triangles' area, once. All triangles face the sensor and have an
-///   area there; the mesh is a manifold with boundary; its vertices are samples.
+///   area there; the mesh is a manifold with boundary; its vertices are samples, unless `interpolate` is off.
 /// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
 ///
 /// # Cost

@@ -6,15 +6,17 @@
 use super::delaunay::{NONE, next_of, previous_of};
 use super::domain::Domain;
 use super::pieces::Pieces;
-use super::view::View;
+use super::view::{Site, View};
 
 /// In place of a neighbour: it belongs to another patch.
 pub(super) const SEAM: u32 = NONE - 1;
 
 /// A part of the mesh.
 pub(super) struct Patch<S> {
-    /// Vertices and listed pixels, and the pixel index of each.
+    /// Samples of vertices and listed pixels, and the pixel index of each.
     pub sites: Vec<S>,
+    /// Values of the vertices; empty where all are samples.
+    pub values: Vec<f64>,
     pub pixels: Vec<u32>,
     /// Columns of the image.
     pub cols: u32,
@@ -33,13 +35,15 @@ pub(super) struct Patch<S> {
     pub pinched: Vec<bool>,
 }
 
-impl<S: Copy> Patch<S> {
-    /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so.
+impl<S: Site> Patch<S> {
+    /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so;
+    /// `values` are those of [`Pieces::values`], or none where all vertices stay samples.
     pub fn new<V: View<Site = S>>(
         view: &V,
         domain: &Domain,
         pieces: &Pieces,
         triangles: &[u32],
+        values: &[f64],
         scratch: &mut [u32],
     ) -> Self {
         let count = triangles.len();
@@ -68,9 +72,15 @@ impl<S: Copy> Patch<S> {
                 first[t] = k;
             }
         }
-        let sites = pixels.iter().map(|&p| view.site(p)).collect();
+        let sites: Vec<S> = pixels.iter().map(|&p| view.site(p)).collect();
+        let value = |(&p, site): (&u32, &S)| {
+            let moved = values[p as usize];
+            if moved.is_nan() { site.value() } else { moved }
+        };
+        let values = if values.is_empty() { Vec::new() } else { pixels.iter().zip(&sites).map(value).collect() };
         let mut patch = Patch {
             sites,
+            values,
             pixels,
             cols: domain.cols,
             vertices,
@@ -124,6 +134,13 @@ impl<S: Copy> Patch<S> {
     #[inline(always)]
     pub fn to(&self, h: u32) -> u32 {
         self.corners[next_of(h) as usize]
+    }
+
+    /// Where vertex `v` is.
+    #[inline(always)]
+    pub fn vertex(&self, v: u32) -> S {
+        let sample = self.sites[v as usize];
+        if self.values.is_empty() { sample } else { sample.at(self.values[v as usize]) }
     }
 
     /// Column and row of a pixel of the patch.
@@ -207,6 +224,10 @@ impl<S: Copy> Patch<S> {
                 p = self.next[p as usize];
             }
             pieces.push(std::array::from_fn(|i| self.pixels[self.corners[3 * t + i] as usize]));
+        }
+        if !self.values.is_empty() {
+            let moved = |v: &usize| self.out[*v] != NONE && self.values[*v] != self.sites[*v].value();
+            pieces.moved = (0..self.sites.len()).filter(moved).map(|v| (self.pixels[v], self.values[v])).collect();
         }
         pieces
     }

@@ -2,18 +2,20 @@
 
 /// Triangles over pixel indices, turning like columns toward rows, with the pixels that are no vertices: each one in the
 /// list of one triangle that it is seen in or on the edge of.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Pieces {
     pub triangles: Vec<[u32; 3]>,
     /// Where each triangle's pixels end in `pixels`; they start where those of the triangle before end.
     pub ends: Vec<u32>,
     pub pixels: Vec<u32>,
+    /// Vertices that have left their samples: pixels with their values, [`super::view::Site::value`]. Some come twice.
+    pub moved: Vec<(u32, f64)>,
 }
 
 impl Pieces {
     /// Triangles whose corners are all the pixels they cover.
     pub fn full(triangles: &[[u32; 3]]) -> Self {
-        Pieces { triangles: triangles.to_vec(), ends: vec![0; triangles.len()], pixels: Vec::new() }
+        Pieces { triangles: triangles.to_vec(), ends: vec![0; triangles.len()], ..Pieces::default() }
     }
 
     /// Appends a triangle; its pixels were appended before.
@@ -28,6 +30,15 @@ impl Pieces {
         &self.pixels[start..self.ends[t] as usize]
     }
 
+    /// Values of the vertices that have left their samples, one a pixel of the image, NaN elsewhere.
+    pub fn values(&self, pixels: usize) -> Vec<f64> {
+        let mut values = vec![f64::NAN; pixels];
+        for &(pixel, value) in &self.moved {
+            values[pixel as usize] = value;
+        }
+        values
+    }
+
     /// All parts one after the other.
     pub fn join(parts: Vec<Pieces>) -> Self {
         let mut all = Pieces::default();
@@ -39,6 +50,7 @@ impl Pieces {
             all.ends.extend(part.ends.iter().map(|end| end + offset));
             all.triangles.extend(part.triangles);
             all.pixels.extend(part.pixels);
+            all.moved.extend(part.moved);
         }
         all
     }

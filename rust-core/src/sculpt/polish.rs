@@ -83,12 +83,13 @@ pub(super) fn pass<V: View>(
 ) -> Result<Pieces> {
     let groups = group(domain, pieces, side, shift);
     let pixels = domain.rows as usize * domain.cols as usize;
+    let values = if search == Search::Free { pieces.values(pixels) } else { Vec::new() };
     let parts = groups
         .par_iter()
         .map_init(
             || (vec![0; pixels], Surgeon::new(), Searcher::new()),
             |(scratch, surgeon, searcher), triangles| {
-                let mut patch = Patch::new(view, domain, pieces, triangles, scratch);
+                let mut patch = Patch::new(view, domain, pieces, triangles, &values, scratch);
                 searcher.improve(&mut patch, search, rules, progress)?;
                 remove_vertices(&mut patch, surgeon, rules, progress)?;
                 Ok(patch.into_pieces())

@@ -9,7 +9,7 @@ use super::domain::Domain;
 use super::pieces::Pieces;
 use super::search::Search;
 use super::star::Rules;
-use super::view::{LatticeSite, Sight, View};
+use super::view::{LatticeSite, Sight, View, aspect};
 use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
 use crate::error::{Error, Result};
 use crate::progress::{Plan, Progress};
@@ -186,7 +186,11 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         progress: &Progress<'_>,
     ) -> Result<Dug> {
         let triangles = pieces.triangles.len();
-        let rules = Rules { tolerance };
+        let mut rules = Rules {
+            tolerance,
+            least_sine_squared: self.params.min_angle.sin().powi(2),
+            aspect: aspect(self.image.borrow()),
+        };
         // Off the lattice the polish is all there is.
         let wanted = self.params.effort > 0 || !<V::Site as super::view::Site>::ON_LATTICE;
         let (mut pass, mut gained) = (0, true);
@@ -200,12 +204,19 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             pass += 1;
         }
         clock.lap("polish");
+        let free = !self.params.interpolate && self.params.effort > 0;
+        let search = if free { Search::Free } else { Search::Full };
+        if free {
+            // Moved vertices are rounded to coordinates at last.
+            let farthest = self.domain.range[0].abs().max(self.domain.range[1].abs());
+            rules.tolerance = (tolerance * (1.0 - 1e-12) - 16.0 * f64::EPSILON * farthest).max(0.0);
+        }
         let (mut round, mut share) = (0, 1.0);
-        while self.params.effort > 1
+        while (self.params.effort > 1 || free)
             && let Some(cut) = polish::next_search(round, &self.domain, pieces.triangles.len(), share)
         {
             let before = pieces.triangles.len();
-            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, Search::Full, progress)?;
+            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, search, progress)?;
             share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
             round += 1;
         }
@@ -216,7 +227,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     fn finish(&self, dug: Dug, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted> {
         let Dug { pieces, triangles: dug_triangles, mut clock } = dug;
         let image = self.image.borrow();
-        let mut mesh = finish::mesh(image, &self.domain, &pieces.triangles);
+        let mut mesh = finish::mesh(image, &self.domain, &pieces);
         clock.lap("mesh");
         let certificate = certify::certify_pixels(image, &self.domain.pixels, &mesh, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors);

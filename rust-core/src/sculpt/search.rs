@@ -4,6 +4,9 @@
 //!
 //! A collapse and a move are one operation: the polygon of one or two stars is filled by a fan around a pixel inside.
 //! Positive triangles over all its edges fill a simple polygon, so no other test of the geometry is needed.
+//!
+//! Where vertices need not be samples, the centre of a fan takes the value with the smallest sum of squares of all that keep
+//! its pixels within the tolerance: an interval, as what each pixel sees is linear in it.
 
 use super::delaunay::{NONE, next_of, previous_of};
 use super::patch::{Fan, Patch};
@@ -33,6 +36,20 @@ pub(super) enum Search {
     Light,
     /// Collapses, too.
     Full,
+    /// All of these, and vertices may leave their samples.
+    Free,
+}
+
+/// Pixels that see less of a centre's value than this share of it do not bound it: they are checked with the others.
+const LEAST_SHARE: f64 = 1e-9;
+
+/// The centre of a fan.
+#[derive(Clone, Copy)]
+struct Centre {
+    /// Sum of squared errors.
+    cost: f64,
+    member: usize,
+    value: f64,
 }
 
 /// Searches and makes changes; keeps its memory between them.
@@ -50,6 +67,10 @@ pub(super) struct Searcher<S> {
     member_sites: Vec<S>,
     /// The pixel that failed last: likely to fail again.
     spoiler: usize,
+    /// Share and offset of each pixel that is seen in a fan, while its centre's value is sought.
+    shares: Vec<[f64; 2]>,
+    /// Whether vertices may leave their samples.
+    free: bool,
 }
 
 impl<S: Site> Searcher<S> {
@@ -64,6 +85,8 @@ impl<S: Site> Searcher<S> {
             members: Vec::new(),
             member_sites: Vec::new(),
             spoiler: 0,
+            shares: Vec::new(),
+            free: false,
         }
     }
 
@@ -81,10 +104,11 @@ impl<S: Site> Searcher<S> {
         if search == Search::None {
             return Ok(());
         }
+        self.free = search == Search::Free;
         self.flip_edges(patch, rules, progress)?;
-        let most = if search == Search::Full { usize::MAX } else { LIGHT };
+        let most = if search == Search::Light { LIGHT } else { usize::MAX };
         self.move_vertices(patch, most, rules, progress)?;
-        if search == Search::Full {
+        if search != Search::Light {
             self.collapse_edges(patch, rules, progress)?;
             self.flip_edges(patch, rules, progress)?;
         }
@@ -101,17 +125,14 @@ impl<S: Site> Searcher<S> {
             }
             let [a, b] = [patch.place(patch.corners[h as usize]), patch.place(patch.to(h))];
             let near = |place: [i64; 2]| (0..2).all(|i| (2 * place[i] - a[i] - b[i]).abs() <= 2 * REACH + 1);
-            let mut best = (f64::INFINITY, 0);
+            let mut best = Centre { cost: f64::INFINITY, member: 0, value: f64::NAN };
             for m in 0..self.members.len() {
                 if m < 2 || near(patch.place(self.members[m])) {
-                    let cost = self.fan_cost(m, best.0, rules);
-                    if cost < best.0 {
-                        best = (cost, m);
-                    }
+                    self.try_centre(m, &mut best, rules);
                 }
             }
-            if best.0 < f64::INFINITY {
-                self.make_fan(patch, best.1, 2);
+            if best.cost < f64::INFINITY {
+                self.make_fan(patch, best, 2);
             }
         }
         Ok(())
@@ -133,17 +154,16 @@ impl<S: Site> Searcher<S> {
             }
             let from = patch.place(v);
             let near = |place: [i64; 2]| (0..2).all(|i| (place[i] - from[i]).abs() <= 1);
-            let mut best = (BETTER * self.fan_cost(0, f64::INFINITY, rules), 0);
-            for m in 1..self.members.len() {
-                if near(patch.place(self.members[m])) {
-                    let cost = self.fan_cost(m, best.0, rules);
-                    if cost < best.0 {
-                        best = (cost, m);
-                    }
+            let now = patch.vertex(v);
+            let cost = BETTER * self.fan_cost(0, &now, f64::INFINITY, rules);
+            let mut best = Centre { cost, member: 0, value: f64::NAN };
+            for m in 0..self.members.len() {
+                if near(patch.place(self.members[m])) && (m > 0 || self.free) {
+                    self.try_centre(m, &mut best, rules);
                 }
             }
-            if best.1 > 0 {
-                self.make_fan(patch, best.1, 1);
+            if best.cost < cost {
+                self.make_fan(patch, best, 1);
             }
         }
         Ok(())
@@ -216,7 +236,7 @@ impl<S: Site> Searcher<S> {
     fn add_corner(&mut self, patch: &Patch<S>, h: u32) {
         let corner = patch.to(h);
         self.ring.push(corner);
-        self.ring_sites.push(patch.sites[corner as usize]);
+        self.ring_sites.push(patch.vertex(corner));
         self.outer.push(patch.twins[next_of(h) as usize]);
     }
 
@@ -232,28 +252,87 @@ impl<S: Site> Searcher<S> {
         self.member_sites.extend(self.members.iter().map(|&p| patch.sites[p as usize]));
     }
 
-    /// Sum of squared errors of a fan around member `m`; infinite if it must not be, or is not below `limit`.
-    fn fan_cost(&mut self, m: usize, limit: f64, rules: &Rules) -> f64 {
+    /// Takes member `m` for the centre if that is better than `best`.
+    fn try_centre(&mut self, m: usize, best: &mut Centre, rules: &Rules) {
+        let sample = self.member_sites[m];
         let k = self.ring.len();
-        let apex = self.member_sites[m];
-        for i in 0..k {
-            let (a, b) = (&self.ring_sites[i], &self.ring_sites[(i + 1) % k]);
-            if S::turn(a, b, &apex) <= 0.0 || !S::is_wide(a, b, &apex) {
-                return f64::INFINITY;
+        if (0..k).any(|i| !rules.allow(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], &sample)) {
+            return;
+        }
+        let mut value = sample.value();
+        if self.free {
+            match self.best_value(m, rules) {
+                Some(found) => value = found,
+                None => return,
             }
         }
-        let plane = |i: usize| S::plane(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], &apex);
-        let spoiler = &self.member_sites[self.spoiler];
-        if self.spoiler != m && !(S::error(&plane(self.wedge(&apex, spoiler)), spoiler).abs() <= rules.tolerance) {
-            return f64::INFINITY;
+        let cost = self.fan_cost(m, &sample.at(value), best.cost, rules);
+        if cost < best.cost {
+            *best = Centre { cost, member: m, value };
         }
+    }
+
+    /// The value of a centre at member `m` with the smallest sum of squared offsets of those within the tolerance.
+    fn best_value(&mut self, m: usize, rules: &Rules) -> Option<f64> {
+        let k = self.ring.len();
+        let apex = self.member_sites[m];
+        let [mut low, mut high] = apex.room(rules.tolerance);
+        // Two planes a triangle tell how much of the centre's value each pixel sees.
+        let step = high.min(1e3 * -low);
+        if !(step > 0.0) {
+            return None;
+        }
+        let raised = apex.at(apex.value() + step);
         let mut planes = [None; MOST];
-        let mut sum = 0.0;
+        self.shares.clear();
         for (other, p) in self.member_sites.iter().enumerate() {
             if other == m {
                 continue;
             }
             let i = self.wedge(&apex, p);
+            let (a, b) = (&self.ring_sites[i], &self.ring_sites[(i + 1) % k]);
+            let (level, lifted) = planes[i].get_or_insert_with(|| (S::plane(a, b, &apex), S::plane(a, b, &raised)));
+            let offset = S::offset(level, p);
+            let share = (S::offset(lifted, p) - offset) / step;
+            let [least, most] = p.room(rules.tolerance);
+            if share > LEAST_SHARE {
+                low = low.max((least - offset) / share);
+                high = high.min((most - offset) / share);
+            } else if !(offset >= least && offset <= most) {
+                return None;
+            }
+            if !(low <= high) {
+                return None;
+            }
+            self.shares.push([share, offset]);
+        }
+        // The centre's own offset is its distance from the sample.
+        let (mut product, mut square) = (0.0, 1.0);
+        for [share, offset] in &self.shares {
+            product += share * offset;
+            square += share * share;
+        }
+        // Not quite to the ends, so that rounding leaves it within.
+        let margin = (1e-6 * (high - low)).min(1e-9 * step);
+        Some(apex.value() + (-product / square).clamp(low + margin, high - margin))
+    }
+
+    /// Sum of squared errors of a fan around `apex`, at member `m`; infinite if one is beyond the tolerance, or if the sum is
+    /// not below `limit`.
+    fn fan_cost(&mut self, m: usize, apex: &S, limit: f64, rules: &Rules) -> f64 {
+        let k = self.ring.len();
+        let plane = |i: usize| S::plane(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], apex);
+        let spoiler = &self.member_sites[self.spoiler];
+        if self.spoiler != m && !(S::error(&plane(self.wedge(apex, spoiler)), spoiler).abs() <= rules.tolerance) {
+            return f64::INFINITY;
+        }
+        let mut planes = [None; MOST];
+        let mut sum = 0.0;
+        for (other, p) in self.member_sites.iter().enumerate() {
+            if other == m && !self.free {
+                continue;
+            }
+            let i = if other == m { 0 } else { self.wedge(apex, p) };
             let error = S::error(planes[i].get_or_insert_with(|| plane(i)), p);
             if !(error.abs() <= rules.tolerance) {
                 self.spoiler = other;
@@ -283,10 +362,15 @@ impl<S: Site> Searcher<S> {
         0
     }
 
-    /// Fills the polygon by a fan around member `m`; the first `vertices` members were vertices.
-    fn make_fan(&mut self, patch: &mut Patch<S>, m: usize, vertices: usize) {
+    /// Fills the polygon by a fan; the first `vertices` members were vertices.
+    fn make_fan(&mut self, patch: &mut Patch<S>, centre: Centre, vertices: usize) {
         let k = self.ring.len();
-        let (apex, site) = (self.members[m], self.member_sites[m]);
+        let m = centre.member;
+        let apex = self.members[m];
+        if self.free {
+            patch.values[apex as usize] = centre.value;
+        }
+        let site = patch.vertex(apex);
         for &v in &self.members[..vertices] {
             patch.out[v as usize] = NONE;
         }
@@ -322,9 +406,8 @@ impl<S: Site> Searcher<S> {
     fn flip(&mut self, patch: &mut Patch<S>, h: u32, g: u32, rules: &Rules) {
         let [a, b] = [patch.corners[h as usize], patch.to(h)];
         let [c, d] = [previous_of(h), previous_of(g)].map(|h| patch.corners[h as usize]);
-        let [sa, sb, sc, sd] = [a, b, c, d].map(|v| patch.sites[v as usize]);
-        let positive = |a: &S, b: &S, c: &S| S::turn(a, b, c) > 0.0 && S::is_wide(a, b, c);
-        if c == d || !positive(&sa, &sd, &sc) || !positive(&sd, &sb, &sc) {
+        let [sa, sb, sc, sd] = [a, b, c, d].map(|v| patch.vertex(v));
+        if c == d || !rules.allow(&sa, &sd, &sc) || !rules.allow(&sd, &sb, &sc) {
             return;
         }
         self.clear();

@@ -20,6 +20,33 @@ pub(super) const MOST: usize = 16;
 pub(super) struct Rules {
     /// Largest distance along a ray, world units.
     pub tolerance: f64,
+    /// Square of the sine of the smallest angle, as seen from the sensor.
+    pub least_sine_squared: f64,
+    /// Columns between two rows of a lattice, as far as angles go.
+    pub aspect: f64,
+}
+
+impl Rules {
+    /// Whether there may be a triangle: it turns like columns toward rows and is wide enough.
+    #[inline(always)]
+    pub fn allow<S: Site>(&self, a: &S, b: &S, c: &S) -> bool {
+        S::turn(a, b, c) > 0.0 && S::is_wide(a, b, c) && (self.least_sine_squared == 0.0 || self.is_blunt(a, b, c))
+    }
+
+    /// Whether no angle is too small: the smallest one lies between the two longest sides.
+    fn is_blunt<S: Site>(&self, a: &S, b: &S, c: &S) -> bool {
+        let [a, b, c] = [a, b, c].map(|site| site.seen(self.aspect));
+        let sides = [(b - a).length_squared(), (c - b).length_squared(), (a - c).length_squared()];
+        let shortest = sides[0].min(sides[1]).min(sides[2]);
+        let others = if shortest == sides[0] {
+            sides[1] * sides[2]
+        } else if shortest == sides[1] {
+            sides[0] * sides[2]
+        } else {
+            sides[0] * sides[1]
+        };
+        (b - a).cross(c - a).length_squared() >= self.least_sine_squared * others
+    }
 }
 
 /// How to fill a star without its vertex.
@@ -122,7 +149,7 @@ impl<S: Site> Surgeon<S> {
             return false;
         }
         self.corner_sites.clear();
-        self.corner_sites.extend(self.ring.iter().map(|&c| patch.sites[c as usize]));
+        self.corner_sites.extend(self.ring.iter().map(|&c| patch.vertex(c)));
         let site = patch.sites[v as usize];
         if fan == Fan::Open && !is_between(patch, self.ring[0], v, self.ring[k - 1]) {
             return false;
@@ -229,7 +256,7 @@ impl<S: Site> Surgeon<S> {
     /// Sum of the squared errors of the pixels in a triangle; infinite if it must not be, or is not below `limit`.
     fn triangle(&mut self, i: usize, m: usize, j: usize, limit: f64, rules: &Rules) -> f64 {
         let [a, b, c] = [i, m, j].map(|i| self.corner_sites[i]);
-        if S::turn(&a, &b, &c) <= 0.0 || !S::is_wide(&a, &b, &c) {
+        if !rules.allow(&a, &b, &c) {
             return f64::INFINITY;
         }
         let plane = S::plane(&a, &b, &c);
@@ -304,7 +331,7 @@ impl<S: Site> Surgeon<S> {
         let new = &self.slots[..used];
         for (&p, site) in self.members.iter().zip(&self.member_sites) {
             let holder = new.iter().find(|&&t| {
-                let [a, b, c] = [0, 1, 2].map(|i| patch.sites[patch.corners[3 * t as usize + i] as usize]);
+                let [a, b, c] = [0, 1, 2].map(|i| patch.vertex(patch.corners[3 * t as usize + i]));
                 S::turn(&a, &b, site) >= 0.0 && S::turn(&b, &c, site) >= 0.0 && S::turn(&c, &a, site) >= 0.0
             });
             let holder = *holder.expect("a triangulation of the star covers its pixels");

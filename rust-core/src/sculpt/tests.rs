@@ -65,7 +65,16 @@ fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) 
     };
     let pixels: Vec<u32> = row.iter().zip(col).map(|(&r, &c)| (r * image.cols() as i32 + c) as u32).collect();
     for (v, &p) in pixels.iter().enumerate() {
-        assert_eq!(mesh.positions[v], image.point_in_sensor(p as usize));
+        let sample = image.point_in_sensor(p as usize);
+        if params.interpolate {
+            assert_eq!(mesh.positions[v], sample);
+        } else {
+            // Along the ray of the sample, within the tolerance.
+            let (_, direction) = image.ray_in_sensor(p as usize);
+            let moved = mesh.positions[v] - sample;
+            let (along, size) = (moved.dot(direction), 1e-12 * (1.0 + sample.length()));
+            assert!((moved - along * direction).length() <= size && along.abs() <= bound + size, "{moved}");
+        }
     }
     let cols = image.cols() as i64;
     let area = |[a, b, c]: [u32; 3]| {
@@ -185,12 +194,13 @@ proptest! {
 
     #[test]
     fn any_image_keeps_every_promise(
-        scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32, joined in any::<bool>(),
+        scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32,
+        [joined, interpolate] in any::<[bool; 2]>(), min_angle in prop_oneof![Just(0.0), 0.0..0.5_f64],
     ) {
         let image = seen(&scene, kind);
         let edge_limit = joined.then_some(1e6);
         let triangulation = TriangulateParams { edge_limit, ..TriangulateParams::default() };
-        let params = SculptParams { effort, triangulation, ..absolute(tolerance) };
+        let params = SculptParams { effort, interpolate, min_angle, triangulation, ..absolute(tolerance) };
         let sculpted = sculpt(&image, &params);
         // One by one: every covered ray meets the mesh, and each meeting is within the bound.
         for index in (0..image.len()).filter(|&i| !sculpted.certificate.error_image[i].is_nan()).step_by(7) {
@@ -290,6 +300,50 @@ fn a_huge_tolerance_leaves_the_fewest_triangles_that_cover_the_mask() {
             |r, c| if (20.0..30.0).contains(&r) && (25.0..40.0).contains(&c) { f64::NAN } else { rough(r, c) },
         );
     assert_eq!(sculpt(&holed, &params).mesh.triangles.len(), 12);
+}
+
+#[test]
+fn vertices_off_their_samples_leave_fewer_triangles() {
+    let scene = Scene { rows: 44, cols: 44, seed: 8, holes: 0.0, roughness: 0.05, step: 0.0, quantum: 0.0 };
+    for kind in [0, 4, 8, 12, 16, 24] {
+        let image = seen(&scene, kind);
+        let triangulation = TriangulateParams { edge_limit: Some(1e6), ..TriangulateParams::default() };
+        let count = |interpolate| {
+            let params = SculptParams { interpolate, triangulation, effort: 2, ..absolute(0.03) };
+            sculpt(&image, &params).mesh.triangles.len() as f64
+        };
+        let (samples, free) = (count(true), count(false));
+        assert!(free < 0.95 * samples, "{kind}: {free} of {samples}");
+    }
+}
+
+#[test]
+fn new_triangles_keep_to_the_smallest_angle() {
+    let hills = |r: f64, c: f64| (0.3 * r).sin() * (0.2 * c).cos();
+    let image = flat(40, 60, hills);
+    let triangulation = TriangulateParams { edge_limit: Some(1e6), ..TriangulateParams::default() };
+    let dug = sculpt(&image, &SculptParams { effort: 0, triangulation, ..absolute(0.02) });
+    let corners = |mesh: &TriMesh, t: usize| mesh.corners(t).map(|p| [p.x, p.y].map(f64::to_bits));
+    let old: std::collections::HashSet<_> = (0..dug.mesh.triangles.len()).map(|t| corners(&dug.mesh, t)).collect();
+    let mut last = 0;
+    for (min_angle, interpolate) in [(0.0_f64, true), (0.2, true), (0.5, true), (0.2, false)] {
+        let params = SculptParams { effort: 2, min_angle, interpolate, triangulation, ..absolute(0.02) };
+        let mesh = sculpt(&image, &params).mesh;
+        for t in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.corners(t).map(|p| p.with_z(0.0));
+            let smallest =
+                (b - a).angle_between(c - a).min((c - b).angle_between(a - b)).min((a - c).angle_between(b - c));
+            let turned = |by: usize| {
+                let mut same = corners(&mesh, t);
+                same.rotate_left(by);
+                same
+            };
+            assert!(smallest > min_angle - 1e-9 || (0..3).any(|by| old.contains(&turned(by))), "{smallest}");
+        }
+        // The floor costs triangles.
+        assert!(!interpolate || mesh.triangles.len() > last);
+        last = mesh.triangles.len();
+    }
 }
 
 #[test]

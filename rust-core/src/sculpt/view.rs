@@ -41,6 +41,28 @@ pub(super) trait Site: Copy + Send + Sync {
     /// Signed distance along the ray of `p` from its sample to the triangle, world units; infinite where the ray never
     /// meets the triangle's plane.
     fn error(plane: &Self::Plane, p: &Self) -> f64;
+
+    /// Where the pixel is seen, for angles; rows of a lattice lie `aspect` columns apart.
+    fn seen(&self, aspect: f64) -> DVec3;
+
+    /// What is linear on a triangle as seen from the sensor: height, or the inverse of the range.
+    fn value(&self) -> f64;
+
+    /// The point of another value on the ray of this sample.
+    fn at(&self, value: f64) -> Self;
+
+    /// Value of a triangle on the ray of `p`, less that of its sample.
+    fn offset(plane: &Self::Plane, p: &Self) -> f64;
+
+    /// Smallest and largest offset within a tolerance.
+    fn room(&self, tolerance: f64) -> [f64; 2];
+}
+
+/// Offsets of the inverse of a length within a tolerance.
+fn inverse_room(length: f64, inverse: f64, tolerance: f64) -> [f64; 2] {
+    let nearest = length - tolerance;
+    let highest = if nearest > 0.0 { 1.0 / nearest } else { f64::INFINITY };
+    [1.0 / (length + tolerance) - inverse, highest - inverse]
 }
 
 /// A site on the pixel lattice, where straight edges in space are straight edges of the lattice.
@@ -112,6 +134,26 @@ impl Site for FlatSite {
     fn error(plane: &LinearPlane, p: &Self) -> f64 {
         plane.above(p.x, p.y, p.value)
     }
+
+    fn seen(&self, aspect: f64) -> DVec3 {
+        DVec3::new(self.x, self.y * aspect, 0.0)
+    }
+
+    fn value(&self) -> f64 {
+        self.value
+    }
+
+    fn at(&self, value: f64) -> Self {
+        FlatSite { value, ..*self }
+    }
+
+    fn offset(plane: &LinearPlane, p: &Self) -> f64 {
+        Self::error(plane, p)
+    }
+
+    fn room(&self, tolerance: f64) -> [f64; 2] {
+        [-tolerance, tolerance]
+    }
 }
 
 impl LatticeSite for FlatSite {
@@ -176,6 +218,26 @@ impl Site for PinholeSite {
     #[inline(always)]
     fn error(plane: &LinearPlane, p: &Self) -> f64 {
         p.error_of(plane.above(p.x, p.y, 0.0))
+    }
+
+    fn seen(&self, aspect: f64) -> DVec3 {
+        DVec3::new(self.x, self.y * aspect, 0.0)
+    }
+
+    fn value(&self) -> f64 {
+        self.inverse
+    }
+
+    fn at(&self, value: f64) -> Self {
+        PinholeSite { depth: 1.0 / value, inverse: value, ..*self }
+    }
+
+    fn offset(plane: &LinearPlane, p: &Self) -> f64 {
+        plane.above(p.x, p.y, p.inverse)
+    }
+
+    fn room(&self, tolerance: f64) -> [f64; 2] {
+        inverse_room(self.depth, self.inverse, tolerance / self.stretch)
     }
 }
 
@@ -246,6 +308,26 @@ impl Site for ParallelSite {
     fn error(plane: &LinearPlane, p: &Self) -> f64 {
         plane.above(p.seen.x, p.seen.y, p.height)
     }
+
+    fn seen(&self, _aspect: f64) -> DVec3 {
+        self.seen.extend(0.0)
+    }
+
+    fn value(&self) -> f64 {
+        self.height
+    }
+
+    fn at(&self, value: f64) -> Self {
+        ParallelSite { height: value, ..*self }
+    }
+
+    fn offset(plane: &LinearPlane, p: &Self) -> f64 {
+        Self::error(plane, p)
+    }
+
+    fn room(&self, tolerance: f64) -> [f64; 2] {
+        [-tolerance, tolerance]
+    }
 }
 
 /// Point grids seen along parallel rays.
@@ -298,6 +380,27 @@ impl Site for CentralSite {
         let inverse = plane.dot(p.0);
         if inverse > 0.0 { (1.0 / inverse - 1.0) * p.0.length() } else { f64::INFINITY }
     }
+
+    fn seen(&self, _aspect: f64) -> DVec3 {
+        self.0.normalize_or_zero()
+    }
+
+    /// Ranges are counted in that of the sample.
+    fn value(&self) -> f64 {
+        1.0
+    }
+
+    fn at(&self, value: f64) -> Self {
+        CentralSite(self.0 / value)
+    }
+
+    fn offset(plane: &DVec3, p: &Self) -> f64 {
+        plane.dot(p.0) - 1.0
+    }
+
+    fn room(&self, tolerance: f64) -> [f64; 2] {
+        inverse_room(1.0, 1.0, tolerance / self.0.length())
+    }
 }
 
 /// Spherical images and point grids seen from a point.
@@ -346,6 +449,28 @@ impl<'a> Sight<'a> {
             (Projection::PointGrid(Viewing::From(eye)), _) => Sight::Central(CentralView { image, eye: *eye, sign }),
             _ => Sight::Central(CentralView { image, eye: DVec3::ZERO, sign }),
         }
+    }
+}
+
+impl Sight<'_> {
+    /// The point on the ray of pixel `index` whose [`Site::value`] is `value`, in the sensor's frame.
+    pub fn point(&self, image: &RangeImage, index: u32, value: f64) -> DVec3 {
+        let sample = image.point_in_sensor(index as usize);
+        match self {
+            Sight::Flat(_) => sample.with_z(value),
+            Sight::Pinhole(view) => sample * (view.site(index).inverse / value),
+            Sight::Parallel(view) => sample + view.toward * (value - view.site(index).height),
+            Sight::Central(view) => view.eye + (sample - view.eye) / value,
+        }
+    }
+}
+
+/// Columns between two rows of a lattice, as far as angles go.
+pub(super) fn aspect(image: &RangeImage) -> f64 {
+    match image.projection() {
+        Projection::Orthographic { step, .. } => (step[1] / step[0]).abs(),
+        Projection::Pinhole { focal, .. } => (focal[0] / focal[1]).abs(),
+        _ => 1.0,
     }
 }
 

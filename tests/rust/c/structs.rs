@@ -133,6 +133,8 @@ fn defaults_are_those_of_the_table() {
     same("open", &["max_decoded_gib"], &|_| open.f64(11));
     same("sculpt", &["tolerance", "relative_tolerance"], &|i| sculpt.f64(i));
     same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
+    same("sculpt", &["interpolate"], &|_| sculpt.numbers[5] as f64);
+    same("sculpt", &["min_angle"], &|_| sculpt.f64(6));
     same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
     same("reconstruct", &["factor"], &|_| reconstruct.f64(0));
     same("reconstruct", &["threads"], &|_| f64::from(reconstruct.second));

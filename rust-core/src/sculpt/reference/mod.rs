@@ -26,6 +26,7 @@ mod validation;
 use std::time::Instant;
 
 use super::domain::Domain;
+use super::pieces::Pieces;
 use super::{Certificate, SculptParams, certify, finish};
 use crate::error::{Error, Result};
 use crate::geom::delaunay3::Delaunay3;
@@ -69,7 +70,7 @@ pub struct Reference {
 
 const PLAN: Plan = &[("curvature space", 0.05), ("tetrahedra", 0.6), ("digging", 0.3), ("measuring the error", 0.05)];
 
-/// Sculpts an orthographic image as the paper does; of the parameters `effort` is not used.
+/// Sculpts an orthographic image as the paper does; of the parameters only `tolerance`, `triangulation` and `threads` are used.
 ///
 /// Cost: O(n log n) expected time for n pixels, about 500 bytes a pixel.
 ///
@@ -122,7 +123,7 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
         }
         report.triangles = triangles.len();
         progress.stage(3, 1);
-        let mut mesh = finish::mesh(image, &domain, &triangles);
+        let mut mesh = finish::mesh(image, &domain, &Pieces::full(&triangles));
         let certificate = certify(image, &mesh, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors);
         lap("measuring the error");
