@@ -46,7 +46,7 @@ pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: boo
 }
 
 /// Rounds of search at most.
-const ROUNDS: u32 = 5;
+const ROUNDS: u32 = 8;
 
 /// The cut of a round of search; `gained` is the share of the triangles that went in the round before.
 pub(super) fn next_search(round: u32, domain: &Domain, triangles: usize, gained: f64) -> Option<[u32; 2]> {
@@ -55,7 +55,7 @@ pub(super) fn next_search(round: u32, domain: &Domain, triangles: usize, gained:
     }
     let side = side_for(domain, triangles);
     // Seams elsewhere each time.
-    let eighths = [0, 4, 2, 6, 1][round as usize % 5];
+    let eighths = [0, 4, 2, 6, 1, 5, 3, 7][round as usize % 8];
     Some([side, if side >= domain.rows.max(domain.cols) { 0 } else { side / 8 * eighths }])
 }
 

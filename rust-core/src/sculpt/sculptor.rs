@@ -190,6 +190,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             tolerance,
             least_sine_squared: self.params.min_angle.sin().powi(2),
             aspect: aspect(self.image.borrow()),
+            shake: None,
         };
         // Off the lattice the polish is all there is.
         let wanted = self.params.effort > 0 || !<V::Site as super::view::Site>::ON_LATTICE;
@@ -216,6 +217,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             && let Some(cut) = polish::next_search(round, &self.domain, pieces.triangles.len(), share)
         {
             let before = pieces.triangles.len();
+            rules.shake = (round >= 2).then_some(round);
             pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, search, progress)?;
             share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
             round += 1;

@@ -1,6 +1,7 @@
 //! Fewer triangles by search: edges collapse to the best pixel near their middle, vertices move to a better pixel, edges
 //! flip. Every change keeps all pixels within the tolerance; collapses take away two triangles each, moves and flips
-//! lower the sum of squared errors and so make room for further collapses and removals.
+//! lower the sum of squared errors and so make room for further collapses and removals. Later rounds start with flips that
+//! may raise it.
 //!
 //! A collapse and a move are one operation: the polygon of one or two stars is filled by a fan around a pixel inside.
 //! Positive triangles over all its edges fill a simple polygon, so no other test of the geometry is needed.
@@ -105,6 +106,9 @@ impl<S: Site> Searcher<S> {
             return Ok(());
         }
         self.free = search == Search::Free;
+        if let Some(seed) = rules.shake {
+            self.shake(patch, seed, rules, progress)?;
+        }
         self.flip_edges(patch, rules, progress)?;
         let most = if search == Search::Light { LIGHT } else { usize::MAX };
         self.move_vertices(patch, most, rules, progress)?;
@@ -396,14 +400,35 @@ impl<S: Site> Searcher<S> {
             }
             let g = patch.twins[h as usize];
             if patch.alive[h as usize / 3] && g < h {
-                self.flip(patch, h, g, rules);
+                self.flip(patch, h, g, BETTER, rules);
             }
         }
         Ok(())
     }
 
-    /// Replaces an edge by the other diagonal of the two triangles beside it, if that lowers the sum of squares.
-    fn flip(&mut self, patch: &mut Patch<S>, h: u32, g: u32, rules: &Rules) {
+    /// Flips half of the edges, better or not: where no change lowers the sum of squares, another mesh may have room. A hash
+    /// chooses them, so that the same image gives the same mesh.
+    fn shake(&mut self, patch: &mut Patch<S>, seed: u32, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+        for h in 0..patch.corners.len() as u32 {
+            if (h as usize).is_multiple_of(CHECK) {
+                progress.check()?;
+            }
+            let g = patch.twins[h as usize];
+            if patch.alive[h as usize / 3] && g < h {
+                let [from, to] = [patch.corners[h as usize], patch.to(h)].map(|v| u64::from(patch.pixels[v as usize]));
+                let mut x = (from << 32 | to).wrapping_add(u64::from(seed)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+                x = (x ^ x >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+                if x >> 63 == 0 {
+                    self.flip(patch, h, g, f64::INFINITY, rules);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces an edge by the other diagonal of the two triangles beside it, if the sum of squares falls below `limit` times
+    /// what it was.
+    fn flip(&mut self, patch: &mut Patch<S>, h: u32, g: u32, limit: f64, rules: &Rules) {
         let [a, b] = [patch.corners[h as usize], patch.to(h)];
         let [c, d] = [previous_of(h), previous_of(g)].map(|h| patch.corners[h as usize]);
         let [sa, sb, sc, sd] = [a, b, c, d].map(|v| patch.vertex(v));
@@ -425,7 +450,7 @@ impl<S: Site> Searcher<S> {
             before += was * was;
             after += is * is;
         }
-        if !(after < BETTER * before) {
+        if !(after < limit * before) {
             return;
         }
         let (t, u) = (h / 3, g / 3);

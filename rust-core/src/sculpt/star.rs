@@ -24,6 +24,8 @@ pub(super) struct Rules {
     pub least_sine_squared: f64,
     /// Columns between two rows of a lattice, as far as angles go.
     pub aspect: f64,
+    /// What a search starts with: random flips of this seed.
+    pub shake: Option<u32>,
 }
 
 impl Rules {
