@@ -1,4 +1,5 @@
-"""Height maps to triangles within a bound: this library beside greedy insertion and a right-triangulated network.
+"""Height maps to triangles within a bound: this library, beside greedy insertion, a right-triangulated network, quadric
+collapse, and the pipeline of the paper.
 
 Grids are scaled to a depth extent of 1, so that tolerances are shares of it. Every run is a fresh process; times are of
 the meshing alone, without imports and files. One checker measures all: triangles on valid pixels, largest error there.
@@ -17,7 +18,17 @@ import table
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES_PCT = [0.28, 0.14, 0.069, 0.041, 0.013]
-TOOLS = ["surfrecon", "surfrecon-dug", "surfrecon-search", "pydelatin", "pymartini"]
+TOOLS = [
+    "surfrecon",
+    "surfrecon-dug",
+    "surfrecon-search",
+    "surfrecon-free",
+    "surfrecon-floor",
+    "pydelatin",
+    "pymartini",
+]
+# The pipeline of the paper tetrahedralizes all pixels: for small grids.
+REFERENCE = "surfrecon-reference"
 # These collapse a grid of every sample a dozen times to find the bound: for small grids and one tolerance.
 SLOW_TOOLS = ["open3d-quadric", "meshlab-quadric"]
 SLOW_LIMIT = (320_000, 0.069)
@@ -58,6 +69,16 @@ def synthetic(side):
         cx, cy, width, height = *rng.random(2), 0.03 + 0.08 * rng.random(), 0.3 * rng.random()
         z += height * np.exp(-((x - cx) ** 2 + (y - cy) ** 2) / (2 * width * width))
     return unit_extent(z + 0.15 * ((x > 0.6) & (y > 0.55) & (x < 0.85) & (y < 0.8)))
+
+
+def smooth_object(side=132):
+    """A head-like shape with the background left out: about as many pixels as the paper's images, and as smooth."""
+    y, x = np.mgrid[:side, :side] * (2 / (side - 1)) - 1
+    inside = (x / 0.9) ** 2 + (y / 0.98) ** 2
+    bump = lambda cx, cy, w, h: np.exp(-(((x - cx) / w) ** 2) - ((y - cy) / h) ** 2)  # noqa: E731
+    z = np.sqrt(np.maximum(1.15 - inside, 0)) + 0.25 * bump(0, 0.05, 0.1, 0.22)
+    z += 0.08 * bump(0, 0.5, 0.25, 0.06) - 0.1 * (bump(-0.3, -0.2, 0.14, 0.09) + bump(0.3, -0.2, 0.14, 0.09))
+    return unit_extent(np.where(inside < 1, z, np.nan))
 
 
 def scan(file):
@@ -102,6 +123,7 @@ def cases(skipped):
             yield name, lambda make=make, path=Path(data) / file: make(path)
         else:
             skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+    yield "paper's size", smooth_object
     yield "synthetic 1024", lambda: synthetic(1024)
     for side in (128, 256, 512, 2048, 4096):
         yield f"growth {side}", lambda side=side: synthetic(side)
@@ -191,7 +213,8 @@ def main(only_cases, repeats):
             np.save(grid, heights)
             for tolerance in [0.041] if growth else TOLERANCES_PCT:
                 slow = heights.size <= SLOW_LIMIT[0] and tolerance == SLOW_LIMIT[1]
-                tools = ["surfrecon"] if growth else TOOLS + SLOW_TOOLS * slow
+                small = [REFERENCE] * (heights.size <= SLOW_LIMIT[0]) + SLOW_TOOLS * slow
+                tools = ["surfrecon"] if growth else TOOLS + small
                 found = [measure(name, tool, grid, heights, tolerance, repeats) for tool in tools]
                 rows += found
                 columns = ["tool", "tau_pct", "triangles", "pct_of_full", "max_err_pct", "rms_err_pct"]

@@ -381,12 +381,18 @@ typedef struct {
   // The tolerance as a share of the depth extent, >= 0: of the difference between the farthest and the nearest range of the
   // covered samples. Looked at where tolerance is SRF_FROM_DATA. Default 0.001.
   double relative_tolerance;
-  // Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices.
+  // Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices, 2 searches for
+  // fewer yet.
   uint64_t effort;
   // As in srf_triangulate_params.
   double edge_limit;
   // As in srf_triangulate_params.
   double grazing_limit;
+  // 1, the default: every vertex is a sample. 0: vertices may leave their samples along the ray, within the tolerance, for
+  // fewer triangles.
+  uint64_t interpolate;
+  // Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
+  double min_angle;
 } srf_sculpt_params;
 
 // How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;

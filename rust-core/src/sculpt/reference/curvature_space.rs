@@ -13,7 +13,7 @@ pub(super) fn points(image: &RangeImage, heights: &[f64], pixels: &[u32]) -> Vec
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), z| (l.min(z), h.max(z)));
         (high - low).max(0.0)
     };
-    let depth = extent(&mut pixels.iter().map(|&p| heights[p as usize]));
+    let depth = extent(&mut pixels.iter().map(|&p| heights[p as usize]).filter(|z| !z.is_nan()));
     let unit = if depth > 0.0 { UNITS / depth } else { 0.0 };
     let mut lifted = vec![f64::NAN; heights.len()];
     for &p in pixels {
@@ -44,9 +44,12 @@ fn random(pixel: u32) -> f64 {
     (x >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Absolute second difference over the valid neighbours, in eight parts.
+/// Absolute second difference over the valid neighbours, in eight parts; the background has none.
 fn curvature(image: &RangeImage, heights: &[f64], p: usize) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
+    if !image.is_valid(p) {
+        return 0.0;
+    }
     for q in neighbours(image, p) {
         if image.is_valid(q) {
             sum += heights[p] - heights[q];

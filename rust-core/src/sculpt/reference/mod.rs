@@ -2,7 +2,7 @@
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
-//! | 1 | `curvature_space` | image -> a point a valid pixel (3.1) |
+//! | 1 | `curvature_space` | image, its holes filled with background -> a point a pixel (3.1) |
 //! | 2 | `geom/delaunay3` | points -> tetrahedra (3.2) |
 //! | 3 | `digging` | tetrahedra -> exterior mesh, dug until its triangles are valid (3.2, 3.3) |
 //! | 4 | `validation` | triangle -> invalid, unreliable or reliable (3.3.1, 3.4) |
@@ -14,7 +14,8 @@
 //!
 //! As in the paper the mesh may fold over itself seen from the sensor, digging may end at the lower hull with a triangle that
 //! is still invalid or unreliable, and the halves of a triangle that is cut beside one seen edge-on are not judged again:
-//! these are counted, and the certificate says how far off they are. Where the curvature
+//! these are counted, and the certificate says how far off they are. Digging that gets through to the lower hull at one place
+//! goes on from below and leaves two sheets: the tetrahedra lack some edges of the grid. Where the curvature
 //! itself varies smoothly, as on analytic shapes, many pixels lie on the hull from the start, and the mesh is far denser
 //! than on images with noise or plane parts.
 
@@ -96,20 +97,19 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
             seconds.push((name, (now - std::mem::replace(&mut last, now)).as_secs_f64()));
         };
         progress.stage(0, 1);
-        let pixels: Vec<u32> = (0..image.len() as u32).filter(|&i| image.is_valid(i as usize)).collect();
+        let filled = with_background(heights);
+        let whole = RangeImage::from_values(image.rows(), image.cols(), filled.clone(), *image.projection())?;
+        let pixels: Vec<u32> = (0..image.len() as u32).collect();
         let points = curvature_space::points(image, heights, &pixels);
         lap("curvature space");
         progress.stage(1, 1);
         let mut report = ReferenceReport { tolerance, full_triangles: domain.triangles.len(), ..Default::default() };
         let mut triangles = Vec::new();
-        // Less than a tetrahedron has nothing to dig.
-        if pixels.len() < 4 {
-            triangles.clone_from(&domain.triangles);
-        } else if !domain.triangles.is_empty() {
+        if !domain.triangles.is_empty() {
             let delaunay = Delaunay3::new(&points, params.threads, progress)?;
             lap("tetrahedra");
             progress.stage(2, 1);
-            let judge = validation::Judge::new(image, heights, &domain, tolerance);
+            let judge = validation::Judge::new(&whole, &filled, &domain, tolerance);
             let dug = digging::dig(&delaunay, &pixels, &judge, progress)?;
             report.tetrahedra = delaunay.finite_count();
             report.iterations = dug.iterations;
@@ -118,7 +118,11 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
             let before = dug.triangles.len();
             triangles = degenerate::remove(dug.triangles, image.cols() as u32);
             report.degenerate_triangles = before.saturating_sub(triangles.len());
-            triangles.retain(|&t| image.is_valid(centroid(t, image.cols() as u32)));
+            // What reaches into the background is not drawn.
+            let is_drawn = |t: &[u32; 3]| {
+                image.is_valid(centroid(*t, image.cols() as u32)) && t.iter().all(|&p| image.is_valid(p as usize))
+            };
+            triangles.retain(is_drawn);
             lap("digging");
         }
         report.triangles = triangles.len();
@@ -130,6 +134,12 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
         report.seconds = seconds;
         Ok(Reference { mesh, certificate, report })
     })
+}
+
+/// The lowest height where there is no sample (section 2).
+fn with_background(heights: &[f64]) -> Vec<f64> {
+    let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
+    heights.iter().map(|&z| if z.is_nan() { lowest } else { z }).collect()
 }
 
 /// The pixel at the centroid of a triangle of pixels.
@@ -255,10 +265,16 @@ mod tests {
     fn planes_holes_and_nothing_at_all() {
         let flat = run(&map(20, 30, |r, _| 2.0 * r), &params(0.01, 1), &Progress::none()).unwrap();
         assert!(flat.certificate.max_error <= 0.01 && flat.report.triangles >= 2);
-        let holed = map(20, 30, |r, c| if (8.0..12.0).contains(&r) && c > 9.0 { f64::NAN } else { hills(r, c) });
+        let holed_at = |y: f64, x: f64| (8.0..12.0).contains(&-y) && x > 9.0;
+        let holed = map(20, 30, |r, c| if holed_at(-r, c) { f64::NAN } else { hills(r, c) });
         let result = run(&holed, &params(0.2, 1), &Progress::none()).unwrap();
-        assert!(result.report.triangles > 0);
-        for (rows, cols) in [(0, 0), (1, 9), (5, 5)] {
+        assert!(
+            result.report.triangles > 0 && result.certificate.max_error <= 0.2 * (1.0 + 1e-9),
+            "{:?}",
+            result.report
+        );
+        assert!(result.mesh.positions.iter().all(|p| p.z > -11.0 && !holed_at(p.y, p.x)));
+        for (rows, cols) in [(0, 0), (1, 9), (9, 1), (1, 1), (5, 5)] {
             let empty = map(rows, cols, |_, _| f64::NAN);
             assert_eq!(run(&empty, &params(0.2, 1), &Progress::none()).unwrap().report.triangles, 0);
         }
