@@ -181,6 +181,7 @@ def main():
     bpy.ops.wm.save_as_mainfile(filepath=str(out / "demo.blend"), compress=True)
     clock.done("save")
     bpy.context.scene.render.filepath = str(out / "demo.render.png")
+    print("  rendering the picture, without a graphics card: half a minute or more", flush=True)
     bpy.ops.render.render(write_still=True)
     clock.done("render")
 

@@ -10,7 +10,7 @@ cd "$root"
 PATH=$("$root/tools/venv.sh" build)/bin:$PATH
 mkdir -p target
 exec 9>target/wheel.lock   # this tree only: others build wheels of their own
-flock 9
+wait_for_lock wheel
 portable=()
 if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28); fi
 rm -f target/wheels/surfrecon-*.whl

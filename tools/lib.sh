@@ -19,8 +19,15 @@ retry() {
     return 1
 }
 
+# Takes the lock open as descriptor 9; says so if that takes waiting.
+wait_for_lock() {
+    flock -n 9 && return 0
+    say "waiting for another run to finish with: $1"
+    flock 9
+}
+
 # One process at a time prepares a thing; the others wait and then find it ready.
 lock() {
     exec 9>"$cache/$1.lock"
-    flock 9
+    wait_for_lock "$1"
 }

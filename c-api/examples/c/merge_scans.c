@@ -63,6 +63,7 @@ static int merge(const char *out, const char *const *paths, size_t count)
     } else if (srf_mesh_write_glb(mesh, out, "merged scans", 1.0, 0, &progress) != SRF_OK) {
         result = fail("writing");
     } else {
+        report("done", 1.0, "", NULL);
         fprintf(stderr, "\n");
         printf("%u scans, %llu triangles in, %llu out, voxel %g, %llu holes closed, %llu left open\n", (unsigned)figures.scans,
                (unsigned long long)figures.input_triangles,
