@@ -214,7 +214,8 @@ def points_of_object(obj, depsgraph, in_world):
         points, colour = flat.reshape(-1, 3), None
     elif obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
         with Placed(obj, depsgraph) as mesh:
-            if mesh is None:
+            # Blender 4.2 has no positions where there are no vertices.
+            if mesh is None or len(mesh.vertices) == 0:
                 raise Refused(f'"{obj.name}" has no vertices')
             points, colour = positions(mesh), vertex_colours(mesh)
     else:

@@ -126,7 +126,7 @@ BAD = {
 def test_points_without_a_surface_leave_the_scene_as_it_was(name):
     points = add_points(name, BAD[name])
     meshes = len(bpy.data.meshes)
-    with pytest.raises(RuntimeError, match="at least 4 different points|one plane"):
+    with pytest.raises(RuntimeError, match="at least 4 different points|one plane|one line"):
         bpy.ops.surfrecon.reconstruct()
     assert list(bpy.data.objects) == [points] and len(bpy.data.meshes) == meshes
     assert points.select_get() and bpy.context.object is points
@@ -134,7 +134,7 @@ def test_points_without_a_surface_leave_the_scene_as_it_was(name):
 
 def test_an_object_without_vertices_is_named():
     add_points("nothing", np.zeros((0, 3)))
-    with pytest.raises(RuntimeError, match='"nothing" has no points|at least 4 different points'):
+    with pytest.raises(RuntimeError, match='"nothing" has no vertices'):
         bpy.ops.surfrecon.reconstruct()
 
 

@@ -109,7 +109,7 @@ fn tetrahedralize(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> 
     let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) * factor;
     let extent = (high - low).max_element();
     let (mut ids, rounds) = order::insertion_order(points, low / factor, extent / factor);
-    bring_simplex_forward(points, &mut ids, arithmetic)?;
+    bring_simplex_forward(points, factor, &mut ids, arithmetic)?;
     let mut sorted = Vec::new();
     sorted.try_reserve_exact(points.len()).map_err(|_| out_of_memory(points.len()))?;
     ids.par_iter().map(|&i| points[i as usize] * factor).collect_into_vec(&mut sorted);
@@ -153,8 +153,8 @@ fn first_of_equals(ids: &mut [u32], duplicates: &mut [[u32; 2]]) -> Vec<[u32; 2]
 }
 
 /// Exchanges points of the order so that its first four are the corners of a tetrahedron.
-fn bring_simplex_forward(points: &[DVec3], ids: &mut [u32], arithmetic: Arithmetic) -> Result<()> {
-    let at = |i: u32| points[i as usize];
+fn bring_simplex_forward(points: &[DVec3], factor: f64, ids: &mut [u32], arithmetic: Arithmetic) -> Result<()> {
+    let at = |i: u32| points[i as usize] * factor;
     let found = |name: &str, found: Option<usize>| {
         found.ok_or_else(|| {
             Error::input(format!("the {} points {name}: a tetrahedralization needs four that do not", points.len()))

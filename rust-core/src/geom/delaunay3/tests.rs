@@ -231,6 +231,16 @@ fn a_star_of_seventy_thousand_vertices() {
 }
 
 #[test]
+fn any_power_of_two_makes_the_same_cells() {
+    let points = scattered(300);
+    let expected = tetrahedralized(&points, 1);
+    for exponent in [-900, -300, 300, 900] {
+        let scaled: Vec<DVec3> = points.iter().map(|p| *p * 2.0_f64.powi(exponent)).collect();
+        assert_eq!(tetrahedralized(&scaled, 1).cells(), expected.cells(), "{exponent}");
+    }
+}
+
+#[test]
 fn four_points_are_one_cell() {
     let points = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let delaunay = tetrahedralized(&points, 1);
