@@ -13,7 +13,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "capi", "io", "meshlab"]
+BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "meshlab"]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"

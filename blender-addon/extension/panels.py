@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sidebar tab "Scans" and the entry in File > Import."""
 
+import math
+
 import bpy
 
 from . import convert
 from .job import Running
+from .operators.cluster import REPORT as CLUSTERED
 from .operators.error_map import FIGURES, RAMP_NODE
 from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
@@ -43,6 +46,10 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
         layout.operator("surfrecon.merge", icon="MOD_REMESH")
         layout.operator("surfrecon.sculpt", icon="MOD_DECIM")
         layout.operator("surfrecon.reconstruct", icon="OUTLINER_DATA_POINTCLOUD")
+        layout.operator("surfrecon.cluster", icon="MOD_TRIANGULATE")
+        obj = context.object
+        if obj is not None and len(obj.surfrecon_levels) > 0:
+            layout.prop(obj, "surfrecon_level")
 
 
 class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
@@ -180,6 +187,21 @@ def merge_lines(context, report):
     yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"
 
 
+def cluster_lines(context, figures):
+    """The figures of a clustered surface as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Vertices", f"{figures['vertices']:,}"
+    yield "Triangles", f"{figures['triangles']:,}"
+    yield "Mean smallest angle", f"{math.degrees(figures['mean_smallest_angle']):.1f}°"
+    yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
+    if "max_error" in figures:
+        yield "Largest error", length(context, figures["max_error"])
+    if figures["kept_input"]:
+        yield "Result", "the input: nothing coarser is that near"
+    if figures["cut_edges"]:
+        yield "Edges cut", f"{figures['cut_edges']:,}"
+
+
 def length(context, value):
     """A length in the scene's unit."""
     settings = context.scene.unit_settings
@@ -188,7 +210,8 @@ def length(context, value):
     return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
 
 
-LINES = {REPORT: merge_lines, SCULPTED: sculpt_lines, RECONSTRUCTED: reconstruct_lines}
+# Custom property of a result -> its lines.
+LINES = {REPORT: merge_lines, SCULPTED: sculpt_lines, RECONSTRUCTED: reconstruct_lines, CLUSTERED: cluster_lines}
 
 
 def menu_import(self, context):

@@ -7,8 +7,9 @@ import bpy
 import surfrecon
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
 
-# Blender's sliders need an end; the library itself has none.
+# Blender's sliders need an end; the library itself has none. Its whole numbers have 31 bits.
 LONGEST = 1e9
+LARGEST = 2**31 - 1
 
 
 def option(parameter):
@@ -18,7 +19,8 @@ def option(parameter):
     if parameter.unit == "count" and parameter.maximum == 1:
         return BoolProperty(default=bool(default), **words)
     if parameter.unit == "count":
-        return IntProperty(default=int(default), min=int(parameter.minimum), max=int(parameter.maximum), **words)
+        largest = min(int(parameter.maximum), LARGEST)
+        return IntProperty(default=int(default), min=int(parameter.minimum), max=largest, **words)
     limits = {"default": default, "min": parameter.minimum, "max": min(parameter.maximum, LONGEST)}
     if parameter.unit == "length":
         return FloatProperty(subtype="DISTANCE", unit="LENGTH", precision=5, step=0.1, **limits, **words)

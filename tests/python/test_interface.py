@@ -89,6 +89,7 @@ def test_options_are_those_of_the_table():
     cluster = {p.name for p in surfrecon.parameters("cluster")}
     assert set(keyword_options(surfrecon.cluster)) == {*cluster, "progress"}
     one_level = {"vertices", "patches", "max_error"}
+    assert set(keyword_options(surfrecon.Job.cluster)) == {*cluster, "levels"}
     assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
     quads = [p.name for p in surfrecon.parameters("quads")]
     assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}

@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import error_map, export_scans, import_scans, merge, reconstruct, sculpt
+from . import cluster, error_map, export_scans, import_scans, merge, reconstruct, sculpt
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
@@ -12,6 +12,7 @@ CLASSES = (
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
     reconstruct.SURFRECON_OT_reconstruct,
+    cluster.SURFRECON_OT_cluster,
     error_map.SURFRECON_OT_error_map,
 )
 
@@ -20,11 +21,13 @@ def register():
     """Registers them."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    cluster.register()
 
 
 def unregister():
     """Unregisters them."""
     sculpt.Kept.forget()
     reconstruct.Kept.forget()
+    cluster.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::TriMesh;
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::mesh::measure::Quality;
+use surfrecon::{Progress, TriMesh};
 
 use crate::errors::input_error;
 use crate::mesh::Mesh;
@@ -55,12 +55,57 @@ pub fn cluster(
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Clustered> {
-    let resolution = resolution(vertices, patches, max_error)?;
+    let levels = vec![resolution(vertices, patches, max_error)?];
     let params = params(adaptivity, iterations, relaxation, seed, threads)?;
-    let input: Arc<TriMesh> = mesh.mesh.clone();
-    let params = ClusterParams { resolution, ..params };
-    let made = Watch::new(progress).run(py, |progress| surfrecon::cluster::run(&input, &params, progress))?;
-    Clustered::new(py, made)
+    let call = ClusterCall { mesh: mesh.mesh.clone(), levels, chain: false, params };
+    let mut made = Watch::new(progress).run(py, |progress| call.run(progress))?;
+    Clustered::new(py, made.remove(0))
+}
+
+/// A call whose arguments are checked, to be run on any thread.
+pub struct ClusterCall {
+    mesh: Arc<TriMesh>,
+    levels: Vec<Resolution>,
+    /// Whether a list is wanted, be it of one.
+    pub chain: bool,
+    params: ClusterParams,
+}
+
+impl ClusterCall {
+    /// What `Job.cluster` was given.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    pub fn new(
+        mesh: &Mesh,
+        levels: Option<Vec<i64>>,
+        vertices: Option<i64>,
+        patches: Option<i64>,
+        max_error: Option<f64>,
+        adaptivity: Option<f64>,
+        iterations: Option<i64>,
+        relaxation: Option<i64>,
+        seed: Option<i64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+        if levels.is_some() && (vertices.is_some() || patches.is_some() || max_error.is_some()) {
+            return Err(input_error("levels go without vertices, patches and max_error".to_owned()));
+        }
+        let chain = levels.is_some();
+        let levels = match levels {
+            Some(levels) => chain_of(levels)?,
+            None => vec![resolution(vertices, patches, max_error)?],
+        };
+        Ok(ClusterCall { mesh: mesh.mesh.clone(), levels, chain, params })
+    }
+
+    /// Runs it.
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Vec<Core>> {
+        surfrecon::cluster::levels(&self.mesh, &self.levels, &self.params, progress)
+    }
+}
+
+fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
+    vertices.into_iter().map(|n| resolution(Some(n), None, None)).collect()
 }
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
@@ -71,7 +116,8 @@ pub fn cluster(
 ///     adaptivity, iterations, relaxation, seed, threads, progress: as for ``cluster``.
 ///
 /// Returns:
-///     A list of ``Clustered``, one a level, in the order of ``vertices``.
+///     A list of ``Clustered``, one a level, in the order of ``vertices``. ``finest.mesh.write("x.glb", coarser=[...])``
+///     writes a chain as glTF with levels of detail.
 ///
 /// Raises:
 ///     ParameterError, InputError, Cancelled: as ``cluster``.
@@ -90,11 +136,9 @@ pub fn cluster_levels(
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Clustered>> {
-    let levels = vertices.into_iter().map(|n| resolution(Some(n), None, None)).collect::<PyResult<Vec<_>>>()?;
     let params = params(adaptivity, iterations, relaxation, seed, threads)?;
-    let input: Arc<TriMesh> = mesh.mesh.clone();
-    let made =
-        Watch::new(progress).run(py, |progress| surfrecon::cluster::levels(&input, &levels, &params, progress))?;
+    let call = ClusterCall { mesh: mesh.mesh.clone(), levels: chain_of(vertices)?, chain: true, params };
+    let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     made.into_iter().map(|made| Clustered::new(py, made)).collect()
 }
 
@@ -143,7 +187,8 @@ pub struct Clustered {
 }
 
 impl Clustered {
-    fn new(py: Python<'_>, mut core: Core) -> PyResult<Self> {
+    /// With the mesh as an object of Python.
+    pub fn new(py: Python<'_>, mut core: Core) -> PyResult<Self> {
         let mesh = Py::new(py, Mesh::from(std::mem::take(&mut core.mesh)))?;
         Ok(Clustered { mesh, core })
     }

@@ -7,12 +7,14 @@ use std::thread::JoinHandle;
 use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
+use surfrecon::cluster::Clustered as CoreClustered;
 use surfrecon::merge::Merged;
 use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
 
+use crate::cluster::{ClusterCall, Clustered};
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::DistanceCall;
 use crate::merge::{MergeCall, MergeResult};
@@ -29,14 +31,16 @@ enum Made {
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
     Reconstructed(Box<surfrecon::scattered::Reconstructed>),
+    /// One or, as a list, any number.
+    Clustered(Vec<CoreClustered>, bool),
 }
 
 type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface`` or ``Job.distances``. Dropping a running
-/// job cancels it.
+/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster`` or ``Job.distances``. Dropping
+/// a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -144,6 +148,34 @@ impl Job {
         Job::start(move |progress| Ok(Made::Reconstructed(Box::new(call.run(progress)?))))
     }
 
+    /// Starts ``surfrecon.cluster`` with the same arguments but ``progress``; with ``levels``, a list of numbers of vertices,
+    /// ``surfrecon.cluster_levels``, whose list is the result.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (mesh, *, levels = None, vertices = None, patches = None, max_error = None, adaptivity = None,
+        iterations = None, relaxation = None, seed = None, threads = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn cluster(
+        mesh: &Mesh,
+        levels: Option<Vec<i64>>,
+        vertices: Option<i64>,
+        patches: Option<i64>,
+        max_error: Option<f64>,
+        adaptivity: Option<f64>,
+        iterations: Option<i64>,
+        relaxation: Option<i64>,
+        seed: Option<i64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let call = ClusterCall::new(
+            mesh, levels, vertices, patches, max_error, adaptivity, iterations, relaxation, seed, threads,
+        )?;
+        let chain = call.chain;
+        Job::start(move |progress| Ok(Made::Clustered(call.run(progress)?, chain)))
+    }
+
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
         let tick = self.progress.tick();
@@ -183,6 +215,16 @@ impl Job {
                 Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())
             }
             Ok(Ok(Ok(Made::Quads(quads)))) => Ok(Bound::new(py, QuadGrid::from(*quads))?.into_any()),
+            Ok(Ok(Ok(Made::Clustered(levels, chain)))) => {
+                let levels = levels
+                    .into_iter()
+                    .map(|level| Bound::new(py, Clustered::new(py, level)?))
+                    .collect::<PyResult<Vec<_>>>()?;
+                if chain {
+                    return Ok(PyList::new(py, levels)?.into_any());
+                }
+                Ok(levels.into_iter().next().expect("one level was asked for").into_any())
+            }
             Ok(Ok(Err(error))) => Err(to_python(&error)),
             Ok(Err(panic)) | Err(panic) => Err(internal_error(&*panic)),
         }

@@ -1,13 +1,17 @@
-//! Takes nodes away, shortest edges first, until as many are left as are wanted. Ours; the paper has no such stage.
+//! Takes nodes away until as many are left as are wanted, or where two are too close. Ours; the paper has no such stage.
 //!
-//! k patches give a number of nodes that only the topology decides, near 3 k; the last few are taken away here. An edge is
-//! collapsed only if its ends have no common neighbours but those its triangles name, so the topology stays.
+//! k patches give a number of nodes that only the topology decides, near 3 k; the last few are taken away here, where edges are
+//! shortest beside their neighbours. An edge is collapsed only if its ends have no common neighbours but those its triangles
+//! name, so the topology stays.
 
 use super::flip::Links;
-use super::net::{Net, Spot, area_vector};
+use super::net::{Net, Spot, area_vector, smallest_angle};
 use super::surface::{NONE, Surface};
 use crate::error::Result;
 use crate::progress::Progress;
+
+/// Edges at a sharp angle that are shorter than this share of their neighbours are collapsed.
+const SHORT: f64 = 0.75;
 
 /// Collapses edges until at most `wanted` nodes are left, or no edge can be.
 ///
@@ -17,7 +21,11 @@ pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Prog
     while net.points.len() > wanted {
         progress.check()?;
         let before = net.points.len();
-        pass(surface, net, before - wanted);
+        // A pass far beyond the short edges would take away what later passes choose better.
+        let most = (before - wanted).min(1 + before / 20);
+        let links = Links::of(&net.triangles, before);
+        let edges = by_length(net, &links);
+        pass(surface, net, &links, &edges, most, false);
         if net.points.len() == before {
             break;
         }
@@ -25,29 +33,61 @@ pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Prog
     Ok(())
 }
 
-/// Collapses up to `most` edges whose surroundings don't touch, and closes the ranks.
-fn pass(surface: &Surface, net: &mut Net, most: usize) {
-    let links = Links::of(&net.triangles, net.points.len());
+/// Collapses the short edges opposite angles below `sharp` where that makes the angles around it larger; how many.
+pub fn collapse_sharp(surface: &Surface, net: &mut Net, sharp: f64) -> usize {
+    let before = net.points.len();
+    let links = Links::of(&net.triangles, before);
+    let is_sharp = |t: u32| smallest_angle(net.triangles[t as usize].map(|v| net.points[v as usize])) < sharp;
+    let mut edges = by_length(net, &links);
+    edges.retain(|&(length, h)| {
+        let twin = links.twins[h as usize];
+        length < SHORT && (is_sharp(h / 3) || twin != NONE && is_sharp(twin / 3))
+    });
+    pass(surface, net, &links, &edges, before, true);
+    before - net.points.len()
+}
+
+/// All edges, each by one of its half-edges, with their lengths beside those of their ends' edges; shortest first.
+pub fn by_length(net: &Net, links: &Links) -> Vec<(f64, u32)> {
+    let length = |h: u32| {
+        let [a, b] = ends(net, h).map(|v| net.points[v as usize]);
+        a.distance(b)
+    };
+    let mut sums = vec![(0.0, 0.0); net.points.len()];
+    for h in 0..links.twins.len() as u32 {
+        // An edge inside is met from both sides, one on the border once.
+        let (weight, length) = (if links.twins[h as usize] == NONE { 1.0 } else { 0.5 }, length(h));
+        for v in ends(net, h) {
+            sums[v as usize].0 += weight * length;
+            sums[v as usize].1 += weight;
+        }
+    }
+    let mean = |v: u32| sums[v as usize].0 / sums[v as usize].1;
     let mut edges: Vec<(f64, u32)> = (0..links.twins.len() as u32)
         .filter(|&h| links.twins[h as usize] == NONE || h < links.twins[h as usize])
         .map(|h| {
-            let [a, b] = ends(net, h).map(|v| net.points[v as usize]);
-            (a.distance_squared(b), h)
+            let [a, b] = ends(net, h);
+            let around = 0.5 * (mean(a) + mean(b));
+            (if around > 0.0 { length(h) / around } else { 0.0 }, h)
         })
         .collect();
     edges.sort_unstable_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-    // A pass far beyond the short edges would take away what later passes choose better.
-    let most = most.min(1 + net.points.len() / 20);
+    edges
+}
+
+/// Collapses up to `most` of the edges, whose surroundings don't touch, and closes the ranks. With `better`, only where the
+/// smallest angle around grows.
+fn pass(surface: &Surface, net: &mut Net, links: &Links, edges: &[(f64, u32)], most: usize, better: bool) {
     let mut touched = vec![false; net.points.len()];
     let mut into: Vec<u32> = (0..net.points.len() as u32).collect();
     let (mut ring_a, mut ring_b, mut done) = (Vec::new(), Vec::new(), 0);
-    for &(_, h) in &edges {
+    for &(_, h) in edges {
         if done == most {
             break;
         }
         let [mut a, mut b] = ends(net, h);
-        ring(net, &links, a, &mut ring_a);
-        ring(net, &links, b, &mut ring_b);
+        ring(net, links, a, &mut ring_a);
+        ring(net, links, b, &mut ring_b);
         if ring_a.iter().chain(&ring_b).any(|&v| touched[v as usize]) {
             continue;
         }
@@ -66,16 +106,24 @@ fn pass(surface: &Surface, net: &mut Net, most: usize) {
             std::mem::swap(&mut a, &mut b);
         }
         // On a border of three edges nothing may go.
-        if at_border && border_is_short(net, &links, h) {
+        if at_border && border_is_short(net, links, h) {
             continue;
         }
+        let stay =
+            |v: u32| Spot { point: net.points[v as usize], place: net.places[v as usize], rail: net.rails[v as usize] };
         let middle = (net.points[a as usize] + net.points[b as usize]) * 0.5;
-        let spot = if border_a != border_b {
-            Spot { point: net.points[a as usize], place: net.places[a as usize], rail: net.rails[a as usize] }
+        let spots = if border_a != border_b {
+            [stay(a); 3]
         } else {
-            net.project(surface, a as usize, middle)
+            [net.project(surface, a as usize, middle), stay(a), stay(b)]
         };
-        if turns_over(net, &links, a, b, &spot) {
+        let before = if better { smallest_before(net, links, a, b) } else { 0.0 };
+        let best = spots[..if better { 3 } else { 1 }]
+            .iter()
+            .filter_map(|&spot| smallest_after(net, links, a, b, &spot).map(|angle| (angle, spot)))
+            .reduce(|best, next| if next.0 > best.0 { next } else { best });
+        let Some((after, spot)) = best else { continue };
+        if better && after <= before {
             continue;
         }
         net.put(a as usize, spot);
@@ -108,22 +156,34 @@ fn border_is_short(net: &Net, links: &Links, h: u32) -> bool {
     false
 }
 
-/// Whether moving `a` to `spot` and `b` onto it turns one of their other triangles over.
-fn turns_over(net: &Net, links: &Links, a: u32, b: u32, spot: &Spot) -> bool {
-    [a, b].into_iter().any(|v| {
-        let other = if v == a { b } else { a };
-        let mut turned = false;
+/// Smallest angle of the triangles at two nodes.
+fn smallest_before(net: &Net, links: &Links, a: u32, b: u32) -> f64 {
+    let mut smallest = f64::INFINITY;
+    for v in [a, b] {
+        links.triangles_around(v, |t| {
+            smallest = smallest.min(smallest_angle(net.triangles[t as usize].map(|w| net.points[w as usize])));
+        });
+    }
+    smallest
+}
+
+/// Smallest angle of the other triangles at `a` and `b` with both nodes at `spot`; `None` if that turns one over.
+fn smallest_after(net: &Net, links: &Links, a: u32, b: u32, spot: &Spot) -> Option<f64> {
+    let (mut smallest, mut turned) = (f64::INFINITY, false);
+    for (v, other) in [(a, b), (b, a)] {
         links.triangles_around(v, |t| {
             let triangle = net.triangles[t as usize];
-            if triangle.contains(&other) {
+            if turned || triangle.contains(&other) {
                 return;
             }
             let before = net.area_vector(t as usize);
-            let after = area_vector(triangle.map(|w| if w == v { spot.point } else { net.points[w as usize] }));
+            let corners = triangle.map(|w| if w == v { spot.point } else { net.points[w as usize] });
+            let after = area_vector(corners);
             turned |= !(after.dot(before) > 0.2 * after.length() * before.length());
+            smallest = smallest.min(smallest_angle(corners));
         });
-        turned
-    })
+    }
+    (!turned).then_some(smallest)
 }
 
 /// Drops the nodes that have gone into others, and their triangles.

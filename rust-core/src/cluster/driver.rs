@@ -2,12 +2,13 @@
 
 use std::time::Instant;
 
+use super::flip::Goal;
 use super::kmeans::KMeans;
 use super::net::Net;
 use super::polygons::Polygons;
 use super::subcluster::{self, Repairs};
 use super::surface::Surface;
-use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, relax};
+use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, mend, relax};
 use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::measure::{self, Side, Summary};
@@ -20,9 +21,7 @@ const PLAN: Plan = &[("clustering", 1.0)];
 const CONVERGED: f64 = 2e-4;
 /// Tries for a number of vertices.
 const TRIES: usize = 8;
-/// Rounds of flips and relaxation after the springs' first equilibrium.
-const ROUNDS: usize = 3;
-/// Relaxation steps of each.
+/// Relaxation steps after each round of flips.
 const STEPS_A_ROUND: usize = 20;
 /// Patches that a largest error starts with.
 const FIRST_PATCHES: usize = 32;
@@ -236,11 +235,12 @@ impl<'a> Job<'a> {
         progress: &Progress<'_>,
     ) -> Result<Disks> {
         *kmeans = if coarser.centres.len() <= patches { coarser.clone() } else { coarser.restarted() };
-        // The curvature is measured while patches are few, and again before the last doubling.
-        for part in if self.params.adaptivity > 0.0 { &[8, 2][..] } else { &[] } {
+        // Where patches err most is measured while they are few, and again as they become more.
+        for part in if self.params.adaptivity > 0.0 { &[4, 2, 1][..] } else { &[] } {
             kmeans.split_to(patches / part, progress)?;
             let (labels, patches) = (&kmeans.labels, kmeans.centres.len());
-            let weights = density::weights(&self.surface, &self.weights, labels, patches, self.params.adaptivity);
+            let weights =
+                density::weights(&self.surface, &self.weights, labels, patches, self.params.adaptivity, progress)?;
             kmeans.set_weights(weights);
         }
         kmeans.split_to(patches, progress)?;
@@ -259,17 +259,19 @@ impl<'a> Job<'a> {
         let surface = &self.surface;
         let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
         let before = net.shape();
+        clock.lap("fans");
+        let steps = self.params.relaxation as usize;
+        let few = steps.min(STEPS_A_ROUND);
+        relax::relax(surface, &mut net, steps, progress)?;
         if let Some(wanted) = nodes {
             collapse::collapse(surface, &mut net, wanted, progress)?;
         }
-        clock.lap("fans");
-        let steps = self.params.relaxation as usize;
         if steps > 0 {
-            relax::relax(surface, &mut net, steps, progress)?;
-            for _ in 0..ROUNDS {
-                flip::flips(&mut net, progress)?;
-                relax::relax(surface, &mut net, steps.min(STEPS_A_ROUND), progress)?;
+            for goal in [Goal::Valence, Goal::Valence, Goal::Angle] {
+                flip::flips(&mut net, goal);
+                relax::relax(surface, &mut net, few, progress)?;
             }
+            mend::mend(surface, &mut net, nodes, progress)?;
         }
         clock.lap("relax");
         Ok(self.finish(disks, net, before))

@@ -2,11 +2,9 @@
 
 use glam::DVec3;
 
-use super::net::{Net, area_vector};
+use super::net::{Net, area_vector, smallest_angle};
 use super::surface::{NONE, Surface};
-use crate::error::Result;
 use crate::mesh::measure::angles;
-use crate::progress::Progress;
 
 /// The triangles of a net with their neighbours.
 pub struct Links {
@@ -69,8 +67,8 @@ impl Links {
 
 /// What a flip is judged by.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Goal {
-    /// Nodes with six edges, four on the border.
+pub enum Goal {
+    /// As many triangles at each node as angles of 60 degrees fit.
     Valence,
     /// The larger smallest angle of both triangles.
     Angle,
@@ -78,55 +76,58 @@ enum Goal {
 
 /// Smallest angle, in radians, that a flip for better valences may make.
 const WORST_FOR_VALENCE: f64 = 0.35;
+/// Passes over all edges.
+const PASSES: usize = 8;
 
-/// Flips edges for better valences, then for better angles.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub fn flips(net: &mut Net, progress: &Progress<'_>) -> Result<()> {
+/// Flips edges until none is better for `goal`. Valences cost some angle, which the springs win back: relax in between.
+pub fn flips(net: &mut Net, goal: Goal) {
     let mut links = Links::of(&net.triangles, net.points.len());
-    progress.check()?;
-    flip(net, &mut links, Goal::Valence);
-    flip(net, &mut links, Goal::Angle);
-    progress.check()
-}
-
-/// Flips edges until none is better for `goal`; returns how many.
-fn flip(net: &mut Net, links: &mut Links, goal: Goal) -> usize {
-    let mut flips = 0;
-    for _ in 0..8 {
-        let before = flips;
+    let ideals = if goal == Goal::Valence { ideals(net) } else { Vec::new() };
+    for _ in 0..PASSES {
+        let mut flips = 0;
         for h in 0..links.twins.len() as u32 {
             let g = links.twins[h as usize];
-            if g != NONE && h < g && is_better(net, links, h, g, goal) {
-                turn(net, links, h, g);
+            if g != NONE && h < g && is_better(net, &links, h, g, &ideals) {
+                turn(net, &mut links, h, g);
                 flips += 1;
             }
         }
-        if flips == before {
+        if flips == 0 {
             break;
         }
     }
-    flips
 }
 
-fn is_better(net: &Net, links: &Links, h: u32, g: u32, goal: Goal) -> bool {
+/// Edges that each node should have: one for each 60 degrees of its angles, which on a border depend on how this turns.
+fn ideals(net: &Net) -> Vec<i64> {
+    let mut sums = vec![0.0; net.points.len()];
+    for t in &net.triangles {
+        for (v, angle) in t.iter().zip(angles(t.map(|v| net.points[v as usize]))) {
+            sums[*v as usize] += angle;
+        }
+    }
+    let ideal = |(v, sum): (usize, &f64)| {
+        let triangles = (sum / 60_f64.to_radians()).round() as i64;
+        if net.on_rail(v as u32) { triangles.clamp(1, 6) + 1 } else { triangles.clamp(4, 8) }
+    };
+    sums.iter().enumerate().map(ideal).collect()
+}
+
+/// Whether the flip of an edge serves the valences in `ideals`, or without any the angles.
+fn is_better(net: &Net, links: &Links, h: u32, g: u32, ideals: &[i64]) -> bool {
     let [a, b, c, d] = quad(net, h, g);
+    if !ideals.is_empty() {
+        let excess = |v: u32, change: i64| (i64::from(links.valences[v as usize]) + change - ideals[v as usize]).pow(2);
+        let gain = [a, b].map(|v| excess(v, 0) - excess(v, -1)).iter().sum::<i64>()
+            + [c, d].map(|v| excess(v, 0) - excess(v, 1)).iter().sum::<i64>();
+        if gain <= 0 {
+            return false;
+        }
+    }
     let [p, q, r, s] = [a, b, c, d].map(|v| net.points[v as usize]);
-    let excess = |v: u32, change: i64| {
-        let ideal = if net.on_rail(v) { 4 } else { 6 };
-        (i64::from(links.valences[v as usize]) + change - ideal).pow(2)
-    };
-    let gain = [a, b].map(|v| excess(v, 0) - excess(v, -1)).iter().sum::<i64>()
-        + [c, d].map(|v| excess(v, 0) - excess(v, 1)).iter().sum::<i64>();
-    let smallest = |t: [DVec3; 3]| angles(t).into_iter().fold(f64::INFINITY, f64::min);
-    let before = smallest([p, q, r]).min(smallest([q, p, s]));
-    let after = smallest([r, p, s]).min(smallest([s, q, r]));
-    let wanted = match goal {
-        Goal::Valence => gain > 0 && after > WORST_FOR_VALENCE.min(before),
-        // Valences are worth some angle: the springs win it back.
-        Goal::Angle => after > before * (1.0 + 1e-9),
-    };
+    let before = smallest_angle([p, q, r]).min(smallest_angle([q, p, s]));
+    let after = smallest_angle([r, p, s]).min(smallest_angle([s, q, r]));
+    let wanted = if ideals.is_empty() { after > before * (1.0 + 1e-9) } else { after > WORST_FOR_VALENCE.min(before) };
     wanted && faces_alike(p, q, r, s) && least(links, net, a) && least(links, net, b) && !joined(net, links, c, d)
 }
 

@@ -6,7 +6,7 @@
 //! | 2 | `subcluster` | patches -> patches that are disks |
 //! | 3, 4 | `polygons` | patches -> the polygon around each, from its neighbours |
 //! | 5 | `fans`, `collapse` | polygons -> triangles around the patches' centres |
-//! | 6 | `relax`, `flip` | triangles -> well-shaped ones on the same surface |
+//! | 6 | `relax`, `flip`, `mend` | triangles -> well-shaped ones on the same surface |
 //! | 7 | `finish` | net -> mesh with the input's attributes |
 //!
 //! Differences from the paper: (1) Lloyd steps are exact but look at a few centres a point, and one split doubles the
@@ -38,6 +38,7 @@ mod net;
 
 // 6. relaxation
 mod flip;
+mod mend;
 mod relax;
 
 // 7. the mesh

@@ -48,9 +48,15 @@ impl Net {
 
     /// The place nearest to `p` to which `node` may go: on its border, or on the surface near where it is.
     pub fn project(&self, surface: &Surface, node: usize, p: DVec3) -> Spot {
-        match self.rails[node] {
+        let from = Spot { point: self.points[node], place: self.places[node], rail: self.rails[node] };
+        Self::project_from(surface, &from, p)
+    }
+
+    /// The place nearest to `p` to which a node at `from` may go.
+    pub fn project_from(surface: &Surface, from: &Spot, p: DVec3) -> Spot {
+        match from.rail {
             NONE => {
-                let place = surface.walk(p, self.places[node]);
+                let place = surface.walk(p, from.place);
                 Spot { point: place.point, place: place.triangle, rail: NONE }
             }
             rail => {
@@ -80,6 +86,22 @@ pub struct Spot {
 #[inline]
 pub fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
+}
+
+/// Smallest angle of a triangle, in radians.
+#[inline]
+pub fn smallest_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    // The one opposite the shortest edge.
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let (ll_ab, ll_bc, ll_ca) = (ab.length_squared(), bc.length_squared(), ca.length_squared());
+    let dot = if ll_ab <= ll_bc && ll_ab <= ll_ca {
+        -bc.dot(ca)
+    } else if ll_bc <= ll_ca {
+        -ca.dot(ab)
+    } else {
+        -ab.dot(bc)
+    };
+    ab.cross(bc).length().atan2(dot)
 }
 
 /// Triangles around each node: corners `3 t + k` of node v are `corners[starts[v]..starts[v + 1]]`.

@@ -17,6 +17,10 @@ const CHUNK: usize = 1024;
 const DAMPING: f64 = 0.9;
 /// Ends when the mean step is below this share of the mean edge.
 const STILL: f64 = 1e-4;
+/// How much shorter than its surroundings' a spring may be.
+const GRADING: f64 = 0.6;
+/// Rings of triangles that count as surroundings.
+const SPREADS: usize = 4;
 /// Times a step that turns a triangle over is halved before it is given up.
 const HALVINGS: usize = 2;
 
@@ -30,9 +34,10 @@ pub fn relax(surface: &Surface, net: &mut Net, steps: usize, progress: &Progress
     // Half of the springs' stiffness pulls along each of two directions across; the stiffest node sets the step.
     let dt = 0.6 / (0.5 * most as f64).sqrt();
     let mut speeds = vec![DVec3::ZERO; net.points.len()];
+    let floors = floors(net, &stars);
     for _ in 0..steps {
         progress.check()?;
-        let moved = step(surface, net, &stars, &mut speeds, dt, progress)?;
+        let moved = step(surface, net, &stars, &floors, &mut speeds, dt, progress)?;
         if moved < STILL {
             break;
         }
@@ -40,18 +45,38 @@ pub fn relax(surface: &Surface, net: &mut Net, steps: usize, progress: &Progress
     Ok(())
 }
 
+/// Side of the equilateral triangle with the area of which this is twice the vector.
+fn side(area: DVec3) -> f64 {
+    (area.length() * 0.5).sqrt() * 2.0 / 3f64.sqrt().sqrt()
+}
+
+/// Least natural length for each triangle: its springs alone would let any part of the net shrink to a point.
+fn floors(net: &Net, stars: &Stars) -> Vec<f64> {
+    let mut sides: Vec<f64> = (0..net.triangles.len()).map(|t| side(net.area_vector(t))).collect();
+    for _ in 0..SPREADS {
+        let around: Vec<f64> = (0..net.points.len())
+            .map(|v| stars.around(v).iter().map(|c| sides[*c as usize / 3]).sum::<f64>() / stars.around(v).len() as f64)
+            .collect();
+        for (side, t) in sides.iter_mut().zip(&net.triangles) {
+            *side = side.max(GRADING * t.iter().map(|&v| around[v as usize]).sum::<f64>() / 3.0);
+        }
+    }
+    sides.iter().map(|side| GRADING * side).collect()
+}
+
 /// One step; returns the mean displacement as a share of the mean edge.
 fn step(
     surface: &Surface,
     net: &mut Net,
     stars: &Stars,
+    floors: &[f64],
     speeds: &mut [DVec3],
     dt: f64,
     progress: &Progress<'_>,
 ) -> Result<f64> {
     let areas: Vec<DVec3> =
         (0..net.triangles.len()).into_par_iter().with_min_len(CHUNK).map(|t| net.area_vector(t)).collect();
-    let side = |t: usize| (areas[t].length() * 0.5).sqrt() * 2.0 / 3f64.sqrt().sqrt();
+    let side = |t: usize| side(areas[t]).max(floors[t]);
     let sides: Vec<f64> = (0..areas.len()).map(side).collect();
     let mut targets = vec![Spot { point: DVec3::ZERO, place: 0, rail: 0 }; net.points.len()];
     let moving: &Net = net;

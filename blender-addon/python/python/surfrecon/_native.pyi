@@ -244,6 +244,20 @@ class Job:
     def distances(points: ArrayLike, mesh: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
     @staticmethod
     def adaptive_quads(image: RangeImage, **options: float | None) -> Job: ...
+    @staticmethod
+    def cluster(
+        mesh: Mesh,
+        *,
+        levels: Sequence[int] | None = None,
+        vertices: int | None = None,
+        patches: int | None = None,
+        max_error: float | None = None,
+        adaptivity: float | None = None,
+        iterations: int | None = None,
+        relaxation: int | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+    ) -> Job: ...
     def progress(self) -> tuple[str, float]: ...
     def cancel(self) -> None: ...
     def done(self) -> bool: ...

@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Remesh the active surface to well-shaped triangles, at one resolution or as a chain of levels of detail."""
+
+import math
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
+from mathutils import Matrix
+
+from .. import convert
+from ..job import JobOperator, Refused
+from ..properties import LARGEST, description, option
+
+REPORT = "surfrecon_cluster"
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("cluster")}
+# What says how fine the result is; the others hold for each.
+RESOLUTIONS = ("vertices", "patches", "max_error")
+OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS)
+
+
+def whole(name):
+    """A Blender property for a count that the library takes from the data where it is 0."""
+    parameter = PARAMETERS[name]
+    return IntProperty(
+        name=name.capitalize(), description=description(parameter), default=0, min=0, max=LARGEST, soft_max=1_000_000
+    )
+
+
+class Level(bpy.types.PropertyGroup):
+    """A mesh of a chain; the pointer keeps it in the file while another level is shown."""
+
+    mesh: PointerProperty(type=bpy.types.Mesh)
+
+
+class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
+    """Make a coarser mesh of well-shaped triangles from the active surface, or a chain of levels of detail"""
+
+    bl_idname = "surfrecon.cluster"
+    bl_label = "Cluster Surface"
+    bl_options = {"REGISTER", "UNDO"}
+
+    __annotations__ = {name: option(PARAMETERS[name]) for name in ("max_error", *OPTIONS)} | {
+        "resolution": EnumProperty(
+            name="Resolution",
+            description="What the mesh is to have",
+            items=(
+                ("VERTICES", "Vertices", "A number of vertices"),
+                ("PATCHES", "Patches", "A number of patches, of about three vertices each"),
+                ("ERROR", "Largest error", "As many vertices as every vertex of the input needs to lie this near"),
+            ),
+        ),
+        "vertices": whole("vertices"),
+        "patches": whole("patches"),
+        "levels": IntProperty(
+            name="Levels",
+            description="Meshes of a chain, each with a quarter of the vertices of the one before",
+            default=1,
+            min=1,
+            max=16,
+        ),
+        "separate": BoolProperty(
+            name="An object a level",
+            description="Make an object of each level. Otherwise one object has them all, and its slider shows one",
+            default=False,
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """There must be a surface."""
+        if not super().poll(context):
+            return False
+        if context.object is None or context.object.type != "MESH":
+            cls.poll_message_set("Make a mesh the active object")
+            return False
+        return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "resolution")
+        layout.prop(self, {"VERTICES": "vertices", "PATCHES": "patches", "ERROR": "max_error"}[self.resolution])
+        if self.resolution == "VERTICES":
+            layout.prop(self, "levels")
+            row = layout.row()
+            row.active = self.levels > 1
+            row.prop(self, "separate")
+        for name in ("adaptivity", "iterations", "relaxation", "seed"):
+            layout.prop(self, name)
+
+    def start(self, context):
+        """Gathers the surface."""
+        obj = context.object
+        content = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
+        if isinstance(content, surfrecon.RangeImage):
+            mesh, matrix = content.triangulate(), content.world_from_sensor
+        else:
+            mesh, matrix, _ = content
+        self.surface, self.pose = obj.name, Matrix(matrix)
+        options = {}
+        for name in OPTIONS:
+            parameter, value = PARAMETERS[name], getattr(self, name)
+            options[name] = None if math.isclose(value, parameter.default, rel_tol=1e-6) else value
+        if self.resolution == "VERTICES":
+            count = self.vertices or max(len(mesh.positions) // 10, 1)
+            counts = [max(count // 4**level, 1) for level in range(self.levels)]
+            return surfrecon.Job.cluster(mesh, levels=counts, **options)
+        if self.resolution == "PATCHES":
+            return surfrecon.Job.cluster(mesh, patches=self.patches or None, **options)
+        if self.max_error == 0:
+            raise Refused("Set the largest error: the distance that every vertex may have from the result")
+        # The bound is in the scene's unit, the surface in its own: what stretches it most counts.
+        stretch = np.linalg.svd(np.array(matrix)[:3, :3])[1][0]
+        return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch, **options)
+
+    def finish(self, context, result):
+        """Puts the meshes beside the surface."""
+        chain = result if isinstance(result, list) else [result]
+        source = bpy.data.objects.get(self.surface)
+        meshes = []
+        for number, level in enumerate(chain):
+            name = f"{self.surface} clustered" + (f" {number}" if len(chain) > 1 else "")
+            mesh = convert.mesh_from_result(name, level.mesh)
+            for material in source.data.materials if source is not None else ():
+                mesh.materials.append(material)
+            meshes.append(mesh)
+        one = not self.separate or len(chain) == 1
+        made = []
+        for mesh, level in zip(meshes[:1] if one else meshes, chain, strict=False):
+            obj = bpy.data.objects.new(mesh.name, mesh)
+            obj.matrix_world = self.pose
+            obj[REPORT] = convert.plain(figures(level))
+            context.collection.objects.link(obj)
+            made.append(obj)
+        if one and len(chain) > 1:
+            for mesh, level in zip(meshes, chain, strict=True):
+                mesh[REPORT] = convert.plain(figures(level))
+                made[0].surfrecon_levels.add().mesh = mesh
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        for obj in made:
+            obj.select_set(True)
+        context.view_layer.objects.active = made[0]
+        angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
+        counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
+        self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
+
+
+def figures(level):
+    """What the sidebar shows of a level."""
+    report = level.report
+    after = report["after"]
+    return {
+        "vertices": report["vertices"],
+        "triangles": report["triangles"],
+        "patches": report["patches"],
+        "mean_smallest_angle": after["mean_smallest_angle"],
+        "smallest_angle": after["smallest_angle"],
+        "max_error": report["max_error"],
+        "kept_input": report["kept_input"],
+        "cut_edges": report["cut_edges"],
+    }
+
+
+def show_level(obj, context):
+    """The slider of an object with levels was moved."""
+    levels = obj.surfrecon_levels
+    if len(levels) == 0:
+        return
+    mesh = levels[min(obj.surfrecon_level, len(levels) - 1)].mesh
+    if mesh is not None and obj.data != mesh:
+        obj.data = mesh
+        if REPORT in mesh:
+            obj[REPORT] = mesh[REPORT]
+
+
+def register():
+    """Gives objects their levels and the slider."""
+    bpy.utils.register_class(Level)
+    bpy.types.Object.surfrecon_levels = CollectionProperty(type=Level)
+    bpy.types.Object.surfrecon_level = IntProperty(
+        name="Level",
+        description="Which of the levels of detail the object shows: 0 is the finest",
+        min=0,
+        max=15,
+        update=show_level,
+    )
+
+
+def unregister():
+    """Takes them away again."""
+    del bpy.types.Object.surfrecon_level
+    del bpy.types.Object.surfrecon_levels
+    bpy.utils.unregister_class(Level)

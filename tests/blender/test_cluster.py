@@ -1,0 +1,119 @@
+"""The cluster operator: numbers, bounds, chains of levels and their slider, messages."""
+
+from importlib import import_module
+
+import bpy
+import numpy as np
+import pytest
+import surfrecon
+from files import write_set
+from mathutils import Matrix
+from shapes import torus, torus_distance, torus_scans
+from test_merge import add_mesh, surface
+
+
+@pytest.fixture
+def dense():
+    return add_mesh("dense", torus())
+
+
+def world_positions(obj):
+    return np.array([(obj.matrix_world @ v.co)[:] for v in obj.data.vertices])
+
+
+def test_as_many_vertices_as_asked_for_with_the_same_topology(dense):
+    dense.matrix_world = Matrix.Translation((5, 0, 0)) @ Matrix.Rotation(1, 4, "X")
+    bpy.context.view_layer.update()
+    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    made = bpy.context.object
+    assert made is not dense and bpy.context.selected_objects == [made]
+    assert len(made.data.vertices) == 300 == made["surfrecon_cluster"]["vertices"]
+    assert np.allclose(made.matrix_world, dense.matrix_world, atol=1e-6)
+    check = surface(made).check()
+    assert check["is_manifold"] and check["genus"] == 1 and check["components"] == 1
+    assert np.abs(torus_distance(surface(made).positions)).max() < 0.02
+    assert np.degrees(made["surfrecon_cluster"]["smallest_angle"]) > 30
+    assert not made.data.validate()
+    assert len(dense.data.vertices) == len(torus().positions)
+
+
+def test_zero_takes_a_tenth(dense):
+    bpy.ops.surfrecon.cluster()
+    assert len(bpy.context.object.data.vertices) == len(dense.data.vertices) // 10
+    bpy.context.view_layer.objects.active = dense
+    bpy.ops.surfrecon.cluster(resolution="PATCHES", patches=40)
+    assert bpy.context.object["surfrecon_cluster"]["patches"] >= 40
+
+
+def test_a_largest_error_holds_in_the_scene_s_unit(dense):
+    dense.scale = (2, 2, 3)
+    bpy.context.view_layer.update()
+    bpy.ops.surfrecon.cluster(resolution="ERROR", max_error=0.05)
+    made = bpy.context.object
+    found = surfrecon.Mesh(world_positions(made), surface(made).triangles)
+    assert len(made.data.vertices) < len(dense.data.vertices)
+    assert np.abs(surfrecon.distances(world_positions(dense), found)).max() <= 0.05 * (1 + 1e-5)
+
+
+def test_a_chain_is_one_object_with_a_slider(dense):
+    bpy.ops.surfrecon.cluster(vertices=400, levels=3)
+    made = bpy.context.object
+    assert [len(level.mesh.vertices) for level in made.surfrecon_levels] == [400, 100, 25]
+    assert len(made.data.vertices) == 400
+    made.surfrecon_level = 2
+    assert len(made.data.vertices) == 25 == made["surfrecon_cluster"]["vertices"]
+    made.surfrecon_level = 9
+    assert len(made.data.vertices) == 25
+    made.surfrecon_level = 0
+    assert len(made.data.vertices) == 400
+    # An object without levels has nothing to show.
+    dense.surfrecon_level = 1
+    assert len(dense.data.vertices) == len(torus().positions)
+
+
+def test_levels_that_are_not_shown_are_saved(dense, tmp_path):
+    bpy.ops.surfrecon.cluster(vertices=400, levels=2)
+    name = bpy.context.object.name
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "levels.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "levels.blend"))
+    made = bpy.data.objects[name]
+    made.surfrecon_level = 1
+    assert len(made.data.vertices) == 100
+
+
+def test_a_chain_may_be_separate_objects(dense):
+    bpy.ops.surfrecon.cluster(vertices=400, levels=3, separate=True)
+    assert sorted(len(obj.data.vertices) for obj in bpy.context.selected_objects) == [25, 100, 400]
+    assert len(bpy.context.object.data.vertices) == 400
+
+
+def test_a_scan_is_clustered_in_its_place(tmp_path):
+    image = torus_scans(pixels=90)[0]
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, [image])))
+    scan = bpy.data.objects[image.name]
+    bpy.context.view_layer.objects.active = scan
+    bpy.ops.surfrecon.cluster(vertices=200)
+    made = bpy.context.object
+    assert np.abs(torus_distance(world_positions(made))).max() < 0.05
+
+
+def test_what_can_not_be_clustered_is_named(dense):
+    with pytest.raises(RuntimeError, match="Set the largest error"):
+        bpy.ops.surfrecon.cluster(resolution="ERROR")
+    points = bpy.data.objects.new("points", bpy.data.meshes.new("points"))
+    points.data.from_pydata([(0, 0, 0), (1, 0, 0)], [], [])
+    bpy.context.collection.objects.link(points)
+    bpy.context.view_layer.objects.active = points
+    with pytest.raises(RuntimeError, match='"points" has neither faces nor'):
+        bpy.ops.surfrecon.cluster()
+    bpy.context.view_layer.objects.active = None
+    with pytest.raises(RuntimeError, match="Make a mesh the active object"):
+        bpy.ops.surfrecon.cluster()
+    assert len(bpy.data.objects) == 2
+
+
+def test_the_operator_has_the_library_s_options(extension):
+    operator = import_module(f"{extension.__name__}.operators.cluster").SURFRECON_OT_cluster
+    assert operator.bl_options == {"REGISTER", "UNDO"}
+    names = {p.name for p in surfrecon.parameters("cluster")}
+    assert names <= set(bpy.ops.surfrecon.cluster.get_rna_type().properties.keys())
