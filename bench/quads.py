@@ -47,7 +47,7 @@ if isinstance(source, list):
     y, x = y / rows, x / cols
     z = np.sin(9 * x) * np.cos(7 * y) + 0.3 * np.sin(60 * x * y) + (x + 0.3 * y > 0.8) * 0.4
     z[(x - 0.3) ** 2 + (y - 0.6) ** 2 < 0.01] = np.nan
-    images = [surfrecon.RangeImage.orthographic(z)]
+    images = [surfrecon.RangeImage.orthographic(z, step=(1.0, -1.0))]
 else:
     images = [scan.read() for scan in list(surfrecon.open(source))[:most]]
     images = [image for image in images if isinstance(image, surfrecon.RangeImage)]

@@ -4,7 +4,7 @@
 | file | what |
 |---|---|
 | properties | options of the operators and the sidebar, made from the library's parameter table |
-| operators | import, export, merge, sculpt, cluster, surface from points, error map |
+| operators | import, export, merge, sculpt, quad grid, cluster, surface from points, error map |
 | panels | the sidebar tab, the entry in File > Import |
 | job | a long call of the library as a modal operator: thread, progress, cancel |
 | convert | arrays <-> Blender's meshes, transforms and custom properties |

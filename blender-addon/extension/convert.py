@@ -21,6 +21,9 @@ ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_pr
 # single precision keeps 2^-24 of a coordinate, which then is at most 2^-20 of the extent.
 FAR = 8
 
+# Pieces that Blender draws between two control points of a surface.
+RESOLUTION = 2
+
 # A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
 ROUNDING = 1e-5
 
@@ -28,19 +31,19 @@ ROUNDING = 1e-5
 # Arrays -> meshes
 
 
-def new_mesh(name, coordinates, triangles):
-    """A mesh from flat float32 coordinates and flat int32 corners."""
+def new_mesh(name, coordinates, corners, sides=3):
+    """A mesh from flat float32 coordinates and flat int32 corners of faces with so many sides."""
     mesh = bpy.data.meshes.new(name)
-    count = len(triangles) // 3
+    count = len(corners) // sides
     mesh.vertices.add(len(coordinates) // 3)
-    mesh.loops.add(3 * count)
+    mesh.loops.add(sides * count)
     mesh.polygons.add(count)
     if len(coordinates):
         mesh.attributes["position"].data.foreach_set("vector", coordinates)
     if count:
-        mesh.attributes[".corner_vert"].data.foreach_set("value", triangles)
+        mesh.attributes[".corner_vert"].data.foreach_set("value", corners)
         # The property is unsigned: a signed array would be converted one by one.
-        mesh.polygons.foreach_set("loop_start", np.arange(0, 3 * count, 3, dtype=np.uint32))
+        mesh.polygons.foreach_set("loop_start", np.arange(0, sides * count, sides, dtype=np.uint32))
     mesh.update(calc_edges=True)
     return mesh
 
@@ -64,13 +67,102 @@ def store(mesh, name, values, domain="POINT"):
 def mesh_from_result(name, result):
     """A Blender mesh with all attributes of a `surfrecon.Mesh`."""
     mesh = new_mesh(name, result.positions_f32(), result.triangles.view(np.int32).reshape(-1))
+    store_all(mesh, result)
+    return mesh
+
+
+def mesh_from_grid(name, grid, cut):
+    """A Blender mesh of a `surfrecon.QuadGrid` with image coordinates as UV map: quads, or cut into triangles."""
+    result = grid.triangles() if cut else grid
+    corners = (result.triangles if cut else result.quads).view(np.int32).reshape(-1)
+    mesh = new_mesh(name, result.positions_f32(), corners, 3 if cut else 4)
+    store_all(mesh, result)
+    mesh.uv_layers.new(name="UVMap", do_init=False)
+    mesh.attributes["UVMap"].data.foreach_set("vector", grid.uvs[corners].reshape(-1))
+    return mesh
+
+
+def object_from_spline(context, name, spline):
+    """A native NURBS surface of a `surfrecon.Spline`, the very same surface; an object that is linked nowhere yet.
+
+    To Python Blender gives curves only: each row of control points becomes one, and Blender's own operator joins them.
+    Coordinates are at first the place in the grid, so that it is seen afterwards where each point went.
+    """
+    control = spline.control
+    # Rows of two points would be joined to something else than a surface.
+    turned = control.shape[1] == 2
+    if turned:
+        control = control.transpose(1, 0, 2)
+    rows, columns, _ = control.shape
+    surface = bpy.data.curves.new(name, "SURFACE")
+    # Blender draws the surface after each step.
+    surface.resolution_u = surface.resolution_v = 1
+    for row in range(1 if rows == 2 else rows):
+        points = surface.splines.new("NURBS").points
+        points.add(columns - 1)
+        place = np.zeros((columns, 4), np.float32)
+        place[:, 0], place[:, 1], place[:, 3] = np.arange(columns), row, 1
+        points.foreach_set("co", place.reshape(-1))
+    made = bpy.data.objects.new(name, surface)
+    try:
+        join(context, made, bpy.ops.curve.extrude if rows == 2 else bpy.ops.curve.make_segment)
+    except RuntimeError as problem:
+        bpy.data.curves.remove(surface)
+        raise Refused(f"Blender refuses to make the surface: {problem}") from problem
+
+    joined = surface.splines[0]
+    count_u, count_v = joined.point_count_u, joined.point_count_v
+    place = np.empty(4 * len(joined.points), np.float32)
+    joined.points.foreach_get("co", place)
+    place = place.reshape(count_v, count_u, 4)
+    column, row = place[..., 0].astype(int), place[..., 1].astype(int)
+    if rows == 2:
+        row[1] = 1
+    # A surface's front, where v x u points to, is to be the sensor's side.
+    turn = (column[0, -1] - column[0, 0]) * (row[-1, 0] - row[0, 0])
+    turn -= (column[-1, 0] - column[0, 0]) * (row[0, -1] - row[0, 0])
+    if (turn > 0) == (spline.mirrored != turned):
+        column, row = column[:, ::-1], row[:, ::-1]
+    homogeneous = np.ones((count_v, count_u, 4), np.float32)
+    homogeneous[..., :3] = control[row, column]
+    joined.points.foreach_set("co", homogeneous.reshape(-1))
+    joined.order_u = joined.order_v = spline.order
+    joined.use_endpoint_u = joined.use_endpoint_v = True
+    for each in (surface, joined):
+        each.resolution_u = each.resolution_v = RESOLUTION
+    return made
+
+
+def join(context, made, operator):
+    """Runs an operator of the edit mode on all curves of an object, which is linked for as long as that takes."""
+    layer, active = context.view_layer, context.view_layer.objects.active
+    selected = context.selected_objects
+    # The scene's own collection is never hidden.
+    context.scene.collection.objects.link(made)
+    try:
+        for obj in selected:
+            obj.select_set(False)
+        made.select_set(True)
+        layer.objects.active = made
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.curve.select_all(action="SELECT")
+        operator()
+        bpy.ops.object.mode_set(mode="OBJECT")
+    finally:
+        context.scene.collection.objects.unlink(made)
+        layer.objects.active = active
+        for obj in selected:
+            obj.select_set(True)
+
+
+def store_all(mesh, result):
+    """Stores all attributes of vertices and faces of a result of the library."""
     for attribute, values in result.vertex_attributes.items():
         store(mesh, attribute, values)
     for attribute, values in result.face_attributes.items():
         # Blender's names are unique over all domains: the faces' `error` beside the vertices' is `face_error`.
         name = f"face_{attribute}" if attribute in result.vertex_attributes else attribute
         store(mesh, name, values, "FACE")
-    return mesh
 
 
 def origin_of(positions):

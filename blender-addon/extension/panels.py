@@ -11,6 +11,7 @@ from .operators.cluster import REPORT as CLUSTERED
 from .operators.error_map import FIGURES, RAMP_NODE
 from .operators.import_scans import ENDINGS
 from .operators.merge import REPORT
+from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
 
@@ -45,6 +46,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
         layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
         layout.operator("surfrecon.merge", icon="MOD_REMESH")
         layout.operator("surfrecon.sculpt", icon="MOD_DECIM")
+        layout.operator("surfrecon.quads", icon="MESH_GRID")
         layout.operator("surfrecon.reconstruct", icon="OUTLINER_DATA_POINTCLOUD")
         layout.operator("surfrecon.cluster", icon="MOD_TRIANGULATE")
         obj = context.object
@@ -165,6 +167,22 @@ def reconstruct_lines(context, figures):
     yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
 
 
+def quads_lines(context, figures):
+    """The figures of a quad grid as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Vertices", f"{figures['rows']} x {figures['columns']}"
+    yield "Quads", f"{figures['quads']:,}"
+    yield "Tiles", "{} x {}".format(*figures["tiles"])
+    for name, text in (("relative_error", "Relative error"), ("uniform_relative_error", "Of the uniform grid")):
+        yield text, f"{100 * figures[name]:.4g} %"
+    for name, text in (("rms_error", "RMS error"), ("max_error", "Largest error")):
+        yield text, length(context, figures[name])
+    if "max_residual" in figures:
+        yield "Surface off the grid by", length(context, figures["max_residual"])
+    yield "Gaps filled", f"{figures['gaps_filled']:,}"
+    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+
+
 def merge_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
     report = report.to_dict()
@@ -211,7 +229,13 @@ def length(context, value):
 
 
 # Custom property of a result -> its lines.
-LINES = {REPORT: merge_lines, SCULPTED: sculpt_lines, RECONSTRUCTED: reconstruct_lines, CLUSTERED: cluster_lines}
+LINES = {
+    REPORT: merge_lines,
+    SCULPTED: sculpt_lines,
+    GRIDDED: quads_lines,
+    RECONSTRUCTED: reconstruct_lines,
+    CLUSTERED: cluster_lines,
+}
 
 
 def menu_import(self, context):

@@ -16,16 +16,20 @@ def option(parameter):
     """A Blender property for a parameter of the library. Where the library measures the default, 0 asks for that."""
     words = {"name": parameter.name.replace("_", " ").capitalize(), "description": description(parameter)}
     default = parameter.default or 0
+    least = min(parameter.minimum, default)
     if parameter.unit == "count" and parameter.maximum == 1:
         return BoolProperty(default=bool(default), **words)
     if parameter.unit == "count":
         largest = min(int(parameter.maximum), LARGEST)
-        return IntProperty(default=int(default), min=int(parameter.minimum), max=largest, **words)
-    limits = {"default": default, "min": parameter.minimum, "max": min(parameter.maximum, LONGEST)}
+        return IntProperty(default=int(default), min=int(least), max=largest, **words)
+    limits = {"default": default, "min": least, "max": min(parameter.maximum, LONGEST)}
     if parameter.unit == "length":
         return FloatProperty(subtype="DISTANCE", unit="LENGTH", precision=5, step=0.1, **limits, **words)
     if parameter.unit == "angle":
         return FloatProperty(subtype="ANGLE", unit="ROTATION", **limits, **words)
+    if parameter.maximum > 100 * default > 0:
+        # A slider over the whole range would be of no use.
+        return FloatProperty(precision=5 if default < 0.01 else 3, step=100 * default / 20, **limits, **words)
     return FloatProperty(subtype="FACTOR", precision=3, **limits, **words)
 
 
@@ -52,17 +56,23 @@ class MergeOptions:
     }
 
 
-def arguments(options):
-    """Keyword arguments of `surfrecon.merge` from a `MergeOptions`; lengths in Blender's unit."""
-    given = {}
-    for name, parameter in PARAMETERS.items():
+def given(options, parameters):
+    """Keyword arguments of the library from an operator's options: `None` where the library's default stands."""
+    found = {}
+    for name, parameter in parameters.items():
         value = getattr(options, name)
         # Blender's numbers are in single precision: the default, pi/2 say, may come back above its own limit.
         unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
-        given[name] = None if unchanged else min(value, parameter.maximum)
+        found[name] = None if unchanged else min(value, parameter.maximum)
+    return found
+
+
+def arguments(options):
+    """Keyword arguments of `surfrecon.merge` from a `MergeOptions`; lengths in Blender's unit."""
+    found = given(options, PARAMETERS)
     if not options.close_holes:
-        given["max_hole_length"] = 0.0
-    return given
+        found["max_hole_length"] = 0.0
+    return found
 
 
 class SurfreconSettings(MergeOptions, bpy.types.PropertyGroup):

@@ -71,6 +71,12 @@ def test_a_spline_runs_through_the_grid(image):
         grid.spline(rows=3)
     with pytest.raises(surfrecon.InputError, match="as long as each other"):
         spline.evaluate([0.0], [0.0, 1.0])
+    with pytest.raises(surfrecon.InputError, match="parameters 1 must be numbers"):
+        spline.evaluate([0.0, np.nan], [0.0, 1.0])
+    # Quads of the surface face the sensor: u x v points toward it where it is mirrored.
+    along_u, along_v = (spline.evaluate([0.5 + du], [0.5 + dv]) for du, dv in ((0.01, 0), (0, 0.01)))
+    middle = spline.evaluate([0.5], [0.5])
+    assert spline.mirrored == (np.cross(along_u - middle, along_v - middle)[0, 2] > 0)
 
 
 def test_written_quads_stay_quads(image, tmp_path):
@@ -93,7 +99,18 @@ def test_jobs_cancel_and_errors(image):
         surfrecon.adaptive_quads(image, rows=1)
     with pytest.raises(surfrecon.InputError, match="ask for fewer rows or a smaller tiles_down"):
         surfrecon.adaptive_quads(image, rows=150)
-    with pytest.raises(surfrecon.InputError, match="no pixel is valid"):
-        surfrecon.adaptive_quads(surfrecon.RangeImage.orthographic(np.full((9, 9), np.nan), step=(1, 1)))
+    for values, problem in (
+        (np.full((9, 9), np.nan), "no pixel is valid"),
+        (np.full((9, 9), np.inf), "no pixel is valid"),
+        (np.zeros((0, 0)), "at least 2 x 2 pixels, the image has 0 x 0"),
+        (np.zeros((1, 1)), "at least 2 x 2 pixels, the image has 1 x 1"),
+        (np.zeros((1, 40)), "at least 2 x 2 pixels, the image has 1 x 40"),
+        (np.zeros((3, 3)), "ask for fewer rows or a smaller tiles_down"),
+        (np.where(np.eye(9) > 0, 1e308, -1e308), "use a larger unit"),
+    ):
+        with pytest.raises(surfrecon.InputError, match=problem):
+            surfrecon.adaptive_quads(surfrecon.RangeImage.orthographic(values, step=(1.0, -1.0)))
+    with pytest.raises(surfrecon.ParameterError, match="max_error must be a finite number >= 0, got NaN"):
+        surfrecon.adaptive_quads(image, max_error=np.nan)
     one, two = (surfrecon.adaptive_quads(image, threads=n) for n in (1, 2))
     assert np.array_equal(one.pixels, two.pixels) and np.array_equal(one.grid, two.grid)

@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import cluster, error_map, export_scans, import_scans, merge, reconstruct, sculpt
+from . import cluster, error_map, export_scans, import_scans, merge, quads, reconstruct, sculpt
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
@@ -11,6 +11,7 @@ CLASSES = (
     export_scans.SURFRECON_OT_export_scans,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
+    quads.SURFRECON_OT_quads,
     reconstruct.SURFRECON_OT_reconstruct,
     cluster.SURFRECON_OT_cluster,
     error_map.SURFRECON_OT_error_map,

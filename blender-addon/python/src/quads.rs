@@ -354,6 +354,12 @@ impl Spline {
         arrays::view(py, &self.fit, |f| arrays::coordinates(&f.spline.control), shape)
     }
 
+    /// Whether the sensor sees the surface mirrored: u x v points toward it then, else away from it.
+    #[getter]
+    fn mirrored(&self) -> bool {
+        self.mirrored
+    }
+
     /// Knots along u and along v: two float64 arrays, newly made.
     #[getter]
     fn knots<'py>(&self, py: Python<'py>) -> (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>) {
@@ -376,7 +382,7 @@ impl Spline {
     /// Points of the surface at parameters (n,) and (n,), each taken into 0 to 1: (n, 3) float64, newly made.
     ///
     /// Raises:
-    ///     InputError: ``u`` and ``v`` of different lengths.
+    ///     InputError: ``u`` and ``v`` of different lengths, or not numbers.
     fn evaluate<'py>(
         &self,
         py: Python<'py>,
@@ -387,6 +393,9 @@ impl Spline {
         let (v, _) = arrays::floats(v, "v", &[None])?;
         if u.len() != v.len() {
             return Err(input_error(format!("u and v must be as long as each other, got {} and {}", u.len(), v.len())));
+        }
+        if let Some(i) = (0..u.len()).find(|&i| u[i].is_nan() || v[i].is_nan()) {
+            return Err(input_error(format!("parameters {i} must be numbers, got u = {} and v = {}", u[i], v[i])));
         }
         let fit = self.fit.clone();
         let points = detached(py, move || {
@@ -400,7 +409,7 @@ impl Spline {
     /// Writes the surface, sampled at rows x columns evenly spread parameters, as quads: ``.obj``.
     ///
     /// Raises:
-    ///     InputError: fewer than 2 x 2, another ending.
+    ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: PathBuf, rows: usize, columns: usize) -> PyResult<()> {
         check_ending(&path, "obj")?;

@@ -127,10 +127,13 @@ impl Spline {
     /// The surface at rows x cols evenly spread parameters, as quads that turn like the grid's when `mirrored` is the grid's.
     ///
     /// # Errors
-    /// [`Error::Input`] for fewer than 2 x 2, or more than 2^32 points.
+    /// [`Error::Input`] for fewer than 2 x 2, or more than 2^26 points.
     pub fn sample(&self, rows: usize, cols: usize, mirrored: bool) -> Result<QuadMesh> {
-        if rows < 2 || cols < 2 || rows.checked_mul(cols).is_none_or(|n| n > u32::MAX as usize) {
-            return Err(Error::input(format!("a surface is sampled at 2 x 2 to 2^32 points, got {rows} x {cols}")));
+        if rows < 2 || cols < 2 || rows.checked_mul(cols).is_none_or(|n| n > 1 << 26) {
+            return Err(Error::input(format!(
+                "a surface is sampled at 2 x 2 points or more, at most {}, got {rows} x {cols}",
+                1 << 26
+            )));
         }
         let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
         let mut mesh = QuadMesh::default();

@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Make a quad grid or a NURBS surface of the active scan: regular, and dense where the surface bends."""
+
+import bpy
+import surfrecon
+from bpy.props import BoolProperty, EnumProperty, IntProperty
+from mathutils import Matrix
+
+from .. import convert
+from ..job import JobOperator, Refused
+from ..properties import given, option
+from .error_map import show
+from .merge import SCANS
+
+REPORT = "surfrecon_quads"
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("quads")}
+
+KINDS = (
+    ("QUADS", "Quads", "A mesh of quads, ready for subdivision, with the image coordinates as UV map"),
+    ("TRIANGLES", "Triangles", "The same with each quad cut along the diagonal that lies nearer to the samples"),
+    (
+        "SURFACE",
+        "NURBS Surface",
+        "A surface object over the whole image; where nothing was measured it continues the scan",
+    ),
+)
+
+
+class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
+    """Make a regular grid of quads of the active scan, dense where the surface bends"""
+
+    bl_idname = "surfrecon.quads"
+    bl_label = "Quad Grid"
+    bl_options = {"REGISTER", "UNDO"}
+
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
+        "kind": EnumProperty(name="Result", items=KINDS, default="QUADS"),
+        "subdivision": IntProperty(
+            name="Subdivision",
+            description="Levels of the subdivision modifier that the quads get; 0: none",
+            default=0,
+            min=0,
+            max=6,
+        ),
+        "order": IntProperty(
+            name="Order",
+            description="Order of the NURBS surface, its degree plus one: 2 is made of straight pieces, 4 is cubic",
+            default=4,
+            min=2,
+            max=4,
+        ),
+        "control_rows": IntProperty(
+            name="Control rows",
+            description="Rows of control points of the NURBS surface, at most the grid's; fewer make it smoother. "
+            "0: as many as the grid has, so that the surface runs through its vertices",
+            default=0,
+            min=0,
+        ),
+        "control_columns": IntProperty(
+            name="Control columns",
+            description="Columns of control points of the NURBS surface, at most the grid's; fewer make it smoother. "
+            "0: as many as the grid has, so that the surface runs through its vertices",
+            default=0,
+            min=0,
+        ),
+        "show_error": BoolProperty(
+            name="Show error",
+            description="Colour each quad by the largest distance of the samples seen in it",
+            default=False,
+        ),
+    }
+
+    @classmethod
+    def poll(cls, context):
+        """There must be a scan."""
+        if not super().poll(context):
+            return False
+        if context.object is None or not convert.is_range_image(context.object):
+            cls.poll_message_set("Make an imported scan the active object")
+            return False
+        return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "kind")
+        if self.kind == "SURFACE":
+            column = layout.column(align=True)
+            for name in ("order", "control_rows", "control_columns"):
+                column.prop(self, name)
+        else:
+            if self.kind == "QUADS":
+                layout.prop(self, "subdivision")
+            layout.prop(self, "coverage")
+            layout.prop(self, "show_error")
+        column = layout.column(align=True)
+        column.active = self.max_error == 0 and self.rms_error == 0
+        for name in ("rows", "columns"):
+            column.prop(self, name)
+        column = layout.column(align=True)
+        for name in ("tiles_down", "tiles_across"):
+            column.prop(self, name)
+        column = layout.column(align=True)
+        for name in ("max_error", "rms_error"):
+            column.prop(self, name)
+        column = layout.column(align=True)
+        for name in ("exponent", "floor", "smoothing", "curvature_unit", "curvature_limit", "background_curvature"):
+            column.prop(self, name)
+        column = layout.column(align=True)
+        for name in ("gap_passes", "gap_neighbours"):
+            column.prop(self, name)
+
+    def start(self, context):
+        """Gathers the scan."""
+        obj = context.object
+        image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
+        if not isinstance(image, surfrecon.RangeImage):
+            raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
+        self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
+        return surfrecon.Job.adaptive_quads(image, **given(self, PARAMETERS))
+
+    def finish(self, context, result):
+        """Puts the mesh or the surface beside the scan."""
+        figures = result.report | {"rows": result.rows, "columns": result.columns}
+        if self.kind == "SURFACE":
+            spline = result.spline(
+                order=self.order, rows=self.control_rows or None, columns=self.control_columns or None
+            )
+            made = convert.object_from_spline(context, f"{self.scan} surface", spline)
+            figures |= {"max_residual": spline.max_residual, "rms_residual": spline.rms_residual}
+        else:
+            if len(result.quads) == 0:
+                raise Refused(
+                    f'No quad of the grid lies on the surface of "{self.scan}": ask for more rows and columns, '
+                    "or lower the coverage"
+                )
+            mesh = convert.mesh_from_grid(f"{self.scan} quads", result, cut=self.kind == "TRIANGLES")
+            made = bpy.data.objects.new(mesh.name, mesh)
+            if self.kind == "QUADS" and self.subdivision > 0:
+                modifier = made.modifiers.new("Subdivision", "SUBSURF")
+                modifier.levels = modifier.render_levels = self.subdivision
+            if self.show_error:
+                show(made, max(figures["max_error"], 1e-9))
+        context.collection.objects.link(made)
+        made.matrix_world = self.pose
+        made[REPORT] = convert.plain(figures)
+        made[SCANS] = self.scan
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        made.select_set(True)
+        context.view_layer.objects.active = made
+        self.report(
+            {"INFO"},
+            f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads; relative error "
+            f"{figures['relative_error']:.4%}, uniform grid {figures['uniform_relative_error']:.4%}",
+        )
