@@ -8,7 +8,11 @@ use crate::error::{Error, Result};
 
 /// Samples sorted along a space-filling curve, equal ones once.
 pub(super) struct Samples {
+    /// Multiplied by `factor`.
     pub(super) points: Vec<DVec3>,
+    /// A power of two; 1 unless the coordinates are so large or small that products of them, or radii in single
+    /// precision, would leave the range of floating point.
+    pub(super) factor: f64,
     /// Place of each in the input.
     pub(super) input: Vec<u32>,
     /// Points of the input that are not among the samples.
@@ -35,11 +39,12 @@ pub(super) fn prepare(positions: &[DVec3]) -> Result<Samples> {
     let at = |i: u32| positions[i as usize].to_array();
     let compare = |a: u32, b: u32| at(a).partial_cmp(&at(b)).expect("finite coordinates compare");
     order.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| compare(a.1, b.1)).then(a.1.cmp(&b.1)));
+    let factor = factor(positions, &order);
     let mut samples =
-        Samples { points: Vec::with_capacity(order.len()), input: Vec::with_capacity(order.len()), dropped };
+        Samples { points: Vec::with_capacity(order.len()), factor, input: Vec::with_capacity(order.len()), dropped };
     for (_, i) in order {
         // Adding zero makes -0 and 0 one.
-        let point = positions[i as usize] + 0.0;
+        let point = positions[i as usize] * factor + 0.0;
         if samples.points.last() == Some(&point) {
             samples.dropped.push(Dropped { point: i, reason: Reason::Duplicate });
         } else {
@@ -48,6 +53,30 @@ pub(super) fn prepare(positions: &[DVec3]) -> Result<Samples> {
         }
     }
     Ok(samples)
+}
+
+/// Sizes from which no product of coordinates overflows or underflows, as exponents of two.
+const ORDINARY: i32 = 60;
+
+/// What makes the size of most points ordinary, if that changes no bit of any; else 1.
+fn factor(positions: &[DVec3], order: &[(u64, u32)]) -> f64 {
+    let mut sizes: Vec<f64> = order.iter().map(|&(_, i)| positions[i as usize].abs().max_element()).collect();
+    if sizes.is_empty() {
+        return 1.0;
+    }
+    // A few points far away say nothing about the others.
+    let middle = sizes.len() / 2;
+    let (_, &mut size, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    let exponent = size.log2();
+    if !exponent.is_finite() || exponent.abs() < f64::from(ORDINARY) {
+        return 1.0;
+    }
+    let factor = (-exponent.round()).clamp(-1000.0, 1000.0).exp2();
+    let is_exact = |&(_, i): &(u64, u32)| {
+        let scaled = positions[i as usize] * factor;
+        scaled.is_finite() && scaled / factor == positions[i as usize]
+    };
+    if order.iter().all(is_exact) { factor } else { 1.0 }
 }
 
 /// Steps of the curve along each axis, as a power of two.

@@ -11,8 +11,8 @@ use super::orient::{Witness, orient};
 use super::prepare::{Samples, prepare};
 use super::sheet::{Choice, choices};
 use super::{
-    Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Topology, canonical, carve_freely,
-    close, open, separate,
+    Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology, canonical,
+    carve_freely, close, open, separate,
 };
 use crate::error::{Error, Result};
 use crate::geom::delaunay3::Delaunay3;
@@ -166,6 +166,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 "no surface was found: the points fill a volume or lie along curves; give samples of a surface",
             ));
         }
+        if params.threshold == Threshold::Global {
+            report.threshold /= cells.samples.factor;
+        }
         canonical(&mut triangles);
         report.turned_parts = self.orient(&mut triangles, report.closed);
         let mut made = self.finish(triangles, &inside, report);
@@ -181,7 +184,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         let samples = self.samples();
         let of = |v: u32| samples.input[v as usize] as usize;
         let normals = self.cloud().normals.as_deref();
-        let sensor = |v: u32| self.sensors[if self.sensors.len() == 1 { 0 } else { of(v) }];
+        let sensor = |v: u32| self.sensors[if self.sensors.len() == 1 { 0 } else { of(v) }] * samples.factor;
         let normal = |v: u32| {
             let normal = normals.map_or([0.0; 3], |normals| normals[of(v)]);
             DVec3::from(normal.map(f64::from)).normalize_or_zero()

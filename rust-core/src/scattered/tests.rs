@@ -320,6 +320,24 @@ fn degenerate_points_give_a_result_or_say_why() {
 }
 
 #[test]
+fn any_power_of_two_gives_the_same_surface() {
+    let points = torus(2_000, 3.0, 1.0, 7);
+    for threshold in [Threshold::Local, Threshold::Global] {
+        let params = ReconstructParams { threshold, ..ReconstructParams::default() };
+        let (plain, _) = reconstruct(points.clone(), &params);
+        for exponent in [-1000, -500, -130, 130, 500, 1000] {
+            let factor = f64::from(exponent).exp2();
+            let (scaled, check) = reconstruct(points.iter().map(|&p| p * factor).collect(), &params);
+            assert_eq!(check.genus(), Some(1), "2^{exponent}");
+            assert_eq!(scaled.mesh.triangles, plain.mesh.triangles, "2^{exponent}");
+            if threshold == Threshold::Global {
+                assert_eq!(scaled.report.threshold, plain.report.threshold * factor);
+            }
+        }
+    }
+}
+
+#[test]
 fn duplicates_and_what_is_not_finite_are_reported() {
     let mut points = sphere(100, DVec3::ZERO, 1.0);
     points.extend([points[7], DVec3::NAN]);
