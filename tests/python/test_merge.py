@@ -150,6 +150,8 @@ sys.path.insert(0, sys.argv[1])
 import surfrecon
 from shapes import torus_scans
 scans = torus_scans(pixels=400)
+# A shell that runs things in the background has them ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 def interrupt(stage, fraction):
     os.kill(os.getpid(), signal.SIGINT)
 try:
