@@ -811,8 +811,10 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
 // returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
 srf_status srf_read_options_init(srf_read_options *options);
 
-// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Of the files, a
-// camera makes the images depth images, a trajectory places them. How the files were understood goes to the log too.
+// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
+// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
+// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
+// images depth images, a trajectory places them. How the files were understood goes to the log too. Reads headers only.
 // paths       UTF-8; not NULL, nor is any of them
 // count       number of paths, at least 1
 // out_scans   receives a new handle on SRF_OK only; not NULL
@@ -879,7 +881,7 @@ srf_status srf_scans_read(const srf_scans *scans,
                           srf_mesh **out_mesh,
                           srf_cloud **out_cloud);
 
-// As srf_scans_read(), watched.
+// As srf_scans_read(), watched: while a large file is read a host can show how far it is, and stop it.
 // scans        not NULL
 // index        less than the number of scans
 // progress     counts the bytes of the file; NULL for none

@@ -178,8 +178,10 @@ pub unsafe extern "C" fn srf_read_options_init(options: *mut srf_read_options) -
     guard(|| sized::init("options", options, srf_read_options::defaults()))
 }
 
-/// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content. Of the files, a
-/// camera makes the images depth images, a trajectory places them. How the files were understood goes to the log too.
+/// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
+/// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
+/// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
+/// images depth images, a trajectory places them. How the files were understood goes to the log too. Reads headers only.
 /// paths       UTF-8; not NULL, nor is any of them
 /// count       number of paths, at least 1
 /// out_scans   receives a new handle on SRF_OK only; not NULL
@@ -326,7 +328,7 @@ pub unsafe extern "C" fn srf_scans_read(
     guard(|| read(scans, index, std::ptr::null(), (out_content, out_image, out_mesh, out_cloud)))
 }
 
-/// As srf_scans_read(), watched.
+/// As srf_scans_read(), watched: while a large file is read a host can show how far it is, and stop it.
 /// scans        not NULL
 /// index        less than the number of scans
 /// progress     counts the bytes of the file; NULL for none

@@ -61,7 +61,12 @@ impl Error {
 
     /// An [`Error::Format`] at a place of a file.
     pub fn format(path: &Path, at: impl Into<String>, problem: impl Into<String>) -> Self {
-        Error::Format { path: path.to_owned(), at: at.into(), problem: problem.into() }
+        // It may quote the file, and what the file holds must not reach a terminal or end a C string.
+        let shown = |text: String| match text.chars().any(char::is_control) {
+            true => text.replace(char::is_control, "\u{fffd}"),
+            false => text,
+        };
+        Error::Format { path: path.to_owned(), at: at.into(), problem: shown(problem.into()) }
     }
 
     /// An [`Error::Io`] for a file.

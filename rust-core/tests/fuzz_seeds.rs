@@ -123,9 +123,69 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     let dict = b"{'descr': '<f4', 'fortran_order': False, 'shape': (4, 4), }  \n";
     keep("map.npy", [&b"\x93NUMPY\x01\x00"[..], &(dict.len() as u16).to_le_bytes(), dict, &plain].concat());
     keep("tile.hgt", (0..16_i16).flat_map(|h| if h == 5 { i16::MIN } else { h }.to_be_bytes()).collect());
+    keep("map.png", png(&[0, 1, 500, 65535].map(u16::to_be_bytes).concat()));
+    keep("map.tif", tiff(&[1.5, -9999.0, 2.5, 3.5]));
+    keep("depth.exr", exr(&[1.5, 2.0, 1e10, 4.0]));
+    let corners = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    let gltf = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": 36, "uri": "data:;base64,{corners}"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}}}]}}],
+        "nodes": [{{"mesh": 0, "translation": [1, 2, 3]}}], "scenes": [{{"nodes": [0]}}]}}"#
+    );
+    keep("text.gltf", gltf.into_bytes());
     keep("points.las", las(false));
     keep("points.laz", las(true));
     seeds
+}
+
+/// 2 x 2 pixels of 16 bits.
+fn png(data: &[u8]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    encoder.write_header().unwrap().write_image_data(data).unwrap();
+    bytes
+}
+
+/// 2 x 2 heights.
+fn tiff(heights: &[f32]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();
+    let mut image = encoder.new_image::<tiff::encoder::colortype::Gray32Float>(2, 2).unwrap();
+    image.encoder().write_tag(tiff::tags::Tag::GdalNodata, "-9999").unwrap();
+    image.write_data(heights).unwrap();
+    bytes.into_inner()
+}
+
+/// 2 x 2 depths.
+fn exr(depths: &[f32]) -> Vec<u8> {
+    use exr::prelude::*;
+    let channels = AnyChannels::sort([AnyChannel::new("Z", FlatSamples::F32(depths.to_vec()))].into_iter().collect());
+    let layer = Layer::new((2, 2), LayerAttributes::named("a"), Encoding::SMALL_LOSSLESS, channels);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+/// What lists, places or describes scans.
+fn side_seeds() -> BTreeMap<String, Vec<u8>> {
+    let identity = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+    let matrix = "<MLMatrix44>\n1 0 0 0.5\n0 1 0 0\n0 0 1 0\n0 0 0 1\n</MLMatrix44>";
+    [
+        ("open3d.json", r#"{"width": 2, "height": 2, "intrinsic_matrix": [2, 0, 0, 0, 2, 0, 0.5, 0.5, 1]}"#.to_owned()),
+        ("plain.json", r#"{"fx": 2, "fy": 2.5, "cx": 0.5, "cy": 5e-1, "w": 2, "h": 2}"#.to_owned()),
+        ("matrix.txt", "525 0 319.5\n0 525 239.5\n0 0 1\n".to_owned()),
+        ("open3d.log", format!("0 0 1\n{identity}1 1 2\n{identity}")),
+        ("tum.freiburg", "# timestamp tx ty tz qx qy qz qw\n1305031102.1758 1.34 0.62 1.65 0 0.6 0 -0.8\n".to_owned()),
+        ("project.mlp", format!("<!DOCTYPE MeshLabDocument>\n<MeshLabProject>\n<MeshGroup>\n<MLMesh label=\"a\" filename=\"a.ply\" visible=\"1\">\n{matrix}\n</MLMesh>\n</MeshGroup>\n</MeshLabProject>\n")),
+        ("set.aln", format!("2\na.ply\n#\n{identity}b.ply\n#\n{identity}0\n")),
+        ("pose.xf", identity.to_owned()),
+    ]
+    .map(|(name, text)| (format!("import_side/{name}"), text.into_bytes()))
+    .into()
 }
 
 /// Eight points of format 2, version 1.2.
@@ -187,7 +247,7 @@ fn seeds_read() {
 #[test]
 fn seeds_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
-    for (name, bytes) in seeds().into_iter().chain(scan_seeds()) {
+    for (name, bytes) in seeds().into_iter().chain(scan_seeds()).chain(side_seeds()) {
         let path = root.join(&name);
         if std::env::var_os("SURFRECON_GENERATE").is_some() {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();

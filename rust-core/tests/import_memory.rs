@@ -119,7 +119,7 @@ fn claims(folder: &Path) {
                 assert!(took < 64 * MIB + 16 * bytes.len(), "{}: {took} bytes", path.display());
             };
             read(&bytes);
-            let step = 1 + bytes.len() / 250;
+            let step = 1 + bytes.len() / 100;
             for at in (0..bytes.len().saturating_sub(8)).step_by(step) {
                 for claim in
                     [&[0xFF; 4][..], &[0xFF, 0xFF, 0xFF, 0x7F], &[0x7F, 0xFF, 0xFF, 0xFF], &[0xFF; 8], &[0, 0, 0, 0x10]]

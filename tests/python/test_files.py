@@ -173,6 +173,50 @@ def test_reading_shows_progress_and_can_be_cancelled(tmp_path):
         scan.read(progress=lambda *_: False)
 
 
+def test_writing_shows_progress_and_can_be_cancelled(tmp_path):
+    side = 400
+    mesh = surfrecon.Mesh(*grid(side))
+    image = surfrecon.RangeImage.from_points(
+        mesh.positions.reshape(side, side, 3) + (0, 0, 5), viewing=("from", (0, 0, 0)), name="a"
+    )
+    for ending in ("ply", "obj", "stl", "glb"):
+        ticks = []
+        surfrecon.write(tmp_path / f"a.{ending}", mesh, progress=lambda *tick, ticks=ticks: ticks.append(tick))
+        assert ticks and all(stage == "writing" and 0 <= share <= 1 for stage, share in ticks)
+        (tmp_path / f"a.{ending}").write_text("old")
+        with pytest.raises(surfrecon.Cancelled):
+            mesh.write(tmp_path / f"a.{ending}", progress=lambda *_: False)
+        assert (tmp_path / f"a.{ending}").read_text() == "old"
+    for ending in ("conf", "ptx", "e57"):
+        with pytest.raises(surfrecon.Cancelled):
+            surfrecon.write(tmp_path / f"b.{ending}", [image], progress=lambda *_: False)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.glb", "a.obj", "a.ply", "a.stl"]
+
+
+def grid(side):
+    """Vertices and triangles of a square, bent."""
+    x, y = np.meshgrid(np.arange(side) / side - 0.5, np.arange(side) / side - 0.5)
+    a = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).reshape(-1)
+    triangles = np.concatenate([np.stack([a, a + 1, a + side], 1), np.stack([a + 1, a + side + 1, a + side], 1)])
+    return np.dstack([x, y, x * y]).reshape(-1, 3), triangles
+
+
+def test_ply_is_binary_or_text(tmp_path):
+    mesh = torus()
+    sizes = {}
+    for encoding in ("binary", "ascii"):
+        mesh.write(tmp_path / "torus.ply", encoding=encoding)
+        content = (tmp_path / "torus.ply").read_bytes()
+        assert (b"format ascii" in content[:40]) == (encoding == "ascii")
+        assert np.array_equal(surfrecon.read(tmp_path / "torus.ply").triangles, mesh.triangles)
+        sizes[encoding] = len(content)
+    assert sizes["ascii"] > sizes["binary"]
+    with pytest.raises(surfrecon.InputError, match='encoding must be "binary" or "ascii", got "text"'):
+        mesh.write(tmp_path / "torus.ply", encoding="text")
+    with pytest.raises(surfrecon.InputError, match="only .ply has the encoding"):
+        mesh.write(tmp_path / "torus.obj", encoding="ascii")
+
+
 def test_levels_of_detail_go_into_one_file(tmp_path):
     fine, coarse = torus(), surfrecon.Mesh(np.eye(3), [[0, 1, 2]])
     surfrecon.write(tmp_path / "torus.glb", fine, coarser=[coarse])

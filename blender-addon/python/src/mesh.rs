@@ -148,11 +148,15 @@ impl Mesh {
     ///     up: axis of the mesh that points up, ``"y"`` or ``"z"``, for glTF, where y does.
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
     ///         (``MSFT_lod``); programs that don't know the extension show the finest.
+    ///     encoding: of ``.ply``: ``"binary"`` or ``"ascii"``.
+    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
     ///
     /// Raises:
     ///     InputError: another ending, ``coarser`` for another format or with more triangles than before, coordinates that don't fit single precision.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y", coarser = Vec::new()))]
+    ///     Cancelled: the callback said so; likewise.
+    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y", coarser = Vec::new(), encoding = "binary", progress = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn write(
         &self,
         py: Python<'_>,
@@ -160,6 +164,8 @@ impl Mesh {
         metres_per_unit: f64,
         up: &str,
         coarser: Vec<Bound<'_, Mesh>>,
+        encoding: &str,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<()> {
         let mesh = self.mesh.clone();
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
@@ -171,9 +177,15 @@ impl Mesh {
             "z" => Up::Z,
             _ => return Err(input_error(format!("up must be \"y\" or \"z\", got {up:?}"))),
         };
-        let watch = Watch::new(None);
+        let encoding = match encoding {
+            "binary" => PlyEncoding::default(),
+            "ascii" if ending(&path) == "ply" => PlyEncoding::Ascii,
+            "ascii" => return Err(input_error(format!("{}: only .ply has the encoding \"ascii\"", path.display()))),
+            _ => return Err(input_error(format!("encoding must be \"binary\" or \"ascii\", got {encoding:?}"))),
+        };
+        let watch = Watch::new(progress);
         match ending(&path).as_str() {
-            "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, PlyEncoding::default(), progress)),
+            "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, encoding, progress)),
             "glb" => watch.run(py, move |progress| {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
                 let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();

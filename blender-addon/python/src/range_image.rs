@@ -95,8 +95,13 @@ fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
 ///
 /// # Errors
 /// Those of the writers.
-pub fn write_in_place(py: Python<'_>, path: PathBuf, images: &[Arc<Core>]) -> PyResult<()> {
-    Watch::new(None).run(py, move |progress| {
+pub fn write_in_place(
+    py: Python<'_>,
+    path: PathBuf,
+    images: &[Arc<Core>],
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
+    Watch::new(progress).run(py, move |progress| {
         let images: Vec<&Core> = images.iter().map(Arc::as_ref).collect();
         match ending(&path).as_str() {
             "ptx" => write_ptx(&path, &images, progress),
@@ -381,17 +386,24 @@ impl RangeImage {
     /// Writes the image: ``.ply`` as a Stanford range grid (binary; its pose is not written: see ``write_scans``),
     /// ``.ptx`` or ``.e57`` with its pose.
     ///
+    /// Args:
+    ///     path: the file.
+    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
+    ///
     /// Raises:
     ///     InputError: a name that ends otherwise; for ``.ply`` rays that go round more than half a sphere, for the
     ///         others parallel rays.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    ///     Cancelled: the callback said so; likewise.
+    #[pyo3(signature = (path, *, progress = None))]
+    fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
         if matches!(ending(&path).as_str(), "ptx" | "e57") {
-            return write_in_place(py, path, std::slice::from_ref(&self.image));
+            return write_in_place(py, path, std::slice::from_ref(&self.image), progress);
         }
         check_ending(&path, "ply")?;
         let image = self.image.clone();
-        Watch::new(None).run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
+        Watch::new(progress)
+            .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
     }
 
     /// Triangulates the grid, leaving out jumps.

@@ -126,19 +126,27 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyD
 /// Args:
 ///     path: ends in ``.conf`` (the grids go into its folder), ``.ptx`` or ``.e57``.
 ///     images: range images, for ``.conf`` with different names.
+///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///
 /// Raises:
 ///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere.
-///     FileError: writing failed.
+///     FileError: writing failed; no file is left, and those that were there are untouched.
+///     Cancelled: the callback said so; likewise.
 #[pyfunction]
-pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeImage>>) -> PyResult<()> {
+#[pyo3(signature = (path, images, *, progress = None))]
+pub fn write_scans(
+    py: Python<'_>,
+    path: PathBuf,
+    images: Vec<Bound<'_, RangeImage>>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<()> {
     if matches!(ending(&path).as_str(), "ptx" | "e57") {
         let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
-        return write_in_place(py, path, &images);
+        return write_in_place(py, path, &images, progress);
     }
     check_ending(&path, "conf")?;
     let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
-    Watch::new(None).run(py, move |progress| {
+    Watch::new(progress).run(py, move |progress| {
         let images: Vec<_> = images.iter().map(AsRef::as_ref).collect();
         write_scan_list(&path, &images, PlyEncoding::default(), progress)
     })
@@ -151,22 +159,27 @@ pub fn write_scans(py: Python<'_>, path: PathBuf, images: Vec<Bound<'_, RangeIma
 /// Args:
 ///     path: the file.
 ///     content: what is written.
+///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///     options: for a mesh the keyword arguments of ``Mesh.write``.
 ///
 /// Raises:
 ///     InputError: an ending that doesn't fit the content, or what the format can't hold.
 ///     FileError: writing failed; no file is left, and one that was there is untouched.
+///     Cancelled: the callback said so; likewise.
 ///     TypeError: content of another type.
 #[pyfunction]
-#[pyo3(signature = (path, content, **options))]
+#[pyo3(signature = (path, content, *, progress = None, **options))]
 pub fn write(
     py: Python<'_>,
     path: PathBuf,
     content: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<()> {
     if content.cast::<Mesh>().is_ok() {
-        return content.call_method("write", (path,), options).map(|_| ());
+        let options = options.map_or_else(|| Ok(PyDict::new(py)), |options| options.copy())?;
+        options.set_item("progress", progress)?;
+        return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
     if options.is_some_and(|options| !options.is_empty()) {
         return Err(PyTypeError::new_err("only meshes are written with options"));
@@ -174,11 +187,13 @@ pub fn write(
     if let Ok(cloud) = content.cast::<PointCloud>() {
         check_ending(&path, "ply")?;
         let cloud = cloud.get().cloud.clone();
-        return Watch::new(None)
+        return Watch::new(progress)
             .run(py, move |progress| write_points_ply(&path, &cloud, PlyEncoding::default(), progress));
     }
     if content.cast::<RangeImage>().is_ok() && ending(&path) != "conf" {
-        return content.call_method1("write", (path,)).map(|_| ());
+        let options = PyDict::new(py);
+        options.set_item("progress", progress)?;
+        return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
     let images = match content.cast::<RangeImage>() {
         Ok(image) => vec![image.clone()],
@@ -187,7 +202,7 @@ pub fn write(
             PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
         })?,
     };
-    write_scans(py, path, images)
+    write_scans(py, path, images, progress)
 }
 
 fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat};
 
-use super::atomic::write_atomically;
+use super::atomic::{Staged, stage};
 use super::ply::{self, PlyOptions, range_grid_frame};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -30,8 +30,8 @@ pub struct PlacedFile {
 ///
 /// # Errors
 /// A name that can't be a file's on every system, or is there twice but for its case; as
-/// [`write_range_grid_ply`](super::write_range_grid_ply) and [`write_conf`]. Grids written before the one that failed
-/// stay; the list does not name them.
+/// [`write_range_grid_ply`](super::write_range_grid_ply) and [`write_conf`]. The files get their names when all are
+/// written: then nothing can fail but renaming, which leaves the list as it was.
 pub fn write_scan_list(
     path: &Path,
     images: &[&RangeImage],
@@ -47,13 +47,15 @@ pub fn write_scan_list(
     let folder = path.parent().unwrap_or(Path::new(""));
     ply::begin(progress, images.iter().map(|image| ply::elements_of(image)).sum());
     let mut placed = Vec::with_capacity(images.len());
+    let mut written = Vec::with_capacity(images.len() + 1);
     for image in images {
         let file = format!("{}.ply", image.name);
         let world_from_file = image.world_from_sensor * range_grid_frame(image)?;
-        ply::write_grid(&folder.join(&file), image, &options, progress)?;
+        written.push(ply::stage_grid(&folder.join(&file), image, &options, progress)?);
         placed.push(PlacedFile { file, world_from_file });
     }
-    write_conf(path, &placed)
+    written.push(stage_conf(path, &placed)?);
+    written.into_iter().try_for_each(Staged::keep)
 }
 
 /// Whether a name is that of a file in the same folder, on any system.
@@ -68,6 +70,10 @@ fn is_file_name(name: &str) -> bool {
 /// # Errors
 /// A name that the format can't hold, a pose that isn't rigid; [`Error::Io`].
 pub fn write_conf(path: &Path, scans: &[PlacedFile]) -> Result<()> {
+    stage_conf(path, scans)?.keep()
+}
+
+fn stage_conf(path: &Path, scans: &[PlacedFile]) -> Result<Staged> {
     let mut text = "camera 0 0 0 0 0 0 1\n".to_owned();
     for scan in scans {
         let name = &scan.file;
@@ -87,5 +93,5 @@ pub fn write_conf(path: &Path, scans: &[PlacedFile]) -> Result<()> {
         // Nothing can fail: it is written to memory.
         let _ = writeln!(text, "bmesh {name} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
     }
-    write_atomically(path, &Progress::none(), |file| file.write_all(text.as_bytes()).map_err(|e| Error::io(path, e)))
+    stage(path, &Progress::none(), |file| file.write_all(text.as_bytes()).map_err(|e| Error::io(path, e)))
 }

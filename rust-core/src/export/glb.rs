@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-use super::atomic::write_atomically;
+use super::atomic::{Output, write_atomically};
 use crate::error::{Error, Result};
 use crate::mesh::{AttributeData, TriMesh};
 use crate::progress::Progress;
@@ -185,7 +185,7 @@ impl<'a> Part<'a> {
     }
 
     /// Writes what [`document`] has announced, in the same order.
-    fn write(&self, sink: &mut Sink<'_, '_>) -> Result<()> {
+    fn write(&self, sink: &mut Sink<'_, '_, '_>) -> Result<()> {
         let mesh = self.mesh;
         let single = |v: Vec3| v.to_array().map(|x| x.to_bits().to_le());
         sink.all(&mesh.triangles, |t| t.map(u32::to_le))?;
@@ -431,13 +431,13 @@ fn pad(mut bytes: Vec<u8>, with: u8) -> Vec<u8> {
 }
 
 /// Writes to the file and counts.
-struct Sink<'a, 'p> {
-    out: BufWriter<&'a mut std::fs::File>,
+struct Sink<'a, 'o, 'p> {
+    out: BufWriter<&'a mut Output<'o>>,
     path: &'a Path,
     progress: &'a Progress<'p>,
 }
 
-impl Sink<'_, '_> {
+impl Sink<'_, '_, '_> {
     fn put(&mut self, bytes: &[u8]) -> Result<()> {
         self.out.write_all(bytes).map_err(|e| Error::io(self.path, e))
     }

@@ -11,6 +11,8 @@
 
 pub(crate) mod atomic;
 mod conf;
+#[cfg(test)]
+mod faults;
 mod glb;
 mod obj;
 mod ply;
@@ -21,7 +23,8 @@ pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{
-    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_range_grid_ply,
+    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_quads_ply,
+    write_range_grid_ply,
 };
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;

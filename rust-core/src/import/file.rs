@@ -15,8 +15,28 @@ use crate::progress::Progress;
 /// Most bytes that are read between two looks at the progress.
 const MOST: usize = 4 << 20;
 
+/// An opened regular file. Every reader gets its bytes through this one type, so that a test can make any read fail.
+pub(super) struct Regular(File);
+
+impl Read for Regular {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        #[cfg(test)]
+        let buffer = super::faults::read(buffer)?;
+        self.0.read(buffer)
+    }
+}
+
+impl Seek for Regular {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
 /// Opens a regular file; also its length.
-pub(super) fn open(path: &Path) -> Result<(File, u64)> {
+pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
+    if path.as_os_str().is_empty() {
+        return Err(Error::input("the name of a file is empty"));
+    }
     // Asked before opening: opening a pipe waits for its other end.
     let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
     if metadata.is_dir() {
@@ -27,7 +47,7 @@ pub(super) fn open(path: &Path) -> Result<(File, u64)> {
         return Err(Error::input(format!("{}: not a regular file", path.display())));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    Ok((file, metadata.len()))
+    Ok((Regular(file), metadata.len()))
 }
 
 /// Reads a whole file.
@@ -43,12 +63,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The first bytes of a file, at most `count`.
-pub(super) fn read_start(path: &Path, count: usize) -> Result<Vec<u8>> {
-    let (file, _) = open(path)?;
+/// The first bytes of a file, at most `count`, and its length.
+pub(super) fn read_start(path: &Path, count: usize) -> Result<(Vec<u8>, u64)> {
+    let (file, length) = open(path)?;
     let mut bytes = Vec::new();
     file.take(count as u64).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
-    Ok(bytes)
+    Ok((bytes, length))
 }
 
 /// The file's own name, for notes.
@@ -108,7 +128,9 @@ pub(super) fn watched<T>(
 
 /// What a decoding crate says about the file's content.
 pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Error {
-    Error::format(&scan.path, "while decoding", error.to_string())
+    // The standard library's words for an end of the file that comes too early.
+    let text = error.to_string().replace("failed to fill whole buffer", "the file ends too early");
+    Error::format(&scan.path, "while decoding", text)
 }
 
 /// Reads a scan out of an input of so many bytes, whose path is the scan's.
@@ -127,7 +149,7 @@ pub(super) fn parsed(scan: &Scan, progress: &Progress<'_>, parse: Parse) -> Resu
 
 /// A file whose bytes are counted as they are read; once the call is cancelled, reading fails.
 pub(super) struct Counted<'a, 'p> {
-    file: File,
+    file: Regular,
     progress: &'a Progress<'p>,
 }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::{DMat4, DQuat, DVec3};
 use serde_json::Value;
 
-use super::file::{self, Input, decoding_error, reserve};
+use super::file::{self, Input, reserve};
 use super::{Content, Scan, conf};
 use crate::error::{Error, Result};
 use crate::mesh::{Attribute, TriMesh};
@@ -45,7 +45,10 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<C
     let mut bytes = reserve(size, &scan.path)?;
     input.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
     let (json, mut blob) = chunks(&bytes, scan)?;
-    let root: Value = serde_json::from_slice(json).map_err(|e| decoding_error(scan, &e))?;
+    let root: Value = serde_json::from_slice(json).map_err(|e| {
+        let problem = format!("this is neither glTF's JSON nor a binary glTF: {e}");
+        Error::format(&scan.path, "start of file", problem)
+    })?;
     let fail = |at: String, problem: String| Err(Error::format(&scan.path, at, problem));
     if let Some(name) = list(&root, "extensionsRequired").first() {
         return fail("extensionsRequired".to_owned(), format!("it needs {name}, which is not read"));

@@ -42,6 +42,8 @@ mod window;
 
 #[cfg(any(test, fuzzing))]
 mod damage;
+#[cfg(test)]
+mod faults;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -366,12 +368,17 @@ fn open_named(
 
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
 fn format_of(path: &Path) -> Result<&'static Format> {
-    let start = file::read_start(path, SNIFFED)?;
+    let (start, length) = file::read_start(path, SNIFFED)?;
     if let Some(format) = FORMATS.iter().find(|format| (format.sniff)(&start)) {
         return Ok(format);
     }
+    let named = |extension: &str| FORMATS.iter().find(|format| format.extensions.contains(&extension));
+    // A binary one has no mark, but a length that says it.
+    if let Some(format) = named("stl").filter(|_| stl::has_length_of_binary(&start, length)) {
+        return Ok(format);
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    FORMATS.iter().find(|format| format.extensions.contains(&extension.as_str())).ok_or_else(|| {
+    named(&extension).ok_or_else(|| {
         let known: Vec<String> = FORMATS.iter().map(|f| format!("{}: .{}", f.name, f.extensions.join(", ."))).collect();
         Error::format(path, "start of file", format!("unknown format; known are {}", known.join("; ")))
     })
@@ -510,10 +517,14 @@ pub mod fuzzing {
                 damage::sound(&damage::read(parse, bytes, &scan), &scan);
             }
         }
-        let path = Path::new("fuzz/scan.bin");
-        if camera::sniff(bytes) {
-            let _ = camera::parse(bytes, path);
-        }
+    }
+
+    /// Checks what lists, places or describes scans: read or refused with its name.
+    pub fn side(bytes: &[u8]) {
+        use super::*;
+        let path = Path::new("fuzz/side.txt");
+        let _ = camera::parse(bytes, path);
+        let _ = pose::parse(bytes);
         let _ = trajectory::parse(text::Lines::new(bytes, bytes.len() as u64, path));
         let _ = project::parse_mlp(bytes, path);
         let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
@@ -610,6 +621,17 @@ mod tests {
         assert!(error.ends_with("lists scans and isn't one itself; open it instead"), "{error}");
         // The content decides, not the name.
         assert_eq!(open(&file("scan.dat", POINT)).unwrap().scans[0].name, "scan");
+        let stl = folder.path().join("binary.ply");
+        crate::export::write_stl(
+            &stl,
+            &TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]),
+            &Progress::none(),
+        )
+        .unwrap();
+        assert!(matches!(open(&stl).unwrap().scans[0].read().unwrap(), Content::Mesh(_)));
+        assert_eq!(refused(Path::new("")), "the name of a file is empty");
+        let control = refused(&file("bell.ptx", "1\n1\n0 0 x\u{7f}\n"));
+        assert!(!control.contains('\u{7f}') && control.contains('\u{fffd}'), "{control}");
         #[cfg(unix)]
         assert!(refused(Path::new("/dev/zero")).ends_with("not a regular file"));
     }

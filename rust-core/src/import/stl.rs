@@ -22,6 +22,13 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     rest.first().is_none_or(u8::is_ascii_whitespace) && rest.windows(5).any(|w| w == b"facet" || w == b"endso")
 }
 
+/// Whether a file that starts like this is exactly as long as the number of triangles in a binary file's header says.
+pub(super) fn has_length_of_binary(start: &[u8], length: u64) -> bool {
+    let Some(&[a, b, c, d]) = start.get(80..84) else { return false };
+    let count = u64::from(u32::from_le_bytes([a, b, c, d]));
+    count > 0 && HEADER + count * TRIANGLE == length
+}
+
 /// The corners' places, each once.
 #[derive(Default)]
 struct Welder {

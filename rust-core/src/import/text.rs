@@ -112,7 +112,7 @@ impl<'a> Lines<'a> {
     /// The error of a file that ends too early.
     #[cold]
     pub(super) fn ends(&self, what: &str) -> Error {
-        Error::format(&self.path, format!("line {}", self.number), format!("the file ends; expected {what}"))
+        self.fail(format!("the file ends; expected {what}"))
     }
 
     /// Goes past blanks; true if nothing is left on the line.
@@ -217,7 +217,8 @@ impl<'a> Lines<'a> {
     /// An error on the current line.
     #[cold]
     pub(super) fn fail(&self, problem: impl Into<String>) -> Error {
-        Error::format(&self.path, format!("line {}", self.number), problem)
+        // An empty file has no line; what is missing belongs on its first.
+        Error::format(&self.path, format!("line {}", self.number.max(1)), problem)
     }
 }
 

@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn what_is_wrong_has_a_line() {
         for (text, problem) in [
-            ("", "line 0: there is no pose"),
+            ("", "line 1: there is no pose"),
             ("0 0 1\n1 0 0 0\n", "line 2: the file ends; expected a row"),
             ("0 0 1\n1 0 0\n", "line 2: the line ends; expected a number of a 4 x 4 matrix"),
             ("1 2\n", "line 1: expected three whole numbers"),

@@ -91,6 +91,25 @@ fn the_c_example_merges_a_scan() {
 }
 
 #[test]
+fn the_c_example_lists_scans_and_leaks_nothing() {
+    let sanitizers = ["-std=c99", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    let program = compile("cc", &sanitizers, "c-api/examples/c/list_scans.c");
+    let scan = scan_file(program.folder.path());
+    let seeds = root().join("rust-core/fuzz/seeds/import_scan");
+    let seed = |name: &str| seeds.join(name).to_str().unwrap().to_owned();
+    assert_eq!(program.run(&[&scan]), "scan: range image, 50 x 50, 2500 samples, at 0 0 0\n");
+    let printed = program.run(&[&seed("points.laz"), &seed("mesh.glb"), &seed("two.ptx")]);
+    let lines: Vec<&str> = printed.lines().collect();
+    assert!(lines.len() == 4 && lines[0].starts_with("points: 8 points"), "{printed}");
+    assert!(lines[1].starts_with("mesh: mesh, 4 vertices, 2 triangles"), "{printed}");
+    assert!(lines[2].starts_with("two: range image, 3 x 4, 9 samples, at 4e+06 5e+06 7"), "{printed}");
+    let depth = program.run(&["--camera", "2", "2", "0.5", "0.5", &seed("map.pgm")]);
+    assert!(depth.starts_with("map: range image, 2 x 2, 3 samples"), "{depth}");
+    let failed = program.command(&[]).args(["--camera", "0", "2", "0.5", "0.5", &seed("map.pgm")]).output().unwrap();
+    assert!(!failed.status.success() && !String::from_utf8_lossy(&failed.stderr).contains("Sanitizer"));
+}
+
+#[test]
 fn the_cpp_example_stays_within_its_tolerance() {
     let program = compile("c++", &["-std=c++17"], "c-api/examples/cpp/live_tolerance.cpp");
     let printed = program.run(&["out.ply"]);

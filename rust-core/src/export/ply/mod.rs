@@ -12,9 +12,9 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use self::rows::{Column, Data, Element, NO_VERTEX};
-use super::atomic::write_atomically;
+use super::atomic::{Staged, stage};
 use crate::error::{Error, Result};
-use crate::mesh::{Attribute, AttributeData, TriMesh};
+use crate::mesh::{Attribute, AttributeData, QuadMesh, TriMesh};
 use crate::point_cloud::PointCloud;
 use crate::progress::Progress;
 use crate::range_image::{Projection, RangeImage, Samples, Viewing};
@@ -82,7 +82,35 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
     });
     attributes(&mut faces, &mesh.face_attributes)?;
     begin(progress, mesh.positions.len() + mesh.triangles.len());
-    write(path, "", &[vertices, faces], &options, progress)
+    write(path, "", &[vertices, faces], &options, progress)?.keep()
+}
+
+/// Writes a mesh of quads with all its attributes as [`write_ply`] does, texture coordinates as the properties s and t.
+///
+/// # Errors
+/// A coordinate that isn't finite, an index out of range, an attribute of the wrong length; else as [`write_ply`].
+pub fn write_quads_ply(
+    path: &Path,
+    mesh: &QuadMesh,
+    options: impl Into<PlyOptions>,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let options = options.into();
+    mesh.validate()?;
+    let mut vertices = element("vertex", mesh.positions.len());
+    vertices.columns.push(positions(&mesh.positions, options.positions)?);
+    if !mesh.uvs.is_empty() {
+        vertices.columns.push(Column { declaration: floats(&["s", "t"]), data: Data::Pairs(&mesh.uvs) });
+    }
+    attributes(&mut vertices, &mesh.vertex_attributes)?;
+    let mut faces = element("face", mesh.quads.len());
+    faces.columns.push(Column {
+        declaration: "property list uchar int vertex_indices\n".to_owned(),
+        data: Data::Quad(&mesh.quads),
+    });
+    attributes(&mut faces, &mesh.face_attributes)?;
+    begin(progress, mesh.positions.len() + mesh.quads.len());
+    write(path, "", &[vertices, faces], &options, progress)?.keep()
 }
 
 /// Writes points with their normals, colours and intensities. The pose is not written: place them first, or write a `.conf`.
@@ -121,7 +149,7 @@ pub fn write_points_ply(
         vertices.columns.push(Column { declaration: floats(&["intensity"]), data: Data::F32(intensity) });
     }
     begin(progress, count);
-    write(path, "", &[vertices], &options, progress)
+    write(path, "", &[vertices], &options, progress)?.keep()
 }
 
 /// Writes a range image as a range grid in the layout of the Stanford archive: the points of the valid pixels in the
@@ -142,16 +170,21 @@ pub fn write_range_grid_ply(
     progress: &Progress<'_>,
 ) -> Result<()> {
     begin(progress, elements_of(image));
-    write_grid(path, image, &options.into(), progress)
+    stage_grid(path, image, &options.into(), progress)?.keep()
 }
 
-/// What [`write_grid`] counts: points and cells.
+/// What [`stage_grid`] counts: points and cells.
 pub(super) fn elements_of(image: &RangeImage) -> usize {
     image.valid_count() + image.len()
 }
 
-/// Writes a range grid as part of a call whose progress has begun.
-pub(super) fn write_grid(path: &Path, image: &RangeImage, options: &PlyOptions, progress: &Progress<'_>) -> Result<()> {
+/// Writes a range grid, but for its name, as part of a call whose progress has begun.
+pub(super) fn stage_grid(
+    path: &Path,
+    image: &RangeImage,
+    options: &PlyOptions,
+    progress: &Progress<'_>,
+) -> Result<Staged> {
     image.validate()?;
     let valid: Vec<usize> = (0..image.len()).filter(|&i| image.is_valid(i)).collect();
     let grid_from_sensor = range_grid_frame(image)?.inverse();
@@ -308,7 +341,7 @@ fn write(
     elements: &[Element<'_>],
     options: &PlyOptions,
     progress: &Progress<'_>,
-) -> Result<()> {
+) -> Result<Staged> {
     if let Some(element) = elements.iter().find(|e| e.count > i32::MAX as usize) {
         return Err(Error::input(format!(
             "{} entries of {} are more than a PLY file holds",
@@ -325,7 +358,7 @@ fn write(
         element.declare(&mut header);
     }
     header += "end_header\n";
-    write_atomically(path, progress, |file| {
+    stage(path, progress, |file| {
         file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
         for element in elements {
             element.write(file, path, options.encoding, progress)?;

@@ -1,6 +1,5 @@
 //! The rows of a PLY element: columns in, bytes out, in chunks that are encoded in parallel and written in order.
 
-use std::fs::File;
 use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
@@ -8,6 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::super::atomic::Output;
 use super::PlyEncoding;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -26,12 +26,16 @@ pub(super) enum Data<'a> {
     Double(&'a [DVec3]),
     /// Three floats that already are.
     Floats(&'a [[f32; 3]]),
+    /// Two floats.
+    Pairs(&'a [[f32; 2]]),
     F32(&'a [f32]),
     I32(&'a [i32]),
     Bool(&'a [bool]),
     Colour(&'a [[u8; 4]]),
     /// A list of three vertices.
     Triangle(&'a [[u32; 3]]),
+    /// A list of four.
+    Quad(&'a [[u32; 4]]),
     /// A list of one vertex or none; the only column of its element.
     Cell(&'a [u32]),
 }
@@ -57,9 +61,11 @@ impl Data<'_> {
         match self {
             Data::Single(_) | Data::Floats(_) => 12,
             Data::Double(_) => 24,
+            Data::Pairs(_) => 8,
             Data::F32(_) | Data::I32(_) | Data::Colour(_) => 4,
             Data::Bool(_) => 1,
             Data::Triangle(_) => 13,
+            Data::Quad(_) => 17,
             Data::Cell(_) => 5,
         }
     }
@@ -81,7 +87,7 @@ impl Element<'_> {
     /// Writes all rows. Within one of our pools the chunks are encoded in parallel.
     pub(super) fn write(
         &self,
-        file: &mut File,
+        file: &mut Output<'_>,
         path: &Path,
         encoding: PlyEncoding,
         progress: &Progress<'_>,
@@ -150,6 +156,17 @@ impl Element<'_> {
                         (word::<BIG>(v[0]), word::<BIG>(v[1]), word::<BIG>(v[2]));
                     [3, a, b, c, d, e, f, g, h, i, j, k, l]
                 }),
+                Data::Quad(v) => scatter(out, size, at, &v[rows.clone()], |v| {
+                    let mut bytes = [4; 17];
+                    for (field, corner) in bytes[1..].chunks_exact_mut(4).zip(v) {
+                        field.copy_from_slice(&word::<BIG>(*corner));
+                    }
+                    bytes
+                }),
+                Data::Pairs(v) => scatter(out, size, at, &v[rows.clone()], |v| {
+                    let ([a, b, c, d], [e, f, g, h]) = (word::<BIG>(v[0].to_bits()), word::<BIG>(v[1].to_bits()));
+                    [a, b, c, d, e, f, g, h]
+                }),
                 Data::Cell(_) => {}
             }
             at += column.data.size();
@@ -173,6 +190,8 @@ impl Element<'_> {
                     Data::Bool(v) => write!(out, "{} ", u8::from(v[row])),
                     Data::Colour(v) => write!(out, "{} {} {} {} ", v[row][0], v[row][1], v[row][2], v[row][3]),
                     Data::Triangle(v) => write!(out, "3 {} {} {} ", v[row][0], v[row][1], v[row][2]),
+                    Data::Quad(v) => write!(out, "4 {} {} {} {} ", v[row][0], v[row][1], v[row][2], v[row][3]),
+                    Data::Pairs(v) => write!(out, "{} {} ", Shown(v[row][0]), Shown(v[row][1])),
                     Data::Cell(v) if v[row] == NO_VERTEX => write!(out, "0 "),
                     Data::Cell(v) => write!(out, "1 {} ", v[row]),
                 };

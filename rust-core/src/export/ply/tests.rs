@@ -256,3 +256,33 @@ fn cancelled_at_every_check() {
     assert!(write_ply(&path, &mesh, PlyEncoding::default(), &progress).is_err());
     assert!(std::fs::read(&path).unwrap() == before);
 }
+
+#[test]
+fn quads_stay_quads() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("quads.ply");
+    let mut mesh = QuadMesh {
+        positions: vec![DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.5), DVec3::Y, DVec3::new(2.0, 0.0, 0.25)],
+        uvs: vec![[0.0, 0.0], [0.5, 0.0], [0.5, 1.0], [0.0, 1.0], [1.0, 0.0]],
+        quads: vec![[0, 1, 2, 3], [1, 4, 2, 2]],
+        face_attributes: vec![Attribute::i32("tile", vec![7, 8])],
+        ..QuadMesh::default()
+    };
+    write_quads_ply(&path, &mesh, PlyEncoding::Ascii, &Progress::none()).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        text.ends_with(
+            "end_header\n0 0 0 0 0\n1 0 0 0.5 0\n1 1 0.5 0.5 1\n0 1 0 0 1\n2 0 0.25 1 0\n4 0 1 2 3 7\n4 1 4 2 2 8\n"
+        ),
+        "{text}"
+    );
+    for encoding in [PlyEncoding::BinaryLittleEndian, PlyEncoding::BinaryBigEndian] {
+        write_quads_ply(&path, &mesh, encoding, &Progress::none()).unwrap();
+        let read = read_mesh(&path);
+        assert_eq!((read.positions.len(), read.triangles.len()), (5, 4));
+        assert_eq!(read.positions, mesh.positions);
+    }
+    mesh.quads[1][0] = 5;
+    let error = write_quads_ply(&path, &mesh, PlyEncoding::Ascii, &Progress::none()).unwrap_err().to_string();
+    assert_eq!(error, "quad 1 names vertex 5, but there are only 5 vertices");
+}

@@ -92,9 +92,14 @@ fn read_header(file: &mut dyn Read, length: u64, path: &Path) -> Result<Header> 
 /// The header at the start of a window, which afterwards stands at the body.
 fn header_in(window: &mut Window<'_>) -> Parsed<Header> {
     loop {
-        if let Some(header) = Header::parse(window.rest())? {
-            window.at = header.body;
-            return Ok(header);
+        match Header::parse(window.rest()) {
+            Ok(Some(header)) => {
+                window.at = header.body;
+                return Ok(header);
+            }
+            Ok(None) => {}
+            // What looked like a file of something else may be the little that could be read.
+            Err(problem) => return Err(window.failure().map_or(problem, Problem::io)),
         }
         if !window.grow() {
             return Err(match window.failure() {

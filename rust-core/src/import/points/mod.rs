@@ -7,7 +7,7 @@
 //!
 //! Numbers are separated by blanks, tabs, commas or semicolons; with semicolons a comma may be the decimal point. Lines
 //! starting with `#`, `//`, `%` or `!` are comments. A line that names the columns, in a comment or not, is obeyed. A
-//! line with one whole number announces how many points follow, as in PTS. Without names the columns are told by their
+//! line with one whole number announces how many points follow at least, as in PTS. Without names the columns are told by their
 //! count and, where that leaves a choice, by the values of the first lines; the notes say what was understood.
 //!
 //! Points with a coordinate that isn't finite are left out. A line with another count of numbers than the first, or with
@@ -69,7 +69,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 /// Opens a file as one scan; reads its first lines only.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
-    let head = file::read_start(path, HEAD)?;
+    let (head, _) = file::read_start(path, HEAD)?;
     let end = if head.len() < HEAD { head.len() } else { head.iter().rposition(|&b| b == b'\n').unwrap_or(0) };
     let columns = layout(&head[..end]).map_err(|problem| problem.into_error(path))?;
     let notes = columns.iter().flat_map(|c| &c.notes).map(|note| format!("{}: {note}", file::name(path))).collect();
@@ -230,7 +230,16 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
                 return Err(Problem::text(number, "no point in the first 64 KiB of the file"));
             }
         }
-        return Ok(cloud);
+        return Err(Problem::text(1, "there is no point"));
+    };
+    // The line that announces points, how many, and how many of them are still to come.
+    let mut announced: Option<(u64, f64, f64)> = None;
+    let missing = |announced: Option<(u64, f64, f64)>| match announced {
+        Some((line, count, left)) if left > 0.0 => {
+            let problem = format!("{count} points are announced, but {} follow: the file was cut short", count - left);
+            Err(Problem::text(line, problem))
+        }
+        _ => Ok(()),
     };
     let mut normals = columns.normal.map(|_| Vec::new());
     let mut colour = columns.colour.map(|_| Vec::new());
@@ -251,10 +260,15 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
         if numbers.len() != columns.width() {
             // PTS files may hold several clouds, each after its count.
             if numbers.len() == 1 && numbers[0] >= 0.0 && numbers[0].fract() == 0.0 {
+                missing(announced)?;
+                announced = Some((number, numbers[0], numbers[0]));
                 continue;
             }
             let (here, wanted) = (numbers.len(), columns.width());
             return Err(Problem::text(number, format!("{here} numbers; the first point has {wanted}")));
+        }
+        if let Some((_, _, left)) = &mut announced {
+            *left -= 1.0;
         }
         let [x, y, z] = columns.position.map(|c| numbers[c]);
         let position = DVec3::new(x, y, z);
@@ -284,6 +298,7 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
             list.push(numbers[at] as f32);
         }
     }
+    missing(announced)?;
     cloud.normals = normals;
     cloud.colour = colour;
     cloud.intensity = intensity;

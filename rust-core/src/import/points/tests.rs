@@ -72,6 +72,20 @@ fn what_is_wrong_has_a_line() {
 }
 
 #[test]
+fn announced_points_must_follow() {
+    assert_eq!(
+        refused("3\n0 0 0\n1 1 1\n"),
+        "a.xyz: line 1: 3 points are announced, but 2 follow: the file was cut short"
+    );
+    assert!(refused("1\n0 0 0\n2\n1 1 1\n").starts_with("a.xyz: line 3: 2 points are announced, but 1 follow"));
+    // Several clouds in one file; some programs announce fewer points than they write.
+    for (text, count) in [("1\n0 0 0\n2\n1 1 1\n2 2 2\n", 3), ("1\n0 0 0\n1 1 1\n", 2)] {
+        assert_eq!(parse(text.as_bytes(), text.len() as u64).unwrap().positions.len(), count, "{text}");
+    }
+    assert!(refused("# nothing\n").ends_with("there is no point"));
+}
+
+#[test]
 fn other_texts_are_not_taken() {
     for text in [
         "ply\nformat ascii 1.0\n",
