@@ -84,10 +84,13 @@ def test_written_quads_stay_quads(image, tmp_path):
     grid.write(tmp_path / "grid.obj")
     faces = [line.split()[1:] for line in (tmp_path / "grid.obj").read_text().splitlines() if line.startswith("f ")]
     assert len(faces) == len(grid.quads) and {len(face) for face in faces} == {4}
+    grid.write(tmp_path / "grid.ply")
+    triangles = 2 * len(grid.quads)
+    assert len(surfrecon.read(tmp_path / "grid.ply").triangles) == triangles
     grid.spline().write(tmp_path / "spline.obj", 20, 30)
     assert (tmp_path / "spline.obj").read_text().count("\nf ") == 19 * 29
-    with pytest.raises(surfrecon.InputError, match="must end in .obj"):
-        grid.write(tmp_path / "grid.ply")
+    with pytest.raises(surfrecon.InputError, match="must end in .obj or .ply"):
+        grid.write(tmp_path / "grid.stl")
 
 
 def test_jobs_cancel_and_errors(image):

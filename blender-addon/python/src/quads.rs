@@ -7,13 +7,13 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as CoreImage;
-use surfrecon::export::{Polygons, write_obj_polygons};
+use surfrecon::export::{PlyEncoding, Polygons, write_obj_polygons, write_quads_ply};
 use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
-use crate::mesh::{Mesh, check_ending};
+use crate::mesh::{Mesh, ending};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 
@@ -260,13 +260,12 @@ impl QuadGrid {
         Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
     }
 
-    /// Writes the quads as ``.obj``, with colours.
+    /// Writes the quads as ``.obj``, with colours, or as ``.ply``, with all attributes and texture coordinates.
     ///
     /// Raises:
     ///     InputError: another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        check_ending(&path, "obj")?;
         let mesh = self.mesh.clone();
         write_quads(py, path, mesh)
     }
@@ -322,7 +321,13 @@ impl QuadGrid {
 }
 
 fn write_quads(py: Python<'_>, path: PathBuf, mesh: Arc<QuadMesh>) -> PyResult<()> {
-    Watch::new(None).run(py, move |progress| {
+    let watch = Watch::new(None);
+    match ending(&path).as_str() {
+        "ply" => return watch.run(py, move |progress| write_quads_ply(&path, &mesh, PlyEncoding::default(), progress)),
+        "obj" => {}
+        _ => return Err(input_error(format!("{}: the name must end in .obj or .ply", path.display()))),
+    }
+    watch.run(py, move |progress| {
         let colour = mesh.vertex_attributes.iter().find_map(|a| match &a.data {
             surfrecon::mesh::AttributeData::Colour(colour) if a.name == "colour" => Some(&colour[..]),
             _ => None,
@@ -406,13 +411,12 @@ impl Spline {
         Ok(PyArray1::from_slice(py, arrays::coordinates(&points)).reshape([count, 3])?.into_any())
     }
 
-    /// Writes the surface, sampled at rows x columns evenly spread parameters, as quads: ``.obj``.
+    /// Writes the surface, sampled at rows x columns evenly spread parameters, as quads: ``.obj`` or ``.ply``.
     ///
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: PathBuf, rows: usize, columns: usize) -> PyResult<()> {
-        check_ending(&path, "obj")?;
         let (fit, mirrored) = (self.fit.clone(), self.mirrored);
         let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;
         write_quads(py, path, Arc::new(mesh))
