@@ -25,8 +25,8 @@ def read(path):
     if tool == "trimesh":
         import trimesh
         mesh = trimesh.load(path, process=False, force="mesh")
-        colours = getattr(mesh.visual, "vertex_colors", [])
-        return mesh.vertices, mesh.faces, np.asarray(colours, float)[:, :3] / 255
+        colours = np.asarray(getattr(mesh.visual, "vertex_colors", []), float)
+        return mesh.vertices, mesh.faces, colours[:, :3] / 255 if colours.ndim == 2 else []
     import pymeshlab
     meshes = pymeshlab.MeshSet()
     meshes.load_new_mesh(path)
@@ -43,7 +43,7 @@ for path in paths:
     print(json.dumps({"faces": len(faces), "area": area, "bounds": bounds, "colour": mean}))
 """
 
-# Colours are sRGB in all of these but glTF, whose linear colours trimesh hands on as they are.
+# Colours are compared where readers hand on sRGB: not those of glTF, which are linear.
 FORMATS = {
     "open3d": ["ply", "text.ply", "obj", "stl", "glb"],
     "trimesh": ["ply", "text.ply", "obj", "stl", "glb"],
@@ -71,7 +71,7 @@ def test_others_read_our_meshes(tmp_path, tool):
         assert np.isclose(answer["area"], area, rtol=1e-5), path
         assert np.allclose(answer["bounds"], [mesh.positions.min(axis=0), mesh.positions.max(axis=0)], atol=1e-6), path
         if path.endswith(("ply", "obj")):
-            assert np.allclose(answer["colour"], np.array([200, 100, 50]) / 255, atol=1e-3), path
+            assert np.allclose(answer["colour"], np.array([200, 100, 50]) / 255, atol=0.005), path
 
 
 @pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
@@ -86,7 +86,7 @@ def test_others_read_our_scans(tmp_path):
     surfrecon.write(tmp_path / "scan.e57", [image])
     program = """
 import json, sys, numpy as np, pye57
-scan = pye57.E57(sys.argv[1]).read_scan(0, intensity=True, row_column=True)
+scan = pye57.E57(sys.argv[1]).read_scan(0, intensity=True, row_column=True, ignore_missing_fields=True)
 names = ("cartesianX", "cartesianY", "cartesianZ", "rowIndex", "columnIndex", "intensity")
 print(json.dumps([np.asarray(scan[name], float).tolist() for name in names]))
 """
