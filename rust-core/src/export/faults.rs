@@ -8,9 +8,10 @@ use std::path::Path;
 use glam::{DAffine3, DVec3};
 
 use super::*;
-use crate::mesh::{Attribute, QuadMesh};
-use crate::range_image::Viewing;
-use crate::{PointCloud, Progress, RangeImage, TriMesh};
+use crate::mesh::{Attribute, QuadMesh, TriMesh};
+use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
+use crate::range_image::{RangeImage, Viewing};
 
 thread_local! {
     /// Writes of this thread that go well before all fail.
@@ -32,7 +33,7 @@ pub(super) fn write(bytes: &[u8]) -> Result<&[u8]> {
     }
 }
 
-type Write = Box<dyn Fn(&Path, &Progress<'_>) -> crate::Result<()>>;
+type Write = Box<dyn Fn(&Path, &Progress<'_>) -> crate::error::Result<()>>;
 
 /// Something of every format, larger than one write.
 fn writers() -> Vec<(&'static str, Write)> {
@@ -115,7 +116,7 @@ fn any_write_may_fail() {
             let outcome = write(&path, &Progress::none());
             let left = GOOD.replace(u64::MAX);
             match outcome {
-                Err(crate::Error::Io { path, source }) => {
+                Err(crate::error::Error::Io { path, source }) => {
                     assert!(path.starts_with(folder.path()) && source.to_string().contains("disk full"), "{source}");
                     assert!(files(folder.path()) == old, "{name}: write {good} failing leaves something behind");
                 }
@@ -137,7 +138,7 @@ fn any_look_may_cancel() {
         let path = folder.path().join(name);
         for checks in 0.. {
             match write(&path, &Progress::cancel_after(checks)) {
-                Err(crate::Error::Cancelled) => assert!(files(folder.path()).is_empty(), "{name}: {checks}"),
+                Err(crate::error::Error::Cancelled) => assert!(files(folder.path()).is_empty(), "{name}: {checks}"),
                 Err(other) => panic!("{name}: {other:?}"),
                 Ok(()) => {
                     assert!(checks > 0, "{name} never looks");

@@ -42,7 +42,7 @@ pub(super) fn read(buffer: &mut [u8]) -> Result<&mut [u8]> {
 }
 
 /// Opens files and reads all their scans while `fault` is on; the outcome and the fault afterwards.
-fn read_all(paths: &[PathBuf], fault: Fault) -> (crate::Result<String>, Fault) {
+fn read_all(paths: &[PathBuf], fault: Fault) -> (crate::error::Result<String>, Fault) {
     FAULT.set(fault);
     let outcome = open_with(paths, &ReadOptions::default()).and_then(|set| {
         let mut text = String::new();
@@ -132,7 +132,7 @@ fn any_read_may_fail() {
         }
         for good in 0.. {
             match read_all(&paths, Fault::After(good)) {
-                (Err(crate::Error::Io { path, source }), _)
+                (Err(crate::error::Error::Io { path, source }), _)
                     if path.starts_with(folder.path()) && source.to_string().contains("broken disk") => {}
                 (Err(other), _) => wrong.push(format!("{name}, read {good} fails: {other:?}")),
                 // Past the last read.
