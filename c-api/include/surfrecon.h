@@ -158,6 +158,9 @@ typedef struct srf_merger srf_merger;
 // outside. Released with srf_mesh_free().
 typedef struct srf_mesh srf_mesh;
 
+// A regular grid of quads over a range image, dense where the surface bends. Released with srf_quads_free().
+typedef struct srf_quads srf_quads;
+
 // Scattered points from which surfaces are made with one set of parameters after the other. Released with
 // srf_reconstructor_free().
 typedef struct srf_reconstructor srf_reconstructor;
@@ -168,6 +171,10 @@ typedef struct srf_scans srf_scans;
 
 // A range image ready to be sculpted to one tolerance after the other. Released with srf_sculptor_free().
 typedef struct srf_sculptor srf_sculptor;
+
+// A tensor-product B-spline surface over 0..1 x 0..1: u runs along columns, v down rows; knots are uniform and clamped.
+// Released with srf_spline_free().
+typedef struct srf_spline srf_spline;
 
 // Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
 // given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
@@ -425,6 +432,83 @@ typedef struct {
   // Triangles of the result.
   uint64_t triangles;
 } srf_certificate;
+
+// How a quad grid is made. Starts with its size; set to the defaults by srf_quad_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  uint32_t threads;
+  // Tiles from top to bottom; 0, the default: one every 64 rows of pixels, at least one.
+  uint64_t tiles_down;
+  // Tiles from left to right; 0, the default: one every 64 columns of pixels, at least one.
+  uint64_t tiles_across;
+  // Rows of vertices a tile, both borders counted, >= 2. Default 9. Not used where an error is asked for.
+  uint64_t rows;
+  // Columns of vertices a tile, likewise.
+  uint64_t columns;
+  // Chooses rows and columns so that no sample is farther from the grid along its ray, >= 0. SRF_FROM_DATA, the default: no
+  // limit.
+  double max_error;
+  // The same for the root of the mean square; at most one of both may be given.
+  double rms_error;
+  // How often invalid pixels are filled with the mean of their valid neighbours, at most 1024. Default 1.
+  uint64_t gap_passes;
+  // Valid ones among the eight neighbours that an invalid pixel needs to be filled, 1 to 8. Default 8.
+  uint64_t gap_neighbours;
+  // What counts as 1 in the 8-bit curvature image, as a share of the depth extent, > 0. Default 0.001.
+  double curvature_unit;
+  // Largest value of the curvature image, 1 to 255. Default 255.
+  uint64_t curvature_limit;
+  // Density of vertices as this power of the curvature, 0 to 4; 0 is the logarithm. Default 0.7.
+  double exponent;
+  // Density spread evenly, as a share of the mean density, >= 0. Default 2.
+  double floor;
+  // Window that the density is averaged over, in quads, 0 to 16. Default 2.
+  double smoothing;
+  // Curvature given to invalid pixels, 0 to 255. SRF_FROM_DATA, the default: none.
+  double background_curvature;
+  // Smallest share of valid pixels that a quad of the mesh may have, 0 to 1; with more than 0 its corners must be valid too.
+  // Default 0.5.
+  double coverage;
+} srf_quad_params;
+
+// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels, with each quad cut along its
+// better diagonal. Starts with its size; prepared by srf_quad_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if the result is the uniform grid, as the adaptive one lay no nearer.
+  uint32_t is_uniform;
+  // Tiles from top to bottom.
+  uint64_t tiles_down;
+  // Tiles from left to right.
+  uint64_t tiles_across;
+  // Difference between the farthest and the nearest range of the valid pixels.
+  double depth_extent;
+  // Mean error as a share of the depth extent.
+  double relative_error;
+  // The same of the uniform grid of the same size.
+  double uniform_relative_error;
+  // Root of the mean square error.
+  double rms_error;
+  // The same of the uniform grid.
+  double uniform_rms_error;
+  // Largest error.
+  double max_error;
+  // The same of the uniform grid.
+  double uniform_max_error;
+  // Valid pixels of the image.
+  uint64_t valid_pixels;
+  // Invalid pixels filled.
+  uint64_t gaps_filled;
+  // Vertices moved so that no quad folds over.
+  uint64_t unfolded;
+  // Vertices moved from the background onto the surface's border.
+  uint64_t snapped;
+  // Quads that are not on the background.
+  uint64_t quads;
+} srf_quad_report;
 
 // How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
 typedef struct {
@@ -1129,6 +1213,133 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 const srf_progress *progress,
                                 srf_mesh **out_mesh,
                                 srf_certificate *out_certificate);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quad_params_init(srf_quad_params *params);
+
+// Prepares a struct for srf_quads_create().
+// report     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quad_report_init(srf_quad_report *report);
+
+// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
+// the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
+// image       not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_quads   receives a new handle on SRF_OK only; not NULL
+// out_report  initialized by srf_quad_report_init(); NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//             SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_quads_create(const srf_image *image,
+                            const srf_quad_params *params,
+                            const srf_progress *progress,
+                            srf_quads **out_quads,
+                            srf_quad_report *out_report);
+
+// Releases a quad grid; views of it are gone.
+// quads      NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_quads_free(srf_quads *quads);
+
+// All vertices of the grid, those on the background as well, row after row of rows * cols.
+// quads           not NULL
+// out_rows        rows of vertices; NULL if not wanted
+// out_cols        columns of vertices; NULL if not wanted
+// out_positions   3 SRF_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
+// out_pixels      2 SRF_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
+// out_background  one SRF_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quads_grid(const srf_quads *quads,
+                          size_t *out_rows,
+                          size_t *out_cols,
+                          srf_array *out_positions,
+                          srf_array *out_pixels,
+                          srf_array *out_background);
+
+// The quads that are not on the background, with the vertices they use.
+// quads          not NULL
+// out_positions  3 SRF_F64 a vertex, in the sensor's frame; NULL if not wanted
+// out_uvs        2 SRF_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
+// out_corners    4 SRF_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
+// out_errors     one SRF_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quads_faces(const srf_quads *quads,
+                           srf_array *out_positions,
+                           srf_array *out_uvs,
+                           srf_array *out_corners,
+                           srf_array *out_errors);
+
+// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and
+// 2 q + 1. Vertices are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour,
+// intensity, confidence where the image has them; of triangles: error.
+// quads      not NULL
+// out_mesh   receives a new handle on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quads_triangles(const srf_quads *quads,
+                               srf_mesh **out_mesh);
+
+// Writes the quads as OBJ, with colours. A file of that name is replaced once all is written, or stays.
+// quads      not NULL
+// path       UTF-8; not NULL
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_quads_write_obj(const srf_quads *quads, const char *path, const srf_progress *progress);
+
+// Fits a surface to all vertices of a quad grid, those on the background as well. O(vertices).
+// quads             not NULL
+// order             the degree plus one: 2, 3 or 4
+// control_rows      rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of
+//                   least squares; 0 for the grid's, so that it runs through the vertices
+// control_cols      columns of control points, likewise
+// out_spline        receives a new handle on SRF_OK only; not NULL
+// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
+// out_rms_residual  root of the mean square of these distances; NULL if not wanted
+// returns           SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_spline_create(const srf_quads *quads,
+                             uint32_t order,
+                             size_t control_rows,
+                             size_t control_cols,
+                             srf_spline **out_spline,
+                             double *out_max_residual,
+                             double *out_rms_residual);
+
+// Releases a surface; views of it are gone.
+// spline     NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_spline_free(srf_spline *spline);
+
+// The control points, row after row of rows * cols. Knots are clamped and uniform: of n control points and order k, knot i is
+// max(i - (k - 1), 0) / (n + 1 - k), at most 1.
+// spline       not NULL
+// out_rows     rows of control points; NULL if not wanted
+// out_cols     columns of control points; NULL if not wanted
+// out_points   3 SRF_F64 a control point, in the sensor's frame; NULL if not wanted
+// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_spline_control(const srf_spline *spline,
+                              size_t *out_rows,
+                              size_t *out_cols,
+                              srf_array *out_points);
+
+// The point of some parameters.
+// spline     not NULL
+// u, v       each taken into 0 to 1; not NaN
+// out_point  receives 3 numbers on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_spline_point(const srf_spline *spline, double u, double v, double *out_point);
+
+// The surface at rows x cols evenly spread parameters, as triangles that look at the sensor: sample (i, j) is vertex
+// i * cols + j.
+// spline      not NULL
+// rows, cols  at least 2
+// out_mesh    receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_spline_sample(const srf_spline *spline,
+                             size_t rows,
+                             size_t cols,
+                             srf_mesh **out_mesh);
 
 // Sets the defaults.
 // params     not NULL

@@ -185,6 +185,10 @@ struct SculptParams : srf_sculpt_params {
     SculptParams() { check(srf_sculpt_params_init(this)); }
 };
 
+struct QuadParams : srf_quad_params {
+    QuadParams() { check(srf_quad_params_init(this)); }
+};
+
 // What files do not say themselves.
 struct ReadOptions : srf_read_options {
     ReadOptions() { check(srf_read_options_init(this)); }
@@ -202,6 +206,11 @@ struct ReconstructParams : srf_reconstruct_params {
 // The figures of a surface through scattered points.
 struct ReconstructReport : srf_reconstruct_report {
     ReconstructReport() { check(srf_reconstruct_report_init(this)); }
+};
+
+// Figures of a quad grid.
+struct QuadReport : srf_quad_report {
+    QuadReport() { check(srf_quad_report_init(this)); }
 };
 
 // Figures over many distances.
@@ -580,6 +589,140 @@ private:
         return reconstructor;
     }
 };
+
+
+// A B-spline surface over 0..1 x 0..1; made by Quads::spline().
+class Spline : public detail::Handle<srf_spline, srf_spline_free> {
+public:
+    using Handle::Handle;
+
+    std::size_t rows() const { return size().first; }
+    std::size_t cols() const { return size().second; }
+
+    // Control points, row after row.
+    View<double, 3> control() const
+    {
+        srf_array view{};
+        check(srf_spline_control(get(), nullptr, nullptr, &view));
+        return View<double, 3>(view);
+    }
+
+    std::array<double, 3> point(double u, double v) const
+    {
+        std::array<double, 3> found{};
+        check(srf_spline_point(get(), u, v, found.data()));
+        return found;
+    }
+
+    // The surface at evenly spread parameters.
+    Mesh sample(std::size_t rows, std::size_t cols) const
+    {
+        srf_mesh *mesh = nullptr;
+        check(srf_spline_sample(get(), rows, cols, &mesh));
+        return Mesh(mesh);
+    }
+
+private:
+    std::pair<std::size_t, std::size_t> size() const
+    {
+        std::pair<std::size_t, std::size_t> found;
+        check(srf_spline_control(get(), &found.first, &found.second, nullptr));
+        return found;
+    }
+};
+
+// A regular grid of quads over a range image.
+class Quads : public detail::Handle<srf_quads, srf_quads_free> {
+public:
+    using Handle::Handle;
+
+    struct Result;
+    static Result create(const Image &image, const QuadParams &params = {}, const ProgressFunction &progress = {});
+
+    std::size_t rows() const { return size().first; }
+    std::size_t cols() const { return size().second; }
+
+    // All vertices, row after row, and their pixels.
+    View<double, 3> grid() const
+    {
+        srf_array view{};
+        check(srf_quads_grid(get(), nullptr, nullptr, &view, nullptr, nullptr));
+        return View<double, 3>(view);
+    }
+
+    View<std::uint32_t, 2> pixels() const
+    {
+        srf_array view{};
+        check(srf_quads_grid(get(), nullptr, nullptr, nullptr, &view, nullptr));
+        return View<std::uint32_t, 2>(view);
+    }
+
+    // Vertices, image coordinates and corners of the quads that are not on the background.
+    View<double, 3> positions() const
+    {
+        srf_array view{};
+        check(srf_quads_faces(get(), &view, nullptr, nullptr, nullptr));
+        return View<double, 3>(view);
+    }
+
+    View<float, 2> uvs() const
+    {
+        srf_array view{};
+        check(srf_quads_faces(get(), nullptr, &view, nullptr, nullptr));
+        return View<float, 2>(view);
+    }
+
+    View<std::uint32_t, 4> corners() const
+    {
+        srf_array view{};
+        check(srf_quads_faces(get(), nullptr, nullptr, &view, nullptr));
+        return View<std::uint32_t, 4>(view);
+    }
+
+    // Two triangles a quad.
+    Mesh triangles() const
+    {
+        srf_mesh *mesh = nullptr;
+        check(srf_quads_triangles(get(), &mesh));
+        return Mesh(mesh);
+    }
+
+    // A surface through the vertices, or near them with fewer control points.
+    Spline spline(std::uint32_t order = 4, std::size_t control_rows = 0, std::size_t control_cols = 0) const
+    {
+        srf_spline *spline = nullptr;
+        check(srf_spline_create(get(), order, control_rows, control_cols, &spline, nullptr, nullptr));
+        return Spline(spline);
+    }
+
+    void write_obj(const std::string &path, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_quads_write_obj(get(), path.c_str(), watcher.get()));
+    }
+
+private:
+    std::pair<std::size_t, std::size_t> size() const
+    {
+        std::pair<std::size_t, std::size_t> found;
+        check(srf_quads_grid(get(), &found.first, &found.second, nullptr, nullptr, nullptr));
+        return found;
+    }
+};
+
+struct Quads::Result {
+    Quads quads;
+    QuadReport report;
+};
+
+inline Quads::Result Quads::create(const Image &image, const QuadParams &params, const ProgressFunction &progress)
+{
+    srf_quads *quads = nullptr;
+    QuadReport report;
+    detail::Watcher watcher(progress);
+    watcher.check(srf_quads_create(image.get(), &params, watcher.get(), &quads, &report));
+    return Result{Quads(quads), report};
+}
 
 // Scans of files, opened and not read.
 class Scans : public detail::Handle<srf_scans, srf_scans_free> {

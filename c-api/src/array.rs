@@ -236,6 +236,26 @@ pub fn triangles(values: &[[u32; 3]]) -> srf_array {
     view(values, SRF_U32, 3)
 }
 
+/// A view of the corners of quads.
+pub fn quads(values: &[[u32; 4]]) -> srf_array {
+    view(values, SRF_U32, 4)
+}
+
+/// A view of rows and columns.
+pub fn pixels(values: &[[u32; 2]]) -> srf_array {
+    view(values, SRF_U32, 2)
+}
+
+/// A view of texture coordinates.
+pub fn uvs(values: &[[f32; 2]]) -> srf_array {
+    view(values, SRF_F32, 2)
+}
+
+/// A view of flags.
+pub fn flags(values: &[bool]) -> srf_array {
+    view(values, SRF_U8, 1)
+}
+
 /// A view of colours.
 pub fn colours(values: &[[u8; 4]]) -> srf_array {
     view(values, SRF_U8, 4)

@@ -41,6 +41,8 @@ const CHAPTERS: &[&str] = &[
     "write",
     "merge",
     "sculpt",
+    "quads",
+    "spline",
     "reconstruct",
     "scan",
     "measure",

@@ -444,6 +444,96 @@ fn a_surface_through_scattered_points() {
 }
 
 #[test]
+fn an_image_becomes_a_quad_grid_and_a_surface() {
+    let api = api();
+    let values: Vec<f64> = (0..4096)
+        .map(|i| if i < 8 { f64::NAN } else { (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.2).cos() })
+        .collect();
+    let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
+    let (mut image, mut quads, mut spline, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL, Handle::NULL);
+    let (mut params, mut report) = (QuadParams::ZERO, QuadReport::ZERO);
+    let (mut rows, mut cols) = (0, 0);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let none = std::ptr::null_mut;
+        let samples = Array::of(&values, F64, 1);
+        api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
+        api.ok((api.srf_quad_params_init)(&mut params));
+        api.ok((api.srf_quad_report_init)(&mut report));
+        for (number, value, part) in [
+            (2, 1, "rows must be >= 2"),
+            (9, 256, "curvature_limit must be >= 1 and <= 255, got 256"),
+            (0, u64::MAX, "tiles_down must be"),
+            (13, 300.0_f64.to_bits(), "background_curvature must be >= 0 and <= 255, got 300"),
+            (12, f64::NAN.to_bits(), "smoothing must be"),
+        ] {
+            let mut wrong = params;
+            wrong.numbers[number] = value;
+            let answer = (api.srf_quads_create)(image, &wrong, std::ptr::null(), &mut quads, none());
+            api.refused(answer, PARAMETER, part);
+        }
+        params.set_f64(4, 0.1);
+        params.set_f64(5, 0.1);
+        let answer = (api.srf_quads_create)(image, &params, std::ptr::null(), &mut quads, none());
+        api.refused(answer, INPUT, "not both");
+        params.set_f64(4, -1.0);
+        params.set_f64(5, -1.0);
+
+        api.ok((api.srf_quads_create)(image, &params, std::ptr::null(), &mut quads, &mut report));
+        let (mut positions, mut pixels, mut background) = (Array::EMPTY, Array::EMPTY, Array::EMPTY);
+        let (out, more) = (&mut positions, (&mut pixels, &mut background));
+        api.ok((api.srf_quads_grid)(quads, &mut rows, &mut cols, out, more.0, more.1));
+        assert_eq!((rows, cols, positions.count, pixels.count, background.count), (9, 9, 81, 81, 81));
+        assert_eq!([positions.components, pixels.components, background.components], [3, 2, 1]);
+        assert_eq!(whole_numbers(&pixels.bytes())[160..], [63, 63]);
+        assert_eq!((report.numbers[0], report.numbers[1], report.numbers[9]), (1, 1, 4088));
+        assert!(report.f64(3) > 0.0 && report.f64(3) < report.f64(4), "{report:?}");
+
+        let (mut vertices, mut uvs, mut corners, mut errors) = (Array::EMPTY, Array::EMPTY, Array::EMPTY, Array::EMPTY);
+        api.ok((api.srf_quads_faces)(quads, &mut vertices, &mut uvs, &mut corners, &mut errors));
+        assert_eq!((corners.count as u64, corners.components, uvs.components), (report.numbers[13], 4, 2));
+        assert_eq!((vertices.count, errors.count), (uvs.count, corners.count));
+        api.ok((api.srf_quads_triangles)(quads, &mut mesh));
+        let mut triangles = Array::EMPTY;
+        api.ok((api.srf_mesh_triangles)(mesh, &mut triangles));
+        assert_eq!(triangles.count, 2 * corners.count);
+        let highest = *whole_numbers(&corners.bytes()).iter().max().unwrap();
+        assert_eq!(highest as usize + 1, vertices.count);
+        api.ok((api.srf_mesh_free)(mesh));
+
+        let (mut max, mut rms, mut point) = (0.0, 0.0, [0.0; 3]);
+        let answer = (api.srf_spline_create)(quads, 5, 0, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        api.refused(answer, INPUT, "the order of a spline must be 2, 3 or 4, got 5");
+        let answer = (api.srf_spline_create)(quads, 4, 3, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        api.refused(answer, INPUT, "3 rows of control points: order 4 over 9 rows of vertices needs 4 to 9");
+        api.ok((api.srf_spline_create)(quads, 4, 0, 6, &mut spline, &mut max, &mut rms));
+        assert!(0.0 < rms && rms <= max && max < 0.5, "{rms} {max}");
+        let mut control = Array::EMPTY;
+        api.ok((api.srf_spline_control)(spline, &mut rows, &mut cols, &mut control));
+        assert_eq!((rows, cols, control.count), (9, 6, 54));
+        api.ok((api.srf_spline_point)(spline, 2.0, -1.0, point.as_mut_ptr()));
+        // Least squares across: the corner is met nearly.
+        assert!((point[0] - 6.3).abs() < 0.1 && point[1].abs() < 1e-9, "{point:?}");
+        api.refused((api.srf_spline_point)(spline, f64::NAN, 0.0, point.as_mut_ptr()), PARAMETER, "must be numbers");
+        api.ok((api.srf_spline_sample)(spline, 20, 30, &mut mesh));
+        api.ok((api.srf_mesh_triangles)(mesh, &mut triangles));
+        assert_eq!(triangles.count, 2 * 19 * 29);
+        api.ok((api.srf_mesh_free)(mesh));
+        api.refused((api.srf_spline_sample)(spline, 1, 30, &mut mesh), INPUT, "2 x 2");
+        api.refused((api.srf_spline_sample)(spline, 1 << 40, 1 << 40, &mut mesh), INPUT, "2 x 2");
+        for handle in [image, quads, spline] {
+            let free = [api.srf_image_free, api.srf_quads_free, api.srf_spline_free];
+            assert_eq!(free.iter().filter(|free| free(handle) == 0).count(), 1);
+        }
+    }
+}
+
+fn whole_numbers(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|b| u32::from_ne_bytes(b.try_into().unwrap())).collect()
+}
+
+#[test]
 fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
     use glam::{DAffine3, DVec3};
     let mesh = octahedron();
@@ -806,7 +896,7 @@ fn the_log_hears_of_gaps() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 15] = [
+    let all: [fn(); 16] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -818,6 +908,7 @@ fn every_call_from_eight_threads_at_once() {
         images_from_arrays,
         an_image_is_sculpted_to_one_tolerance_after_the_other,
         a_surface_through_scattered_points,
+        an_image_becomes_a_quad_grid_and_a_surface,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
         options_say_what_files_do_not,

@@ -116,6 +116,8 @@ pub type MeshReport = Sized<17>;
 pub type TriangulateParams = Sized<2>;
 pub type ScanParams = Sized<10>;
 pub type SculptParams = Sized<7>;
+pub type QuadParams = Sized<15>;
+pub type QuadReport = Sized<14>;
 pub type ReadOptions = Sized<12>;
 pub type Certificate = Sized<11>;
 pub type ReconstructParams = Sized<4>;
@@ -316,6 +318,19 @@ functions! {
     srf_reconstructor_create(cloud: Handle, sensors: *const Array, out: *mut Handle) -> i32;
     srf_reconstructor_free(reconstructor: Handle) -> i32;
     srf_reconstructor_surface(reconstructor: Handle, params: *const ReconstructParams, progress: *const Watch, mesh: *mut Handle, report: *mut ReconstructReport, dropped: *mut u8) -> i32;
+    srf_quad_params_init(params: *mut QuadParams) -> i32;
+    srf_quad_report_init(report: *mut QuadReport) -> i32;
+    srf_quads_create(image: Handle, params: *const QuadParams, progress: *const Watch, quads: *mut Handle, report: *mut QuadReport) -> i32;
+    srf_quads_free(quads: Handle) -> i32;
+    srf_quads_grid(quads: Handle, rows: *mut usize, cols: *mut usize, positions: *mut Array, pixels: *mut Array, background: *mut Array) -> i32;
+    srf_quads_faces(quads: Handle, positions: *mut Array, uvs: *mut Array, corners: *mut Array, errors: *mut Array) -> i32;
+    srf_quads_triangles(quads: Handle, mesh: *mut Handle) -> i32;
+    srf_quads_write_obj(quads: Handle, path: *const c_char, progress: *const Watch) -> i32;
+    srf_spline_create(quads: Handle, order: u32, rows: usize, cols: usize, spline: *mut Handle, max: *mut f64, rms: *mut f64) -> i32;
+    srf_spline_free(spline: Handle) -> i32;
+    srf_spline_control(spline: Handle, rows: *mut usize, cols: *mut usize, points: *mut Array) -> i32;
+    srf_spline_point(spline: Handle, u: f64, v: f64, point: *mut f64) -> i32;
+    srf_spline_sample(spline: Handle, rows: usize, cols: usize, mesh: *mut Handle) -> i32;
     srf_scan_params_init(params: *mut ScanParams) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
 }

@@ -97,7 +97,7 @@ fn default(operation: &str, name: &str) -> f64 {
 fn defaults_are_those_of_the_table() {
     let api = api();
     let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
-    let (mut open, mut reconstruct) = (ReadOptions::ZERO, ReconstructParams::ZERO);
+    let (mut open, mut reconstruct, mut quads) = (ReadOptions::ZERO, ReconstructParams::ZERO, QuadParams::ZERO);
     // SAFETY: as the header wants it.
     unsafe {
         api.ok((api.srf_merge_params_init)(&mut merge));
@@ -105,9 +105,11 @@ fn defaults_are_those_of_the_table() {
         api.ok((api.srf_sculpt_params_init)(&mut sculpt));
         api.ok((api.srf_read_options_init)(&mut open));
         api.ok((api.srf_reconstruct_params_init)(&mut reconstruct));
+        api.ok((api.srf_quad_params_init)(&mut quads));
     }
     assert_eq!(open.size as usize, size_of::<ReadOptions>());
     assert_eq!(reconstruct.size as usize, size_of::<ReconstructParams>());
+    assert_eq!(quads.size as usize, size_of::<QuadParams>());
     let triangulate = defaults();
     let sizes = [merge.size, scan.size, sculpt.size, triangulate.size].map(|size| size as usize);
     let expected =
@@ -138,9 +140,18 @@ fn defaults_are_those_of_the_table() {
     same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
     same("reconstruct", &["factor"], &|_| reconstruct.f64(0));
     same("reconstruct", &["threads"], &|_| f64::from(reconstruct.second));
+    // Tiles are counted: 0 stands for a number measured from the image.
+    same("quads", &["tiles_down", "tiles_across"], &|i| quads.numbers[i] as f64 - 1.0);
+    same("quads", &["rows", "columns"], &|i| quads.numbers[2 + i] as f64);
+    same("quads", &["max_error", "rms_error"], &|i| quads.f64(4 + i));
+    same("quads", &["gap_passes", "gap_neighbours"], &|i| quads.numbers[6 + i] as f64);
+    same("quads", &["curvature_unit"], &|_| quads.f64(8));
+    same("quads", &["curvature_limit"], &|_| quads.numbers[9] as f64);
+    same("quads", &["exponent", "floor", "smoothing", "background_curvature", "coverage"], &|i| quads.f64(10 + i));
+    same("quads", &["threads"], &|_| f64::from(quads.second));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
     assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "sculpt", "reconstruct", "scan", "open"];
+    let known = ["triangulate", "merge", "sculpt", "quads", "reconstruct", "scan", "open"];
     let there = params::table().filter(|p| known.contains(&p.operation) && p.name != "backfaces").count();
     assert_eq!(named, there, "a parameter of the table is missing here");
 }

@@ -1,0 +1,348 @@
+//! Quad grids of range images.
+
+use std::ffi::c_char;
+
+use surfrecon::export::{Polygons, write_obj_polygons};
+use surfrecon::mesh::{AttributeData, QuadMesh};
+use surfrecon::quads::{self, QuadGrid, QuadParams, QuadReport};
+
+use crate::array::{self, srf_array};
+use crate::files::path_of;
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::image::srf_image;
+use crate::mesh::srf_mesh;
+use crate::pointer;
+use crate::progress::{srf_progress, watched};
+use crate::settings::{SRF_FROM_DATA, from_data, threads};
+use crate::sized;
+use crate::status::{Failure, srf_status};
+
+/// A grid with the mesh of its quads that are not on the background.
+pub struct Gridded {
+    pub grid: QuadGrid,
+    mesh: QuadMesh,
+}
+
+/// A regular grid of quads over a range image, dense where the surface bends. Released with srf_quads_free().
+#[allow(non_camel_case_types)]
+pub struct srf_quads {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_quads, Gridded);
+
+/// How a quad grid is made. Starts with its size; set to the defaults by srf_quad_params_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_quad_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+    pub threads: u32,
+    /// Tiles from top to bottom; 0, the default: one every 64 rows of pixels, at least one.
+    pub tiles_down: u64,
+    /// Tiles from left to right; 0, the default: one every 64 columns of pixels, at least one.
+    pub tiles_across: u64,
+    /// Rows of vertices a tile, both borders counted, >= 2. Default 9. Not used where an error is asked for.
+    pub rows: u64,
+    /// Columns of vertices a tile, likewise.
+    pub columns: u64,
+    /// Chooses rows and columns so that no sample is farther from the grid along its ray, >= 0. SRF_FROM_DATA, the default: no
+    /// limit.
+    pub max_error: f64,
+    /// The same for the root of the mean square; at most one of both may be given.
+    pub rms_error: f64,
+    /// How often invalid pixels are filled with the mean of their valid neighbours, at most 1024. Default 1.
+    pub gap_passes: u64,
+    /// Valid ones among the eight neighbours that an invalid pixel needs to be filled, 1 to 8. Default 8.
+    pub gap_neighbours: u64,
+    /// What counts as 1 in the 8-bit curvature image, as a share of the depth extent, > 0. Default 0.001.
+    pub curvature_unit: f64,
+    /// Largest value of the curvature image, 1 to 255. Default 255.
+    pub curvature_limit: u64,
+    /// Density of vertices as this power of the curvature, 0 to 4; 0 is the logarithm. Default 0.7.
+    pub exponent: f64,
+    /// Density spread evenly, as a share of the mean density, >= 0. Default 2.
+    pub floor: f64,
+    /// Window that the density is averaged over, in quads, 0 to 16. Default 2.
+    pub smoothing: f64,
+    /// Curvature given to invalid pixels, 0 to 255. SRF_FROM_DATA, the default: none.
+    pub background_curvature: f64,
+    /// Smallest share of valid pixels that a quad of the mesh may have, 0 to 1; with more than 0 its corners must be valid too.
+    /// Default 0.5.
+    pub coverage: f64,
+}
+
+impl srf_quad_params {
+    fn defaults() -> Self {
+        let core = QuadParams::default();
+        srf_quad_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: core.threads as u32,
+            tiles_down: core.tiles_down.unwrap_or(0) as u64,
+            tiles_across: core.tiles_across.unwrap_or(0) as u64,
+            rows: core.rows as u64,
+            columns: core.columns as u64,
+            max_error: SRF_FROM_DATA,
+            rms_error: SRF_FROM_DATA,
+            gap_passes: core.gap_passes as u64,
+            gap_neighbours: core.gap_neighbours as u64,
+            curvature_unit: core.curvature_unit,
+            curvature_limit: u64::from(core.curvature_limit),
+            exponent: core.exponent,
+            floor: core.floor,
+            smoothing: core.smoothing,
+            background_curvature: core.background_curvature.map_or(SRF_FROM_DATA, f64::from),
+            coverage: core.coverage,
+        }
+    }
+
+    fn to_core(self) -> Result<QuadParams, Failure> {
+        // What does not fit is out of range, which the library says.
+        let count = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
+        let tiles = |n: u64| (n > 0).then(|| count(n));
+        let byte = |name: &str, value: f64| -> Result<u8, Failure> {
+            let spec = surfrecon::params::find("quads", name).expect("the parameter is in the table");
+            Ok(spec.check(value)? as u8)
+        };
+        Ok(QuadParams {
+            tiles_down: tiles(self.tiles_down),
+            tiles_across: tiles(self.tiles_across),
+            rows: count(self.rows),
+            columns: count(self.columns),
+            target: QuadParams::target_of(from_data(self.max_error), from_data(self.rms_error))?,
+            gap_passes: count(self.gap_passes),
+            gap_neighbours: count(self.gap_neighbours),
+            curvature_unit: self.curvature_unit,
+            curvature_limit: byte("curvature_limit", self.curvature_limit as f64)?,
+            exponent: self.exponent,
+            floor: self.floor,
+            smoothing: self.smoothing,
+            background_curvature: match from_data(self.background_curvature) {
+                Some(curvature) => Some(byte("background_curvature", curvature)?),
+                None => None,
+            },
+            coverage: self.coverage,
+            threads: threads(self.threads),
+        })
+    }
+}
+
+/// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels, with each quad cut along its
+/// better diagonal. Starts with its size; prepared by srf_quad_report_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_quad_report {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 1 if the result is the uniform grid, as the adaptive one lay no nearer.
+    pub is_uniform: u32,
+    /// Tiles from top to bottom.
+    pub tiles_down: u64,
+    /// Tiles from left to right.
+    pub tiles_across: u64,
+    /// Difference between the farthest and the nearest range of the valid pixels.
+    pub depth_extent: f64,
+    /// Mean error as a share of the depth extent.
+    pub relative_error: f64,
+    /// The same of the uniform grid of the same size.
+    pub uniform_relative_error: f64,
+    /// Root of the mean square error.
+    pub rms_error: f64,
+    /// The same of the uniform grid.
+    pub uniform_rms_error: f64,
+    /// Largest error.
+    pub max_error: f64,
+    /// The same of the uniform grid.
+    pub uniform_max_error: f64,
+    /// Valid pixels of the image.
+    pub valid_pixels: u64,
+    /// Invalid pixels filled.
+    pub gaps_filled: u64,
+    /// Vertices moved so that no quad folds over.
+    pub unfolded: u64,
+    /// Vertices moved from the background onto the surface's border.
+    pub snapped: u64,
+    /// Quads that are not on the background.
+    pub quads: u64,
+}
+
+impl From<&QuadReport> for srf_quad_report {
+    fn from(r: &QuadReport) -> Self {
+        srf_quad_report {
+            struct_size: size_of::<Self>() as u32,
+            is_uniform: u32::from(r.is_uniform),
+            tiles_down: r.tiles[0] as u64,
+            tiles_across: r.tiles[1] as u64,
+            depth_extent: r.depth_extent,
+            relative_error: r.relative_error,
+            uniform_relative_error: r.uniform_relative_error,
+            rms_error: r.rms_error,
+            uniform_rms_error: r.uniform_rms_error,
+            max_error: r.max_error,
+            uniform_max_error: r.uniform_max_error,
+            valid_pixels: r.valid_pixels as u64,
+            gaps_filled: r.gaps_filled as u64,
+            unfolded: r.unfolded as u64,
+            snapped: r.snapped as u64,
+            quads: r.kept as u64,
+        }
+    }
+}
+
+/// Sets the defaults.
+/// params     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quad_params_init(params: *mut srf_quad_params) -> srf_status {
+    guard(|| sized::init("params", params, srf_quad_params::defaults()))
+}
+
+/// Prepares a struct for srf_quads_create().
+/// report     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quad_report_init(report: *mut srf_quad_report) -> srf_status {
+    let size = size_of::<srf_quad_report>() as u32;
+    guard(|| sized::init("report", report, srf_quad_report { struct_size: size, ..Default::default() }))
+}
+
+/// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
+/// the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
+/// image       not NULL
+/// params      NULL for the defaults
+/// progress    NULL for none
+/// out_quads   receives a new handle on SRF_OK only; not NULL
+/// out_report  initialized by srf_quad_report_init(); NULL if not wanted
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+///             SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_create(
+    image: *const srf_image,
+    params: *const srf_quad_params,
+    progress: *const srf_progress,
+    out_quads: *mut *mut srf_quads,
+    out_report: *mut srf_quad_report,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_quads", out_quads)?;
+        if !out_report.is_null() {
+            sized::writable("out_report", out_report)?;
+        }
+        let image = handle::get("image", image)?;
+        let params = sized::read("params", params, srf_quad_params::defaults())?.to_core()?;
+        let grid = quads::run(&image.image, &params, &watched(progress))?;
+        if !out_report.is_null() {
+            sized::write("out_report", out_report, (&grid.report).into())?;
+        }
+        let mesh = grid.mesh();
+        handle::give("out_quads", out_quads, Gridded { grid, mesh })
+    })
+}
+
+/// Releases a quad grid; views of it are gone.
+/// quads      NULL does nothing
+/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_free(quads: *mut srf_quads) -> srf_status {
+    guard(|| handle::free("quads", quads))
+}
+
+/// All vertices of the grid, those on the background as well, row after row of rows * cols.
+/// quads           not NULL
+/// out_rows        rows of vertices; NULL if not wanted
+/// out_cols        columns of vertices; NULL if not wanted
+/// out_positions   3 SRF_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
+/// out_pixels      2 SRF_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
+/// out_background  one SRF_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+/// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_grid(
+    quads: *const srf_quads,
+    out_rows: *mut usize,
+    out_cols: *mut usize,
+    out_positions: *mut srf_array,
+    out_pixels: *mut srf_array,
+    out_background: *mut srf_array,
+) -> srf_status {
+    guard(|| {
+        let quads = handle::get("quads", quads)?;
+        let grid = &quads.grid;
+        give("out_rows", out_rows, grid.rows)?;
+        give("out_cols", out_cols, grid.cols)?;
+        give("out_positions", out_positions, array::points(&grid.positions))?;
+        give("out_pixels", out_pixels, array::pixels(&grid.pixels))?;
+        give("out_background", out_background, array::flags(&grid.background))
+    })
+}
+
+/// The quads that are not on the background, with the vertices they use.
+/// quads          not NULL
+/// out_positions  3 SRF_F64 a vertex, in the sensor's frame; NULL if not wanted
+/// out_uvs        2 SRF_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
+/// out_corners    4 SRF_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
+/// out_errors     one SRF_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+/// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_faces(
+    quads: *const srf_quads,
+    out_positions: *mut srf_array,
+    out_uvs: *mut srf_array,
+    out_corners: *mut srf_array,
+    out_errors: *mut srf_array,
+) -> srf_status {
+    guard(|| {
+        let quads = handle::get("quads", quads)?;
+        let mesh = &quads.mesh;
+        let errors = mesh.face_attributes.iter().find(|a| a.name == "error");
+        give("out_positions", out_positions, array::points(&mesh.positions))?;
+        give("out_uvs", out_uvs, array::uvs(&mesh.uvs))?;
+        give("out_corners", out_corners, array::quads(&mesh.quads))?;
+        give("out_errors", out_errors, errors.map_or(array::values_f32(&[]), |a| array::attribute(&a.data)))
+    })
+}
+
+fn give<T>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
+    if out.is_null() { Ok(()) } else { pointer::write(name, out, value) }
+}
+
+/// The quads as triangles, each cut along the diagonal that lies nearer to the samples: quad q is the triangles 2 q and
+/// 2 q + 1. Vertices are those of srf_quads_faces(), with the attributes range_row, range_col, grid_row, grid_col, and colour,
+/// intensity, confidence where the image has them; of triangles: error.
+/// quads      not NULL
+/// out_mesh   receives a new handle on SRF_OK only; not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_triangles(quads: *const srf_quads, out_mesh: *mut *mut srf_mesh) -> srf_status {
+    guard(|| {
+        pointer::writable("out_mesh", out_mesh)?;
+        let quads = handle::get("quads", quads)?;
+        handle::give("out_mesh", out_mesh, quads.grid.triangles().into())
+    })
+}
+
+/// Writes the quads as OBJ, with colours. A file of that name is replaced once all is written, or stays.
+/// quads      not NULL
+/// path       UTF-8; not NULL
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_quads_write_obj(
+    quads: *const srf_quads,
+    path: *const c_char,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (quads, path) = (handle::get("quads", quads)?, path_of("path", path)?);
+        let mesh = &quads.mesh;
+        let colour = mesh.vertex_attributes.iter().find_map(|a| match &a.data {
+            AttributeData::Colour(colour) if a.name == "colour" => Some(&colour[..]),
+            _ => None,
+        });
+        let polygons = Polygons { positions: &mesh.positions, colour, quads: &mesh.quads, triangles: &[] };
+        Ok(write_obj_polygons(path, &polygons, &watched(progress))?)
+    })
+}
