@@ -12,8 +12,9 @@
 //! Differences from the paper: (1) Lloyd steps are exact but look at a few centres a point, and one split doubles the
 //! patches instead of adding one. (2) Patches are made disks with three or more nodes each, so that the result has the
 //! input's topology whatever k is; the number of patches grows where it must. (3) On a border, each patch gets a node between its
-//! corners, or borders would be coarser than the rest. (4) Patches are smaller where the surface bends. (5) A number of vertices can
-//! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are flipped.
+//! corners, or borders would be coarser than the rest. (4) Patches are smaller where they err more. (5) A number of vertices can
+//! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are
+//! flipped and sharp angles mended. (7) A spring has a least natural length, or any part of the net could shrink to a point.
 
 mod params;
 

@@ -1,6 +1,7 @@
 //! Stage 6: the mesh as a net of springs finds its equilibrium on the surface. \[KMT, sec. 5\]
 //!
-//! An edge's natural length is the mean, over its triangles, of the side of the equilateral triangle of the same area. The
+//! An edge's natural length is the mean, over its triangles, of the side of the equilateral triangle of the same area, but no
+//! less than a share of its surroundings'. The
 //! force on a node is projected onto its tangent plane, and its new position onto the surface, or along the border.
 
 use glam::DVec3;
