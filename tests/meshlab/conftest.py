@@ -14,6 +14,7 @@ IMPORT = "create_range_images_from_file"
 MERGE = "generate_surface_reconstruction_marching_intersections"
 DISTANCE = "get_exact_distance_between_layers"
 SCULPT = "generate_surface_reconstruction_range_image_sculpting"
+QUADS = "generate_surface_reconstruction_adaptive_quad_grid"
 RECONSTRUCT = "generate_surface_reconstruction_delaunay_carving"
 
 

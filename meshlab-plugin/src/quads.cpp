@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A range image becomes a regular grid of quads, dense where the surface bends, and the B-spline surface through it.
+#include <algorithm>
+#include <cmath>
+
+#include "filter.h"
+#include "layer.h"
+#include "range_layer.h"
+
+namespace srf {
+namespace {
+
+void parameters(const MeshDocument &document, RichParameterList &list)
+{
+    const MeshModel *const layer = document.mm();
+    const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
+    const Scalarm longest = static_cast<Scalarm>(std::isfinite(found) && found > 0 ? found : 1);
+    const surfrecon::QuadParams defaults;
+    const auto number = [](double value) { return static_cast<compat::Number>(value); };
+    const auto whole = [](std::uint64_t value) { return static_cast<int>(value); };
+
+    list.addParam(RichInt("rows", whole(defaults.rows), "Rows a tile",
+                          "Rows of vertices of each tile, both borders counted: the grid has (rows - 1) * tiles down + 1."));
+    list.addParam(RichInt("columns", whole(defaults.columns), "Columns a tile",
+                          "Columns of vertices of each tile, both borders counted: the grid has (columns - 1) * tiles across + 1."));
+    list.addParam(RichInt("tilesdown", whole(defaults.tiles_down), "Tiles down",
+                          "Tiles from top to bottom; each gets the same number of rows.<br>0: one every 64 rows of pixels."));
+    list.addParam(RichInt("tilesacross", whole(defaults.tiles_across), "Tiles across",
+                          "Tiles from left to right; each gets the same number of columns.<br>0: one every 64 columns of pixels."));
+    list.addParam(compat::LengthParameter("maxerror", 0, 0, longest, "Largest error",
+                                          "Where it is not 0, rows and columns are chosen so that no sample is farther from the "
+                                          "quads, along the ray it was measured by."));
+    list.addParam(compat::LengthParameter("rmserror", 0, 0, longest, "RMS error",
+                                          "Where it is not 0, rows and columns are chosen so that the root of the mean square "
+                                          "distance of the samples is at most this. At most one of both errors may be given."));
+    list.addParam(RichFloat("exponent", number(defaults.exponent), "Exponent",
+                            "Density of vertices as this power of the curvature, 0 to 4; 0 is its logarithm. Larger values draw more "
+                            "vertices to strong curvature."));
+    list.addParam(RichFloat("floor", number(defaults.floor), "Floor",
+                            "Density spread evenly, as a share of the mean density: 0 leaves flat regions without vertices, large "
+                            "values give a uniform grid."));
+    list.addParam(RichFloat("smoothing", number(defaults.smoothing), "Smoothing",
+                            "Size of the window that the density is averaged over, in quads, 0 to 16. Larger values give smoother lines."));
+    list.addParam(RichFloat("coverage", number(defaults.coverage), "Coverage",
+                            "Smallest share of measured pixels that a quad may have, 0 to 1. 0 keeps every quad, over the background as "
+                            "well."));
+    list.addParam(RichInt("surfacesteps", 0, "Surface steps",
+                          "Where it is not 0, another layer gets the B-spline surface through the grid, drawn in so many steps a quad. It "
+                          "covers the whole image and continues the scan where nothing was measured."));
+    list.addParam(RichInt("surfaceorder", 4, "Surface order",
+                          "Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic."));
+}
+
+// A whole number that must not be negative.
+std::uint64_t count(const RichParameterList &given, const char *name)
+{
+    const int value = given.getInt(name);
+    if (value < 0) refuse(std::string(name) + " must be at least 0, got " + std::to_string(value));
+    return static_cast<std::uint64_t>(value);
+}
+
+// MeshLab keeps quads as pairs of triangles whose common edge is not drawn, and not written into files.
+void hide_diagonals(MeshModel &layer)
+{
+    CMeshO &mesh = layer.cm;
+    for (std::size_t q = 0; q + 1 < mesh.face.size(); q += 2) {
+        CFaceO &first = mesh.face[q], &second = mesh.face[q + 1];
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) {
+                if (first.V0(i) == second.V1(k) && first.V1(i) == second.V0(k)) {
+                    first.SetF(i);
+                    second.SetF(k);
+                }
+            }
+        }
+    }
+    layer.updateDataMask(MeshModel::MM_POLYGONAL);
+}
+
+void set_texture(MeshModel &layer, const surfrecon::View<float, 2> &uvs)
+{
+    layer.updateDataMask(MeshModel::MM_VERTTEXCOORD);
+    for (std::size_t i = 0; i < uvs.size(); ++i) {
+        layer.cm.vert[i].T().U() = uvs[i][0];
+        layer.cm.vert[i].T().V() = uvs[i][1];
+    }
+}
+
+Outputs run(Job &job)
+{
+    const RichParameterList &given = job.parameters;
+    const MeshModel *const layer = job.document.mm();
+    if (layer == nullptr) refuse("There is no layer: import a range image with \"" + std::string(import_name) + "\"");
+    if (!has_grid(*layer)) {
+        refuse("The layer " + quoted(*layer) + " is no range image: it lacks the custom vertex attributes range_row and range_col. " +
+               "Import its file with \"" + import_name + "\"");
+    }
+    surfrecon::QuadParams params;
+    params.rows = count(given, "rows");
+    params.columns = count(given, "columns");
+    params.tiles_down = count(given, "tilesdown");
+    params.tiles_across = count(given, "tilesacross");
+    params.max_error = length(given, "maxerror");
+    params.rms_error = length(given, "rmserror");
+    params.exponent = given.getFloat("exponent");
+    params.floor = given.getFloat("floor");
+    params.smoothing = given.getFloat("smoothing");
+    params.coverage = given.getFloat("coverage");
+    const std::uint64_t steps = count(given, "surfacesteps"), order = count(given, "surfaceorder");
+
+    const surfrecon::Image image = range_image(*layer, Frame::layer);
+    const auto [quads, report] = surfrecon::Quads::create(image, params, job.progress());
+    if (report.quads == 0) {
+        refuse("No quad of the grid lies on the surface of " + quoted(*layer) + ": ask for more rows and columns, or lower the coverage");
+    }
+    // Before any layer is made: a refused order leaves the document as it was.
+    surfrecon::Mesh surface;
+    if (steps > 0) {
+        const surfrecon::Spline spline = quads.spline(static_cast<std::uint32_t>(std::min<std::uint64_t>(order, 1000)));
+        surface = spline.sample((quads.rows() - 1) * steps + 1, (quads.cols() - 1) * steps + 1);
+    }
+    const std::string label = layer->label().toStdString();
+    const surfrecon::Pose pose = placement(*layer);
+    if (surface) place(add_layer(job.document, label + " surface", surface, "", image.pose()), pose);
+    MeshModel &made = add_layer(job.document, label + " quads", quads.triangles(), "", image.pose());
+    place(made, pose);
+    hide_diagonals(made);
+    set_texture(made, quads.uvs());
+
+    job.log(std::to_string(quads.rows()) + " x " + std::to_string(quads.cols()) + " vertices, " + std::to_string(report.quads) +
+            " quads on the surface");
+    job.log("Relative error " + shown(100 * report.relative_error) + " %, of the uniform grid " +
+            shown(100 * report.uniform_relative_error) + " %; RMS " + shown(report.rms_error) + ", at most " + shown(report.max_error));
+    Outputs out;
+    out["rows"] = static_cast<int>(quads.rows());
+    out["columns"] = static_cast<int>(quads.cols());
+    out["quads"] = static_cast<int>(report.quads);
+    out["depth_extent"] = report.depth_extent;
+    out["relative_error"] = report.relative_error;
+    out["uniform_relative_error"] = report.uniform_relative_error;
+    out["rms_error"] = report.rms_error;
+    out["uniform_rms_error"] = report.uniform_rms_error;
+    out["max_error"] = report.max_error;
+    out["uniform_max_error"] = report.uniform_max_error;
+    return out;
+}
+
+}  // namespace
+
+extern const Filter quads_filter = {
+    "Surface Reconstruction: Adaptive Quad Grid",
+    "generate_surface_reconstruction_adaptive_quad_grid",
+    "Turns the <b>range image</b> in the current layer into a regular grid of quads that is dense where the surface bends; its mean "
+    "error is at most that of the uniform grid of the same size, and both are returned. Quads over missing samples are left out. "
+    "Texture coordinates are those of the image.<br>"
+    "On request another layer gets the tensor-product B-spline surface through the grid.<br>"
+    "The layer must know its grid: import it with <i>Import Range Images</i>. It is not changed.<br><br>"
+    "See:<br><i>M. A. Garcia, A. D. Sappa, L. Basanez</i><br>"
+    "<b>\"Fast generation of adaptive quadrilateral meshes from range images\"</b><br>"
+    "IEEE International Conference on Robotics and Automation, 1997",
+    compat::FilterBase::RangeMap | compat::FilterBase::Remeshing | compat::FilterBase::Polygonal,
+    compat::FilterBase::SINGLE_MESH,
+    parameters,
+    run,
+};
+
+}  // namespace srf
