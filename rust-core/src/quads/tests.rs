@@ -270,8 +270,9 @@ proptest! {
         let params = QuadParams { target: Some(target), threads: 2, ..QuadParams::default() };
         let grid = quads(&image, &params);
         let reached = if max { grid.report.max_error } else { grid.report.rms_error };
-        // A vertex a pixel is the last resort; its errors are rounding.
-        prop_assert!(reached <= error || (grid.pixels.len() == image.len() && reached < 1e-6), "{} > {}", reached, error);
+        // A vertex a pixel is the last resort; its errors are rounding, or endless if holes leave no quad.
+        let is_last = grid.pixels.len() == image.len() && (reached < 1e-6 || !grid.kept.contains(&true));
+        prop_assert!(reached <= error || is_last, "{} > {}", reached, error);
     }
 }
 
