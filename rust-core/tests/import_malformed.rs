@@ -232,7 +232,7 @@ fn cases() -> Vec<(&'static str, Class, Vec<u8>, &'static str)> {
         ("a.mlp", Syntax, [b"<!DOCTYPE MeshLabDocument>".to_vec(), deep("<a>", "</a>")].concat(), "whole file: no `MLMesh` names a mesh"),
         ("a.mlp", Bomb, br#"<!DOCTYPE MeshLabDocument [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;&b;&b;&b;&b;">]><MeshLabProject><MeshGroup><MLMesh filename="&c;"/></MeshGroup></MeshLabProject>"#.to_vec(), "whole file: it declares entities, which no project needs"),
         ("a.mlp", Number, mlp(r#"<MLMesh filename="x.ply" label="a"><MLMatrix44>1 0 0 0 0 nan 0 0 0 0 1 0 0 0 0 1</MLMatrix44></MLMesh>"#), "line 1: NaN is not a finite number"),
-        ("a.aln", Path, format!("1\n../secret.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n").into_bytes(), "line 2: ../secret.ply leads out of the folder of this file; put the scans beside it or below it"),
+        ("a.aln", Path, b"1\n../secret.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n".to_vec(), "line 2: ../secret.ply leads out of the folder of this file; put the scans beside it or below it"),
         ("a.aln", Count, b"4000000000\nx.ply\n#\n".to_vec(), "line 3: the file ends; expected a row of a 4 x 4 matrix"),
         ("a.aln", Cut, b"1\nx.ply\n#\n1 0 0 0\n0 1 0".to_vec(), "line 5: the line ends; expected a number of a 4 x 4 matrix"),
         ("a.json", Syntax, b"{\"fx\": 1, \"fy\": 1, \"cx\": ".to_vec(), "line 1, column 25: this is not JSON"),
