@@ -18,11 +18,23 @@ const MOST: usize = 4 << 20;
 /// An opened regular file. Every reader gets its bytes through this one type, so that a test can make any read fail.
 pub(super) struct Regular(File);
 
-impl Read for Regular {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+impl Regular {
+    fn read_once(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         #[cfg(test)]
         let buffer = super::faults::read(buffer)?;
         self.0.read(buffer)
+    }
+}
+
+impl Read for Regular {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        // An interrupted read is no failure, but not every decoder tries again.
+        loop {
+            match self.read_once(buffer) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                outcome => return outcome,
+            }
+        }
     }
 }
 
