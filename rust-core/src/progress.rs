@@ -169,6 +169,10 @@ impl<'a> Progress<'a> {
 
     fn report(&self, sink: &mut Option<Sink<'a>>, highest: &mut f64) {
         let Some(report) = sink else { return };
+        // Who has said no is not asked again while the work winds up.
+        if self.cancelled.load(Ordering::Relaxed) {
+            return;
+        }
         let mut tick = self.tick();
         *highest = highest.max(tick.fraction);
         tick.fraction = *highest;

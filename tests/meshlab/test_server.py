@@ -79,6 +79,30 @@ def measuring(measured, reference):
     return ("Exact Distance between Layers", [*layers, flag("signed"), flag("bothways")])
 
 
+def choice(name, values):
+    options = "".join(f'enum_val{i}="{value}" ' for i, value in enumerate(values))
+    return (name, "RichEnum", 0, f'{options}enum_cardinality="{len(values)}"')
+
+
+def reconstructing():
+    parameters = [
+        number("factor", 1.4),
+        choice("threshold", ["Local", "Global"]),
+        choice("topology", ["Manifold", "Free"]),
+    ]
+    parameters += [choice("closure", ["Auto", "Closed", "Open"]), flag("usenormals")]
+    return ("Surface Reconstruction: Delaunay Carving", parameters)
+
+
+def gridding(rows, columns):
+    counts = {"rows": rows, "columns": columns, "tilesdown": 1, "tilesacross": 1}
+    parameters = [number(name, value, "RichInt") for name, value in counts.items()]
+    parameters += [length("maxerror"), length("rmserror"), number("exponent", 0.5), number("floor", 0.5)]
+    parameters += [number("smoothing", 1), number("coverage", 0.5)]
+    parameters += [number("surfacesteps", 0, "RichInt"), number("surfaceorder", 4, "RichInt")]
+    return ("Surface Reconstruction: Adaptive Quad Grid", parameters)
+
+
 def test_import_and_merge(tmp_path):
     out = tmp_path / "merged.ply"
     path = script(tmp_path, importing(scans_file(tmp_path)), merging(0.0625))
@@ -94,6 +118,23 @@ def test_sculpt_and_measure(tmp_path):
     status, said = run(tmp_path, ["-s", path, "-o", out, "-m", "vq"])
     assert status == 0, said
     assert len(surfrecon.read(str(out)).positions) > 100
+
+
+def test_import_and_reconstruct(tmp_path):
+    out = tmp_path / "through.ply"
+    path = script(tmp_path, importing(scans_file(tmp_path)), reconstructing())
+    status, said = run(tmp_path, ["-s", path, "-o", out])
+    assert status == 0, said
+    mesh = surfrecon.read(str(out))
+    assert len(mesh.triangles) > 100 and mesh.check()["is_manifold"]
+
+
+def test_import_and_grid(tmp_path):
+    out = tmp_path / "grid.ply"
+    path = script(tmp_path, importing(scans_file(tmp_path)), gridding(9, 9))
+    status, said = run(tmp_path, ["-s", path, "-o", out])
+    assert status == 0, said
+    assert 9 < len(surfrecon.read(str(out)).positions) <= 81
 
 
 def test_a_set_opens_like_any_file(tmp_path):
