@@ -54,8 +54,8 @@ def test_options_are_the_library_s(document):
             made = surfrecon.reconstruct(points, factor=1.3, threshold=threshold, closure=closure)
             same(document.current, made.mesh)
     document.add(sphere(2000), name="whole")
-    document.run(RECONSTRUCT, topology=1)
-    same(document.current, surfrecon.reconstruct(sphere(2000), topology="free").mesh)
+    document.run(RECONSTRUCT, topology=1, factor=2.0)
+    same(document.current, surfrecon.reconstruct(sphere(2000), topology="free", factor=2.0).mesh)
 
 
 def test_normals_turn_it(document):
