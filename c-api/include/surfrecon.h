@@ -641,6 +641,15 @@ srf_status srf_set_threads(uint32_t threads);
 // Number set by srf_set_threads. Since 0.1.
 uint32_t srf_threads(void);
 
+// Most memory that a call may take, as far as it can be foreseen: what would need more, or more than is free, is refused
+// with SRF_ERR_OUT_OF_MEMORY before it begins.
+// bytes      0, the default, for all that is free
+// returns    SRF_OK. Since 0.1.
+srf_status srf_set_memory_limit(uint64_t bytes);
+
+// Number set by srf_set_memory_limit. Since 0.1.
+uint64_t srf_memory_limit(void);
+
 // Who gets the messages of the log from now on.
 // log        NULL for nobody, the default
 // user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned

@@ -163,6 +163,8 @@ inline std::string version() { return srf_version(); }
 
 // Worker threads of calls whose parameters say 0; 0 for one a core.
 inline void set_threads(std::uint32_t threads) { check(srf_set_threads(threads)); }
+/// See srf_set_memory_limit().
+inline void set_memory_limit(std::uint64_t bytes) { check(srf_set_memory_limit(bytes)); }
 
 // Places a frame in another; the identity unless changed.
 struct Pose : srf_pose {

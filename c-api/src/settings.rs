@@ -1,8 +1,10 @@
-//! Settings of the whole library in this program: worker threads and the log.
+//! Settings of the whole library in this program: worker threads, memory and the log.
 
 use std::ffi::{CString, c_char, c_void};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{PoisonError, RwLock};
+
+use surfrecon::memory;
 
 use crate::guard::guard;
 use crate::pointer;
@@ -52,6 +54,24 @@ pub extern "C" fn srf_set_threads(threads: u32) -> srf_status {
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_threads() -> u32 {
     THREADS.load(Ordering::Relaxed)
+}
+
+/// Most memory that a call may take, as far as it can be foreseen: what would need more, or more than is free, is refused
+/// with SRF_ERR_OUT_OF_MEMORY before it begins.
+/// bytes      0, the default, for all that is free
+/// returns    SRF_OK. Since 0.1.
+#[unsafe(no_mangle)]
+pub extern "C" fn srf_set_memory_limit(bytes: u64) -> srf_status {
+    guard(|| {
+        memory::set_limit(Some(bytes).filter(|bytes| *bytes != 0));
+        Ok(())
+    })
+}
+
+/// Number set by srf_set_memory_limit. Since 0.1.
+#[unsafe(no_mangle)]
+pub extern "C" fn srf_memory_limit() -> u64 {
+    memory::limit().unwrap_or(0)
 }
 
 /// Who gets the messages of the log from now on.

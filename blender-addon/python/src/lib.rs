@@ -5,6 +5,7 @@
 //! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate |
 //! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
 //! | `progress` | a Python callback and Ctrl-C -> the core's progress |
+//! | `settings` | the most memory a call may take |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
@@ -33,6 +34,7 @@ mod reconstruct;
 mod scan;
 mod scans;
 mod sculpt;
+mod settings;
 
 use pyo3::prelude::*;
 
@@ -66,6 +68,8 @@ mod _native {
     use crate::scans::{Scan, ScanSet, formats, open, read, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
+    #[pymodule_export]
+    use crate::settings::{memory_limit, set_memory_limit};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

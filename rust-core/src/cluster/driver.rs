@@ -10,9 +10,13 @@ use super::subcluster::{self, Repairs};
 use super::surface::Surface;
 use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, mend, relax};
 use crate::error::Result;
+use crate::memory;
 use crate::mesh::TriMesh;
 use crate::mesh::measure::{self, Side, Summary};
 use crate::progress::{Plan, Progress};
+
+/// At the peak; measured.
+const BYTES_A_TRIANGLE: f64 = 85.0;
 
 /// Stages with their shares of the time.
 const PLAN: Plan = &[("clustering", 1.0)];
@@ -63,6 +67,8 @@ pub fn levels(
 ) -> Result<Vec<Clustered>> {
     params.validate()?;
     resolutions.iter().try_for_each(|r| r.validate())?;
+    let triangles = mesh.triangles.len();
+    memory::expect(BYTES_A_TRIANGLE * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
     progress.plan(PLAN);
     progress.stage(0, resolutions.len() as u64);
     let pool = crate::threads::pool(params.threads)?;

@@ -5,6 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::source::OrientedSurface;
 use crate::error::{Error, Result, Shown};
+use crate::memory::{self, size};
 
 /// Bytes a crossing takes at the peak, with its share of the surface; measured on the bunny, 58.
 const BYTES_A_CROSSING: f64 = 60.0;
@@ -12,19 +13,19 @@ const BYTES_A_CROSSING: f64 = 60.0;
 /// What the scans seen so far will take.
 pub(super) struct Budget {
     voxel: f64,
-    /// Bytes that are free; infinite where the system does not say.
-    free: f64,
+    /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
+    available: (f64, &'static str),
     crossings: Mutex<f64>,
 }
 
 impl Budget {
     /// For a grid of cells of size `voxel`, within the memory that is free now.
     pub(super) fn new(voxel: f64) -> Self {
-        Self::within(voxel, free_bytes())
+        Self::within(voxel, memory::available())
     }
 
-    fn within(voxel: f64, free: f64) -> Self {
-        Budget { voxel, free, crossings: Mutex::new(0.0) }
+    fn within(voxel: f64, available: (f64, &'static str)) -> Self {
+        Budget { voxel, available, crossings: Mutex::new(0.0) }
     }
 
     /// Takes a scan into account.
@@ -35,29 +36,22 @@ impl Budget {
         let mut crossings = self.crossings.lock().unwrap_or_else(PoisonError::into_inner);
         *crossings += crossings_of(surface, self.voxel);
         let needed = *crossings * BYTES_A_CROSSING;
-        if needed <= self.free {
+        let (available, there) = self.available;
+        if needed <= available {
             return Ok(());
         }
         if !needed.is_finite() {
             return Err(Error::input("a scan is too large to be counted in cells: check the scale of its pose"));
         }
-        // Half of what is free, in two digits rounded up.
-        let fits = 1.05 * self.voxel * (2.0 * needed / self.free).sqrt();
+        // Half of what there is, in two digits rounded up.
+        let fits = 1.05 * self.voxel * (2.0 * needed / available).sqrt();
         Err(Error::OutOfMemory(format!(
-            "a voxel of {} (in the unit of the scans) needs {} or more, {} are free; a voxel of {} fits",
+            "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",
             Shown(self.voxel),
             size(needed),
-            size(self.free),
+            size(available),
             two_digits(fits)
         )))
-    }
-}
-
-fn size(bytes: f64) -> String {
-    match bytes {
-        b if b < 1e10 => format!("{:.0} MB", b / 1e6),
-        b if b < 1e15 => format!("{:.0} GB", b / 1e9),
-        b => format!("{:.0e} GB", b / 1e9),
     }
 }
 
@@ -79,20 +73,6 @@ fn crossings_of(surface: &OrientedSurface, voxel: f64) -> f64 {
         })
         .sum();
     0.5 * shadows
-}
-
-/// Memory the system could give this process now.
-fn free_bytes() -> f64 {
-    if !sysinfo::IS_SUPPORTED_SYSTEM {
-        return f64::INFINITY;
-    }
-    let mut system = sysinfo::System::new();
-    system.refresh_memory();
-    let of_group = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
-    match system.available_memory().min(of_group) {
-        0 => f64::INFINITY,
-        bytes => bytes as f64,
-    }
 }
 
 #[cfg(test)]
@@ -124,7 +104,7 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_with_a_voxel_that_does() {
-        let budget = Budget::within(0.1, 1e6);
+        let budget = Budget::within(0.1, (1e6, "free"));
         budget.expect(&sphere()).unwrap();
         let text = std::iter::repeat_with(|| budget.expect(&sphere())).find_map(Result::err).unwrap().to_string();
         let voxel = text
@@ -132,9 +112,9 @@ mod tests {
             .and_then(|rest| rest.strip_suffix(" fits"))
             .unwrap_or_else(|| panic!("{text}"));
         let scans = (1e6 / (crossings_of(&sphere(), 0.1) * BYTES_A_CROSSING)) as usize + 1;
-        let budget = Budget::within(voxel.parse().unwrap(), 1e6);
+        let budget = Budget::within(voxel.parse().unwrap(), (1e6, "free"));
         (0..scans).for_each(|_| budget.expect(&sphere()).unwrap());
-        let text = Budget::within(1e-9, 1e9).expect(&sphere()).unwrap_err().to_string();
+        let text = Budget::within(1e-9, (1e9, "free")).expect(&sphere()).unwrap_err().to_string();
         assert!(text.contains(" GB or more, 1000 MB are free"), "{text}");
     }
 }

@@ -67,6 +67,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::Attribute;
 use crate::progress::{Plan, Progress};
 use crate::range_image::{RangeImage, Samples};
@@ -74,6 +75,9 @@ use measure::{Judge, Measured};
 use place::Vertices;
 use stitch::Net;
 use tiles::Layout;
+
+/// At the peak; measured.
+const BYTES_A_PIXEL: f64 = 3.0;
 
 /// The figures of a run. Errors are distances along the samples' rays, over all valid pixels of the image, with each quad cut
 /// along its better diagonal; on the background the grid continues the surface.
@@ -166,6 +170,7 @@ pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> 
     if size[0].max(size[1]) > 1 << 26 {
         return Err(Error::input(format!("{} x {} pixels: a side may have at most {}", size[0], size[1], 1 << 26)));
     }
+    memory::expect(BYTES_A_PIXEL * image.len() as f64, || format!("a grid over {} pixels", image.len()), "use fewer")?;
     progress.plan(PLAN);
     let pool = crate::threads::pool(params.threads)?;
     progress.run(&pool, || stages(image, params, progress))

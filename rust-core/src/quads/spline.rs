@@ -9,7 +9,11 @@ use glam::DVec3;
 
 use super::QuadGrid;
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::QuadMesh;
+
+/// Of the mesh while its arrays grow.
+const BYTES_A_SAMPLE: f64 = 72.0;
 
 /// How to fit a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,6 +139,8 @@ impl Spline {
                 1 << 26
             )));
         }
+        let bytes = BYTES_A_SAMPLE * (rows * cols) as f64;
+        memory::expect(bytes, || format!("a surface of {rows} x {cols} points"), "use fewer")?;
         let share = |i: usize, count: usize| i as f64 / (count - 1) as f64;
         let mut mesh = QuadMesh::default();
         for i in 0..rows {

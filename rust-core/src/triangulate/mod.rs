@@ -12,10 +12,14 @@ mod cells;
 use glam::DVec3;
 
 use crate::error::Result;
+use crate::memory;
 use crate::params::{Default, ParamSpec, Unit};
 use crate::range_image::samples::SampleGrid;
 use crate::range_image::spacing::{self, EdgeLimit};
 use crate::range_image::{RangeImage, confidence};
+
+/// At the peak; measured.
+const BYTES_A_PIXEL: f64 = 82.0;
 
 /// Parameters of the triangulation.
 pub const PARAMS: &[ParamSpec] = &[
@@ -96,6 +100,11 @@ pub struct RangeSurface {
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
     params.validate()?;
     image.validate()?;
+    memory::expect(
+        BYTES_A_PIXEL * image.len() as f64,
+        || format!("triangulating {} pixels", image.len()),
+        "use fewer",
+    )?;
     let grid = SampleGrid::new(image)?;
     let spacing = spacing::median_spacing(&grid);
     let limit = match params.edge_limit {

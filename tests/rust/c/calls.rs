@@ -88,7 +88,9 @@ fn merged(merger: Handle, params: &MergeParams) -> Vec<u8> {
 #[test]
 fn zeros_are_refused_with_a_text_wherever_they_can_do_harm() {
     // Freeing NULL does nothing, nobody is told and one thread a core works: all allowed.
-    let allowed = |name: &str| name.ends_with("_free") || name == "srf_set_threads" || name == "srf_set_log";
+    let allowed = |name: &str| {
+        name.ends_with("_free") || name == "srf_set_threads" || name == "srf_set_memory_limit" || name == "srf_set_log"
+    };
     for (name, status) in api().call_with_zeros() {
         if allowed(name) {
             assert_eq!(status, OK, "{name}");
@@ -639,6 +641,19 @@ fn parameters_out_of_range_say_value_range_and_unit() {
         api.refused(glb, PARAMETER, "z_up must be 0 or 1, got 5");
         api.ok((api.srf_merger_free)(merger));
         api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+fn the_limit_on_memory_is_kept_until_it_is_lifted() {
+    let api = api();
+    // SAFETY: numbers only.
+    unsafe {
+        // Too much to stand in the way of the tests beside this one.
+        api.ok((api.srf_set_memory_limit)(1 << 50));
+        assert_eq!((api.srf_memory_limit)(), 1 << 50);
+        api.ok((api.srf_set_memory_limit)(0));
+        assert_eq!((api.srf_memory_limit)(), 0);
     }
 }
 

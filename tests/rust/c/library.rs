@@ -181,7 +181,7 @@ macro_rules! numbers {
         }
     )*};
 }
-numbers!(u32, i32, usize, f64);
+numbers!(u64, u32, i32, usize, f64);
 
 macro_rules! functions {
     ($($name:ident($($argument:ident: $t:ty),*) -> $r:ty;)*) => {
@@ -248,6 +248,8 @@ functions! {
     srf_abi_version() -> u32;
     srf_last_error_message() -> *const c_char;
     srf_status_text(status: i32, out: *mut *const c_char) -> i32;
+    srf_set_memory_limit(bytes: u64) -> i32;
+    srf_memory_limit() -> u64;
     srf_set_threads(threads: u32) -> i32;
     srf_threads() -> u32;
     srf_set_log(log: LogFn, user: *mut c_void) -> i32;

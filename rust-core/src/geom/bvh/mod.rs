@@ -27,6 +27,10 @@ pub use ray::{Hit, Ray};
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
+use crate::memory;
+
+/// At the peak; measured.
+const BYTES_A_TRIANGLE: f64 = 115.0;
 
 /// How much boxes grow beyond their triangles, in the frame in which the whole mesh spans [-1, 1].
 ///
@@ -130,6 +134,8 @@ impl<'a> Bvh<'a> {
                 )));
             }
         }
+        let bytes = BYTES_A_TRIANGLE * triangles.len() as f64;
+        memory::expect(bytes, || format!("searching among {} triangles", triangles.len()), "use fewer")?;
         let pool = crate::threads::pool(threads)?;
         let (frame, nodes, slots) = pool.install(|| build::build(positions, triangles));
         Ok(Bvh { positions, nodes, slots, frame })

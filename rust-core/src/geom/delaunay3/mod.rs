@@ -27,11 +27,15 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geom::predicates::{Arithmetic, are_collinear, volume_sign};
+use crate::memory;
 use crate::progress::Progress;
 use cells::{Cells, FACETS, GHOST};
 use insert::{Inserter, Outcome};
 use parallel::{Block, Everywhere, blocks};
 use signs::Signs;
+
+/// At the peak; measured.
+const BYTES_A_POINT: f64 = 265.0;
 
 /// The vertex at infinity: it closes the cells outside of the convex hull, one for each facet of the hull.
 pub const INFINITE: u32 = u32::MAX;
@@ -104,6 +108,8 @@ fn tetrahedralize(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> 
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(Error::input(format!("point {i} is {}: coordinates must be finite; leave it out", points[i])));
     }
+    let bytes = BYTES_A_POINT * points.len() as f64;
+    memory::expect(bytes, || format!("tetrahedralizing {} points", points.len()), "use fewer")?;
     let (arithmetic, factor) = Arithmetic::of(points);
     let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min) * factor;
     let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) * factor;

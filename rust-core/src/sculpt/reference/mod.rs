@@ -31,9 +31,13 @@ use super::pieces::Pieces;
 use super::{Certificate, SculptParams, certify, finish};
 use crate::error::{Error, Result};
 use crate::geom::delaunay3::Delaunay3;
+use crate::memory;
 use crate::mesh::TriMesh;
 use crate::progress::{Plan, Progress};
 use crate::range_image::{Projection, RangeImage, Samples};
+
+/// At the peak; measured.
+const BYTES_A_PIXEL: f64 = 500.0;
 
 /// The figures of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -85,6 +89,8 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
             image.name
         )));
     };
+    let pixels = image.len();
+    memory::expect(BYTES_A_PIXEL * pixels as f64, || format!("sculpting {pixels} pixels"), "use fewer")?;
     let domain = Domain::new(image, &params.triangulation)?;
     let tolerance = params.tolerance.in_world(domain.extent())?;
     progress.plan(PLAN);

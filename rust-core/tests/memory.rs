@@ -1,0 +1,99 @@
+//! Work that does not fit is refused before it begins, and what fits is not: the peaks are counted by an allocator of its
+//! own, in one test, so that nothing else allocates meanwhile.
+#![allow(unsafe_code, clippy::unwrap_used, clippy::print_stdout)]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use surfrecon::cluster::ClusterParams;
+use surfrecon::geom::bvh::Bvh;
+use surfrecon::geom::delaunay3::Delaunay3;
+use surfrecon::quads::QuadParams;
+use surfrecon::range_image::Projection;
+use surfrecon::scan::shapes::Shape;
+use surfrecon::scattered::ReconstructParams;
+use surfrecon::sculpt::{SculptParams, Tolerance};
+use surfrecon::triangulate::TriangulateParams;
+use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, memory};
+
+struct Counting;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system's allocator unchanged; only numbers are kept beside it.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        PEAK.fetch_max(NOW.fetch_add(layout.size(), Relaxed) + layout.size(), Relaxed);
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Relaxed);
+        // SAFETY: the caller keeps the contract of `dealloc`, and `alloc` got the pointer from the system.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn image(side: usize) -> RangeImage {
+    let values = (0..side * side).map(|k| {
+        let (y, x) = ((k / side) as f64, (k % side) as f64);
+        3.0 * (0.05 * x).sin() * (0.04 * y).cos() + 0.01 * (k.wrapping_mul(2_654_435_761) % 1000) as f64
+    });
+    let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
+    RangeImage::from_values(side, side, values.collect(), projection).unwrap()
+}
+
+/// Theorem: with half of what the work took at its peak allowed it is refused before it takes a tenth of that; with three
+/// times the peak it is done.
+fn foreseen(name: &str, work: impl Fn() -> Result<()>) {
+    let measured = || {
+        let before = NOW.load(Relaxed);
+        PEAK.store(before, Relaxed);
+        let outcome = work();
+        (PEAK.load(Relaxed) - before, outcome)
+    };
+    memory::set_limit(None);
+    measured().1.unwrap();
+    let (peak, outcome) = measured();
+    outcome.unwrap();
+    println!("{name}: {:.1} MB", peak as f64 / 1e6);
+    memory::set_limit(Some(3 * peak as u64));
+    work().unwrap_or_else(|error| panic!("{name}: {peak} bytes at the peak; {error}"));
+    memory::set_limit(Some(peak as u64 / 2));
+    let (taken, outcome) = measured();
+    match outcome {
+        Err(Error::OutOfMemory(text)) => assert!(text.contains(" allowed"), "{text}"),
+        other => panic!("{name}: {peak} bytes at the peak were not foreseen: {other:?}"),
+    }
+    assert!(taken < peak / 10, "{name}: {taken} of {peak} bytes taken before it was refused");
+    memory::set_limit(None);
+}
+
+#[test]
+fn work_that_does_not_fit_is_refused() {
+    let progress = Progress::none();
+    let small = image(300);
+    foreseen("triangulate", || surfrecon::triangulate::triangulate(&small, &TriangulateParams::default()).map(drop));
+    let tolerance = Tolerance::Absolute(0.5);
+    foreseen("sculpt", || {
+        surfrecon::sculpt::run(&small, &SculptParams { tolerance, ..Default::default() }, &progress).map(drop)
+    });
+    foreseen("sculpt finely", || {
+        let params = SculptParams { tolerance: Tolerance::Absolute(0.0), ..Default::default() };
+        surfrecon::sculpt::run(&small, &params, &progress).map(drop)
+    });
+    foreseen("quads", || surfrecon::quads::run(&small, &QuadParams::default(), &progress).map(drop));
+
+    let sphere = Shape::Sphere { radius: 1.0 }.mesh(36);
+    foreseen("Bvh", || Bvh::build(&sphere.positions, &sphere.triangles, 0).map(drop));
+    foreseen("cluster", || surfrecon::cluster::run(&sphere, &ClusterParams::default(), &progress).map(drop));
+    let points = sphere.positions.clone();
+    foreseen("Delaunay", || Delaunay3::new(&points, 0, &progress).map(drop));
+    let cloud = PointCloud { positions: points.clone(), ..Default::default() };
+    foreseen("reconstruct", || surfrecon::scattered::run(&cloud, &ReconstructParams::default(), &progress).map(drop));
+}
