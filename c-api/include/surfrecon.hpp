@@ -191,6 +191,15 @@ struct QuadParams : srf_quad_params {
     QuadParams() { check(srf_quad_params_init(this)); }
 };
 
+struct ClusterParams : srf_cluster_params {
+    ClusterParams() { check(srf_cluster_params_init(this)); }
+};
+
+// The figures of a clustering.
+struct ClusterReport : srf_cluster_report {
+    ClusterReport() { check(srf_cluster_report_init(this)); }
+};
+
 // What files do not say themselves.
 struct ReadOptions : srf_read_options {
     ReadOptions() { check(srf_read_options_init(this)); }
@@ -302,6 +311,28 @@ public:
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_distances(get(), &array, is_signed ? 1 : 0, 0, watcher.get(), out, &figures));
         return figures;
+    }
+
+    // A coarse mesh of well-shaped triangles with the same topology; its figures go to `report`, if given.
+    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_cluster(get(), &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
+    }
+
+    // A chain of levels of detail from one run, one for each number of vertices; write_glb_levels() writes them.
+    std::vector<Mesh> clustered(const std::vector<std::uint64_t> &vertices, const ClusterParams &params = {},
+                                const ProgressFunction &progress = {}) const
+    {
+        if (vertices.empty()) return {};
+        std::vector<srf_mesh *> handles(vertices.size(), nullptr);
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_cluster_levels(get(), vertices.data(), vertices.size(), &params, watcher.get(), handles.data()));
+        std::vector<Mesh> levels;
+        for (srf_mesh *handle : handles) levels.emplace_back(handle);
+        return levels;
     }
 
     void write_ply(const std::string &path, srf_encoding encoding = SRF_BINARY, const ProgressFunction &progress = {}) const

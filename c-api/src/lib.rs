@@ -7,7 +7,7 @@
 //! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
-//! | `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `scan`, `measure` | what can be done with it |
+//! | `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `guard` | no panic gets out: every entry runs inside it |
 //! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
 //! | `sized` | structs that grow only at the end |
@@ -22,6 +22,7 @@
 
 mod array;
 mod cloud;
+mod cluster;
 mod files;
 mod guard;
 mod handle;

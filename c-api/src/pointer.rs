@@ -86,6 +86,15 @@ pub fn pointers<T>(name: &str, pointer: *const *const T, count: usize) -> Result
         .collect())
 }
 
+/// The `count` numbers at a pointer.
+pub fn numbers<T: AnyBitPattern>(name: &str, pointer: *const T, count: usize) -> Result<Vec<T>, Failure> {
+    let length = count
+        .checked_mul(size_of::<T>())
+        .ok_or_else(|| Failure::new(SRF_ERR_INPUT, format!("{name}: {count} numbers are more than there can be")))?;
+    let bytes = bytes(name, pointer.cast(), length)?;
+    Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
+}
+
 /// Calls the caller's progress function.
 pub fn call_progress(
     function: unsafe extern "C" fn(*const c_char, f64, *const c_char, *mut c_void) -> i32,

@@ -4,7 +4,8 @@
 namespace {
 
 const srf::Filter *const filters[] = {&srf::import_filter, &srf::merge_filter, &srf::sculpt_filter,
-                                      &srf::quads_filter, &srf::reconstruct_filter, &srf::distance_filter};
+                                      &srf::quads_filter, &srf::reconstruct_filter, &srf::cluster_filter,
+                                      &srf::distance_filter};
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 

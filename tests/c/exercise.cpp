@@ -67,6 +67,11 @@ try {
     text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
     text_of<Error>([] { Scans::open({"missing.ply"}); });
 
+    ClusterParams few;
+    few.vertices = 4;
+    ClusterReport figures;
+    must(mesh.clustered(few, &figures).positions().size() == figures.vertices, "clustered");
+    must(mesh.clustered({8, 4}).size() == 2, "levels");
     mesh.write_obj("exercise.obj");
     mesh.write_stl("exercise.stl");
     image.to_cloud().write_ply("exercise_cloud.ply");

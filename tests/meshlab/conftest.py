@@ -16,6 +16,7 @@ DISTANCE = "get_exact_distance_between_layers"
 SCULPT = "generate_surface_reconstruction_range_image_sculpting"
 QUADS = "generate_surface_reconstruction_adaptive_quad_grid"
 RECONSTRUCT = "generate_surface_reconstruction_delaunay_carving"
+CLUSTER = "meshing_multiresolution_clustering"
 
 
 def plugins():

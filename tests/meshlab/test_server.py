@@ -137,6 +137,20 @@ def test_import_and_grid(tmp_path):
     assert 9 < len(surfrecon.read(str(out)).positions) <= 81
 
 
+def clustering(vertices):
+    counts = [number("vertices", vertices, "RichInt"), length("maxerror"), number("adaptivity", 1)]
+    return ("Remeshing: Multiresolution Clustering", [*counts, number("levels", 1, "RichInt")])
+
+
+def test_import_and_cluster(tmp_path):
+    out = tmp_path / "clustered.ply"
+    path = script(tmp_path, importing(scans_file(tmp_path)), merging(0.0625), clustering(200))
+    status, said = run(tmp_path, ["-s", path, "-o", out])
+    assert status == 0, said
+    mesh = surfrecon.read(str(out))
+    assert len(mesh.positions) == 200 and mesh.check()["is_manifold"]
+
+
 def test_a_set_opens_like_any_file(tmp_path):
     np.save(tmp_path / "map.npy", np.arange(12.0).reshape(3, 4))
     out = tmp_path / "map.ply"

@@ -44,6 +44,7 @@ const CHAPTERS: &[&str] = &[
     "quads",
     "spline",
     "reconstruct",
+    "cluster",
     "scan",
     "measure",
 ];

@@ -536,6 +536,59 @@ fn whole_numbers(bytes: &[u8]) -> Vec<u32> {
 }
 
 #[test]
+fn a_mesh_is_clustered_and_so_is_a_chain() {
+    let api = api();
+    let (side, at) = (40_u32, |r: u32, c: u32| r * 40 + c);
+    let positions: Vec<[f64; 3]> =
+        (0..side * side).map(|i| [f64::from(i % side), f64::from(i / side), (f64::from(i) * 0.003).sin()]).collect();
+    let cells = (0..side - 1).flat_map(|r| (0..side - 1).map(move |c| (r, c)));
+    let triangles: Vec<[u32; 3]> = cells
+        .flat_map(|(r, c)| [[at(r, c), at(r, c + 1), at(r + 1, c)], [at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)]])
+        .collect();
+    let (mut sheet, null) = (Handle::NULL, std::ptr::null());
+    let (mut params, mut report) = (ClusterParams::ZERO, ClusterReport::ZERO);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_mesh_create)(&Array::of(&positions, F64, 3), &Array::of(&triangles, U32, 3), &mut sheet));
+        api.ok((api.srf_cluster_params_init)(&mut params));
+        api.ok((api.srf_cluster_report_init)(&mut report));
+        params.numbers[0] = 100;
+        let cluster = |params: &ClusterParams, report: &mut ClusterReport| {
+            let mut mesh = Handle::NULL;
+            api.ok((api.srf_mesh_cluster)(sheet, params, std::ptr::null(), &mut mesh, report));
+            let found = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            found
+        };
+        let found = cluster(&params, &mut report);
+        assert_eq!((report.numbers[1], report.second, report.f64(7)), (100, 0, -1.0), "{report:?}");
+        assert!(report.f64(5) > report.f64(4) && report.f64(6) > 0.5, "{report:?}");
+        params.second = 1;
+        assert!(cluster(&params, &mut report) == found, "another number of threads");
+
+        let (wanted, mut chain) = ([30_u64, 100], [Handle::NULL; 2]);
+        api.ok((api.srf_mesh_cluster_levels)(sheet, wanted.as_ptr(), 2, null.cast(), null.cast(), chain.as_mut_ptr()));
+        assert!(bytes(chain[0]).len() < bytes(chain[1]).len());
+        chain.iter().for_each(|&mesh| api.ok((api.srf_mesh_free)(mesh)));
+
+        let mut mesh = Handle::NULL;
+        let mut refused = |change: &dyn Fn(&mut ClusterParams), status: i32, text: &str| {
+            let mut wrong = params;
+            change(&mut wrong);
+            let none = std::ptr::null_mut();
+            api.refused((api.srf_mesh_cluster)(sheet, &wrong, std::ptr::null(), &mut mesh, none), status, text);
+            assert!(mesh == Handle::NULL);
+        };
+        refused(&|p| p.numbers[1] = 7, INPUT, "one of vertices, patches and max_error");
+        refused(&|p| p.numbers[0] = 1 << 40, PARAMETER, "vertices must be >= 1 and <= 4000000000, got 1099511627776");
+        refused(&|p| p.numbers[4] = 1 << 40, PARAMETER, "iterations must be");
+        refused(&|p| p.numbers[3] = f64::NAN.to_bits(), PARAMETER, "adaptivity must be");
+        refused(&|p| (p.numbers[0], p.numbers[2]) = (0, 0), PARAMETER, "max_error must be a finite number > 0, got 0");
+        api.ok((api.srf_mesh_free)(sheet));
+    }
+}
+
+#[test]
 fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
     use glam::{DAffine3, DVec3};
     let mesh = octahedron();
@@ -924,6 +977,7 @@ fn every_call_from_eight_threads_at_once() {
         an_image_is_sculpted_to_one_tolerance_after_the_other,
         a_surface_through_scattered_points,
         an_image_becomes_a_quad_grid_and_a_surface,
+        a_mesh_is_clustered_and_so_is_a_chain,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
         options_say_what_files_do_not,

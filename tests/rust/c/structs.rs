@@ -98,8 +98,10 @@ fn defaults_are_those_of_the_table() {
     let api = api();
     let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
     let (mut open, mut reconstruct, mut quads) = (ReadOptions::ZERO, ReconstructParams::ZERO, QuadParams::ZERO);
+    let mut cluster = ClusterParams::ZERO;
     // SAFETY: as the header wants it.
     unsafe {
+        api.ok((api.srf_cluster_params_init)(&mut cluster));
         api.ok((api.srf_merge_params_init)(&mut merge));
         api.ok((api.srf_scan_params_init)(&mut scan));
         api.ok((api.srf_sculpt_params_init)(&mut sculpt));
@@ -149,9 +151,15 @@ fn defaults_are_those_of_the_table() {
     same("quads", &["curvature_limit"], &|_| quads.numbers[9] as f64);
     same("quads", &["exponent", "floor", "smoothing", "background_curvature", "coverage"], &|i| quads.f64(10 + i));
     same("quads", &["threads"], &|_| f64::from(quads.second));
+    same("cluster", &["max_error", "adaptivity"], &|i| cluster.f64(2 + i));
+    same("cluster", &["iterations", "relaxation", "seed"], &|i| cluster.numbers[4 + i] as f64);
+    same("cluster", &["threads"], &|_| f64::from(cluster.second));
+    assert_eq!((cluster.size as usize, cluster.numbers[..2].to_vec()), (size_of::<ClusterParams>(), vec![0, 0]));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
     assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "sculpt", "quads", "reconstruct", "scan", "open"];
-    let there = params::table().filter(|p| known.contains(&p.operation) && p.name != "backfaces").count();
+    let known = ["triangulate", "merge", "sculpt", "quads", "reconstruct", "cluster", "scan", "open"];
+    // Counts that the data give are 0 in C.
+    let others = ["backfaces", "vertices", "patches"];
+    let there = params::table().filter(|p| known.contains(&p.operation) && !others.contains(&p.name)).count();
     assert_eq!(named, there, "a parameter of the table is missing here");
 }

@@ -1,0 +1,218 @@
+//! Clustering a dense mesh to a coarse one of well-shaped triangles.
+
+use surfrecon::cluster::{self, ClusterParams, Clustered, Resolution};
+
+use crate::guard::guard;
+use crate::handle;
+use crate::mesh::srf_mesh;
+use crate::progress::{srf_progress, watched};
+use crate::settings::{SRF_FROM_DATA, from_data, threads};
+use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{pointer, sized};
+
+/// How a mesh is clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_cluster_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+    pub threads: u32,
+    /// Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the mesh's.
+    pub vertices: u64,
+    /// Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
+    pub patches: u64,
+    /// Instead: the largest distance of a vertex of the mesh from the result, > 0, in the unit of the mesh; there are as many
+    /// vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
+    pub max_error: f64,
+    /// How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
+    pub adaptivity: f64,
+    /// Most k-means steps at the final number of patches, at most 10000. Default 40.
+    pub iterations: u64,
+    /// Most steps of the spring relaxation, at most 10000; 0 leaves the fans as they are. Default 50.
+    pub relaxation: u64,
+    /// Which way round patches are split, less than 2^32. Default 0.
+    pub seed: u64,
+}
+
+impl srf_cluster_params {
+    fn defaults() -> Self {
+        let core = ClusterParams::default();
+        srf_cluster_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: core.threads as u32,
+            vertices: 0,
+            patches: 0,
+            max_error: SRF_FROM_DATA,
+            adaptivity: core.adaptivity,
+            iterations: u64::from(core.iterations),
+            relaxation: u64::from(core.relaxation),
+            seed: u64::from(core.seed),
+        }
+    }
+
+    fn resolution(&self) -> Result<Resolution, Failure> {
+        let error = from_data(self.max_error);
+        if usize::from(self.vertices > 0) + usize::from(self.patches > 0) + usize::from(error.is_some()) > 1 {
+            return Err(Failure::new(SRF_ERR_INPUT, "give one of vertices, patches and max_error"));
+        }
+        Ok(match (self.vertices, self.patches, error) {
+            (_, _, Some(error)) => Resolution::MaxError(error),
+            (0, 0, None) => Resolution::Tenth,
+            (0, patches, None) => Resolution::Patches(count("patches", patches)?),
+            (vertices, ..) => Resolution::Vertices(count("vertices", vertices)?),
+        })
+    }
+
+    fn to_core(self, resolution: Resolution) -> Result<ClusterParams, Failure> {
+        Ok(ClusterParams {
+            resolution,
+            adaptivity: self.adaptivity,
+            iterations: count("iterations", self.iterations)?,
+            relaxation: count("relaxation", self.relaxation)?,
+            seed: count("seed", self.seed)?,
+            threads: threads(self.threads),
+        })
+    }
+}
+
+/// A count in the core's type, refused like one out of the parameter's range.
+fn count(name: &str, value: u64) -> Result<u32, Failure> {
+    if let Ok(value) = u32::try_from(value) {
+        return Ok(value);
+    }
+    let spec = surfrecon::params::find("cluster", name).expect("the names are those of the table");
+    Err(Failure::from(spec.check(value as f64).expect_err("no count goes beyond 32 bits")))
+}
+
+/// The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_cluster_report {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 1 if the result is the input, as nothing coarser lies within the largest error.
+    pub kept_input: u32,
+    /// Patches.
+    pub patches: u64,
+    /// Vertices of the result.
+    pub vertices: u64,
+    /// Triangles of the result.
+    pub triangles: u64,
+    /// Edges of the input that were cut as they don't join two triangles of the same orientation.
+    pub cut_edges: u64,
+    /// Mean over the triangles of their smallest angles, as the fans had them.
+    pub mean_smallest_angle_before: f64,
+    /// The same of the result.
+    pub mean_smallest_angle: f64,
+    /// Smallest angle of the result.
+    pub smallest_angle: f64,
+    /// Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
+    /// for.
+    pub max_error: f64,
+}
+
+impl From<&Clustered> for srf_cluster_report {
+    fn from(clustered: &Clustered) -> Self {
+        let report = &clustered.report;
+        srf_cluster_report {
+            struct_size: size_of::<Self>() as u32,
+            kept_input: u32::from(report.kept_input),
+            patches: report.patches as u64,
+            vertices: report.vertices as u64,
+            triangles: report.triangles as u64,
+            cut_edges: report.cut_edges as u64,
+            mean_smallest_angle_before: report.before.mean_smallest_angle,
+            mean_smallest_angle: report.after.mean_smallest_angle,
+            smallest_angle: report.after.smallest_angle,
+            max_error: report.deviation.map_or(SRF_FROM_DATA, |d| d.max),
+        }
+    }
+}
+
+/// Sets the defaults.
+/// params     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cluster_params_init(params: *mut srf_cluster_params) -> srf_status {
+    guard(|| sized::init("params", params, srf_cluster_params::defaults()))
+}
+
+/// Prepares a struct for srf_mesh_cluster().
+/// report     not NULL
+/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cluster_report_init(report: *mut srf_cluster_report) -> srf_status {
+    let size = size_of::<srf_cluster_report>() as u32;
+    guard(|| sized::init("report", report, srf_cluster_report { struct_size: size, ..Default::default() }))
+}
+
+/// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
+/// lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
+/// two that turn against each other, are cut.
+/// mesh        not NULL
+/// params      NULL for the defaults
+/// progress    NULL for none
+/// out_mesh    receives a new handle on SRF_OK only; not NULL
+/// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
+///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_cluster(
+    mesh: *const srf_mesh,
+    params: *const srf_cluster_params,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_cluster_report,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_mesh", out_mesh)?;
+        if !out_report.is_null() {
+            sized::writable("out_report", out_report)?;
+        }
+        let mesh = handle::get("mesh", mesh)?;
+        let params = sized::read("params", params, srf_cluster_params::defaults())?;
+        let clustered = cluster::run(&mesh.mesh, &params.to_core(params.resolution()?)?, &watched(progress))?;
+        if !out_report.is_null() {
+            sized::write("out_report", out_report, (&clustered).into())?;
+        }
+        handle::give("out_mesh", out_mesh, clustered.mesh.into())
+    })
+}
+
+/// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
+/// srf_meshes_write_glb_levels() writes them.
+/// mesh        not NULL
+/// vertices    vertices of each level, in any order; not NULL
+/// count       number of levels
+/// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+/// progress    NULL for none
+/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_cluster_levels(
+    mesh: *const srf_mesh,
+    vertices: *const u64,
+    count: usize,
+    params: *const srf_cluster_params,
+    progress: *const srf_progress,
+    out_meshes: *mut *mut srf_mesh,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_meshes", out_meshes)?;
+        let mesh = handle::get("mesh", mesh)?;
+        let params = sized::read("params", params, srf_cluster_params::defaults())?.to_core(Resolution::Tenth)?;
+        let levels = pointer::numbers("vertices", vertices, count)?
+            .into_iter()
+            .map(|n| self::count("vertices", n).map(Resolution::Vertices))
+            .collect::<Result<Vec<_>, Failure>>()?;
+        let chain = cluster::levels(&mesh.mesh, &levels, &params, &watched(progress))?;
+        for (i, level) in chain.into_iter().enumerate() {
+            handle::give("out_meshes", out_meshes.wrapping_add(i), level.mesh.into())?;
+        }
+        Ok(())
+    })
+}
