@@ -561,6 +561,54 @@ typedef struct {
   uint64_t turned_parts;
 } srf_reconstruct_report;
 
+// How a mesh is clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  uint32_t threads;
+  // Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the mesh's.
+  uint64_t vertices;
+  // Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
+  uint64_t patches;
+  // Instead: the largest distance of a vertex of the mesh from the result, > 0, in the unit of the mesh; there are as many
+  // vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
+  double max_error;
+  // How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
+  double adaptivity;
+  // Most k-means steps at the final number of patches, at most 10000. Default 40.
+  uint64_t iterations;
+  // Most steps of the spring relaxation, at most 10000; 0 leaves the fans as they are. Default 50.
+  uint64_t relaxation;
+  // Which way round patches are split, less than 2^32. Default 0.
+  uint64_t seed;
+} srf_cluster_params;
+
+// The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if the result is the input, as nothing coarser lies within the largest error.
+  uint32_t kept_input;
+  // Patches.
+  uint64_t patches;
+  // Vertices of the result.
+  uint64_t vertices;
+  // Triangles of the result.
+  uint64_t triangles;
+  // Edges of the input that were cut as they don't join two triangles of the same orientation.
+  uint64_t cut_edges;
+  // Mean over the triangles of their smallest angles, as the fans had them.
+  double mean_smallest_angle_before;
+  // The same of the result.
+  double mean_smallest_angle;
+  // Smallest angle of the result.
+  double smallest_angle;
+  // Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
+  // for.
+  double max_error;
+} srf_cluster_report;
+
 // What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
 // srf_scan_params_init(). Lengths are in the unit of the mesh.
 typedef struct {
@@ -1394,6 +1442,49 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
                                      srf_mesh **out_mesh,
                                      srf_reconstruct_report *out_report,
                                      uint8_t *out_dropped);
+
+// Sets the defaults.
+// params     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_cluster_params_init(srf_cluster_params *params);
+
+// Prepares a struct for srf_mesh_cluster().
+// report     not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_cluster_report_init(srf_cluster_report *report);
+
+// Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
+// lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
+// two that turn against each other, are cut.
+// mesh        not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only; not NULL
+// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles or two of vertices, patches and max_error,
+//             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_mesh_cluster(const srf_mesh *mesh,
+                            const srf_cluster_params *params,
+                            const srf_progress *progress,
+                            srf_mesh **out_mesh,
+                            srf_cluster_report *out_report);
+
+// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
+// srf_meshes_write_glb_levels() writes them.
+// mesh        not NULL
+// vertices    vertices of each level, in any order; not NULL
+// count       number of levels
+// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+// progress    NULL for none
+// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for a mesh without triangles, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_mesh_cluster_levels(const srf_mesh *mesh,
+                                   const uint64_t *vertices,
+                                   size_t count,
+                                   const srf_cluster_params *params,
+                                   const srf_progress *progress,
+                                   srf_mesh **out_meshes);
 
 // Sets the defaults.
 // params     not NULL
