@@ -145,7 +145,7 @@ def into_blender(repeats):
     try:
         lines = measured.run(command, timeout=900)[1].splitlines()
     except measured.Failed as problem:
-        return [head | {"tool": "surfrecon", "failed": str(problem)[:200]}]
+        return [head | {"tool": "surfrecon", "failed": str(problem)[:60]}]
     return [head | json.loads(line) for line in lines if line.startswith("{")]
 
 
@@ -221,6 +221,6 @@ def row(case, path, tool, repeats):
             for _ in range(repeats)
         ]
     except measured.Failed as problem:
-        return head | {"failed": str(problem)[:200]}
+        return head | {"failed": str(problem)[:60]}
     cpu, wall, peak = (statistics.median(run[k] for run in runs) for k in range(3))
     return head | {"mb_per_s": path.stat().st_size / 1e6 / max(cpu, 1e-4), "wall_s": wall, "peak_mb": peak}

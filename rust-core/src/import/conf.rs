@@ -44,7 +44,7 @@ impl Placed {
 
 /// Whether text that starts like this is one: its first line of content starts with a known word.
 pub(super) fn sniff(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
+    let text = file::start_of_text(start);
     let first = text.split(['\n', '\r']).map(str::trim).find(|line| !line.is_empty() && !is_comment(line));
     first.is_some_and(|line| {
         let mut words = line.split_ascii_whitespace();

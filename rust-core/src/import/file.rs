@@ -1,5 +1,6 @@
 //! Files as the readers need them. Only regular files are read: a device or a pipe could go on for ever.
 
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
@@ -73,6 +74,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
     // A file that grows meanwhile is read no further.
     file.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
     Ok(bytes)
+}
+
+/// The text that a file starts with; what comes after a zero byte is none.
+pub(super) fn start_of_text(start: &[u8]) -> Cow<'_, str> {
+    String::from_utf8_lossy(&start[..memchr::memchr(0, start).unwrap_or(start.len())])
 }
 
 /// The first bytes of a file, at most `count`, and its length.

@@ -28,14 +28,14 @@ pub(super) struct Placed {
 
 /// Whether a file that starts like this is a project.
 pub(super) fn sniff_mlp(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
+    let text = file::start_of_text(start);
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
         && (text.contains("<MeshLabProject") || text.contains("MeshLabDocument"))
 }
 
 /// Whether a file that starts like this is an alignment: a count, a name, a line `#`.
 pub(super) fn sniff_aln(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
+    let text = file::start_of_text(start);
     let mut lines = text.lines().map(str::trim);
     let count = lines.next().is_some_and(|line| line.parse::<u32>().is_ok());
     count && lines.next().is_some_and(|line| !line.is_empty()) && lines.next() == Some("#")

@@ -86,10 +86,10 @@ impl RangeImage {
         projection.validate()?;
         check_count(rows, cols, values.len(), "values")?;
         let is_distance = matches!(projection, Projection::Pinhole { .. } | Projection::Spherical { .. });
+        // Chosen, not branched on: where a scan has holes is hard to guess.
+        let least = if is_distance { f64::from_bits(1) } else { f64::MIN };
         for value in &mut values {
-            if !value.is_finite() || is_distance && *value <= 0.0 {
-                *value = f64::NAN;
-            }
+            *value = if (least..=f64::MAX).contains(value) { *value } else { f64::NAN };
         }
         Ok(Self::assemble(rows, cols, Samples::Values(values), projection))
     }

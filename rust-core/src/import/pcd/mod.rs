@@ -13,7 +13,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 
-use super::file::{Input, reserve};
+use super::file::{self, Input, reserve};
 use super::grid::PointGrid;
 use super::text::Lines;
 use super::window::Window;
@@ -31,7 +31,7 @@ const LZF_HISTORY: usize = 1 << 13;
 const LARGEST_POINT: u64 = 1 << 16;
 
 pub(super) fn sniff(start: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(start);
+    let text = file::start_of_text(start);
     let mut lines = text.lines().map(str::trim);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with('#'));
     let begins = |word: &str| first.is_some_and(|line| line.split_ascii_whitespace().next() == Some(word));

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::columns::{Attributes, EMPTY_ROW, POSITION, Plan, Row, SKIP, reserve};
 use super::fault::{Fault, Parsed, Problem, place};
 use super::header::{Element, Encoding, Kind, ScalarType};
-use super::source::{Grid, NO_VERTEX, Source};
+use super::source::{Grid, Layout, NO_VERTEX, Source};
 
 /// A position in the precision it is kept in.
 pub(super) trait Position: Copy {
@@ -96,15 +96,54 @@ pub(super) fn vertices<S: Source, P: Position>(
     }
     let has_attributes = !attributes.is_empty();
     let mut row = EMPTY_ROW;
-    for index in 0..count {
-        vertex_row(source, element, plan, &mut row)
-            .map_err(|(fault, property)| fault.at(element, index as u64, property, source))?;
+    let mut add = |row: &Row| {
         positions.push(P::from_row(row[POSITION], row[POSITION + 1], row[POSITION + 2]));
         if has_attributes {
-            attributes.push(&row);
+            attributes.push(row);
         }
+    };
+    let mut index = 0;
+    if let Some(layout) = layout(element, plan, 0) {
+        source.rows(&layout, count, &mut row, |row| {
+            add(row);
+            index += 1;
+        });
+    }
+    for index in index..count {
+        vertex_row(source, element, plan, &mut row)
+            .map_err(|(fault, property)| fault.at(element, index as u64, property, source))?;
+        add(&row);
     }
     Ok(Vertices { positions, attributes })
+}
+
+/// Where the values of an entry lie, with lists, of which there is one at most, of `corners` items; `None` with more.
+fn layout(element: &Element, plan: &Plan, corners: usize) -> Option<Layout> {
+    let mut layout = Layout {
+        size: 0,
+        properties: element.properties.len(),
+        list: 0,
+        list_types: [ScalarType::U8; 2],
+        wanted: Vec::new(),
+    };
+    let mut lists = 0;
+    for (property, &slot) in element.properties.iter().zip(&plan.slots) {
+        match property.kind {
+            Kind::Scalar(scalar) => {
+                if slot != SKIP {
+                    layout.wanted.push((layout.size, scalar, slot));
+                }
+                layout.size += scalar.size();
+            }
+            Kind::List { length, item } => {
+                lists += 1;
+                layout.list = layout.size;
+                layout.list_types = [length, item];
+                layout.size += length.size() + corners * item.size();
+            }
+        }
+    }
+    (lists <= corners.min(1)).then_some(layout)
 }
 
 /// Reads one vertex into `row`; on a fault also the property.
@@ -224,12 +263,16 @@ pub(super) fn faces<S: Source>(
     let has_attributes = !attributes.is_empty();
     let mut row = EMPTY_ROW;
     let mut index = 0;
-    let plain = element.properties.len() == 1;
+    let layout = layout(element, plan, 3);
     while index < count as u64 {
-        if plain {
+        if let Some(layout) = &layout {
             let before = triangles.len();
-            let left = (count as u64 - index) as usize;
-            source.plain_triangles([length_type, item_type], vertex_count, before + left, &mut triangles);
+            let most = before + (count as u64 - index) as usize;
+            source.plain_triangles(layout, vertex_count, most, &mut triangles, &mut row, |row| {
+                if has_attributes {
+                    attributes.push(row);
+                }
+            });
             index += (triangles.len() - before) as u64;
             if index == count as u64 {
                 break;

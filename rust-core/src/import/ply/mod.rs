@@ -20,6 +20,7 @@
 //!
 //! Cost: one pass over the file; memory for the result and a window of 256 KiB.
 
+mod binary;
 mod body;
 mod columns;
 mod fault;
@@ -34,11 +35,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
 
+use self::binary::Binary;
 use self::body::{GridPoints, Position, Vertices};
 use self::columns::{Attributes, Plan, reserve};
 use self::fault::{Parsed, Problem};
 use self::header::{Element, Encoding, Header};
-use self::source::{Ascii, Binary, NO_VERTEX, Source};
+use self::source::{Ascii, NO_VERTEX, Source};
 use super::window::Window;
 use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};

@@ -9,11 +9,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::binary::Binary;
 use super::body::vertex_row;
 use super::columns::{EMPTY_ROW, POSITION, Plan};
 use super::fault::Parsed;
 use super::header::{Element, Encoding, Header, Kind};
-use super::source::{Ascii, Binary, Source};
+use super::source::{Ascii, Source};
 use super::{elements, header_in, read_header, vertex_plan};
 use crate::error::{Error, Result};
 use crate::import::window::Window;

@@ -1,6 +1,7 @@
-//! Values out of the body of a PLY file, from text or from either binary encoding, always within its bounds.
+//! Values out of the body of a PLY file, always within its bounds; here from text, in `binary` from either binary encoding.
 
 use super::body::Position;
+use super::columns::Row;
 use super::fault::Fault;
 use super::header::{Kind, Property, ScalarType};
 use super::number::{self, is_blank};
@@ -41,14 +42,19 @@ pub(super) trait Source {
     /// `vertex_count`; stops before the first that isn't, or at `count`.
     fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G);
 
+    /// Reads up to `count` entries of a fixed size, and hands each to `each` as far as it can here.
+    fn rows(&mut self, layout: &Layout, count: usize, row: &mut Row, each: impl FnMut(&Row));
+
     /// Adds triangles while faces are lists, written in the commonest way, of three vertices below `vertex_count`; stops
-    /// before the first that isn't, or at `count`.
+    /// before the first that isn't, or at `count`. What else the faces have, laid out for three vertices, goes to `each`.
     fn plain_triangles(
         &mut self,
-        types: [ScalarType; 2],
+        layout: &Layout,
         vertex_count: u64,
         count: usize,
         triangles: &mut Vec<[u32; 3]>,
+        row: &mut Row,
+        each: impl FnMut(&Row),
     );
 
     /// Skips a property, list or not.
@@ -61,6 +67,17 @@ pub(super) trait Source {
             }
         }
     }
+}
+
+/// Where the values of a binary entry lie if all entries have the same size.
+pub(super) struct Layout {
+    pub(super) size: usize,
+    pub(super) properties: usize,
+    /// Place of the list of a face, types of its length and its items.
+    pub(super) list: usize,
+    pub(super) list_types: [ScalarType; 2],
+    /// What is wanted: place in the entry, type, slot of the row.
+    pub(super) wanted: Vec<(usize, ScalarType, usize)>,
 }
 
 /// A cell of a range grid without a sample.
@@ -298,7 +315,20 @@ impl Source for Ascii<'_, '_> {
         });
     }
 
-    fn plain_triangles(&mut self, _: [ScalarType; 2], vertex_count: u64, count: usize, triangles: &mut Vec<[u32; 3]>) {
+    fn rows(&mut self, _: &Layout, _: usize, _: &mut Row, _: impl FnMut(&Row)) {}
+
+    fn plain_triangles(
+        &mut self,
+        layout: &Layout,
+        vertex_count: u64,
+        count: usize,
+        triangles: &mut Vec<[u32; 3]>,
+        _: &mut Row,
+        _: impl FnMut(&Row),
+    ) {
+        if layout.properties != 1 {
+            return;
+        }
         self.plain_lines(|text, at| {
             if triangles.len() == count {
                 return None;
@@ -335,172 +365,5 @@ impl Source for Ascii<'_, '_> {
 
     fn at_end(&mut self) -> bool {
         self.begin().is_err()
-    }
-}
-
-/// Binary, most significant byte first if `BIG`.
-pub(super) struct Binary<'w, 'r, const BIG: bool> {
-    pub(super) window: &'w mut Window<'r>,
-}
-
-impl<const BIG: bool> Binary<'_, '_, BIG> {
-    #[inline(always)]
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
-        self.window.ensure(N);
-        let bytes = *self.window.rest().first_chunk::<N>().ok_or(Fault::End)?;
-        self.window.at += N;
-        Ok(bytes)
-    }
-
-    #[inline(always)]
-    fn u32(bytes: [u8; 4]) -> u32 {
-        if BIG { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }
-    }
-}
-
-/// A number of a fixed size out of its bytes.
-macro_rules! decode {
-    ($source:expr, $kind:ty) => {{
-        let bytes = $source.take::<{ size_of::<$kind>() }>()?;
-        if BIG { <$kind>::from_be_bytes(bytes) } else { <$kind>::from_le_bytes(bytes) }
-    }};
-}
-
-impl<const BIG: bool> Source for Binary<'_, '_, BIG> {
-    const TEXT: bool = false;
-
-    #[inline(always)]
-    fn begin(&mut self) -> Result<(), Fault> {
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn number(&mut self, scalar: ScalarType) -> Result<f64, Fault> {
-        Ok(match scalar {
-            ScalarType::I8 => decode!(self, i8).into(),
-            ScalarType::U8 => decode!(self, u8).into(),
-            ScalarType::I16 => decode!(self, i16).into(),
-            ScalarType::U16 => decode!(self, u16).into(),
-            ScalarType::I32 => decode!(self, i32).into(),
-            ScalarType::U32 => decode!(self, u32).into(),
-            ScalarType::F32 => decode!(self, f32).into(),
-            ScalarType::F64 => decode!(self, f64),
-        })
-    }
-
-    #[inline(always)]
-    fn whole(&mut self, scalar: ScalarType) -> Result<i64, Fault> {
-        // Exact: f64 holds every 32-bit whole number. Float types never get here, but would be cut.
-        Ok(self.number(scalar)? as i64)
-    }
-
-    fn plain_positions<P: Position>(&mut self, count: usize, positions: &mut Vec<P>) {
-        while positions.len() < count && self.window.ensure(12) {
-            let (entries, _) = self.window.rest().as_chunks::<12>();
-            let entries = &entries[..entries.len().min(count - positions.len())];
-            positions.extend(entries.iter().map(|[a, b, c, d, e, f, g, h, i, j, k, l]| {
-                let float = |bytes| f32::from_bits(Self::u32(bytes));
-                P::from_single([float([*a, *b, *c, *d]), float([*e, *f, *g, *h]), float([*i, *j, *k, *l])])
-            }));
-            let used = entries.len() * 12;
-            self.window.at += used;
-        }
-    }
-
-    fn plain_cells<G: Grid>(&mut self, types: [ScalarType; 2], vertex_count: u64, count: usize, grid: &mut G) {
-        if types[0].size() != 1 || types[1].size() != 4 {
-            return;
-        }
-        while grid.len() < count {
-            self.window.ensure(5);
-            let mut rest = self.window.rest();
-            let before = rest.len();
-            while grid.len() < count {
-                match rest {
-                    [0, after @ ..] => {
-                        grid.add(NO_VERTEX);
-                        rest = after;
-                    }
-                    [1, a, b, c, d, after @ ..] => {
-                        let vertex = Self::u32([*a, *b, *c, *d]);
-                        // A negative int is larger than any number of vertices, too.
-                        if u64::from(vertex) >= vertex_count {
-                            break;
-                        }
-                        grid.add(vertex);
-                        rest = after;
-                    }
-                    _ => break,
-                }
-            }
-            let used = before - rest.len();
-            self.window.at += used;
-            if used == 0 {
-                return;
-            }
-        }
-    }
-
-    fn plain_triangles(
-        &mut self,
-        types: [ScalarType; 2],
-        vertex_count: u64,
-        count: usize,
-        triangles: &mut Vec<[u32; 3]>,
-    ) {
-        if types[0].size() != 1 || types[1].size() != 4 {
-            return;
-        }
-        while triangles.len() < count && self.window.ensure(13) {
-            let mut used = 0;
-            for [length, a, b, c, d, e, f, g, h, i, j, k, l] in
-                self.window.rest().as_chunks().0.iter().take(count - triangles.len())
-            {
-                let triangle = [Self::u32([*a, *b, *c, *d]), Self::u32([*e, *f, *g, *h]), Self::u32([*i, *j, *k, *l])];
-                if *length != 3 || triangle.iter().any(|&vertex| u64::from(vertex) >= vertex_count) {
-                    break;
-                }
-                triangles.push(triangle);
-                used += 13;
-            }
-            self.window.at += used;
-            if used == 0 {
-                return;
-            }
-        }
-    }
-
-    fn skip(&mut self, scalar: ScalarType, count: u64) -> Result<(), Fault> {
-        let mut bytes = count.checked_mul(scalar.size() as u64).ok_or(Fault::End)?;
-        while bytes > 0 {
-            if !self.window.ensure(1) {
-                return Err(Fault::End);
-            }
-            let here = bytes.min(self.window.rest().len() as u64);
-            self.window.at += here as usize;
-            bytes -= here;
-        }
-        Ok(())
-    }
-
-    #[inline(always)]
-    fn end(&mut self) -> Result<(), Fault> {
-        Ok(())
-    }
-
-    fn window(&self) -> &Window<'_> {
-        self.window
-    }
-
-    fn at_end(&mut self) -> bool {
-        // Some writers end binary files with a line end or zeros.
-        while self.window.ensure(1) {
-            let fillers = self.window.rest().iter().take_while(|&&b| is_blank(b) || b == 0x1A).count();
-            if fillers == 0 {
-                return false;
-            }
-            self.window.at += fillers;
-        }
-        true
     }
 }

@@ -77,8 +77,10 @@ impl Raster {
             (Numbers::Whole(most), Some(_)) if most >= 65535 => f64::from(most),
             _ => f64::NAN,
         };
+        let offset = options.offset;
         for value in &mut self.values {
-            *value = if *value == invalid || *value == saturated { f64::NAN } else { *value * scale + options.offset };
+            let is_mark = (*value == invalid) | (*value == saturated);
+            *value = if is_mark { f64::NAN } else { *value * scale + offset };
         }
         let (rows, cols) = (self.rows, self.cols);
         let mut translation = DVec3::ZERO;
@@ -86,9 +88,6 @@ impl Raster {
             if camera.size.is_some_and(|size| size != [cols, rows]) {
                 let [width, height] = camera.size.unwrap_or_default();
                 return fail(format!("{cols} x {rows} pixels, but the camera's images have {width} x {height}"));
-            }
-            for value in self.values.iter_mut().filter(|value| **value <= 0.0) {
-                *value = f64::NAN;
             }
             camera.projection()
         } else {
