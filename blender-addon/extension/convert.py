@@ -11,7 +11,6 @@ Blender copies an array at once only into an attribute of exactly its type; ever
 import bpy
 import numpy as np
 import surfrecon
-from mathutils import Matrix
 
 from .job import Refused
 
@@ -64,9 +63,9 @@ def store(mesh, name, values, domain="POINT"):
     layer.data.foreach_set("value", np.ascontiguousarray(values))
 
 
-def mesh_from_result(name, result):
-    """A Blender mesh with all attributes of a `surfrecon.Mesh`."""
-    mesh = new_mesh(name, result.positions_f32(), result.triangles.view(np.int32).reshape(-1))
+def mesh_from_result(name, result, origin=(0.0, 0.0, 0.0), scale=1.0):
+    """A Blender mesh with all attributes of a `surfrecon.Mesh`, around `origin` and scaled."""
+    mesh = new_mesh(name, result.positions_f32(origin, scale), result.triangles.view(np.int32).reshape(-1))
     store_all(mesh, result)
     return mesh
 
@@ -165,31 +164,26 @@ def store_all(mesh, result):
         store(mesh, name, values, "FACE")
 
 
-def origin_of(positions):
+def origin_of(bounds):
     """What to take off coordinates before they lose precision: whole numbers, zero unless they lie far out."""
-    if not len(positions):
+    if bounds is None:
         return np.zeros(3)
-    low, high = positions.min(axis=0), positions.max(axis=0)
+    low, high = bounds
     far = max(np.abs(low).max(), np.abs(high).max()) > FAR * (high - low).max()
     return np.round((low + high) / 2) if far else np.zeros(3)
 
 
 def object_from_mesh(name, content, scale):
     """An object from a `surfrecon.Mesh` of a file, and the origin in the file's unit that was taken off."""
-    origin = origin_of(content.positions)
-    mesh = mesh_from_result(name, content)
-    if origin.any():
-        near = ((content.positions - origin) * scale).astype(np.float32).reshape(-1)
-        mesh.attributes["position"].data.foreach_set("vector", near)
-        mesh.update()
-    else:
-        mesh.transform(Matrix.Scale(scale, 4))
+    origin = origin_of(content.bounds)
+    mesh = mesh_from_result(name, content, tuple(origin), scale)
     return bpy.data.objects.new(name, mesh), origin
 
 
 def object_from_points(name, content, scale):
     """An object of vertices only, and the origin in the file's unit that was taken off."""
-    origin = origin_of(content.positions)
+    points = content.positions
+    origin = origin_of((points.min(axis=0), points.max(axis=0)) if len(points) else None)
     coordinates = ((content.positions - origin) * scale).astype(np.float32).reshape(-1)
     mesh = new_mesh(name, coordinates, np.empty(0, np.int32))
     if content.colour is not None:

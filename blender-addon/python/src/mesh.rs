@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
 use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_obj, write_ply, write_stl};
-use surfrecon::mesh::{Attribute, AttributeData};
+use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
@@ -84,10 +84,20 @@ impl Mesh {
         arrays::view(py, &self.mesh, |m| m.triangles.as_flattened(), (count, 3))
     }
 
-    /// The positions as one flat float32 array (3 n,), newly made: what hosts' meshes take.
-    fn positions_f32<'py>(&self, py: Python<'py>) -> Bound<'py, numpy::PyArray1<f32>> {
-        let flat: Vec<f32> = arrays::coordinates(&self.mesh.positions).iter().map(|&x| x as f32).collect();
-        numpy::PyArray1::from_vec(py, flat)
+    /// ``(position - origin) * scale`` as one flat float32 array (3 n,), newly made: what hosts' meshes take.
+    #[pyo3(signature = (origin = [0.0; 3], scale = 1.0))]
+    fn positions_f32<'py>(&self, py: Python<'py>, origin: [f64; 3], scale: f64) -> Bound<'py, numpy::PyArray1<f32>> {
+        let origin = DVec3::from_array(origin);
+        let near = |p: &DVec3| ((*p - origin) * scale).as_vec3().to_array();
+        let near: Vec<[f32; 3]> = self.mesh.positions.iter().map(near).collect();
+        numpy::PyArray1::from_vec(py, near.into_flattened())
+    }
+
+    /// Lowest and highest coordinates, (2, 3) float64; ``None`` without vertices.
+    #[getter]
+    fn bounds<'py>(&self, py: Python<'py>) -> Option<Bound<'py, numpy::PyArray2<f64>>> {
+        let (low, high) = measure::bounds(&self.mesh.positions)?;
+        Some(numpy::PyArray2::from_array(py, &numpy::ndarray::arr2(&[low.to_array(), high.to_array()])))
     }
 
     /// Attributes of the vertices by name: read-only views, (n,) float32, int32 or bool, colours (n, 4) uint8.
