@@ -393,6 +393,28 @@ public:
         return View<double, 3>(view);
     }
 
+    // A mesh of well-shaped triangles on the surface through the points; its figures go to `report`, if given.
+    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_cluster(get(), &params, watcher.get(), &mesh, report));
+        return Mesh(mesh);
+    }
+
+    // The same as a chain of levels of detail, one for each number of vertices.
+    std::vector<Mesh> clustered(const std::vector<std::uint64_t> &vertices, const ClusterParams &params = {},
+                                const ProgressFunction &progress = {}) const
+    {
+        if (vertices.empty()) return {};
+        std::vector<srf_mesh *> handles(vertices.size(), nullptr);
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_cluster_levels(get(), vertices.data(), vertices.size(), &params, watcher.get(), handles.data()));
+        std::vector<Mesh> levels;
+        for (srf_mesh *handle : handles) levels.emplace_back(handle);
+        return levels;
+    }
+
     View<float, 3> normals() const
     {
         srf_array view{};

@@ -1,7 +1,8 @@
-//! Clustering a dense mesh to a coarse one of well-shaped triangles.
+//! Clustering a dense mesh, or points, to a coarse mesh of well-shaped triangles.
 
 use surfrecon::cluster::{self, ClusterParams, Clustered, Resolution};
 
+use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle;
 use crate::mesh::srf_mesh;
@@ -10,7 +11,7 @@ use crate::settings::{SRF_FROM_DATA, from_data, threads};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{pointer, sized};
 
-/// How a mesh is clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+/// How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -19,7 +20,7 @@ pub struct srf_cluster_params {
     pub struct_size: u32,
     /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
     pub threads: u32,
-    /// Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the mesh's.
+    /// Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the input's.
     pub vertices: u64,
     /// Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
     pub patches: u64,
@@ -112,6 +113,8 @@ pub struct srf_cluster_report {
     /// Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
     /// for.
     pub max_error: f64,
+    /// Points that are not on the surface through them; 0 for a mesh.
+    pub off_surface: u64,
 }
 
 impl From<&Clustered> for srf_cluster_report {
@@ -128,6 +131,7 @@ impl From<&Clustered> for srf_cluster_report {
             mean_smallest_angle: report.after.mean_smallest_angle,
             smallest_angle: report.after.smallest_angle,
             max_error: report.deviation.map_or(SRF_FROM_DATA, |d| d.max),
+            off_surface: report.off_surface as u64,
         }
     }
 }
@@ -168,18 +172,54 @@ pub unsafe extern "C" fn srf_mesh_cluster(
     out_report: *mut srf_cluster_report,
 ) -> srf_status {
     guard(|| {
-        pointer::writable("out_mesh", out_mesh)?;
-        if !out_report.is_null() {
-            sized::writable("out_report", out_report)?;
-        }
-        let mesh = handle::get("mesh", mesh)?;
-        let params = sized::read("params", params, srf_cluster_params::defaults())?;
-        let clustered = cluster::run(&mesh.mesh, &params.to_core(params.resolution()?)?, &watched(progress))?;
-        if !out_report.is_null() {
-            sized::write("out_report", out_report, (&clustered).into())?;
-        }
-        handle::give("out_mesh", out_mesh, clustered.mesh.into())
+        let run =
+            |params: &ClusterParams| Ok(cluster::run(&handle::get("mesh", mesh)?.mesh, params, &watched(progress))?);
+        one(params, out_mesh, out_report, run)
     })
+}
+
+/// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its
+/// default parameters, is clustered. In the cloud's frame; colours, intensities and normals ride along.
+/// cloud       not NULL
+/// params      NULL for the defaults
+/// progress    NULL for none
+/// out_mesh    receives a new handle on SRF_OK only; not NULL
+/// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
+///             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cloud_cluster(
+    cloud: *const srf_cloud,
+    params: *const srf_cluster_params,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_cluster_report,
+) -> srf_status {
+    guard(|| {
+        let run = |params: &ClusterParams| {
+            Ok(cluster::run_points(&handle::get("cloud", cloud)?, params, &watched(progress))?)
+        };
+        one(params, out_mesh, out_report, run)
+    })
+}
+
+/// Checks what does not depend on the input, runs and hands out.
+fn one(
+    params: *const srf_cluster_params,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_cluster_report,
+    run: impl FnOnce(&ClusterParams) -> Result<Clustered, Failure>,
+) -> Result<(), Failure> {
+    pointer::writable("out_mesh", out_mesh)?;
+    if !out_report.is_null() {
+        sized::writable("out_report", out_report)?;
+    }
+    let params = sized::read("params", params, srf_cluster_params::defaults())?;
+    let clustered = run(&params.to_core(params.resolution()?)?)?;
+    if !out_report.is_null() {
+        sized::write("out_report", out_report, (&clustered).into())?;
+    }
+    handle::give("out_mesh", out_mesh, clustered.mesh.into())
 }
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
@@ -202,17 +242,52 @@ pub unsafe extern "C" fn srf_mesh_cluster_levels(
     out_meshes: *mut *mut srf_mesh,
 ) -> srf_status {
     guard(|| {
-        pointer::writable("out_meshes", out_meshes)?;
-        let mesh = handle::get("mesh", mesh)?;
-        let params = sized::read("params", params, srf_cluster_params::defaults())?.to_core(Resolution::Tenth)?;
-        let levels = pointer::numbers("vertices", vertices, count)?
-            .into_iter()
-            .map(|n| self::count("vertices", n).map(Resolution::Vertices))
-            .collect::<Result<Vec<_>, Failure>>()?;
-        let chain = cluster::levels(&mesh.mesh, &levels, &params, &watched(progress))?;
-        for (i, level) in chain.into_iter().enumerate() {
-            handle::give("out_meshes", out_meshes.wrapping_add(i), level.mesh.into())?;
-        }
-        Ok(())
+        chain(vertices, count, params, out_meshes, |levels, params| {
+            Ok(cluster::levels(&handle::get("mesh", mesh)?.mesh, levels, params, &watched(progress))?)
+        })
     })
+}
+
+/// A chain of levels of detail of points; see srf_cloud_cluster() and srf_mesh_cluster_levels().
+/// cloud       not NULL
+/// vertices    vertices of each level, in any order; not NULL
+/// count       number of levels
+/// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+/// progress    NULL for none
+/// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_cloud_cluster_levels(
+    cloud: *const srf_cloud,
+    vertices: *const u64,
+    count: usize,
+    params: *const srf_cluster_params,
+    progress: *const srf_progress,
+    out_meshes: *mut *mut srf_mesh,
+) -> srf_status {
+    guard(|| {
+        chain(vertices, count, params, out_meshes, |levels, params| {
+            Ok(cluster::levels_of_points(&handle::get("cloud", cloud)?, levels, params, &watched(progress))?)
+        })
+    })
+}
+
+fn chain(
+    vertices: *const u64,
+    count: usize,
+    params: *const srf_cluster_params,
+    out_meshes: *mut *mut srf_mesh,
+    run: impl FnOnce(&[Resolution], &ClusterParams) -> Result<Vec<Clustered>, Failure>,
+) -> Result<(), Failure> {
+    pointer::writable("out_meshes", out_meshes)?;
+    let params = sized::read("params", params, srf_cluster_params::defaults())?.to_core(Resolution::Tenth)?;
+    let levels = pointer::numbers("vertices", vertices, count)?
+        .into_iter()
+        .map(|n| self::count("vertices", n).map(Resolution::Vertices))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    for (i, level) in run(&levels, &params)?.into_iter().enumerate() {
+        handle::give("out_meshes", out_meshes.wrapping_add(i), level.mesh.into())?;
+    }
+    Ok(())
 }

@@ -18,6 +18,15 @@ double diagonal(const MeshModel *layer)
     return std::isfinite(found) && found > 0 ? found : 1;
 }
 
+surfrecon::Cloud cloud(const MeshModel &layer)
+{
+    using surfrecon::View;
+    const LayerArrays flat = arrays(layer, Frame::layer);
+    const std::vector<std::uint8_t> colours = vertex_colours(layer, flat);
+    return surfrecon::Cloud::create(View<double, 3>(flat.positions.data(), flat.kept.size()), View<float, 3>(),
+                                    View<std::uint8_t, 4>(colours.data(), colours.size() / 4));
+}
+
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
     list.addParam(RichInt("vertices", 0, "Vertices",
@@ -37,7 +46,7 @@ Outputs run(Job &job)
     const RichParameterList &given = job.parameters;
     const MeshModel *const layer = job.document.mm();
     if (layer == nullptr) refuse("There is no layer: open a mesh first");
-    if (layer->cm.fn == 0) refuse("The layer " + quoted(*layer) + " has no faces: clustering needs a surface");
+    if (layer->cm.vn == 0) refuse("The layer " + quoted(*layer) + " has no vertices");
     const int vertices = given.getInt("vertices"), levels = given.getInt("levels");
     if (vertices < 0) refuse("The number of vertices must be at least 0, got " + std::to_string(vertices));
     if (levels < 1 || levels > most_levels) {
@@ -46,7 +55,10 @@ Outputs run(Job &job)
     const double error = length(given, "maxerror");
     if (error != SRF_FROM_DATA && levels > 1) refuse("A largest error goes with one level: set one of them back");
 
-    const surfrecon::Mesh dense = mesh(*layer, Frame::layer);
+    // Vertices without faces are points: the surface through them is clustered.
+    const bool points = layer->cm.fn == 0;
+    const surfrecon::Mesh dense = points ? surfrecon::Mesh() : mesh(*layer, Frame::layer);
+    const surfrecon::Cloud scattered = points ? cloud(*layer) : surfrecon::Cloud();
     const std::string label = layer->label().toStdString() + " clustered";
     const surfrecon::Pose pose = placement(*layer);
     const auto count = static_cast<std::uint64_t>(std::max(vertices > 0 ? vertices : layer->cm.vn / 10, 1));
@@ -56,7 +68,8 @@ Outputs run(Job &job)
     if (levels > 1) {
         std::vector<std::uint64_t> counts{count};
         while (static_cast<int>(counts.size()) < levels) counts.push_back(std::max<std::uint64_t>(counts.back() / 4, 1));
-        const std::vector<surfrecon::Mesh> chain = dense.clustered(counts, params, job.progress());
+        const std::vector<surfrecon::Mesh> chain =
+            points ? scattered.clustered(counts, params, job.progress()) : dense.clustered(counts, params, job.progress());
         for (std::size_t level = 0; level < chain.size(); ++level) {
             MeshModel &made = add_layer(job.document, label + " " + std::to_string(level), chain[level], "");
             place(made, pose);
@@ -71,7 +84,8 @@ Outputs run(Job &job)
         params.max_error = error;
     }
     surfrecon::ClusterReport report;
-    const surfrecon::Mesh surface = dense.clustered(params, &report, job.progress());
+    const surfrecon::Mesh surface =
+        points ? scattered.clustered(params, &report, job.progress()) : dense.clustered(params, &report, job.progress());
     place(add_layer(job.document, label, surface, ""), pose);
     const double degrees = 180 / std::acos(-1.0);
     job.log(std::to_string(report.vertices) + " vertices from " + std::to_string(report.patches) + " patches; smallest angles: mean " +
@@ -81,6 +95,7 @@ Outputs run(Job &job)
     out["triangles"] = static_cast<int>(report.triangles);
     out["patches"] = static_cast<int>(report.patches);
     out["cut_edges"] = static_cast<int>(report.cut_edges);
+    out["off_surface"] = static_cast<int>(report.off_surface);
     out["mean_smallest_angle"] = report.mean_smallest_angle;
     out["smallest_angle"] = report.smallest_angle;
     if (report.max_error != SRF_FROM_DATA) out["max_error"] = report.max_error;
@@ -94,7 +109,7 @@ extern const Filter cluster_filter = {
     "meshing_multiresolution_clustering",
     "Replaces the dense surface in the current layer by one of <b>few, well-shaped triangles</b> of any number of vertices, with the "
     "same components, holes and genus. Patches of the surface are found by k-means, joined to a mesh, and relaxed on the surface. "
-    "The layer is not changed.<br>"
+    "Of a layer without faces, the surface through its vertices is taken. The layer is not changed.<br>"
     "With several <b>levels</b>, a chain of layers from one run. Edges that are not manifold are cut.",
     compat::FilterBase::Remeshing,
     compat::FilterBase::SINGLE_MESH,

@@ -95,6 +95,11 @@ impl<'a> Progress<'a> {
         self.check()
     }
 
+    /// Counts the running stage up to `done`, if it is not there yet: for work whose length is only guessed beforehand.
+    pub fn reach(&self, done: u64) {
+        self.done.fetch_max(done, Ordering::Relaxed);
+    }
+
     /// Like [`Progress::advance`] with nothing to count.
     ///
     /// # Errors

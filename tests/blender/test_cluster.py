@@ -37,6 +37,26 @@ def test_as_many_vertices_as_asked_for_with_the_same_topology(dense):
     assert len(dense.data.vertices) == len(torus().positions)
 
 
+def test_points_get_a_surface():
+    made = add_mesh("points", torus())
+    points = bpy.data.meshes.new("points")
+    points.from_pydata([v.co[:] for v in made.data.vertices], [], [])
+    made.data = points
+    made.location = (1, 2, 3)
+    bpy.context.view_layer.update()
+    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    result = bpy.context.object
+    assert len(result.data.vertices) == 300 and result.location[:] == (1, 2, 3)
+    check = surface(result).check()
+    assert check["is_manifold"] and check["genus"] == 1 and check["boundary_loops"] == 0
+    bpy.context.view_layer.objects.active = made
+    made.select_set(True)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    assert bpy.context.object.type == "POINTCLOUD"
+    assert bpy.ops.surfrecon.cluster(vertices=300) == {"FINISHED"}
+    assert len(bpy.context.object.data.vertices) == 300
+
+
 def test_zero_takes_a_tenth(dense):
     bpy.ops.surfrecon.cluster()
     assert len(bpy.context.object.data.vertices) == len(dense.data.vertices) // 10

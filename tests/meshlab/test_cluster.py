@@ -47,6 +47,14 @@ def test_a_placed_layer_stays_in_its_place(dense):
     assert np.array_equal(dense.current.vertex_matrix(), surfrecon.cluster(torus(), vertices=300).mesh.positions)
 
 
+def test_vertices_without_faces_are_points(document):
+    document.add(np.asarray(torus().positions, float), name="points")
+    out = document.run(CLUSTER, vertices=300)
+    expected = surfrecon.cluster(torus().positions, vertices=300)
+    assert np.array_equal(document.current.vertex_matrix(), expected.mesh.positions)
+    assert expected.mesh.check()["genus"] == 1 and out["off_surface"] == 0
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [

@@ -53,6 +53,34 @@ def test_an_error_bound_is_kept(bumpy):
     assert len(result.mesh.positions) < len(bumpy.positions) / 2
 
 
+def ball():
+    """Points of a sphere in equal steps of height and the golden angle, by which none are near others."""
+    i = np.arange(3000) + 0.5
+    height, angle = 1 - 2 * i / 3000, i * np.pi * (3 - np.sqrt(5))
+    around = np.sqrt(1 - height**2)
+    return np.stack([around * np.cos(angle), around * np.sin(angle), height], 1)
+
+
+def test_points_become_a_closed_surface():
+    points = np.concatenate([ball(), [[0, 0, 0], [np.nan, 0, 0]]])
+    result = surfrecon.cluster(points, vertices=300)
+    assert topology(result.mesh) == (1, 0, 0) and len(result.mesh.positions) == 300
+    assert result.labels.shape == (3002,) and (result.labels[:-2] >= 0).all() and (result.labels[-2:] == -1).all()
+    assert result.report["off_surface"] == 2
+    assert np.degrees(result.report["after"]["mean_smallest_angle"]) > 50
+    fine, coarse = surfrecon.cluster_levels(points, [300, 50])
+    assert len(fine.mesh.positions) == 300 and topology(coarse.mesh) == (1, 0, 0)
+    bound = surfrecon.Job.cluster(points, max_error=0.02).result()
+    assert np.abs(surfrecon.distances(ball(), bound.mesh)).max() <= 0.02
+
+
+def test_points_without_a_surface_are_refused():
+    with pytest.raises(surfrecon.InputError, match="at least 4 different points"):
+        surfrecon.cluster(np.zeros((9, 3)))
+    with pytest.raises(surfrecon.InputError, match="points"):
+        surfrecon.cluster(np.zeros((9, 2)))
+
+
 def test_levels_come_from_one_run(bumpy):
     levels = surfrecon.cluster_levels(bumpy, [100, 400, 200], seed=3)
     assert [len(level.mesh.positions) for level in levels] == [100, 400, 200]

@@ -15,7 +15,7 @@ const MAY_KNOW: &[(&str, &[&str])] = &[
     ("merge", &["geom", "mesh", "range_image", "triangulate"]),
     ("scattered", &["geom", "mesh", "point_cloud"]),
     ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
-    ("cluster", &["geom", "mesh", "point_cloud"]),
+    ("cluster", &["geom", "mesh", "point_cloud", "scattered"]),
     ("quads", &["mesh", "range_image"]),
     // Files become scans; of the merge they know only the trait that scans implement and what it returns.
     (

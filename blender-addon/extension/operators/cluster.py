@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Remesh the active surface to well-shaped triangles, at one resolution or as a chain of levels of detail."""
+"""Remesh the active surface or points to well-shaped triangles, at one resolution or as a chain of levels of detail."""
 
 import math
 
@@ -36,7 +36,7 @@ class Level(bpy.types.PropertyGroup):
 
 
 class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
-    """Make a coarser mesh of well-shaped triangles from the active surface, or a chain of levels of detail"""
+    """Make a coarser mesh of well-shaped triangles from the active surface or points, or a chain of levels of detail"""
 
     bl_idname = "surfrecon.cluster"
     bl_label = "Cluster Surface"
@@ -70,11 +70,11 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        """There must be a surface."""
+        """There must be a surface or points."""
         if not super().poll(context):
             return False
-        if context.object is None or context.object.type != "MESH":
-            cls.poll_message_set("Make a mesh the active object")
+        if context.object is None or context.object.type not in {"MESH", "POINTCLOUD"}:
+            cls.poll_message_set("Make a mesh or a point cloud the active object")
             return False
         return True
 
@@ -93,20 +93,17 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             layout.prop(self, name)
 
     def start(self, context):
-        """Gathers the surface."""
+        """Gathers the surface, or the points of what has no faces."""
         obj = context.object
-        content = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
-        if isinstance(content, surfrecon.RangeImage):
-            mesh, matrix = content.triangulate(), content.world_from_sensor
-        else:
-            mesh, matrix, _ = content
+        mesh, matrix = dense(obj, context.evaluated_depsgraph_get())
         self.surface, self.pose = obj.name, Matrix(matrix)
         options = {}
         for name in OPTIONS:
             parameter, value = PARAMETERS[name], getattr(self, name)
             options[name] = None if math.isclose(value, parameter.default, rel_tol=1e-6) else value
         if self.resolution == "VERTICES":
-            count = self.vertices or max(len(mesh.positions) // 10, 1)
+            positions = getattr(mesh, "positions", mesh)
+            count = self.vertices or max(len(positions) // 10, 1)
             counts = [max(count // 4**level, 1) for level in range(self.levels)]
             return surfrecon.Job.cluster(mesh, levels=counts, **options)
         if self.resolution == "PATCHES":
@@ -148,6 +145,16 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
         self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
+
+
+def dense(obj, depsgraph):
+    """The surface of an object as a mesh, or the points (n, 3) of one without faces; and its matrix."""
+    if convert.is_range_image(obj) or (obj.type == "MESH" and len(obj.evaluated_get(depsgraph).data.polygons) > 0):
+        content = convert.scan_of_object(obj, depsgraph)
+        if isinstance(content, surfrecon.RangeImage):
+            return content.triangulate(), content.world_from_sensor
+        return content[0], content[1]
+    return convert.points_of_object(obj, depsgraph, False)[0], np.array(obj.matrix_world, np.float64)
 
 
 def figures(level):

@@ -1,4 +1,4 @@
-//! Clustering: a dense mesh to a coarse one of well-shaped triangles.
+//! Clustering: a dense mesh, or points, to a coarse mesh of well-shaped triangles.
 
 use std::sync::Arc;
 
@@ -6,20 +6,22 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::mesh::measure::Quality;
-use surfrecon::{Progress, TriMesh};
+use surfrecon::{PointCloud, Progress, TriMesh};
 
 use crate::errors::input_error;
 use crate::mesh::Mesh;
 use crate::params::{count_of, value_of};
 use crate::progress::Watch;
+use crate::reconstruct::cloud_of;
 
-/// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface.
+/// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface, or makes one of points.
 ///
 /// Components, boundaries and genus stay; vertices lie on the mesh, those of boundaries on its boundaries; the attributes of
 /// vertices ride along. Options that are ``None`` take the library's default, see ``parameters("cluster")``.
 ///
 /// Args:
-///     mesh: the dense mesh. Edges of more than two triangles, or of two that turn against each other, are cut.
+///     mesh: the dense mesh; edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
+///         ``PointCloud``, or (n, 3) real numbers; the surface through them, as ``reconstruct`` makes it, is clustered.
 ///     vertices: vertices wanted; more come only where the topology needs them. A tenth of the mesh's by default.
 ///     patches: patches wanted instead: k patches give about 3 k vertices.
 ///     max_error: instead, as many vertices as it takes for every vertex of the mesh to lie this near to the result.
@@ -36,7 +38,7 @@ use crate::progress::Watch;
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
-///     InputError: two of vertices, patches and max_error given, or a mesh without triangles.
+///     InputError: two of vertices, patches and max_error given, a mesh without triangles, or points without a surface.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (mesh, *, vertices = None, patches = None, max_error = None, adaptivity = None, iterations = None,
@@ -44,7 +46,7 @@ use crate::progress::Watch;
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn cluster(
     py: Python<'_>,
-    mesh: &Mesh,
+    mesh: &Bound<'_, PyAny>,
     vertices: Option<i64>,
     patches: Option<i64>,
     max_error: Option<f64>,
@@ -57,14 +59,30 @@ pub fn cluster(
 ) -> PyResult<Clustered> {
     let levels = vec![resolution(vertices, patches, max_error)?];
     let params = params(adaptivity, iterations, relaxation, seed, threads)?;
-    let call = ClusterCall { mesh: mesh.mesh.clone(), levels, chain: false, params };
+    let call = ClusterCall { dense: Dense::of(mesh)?, levels, chain: false, params };
     let mut made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Clustered::new(py, made.remove(0))
 }
 
+/// What is clustered.
+enum Dense {
+    Mesh(Arc<TriMesh>),
+    Points(Arc<PointCloud>),
+}
+
+impl Dense {
+    /// A mesh, or what [`cloud_of`] takes.
+    fn of(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        match given.cast::<Mesh>() {
+            Ok(mesh) => Ok(Dense::Mesh(mesh.get().mesh.clone())),
+            Err(_) => Ok(Dense::Points(cloud_of(given)?)),
+        }
+    }
+}
+
 /// A call whose arguments are checked, to be run on any thread.
 pub struct ClusterCall {
-    mesh: Arc<TriMesh>,
+    dense: Dense,
     levels: Vec<Resolution>,
     /// Whether a list is wanted, be it of one.
     pub chain: bool,
@@ -75,7 +93,7 @@ impl ClusterCall {
     /// What `Job.cluster` was given.
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     pub fn new(
-        mesh: &Mesh,
+        mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<i64>>,
         vertices: Option<i64>,
         patches: Option<i64>,
@@ -95,12 +113,15 @@ impl ClusterCall {
             Some(levels) => chain_of(levels)?,
             None => vec![resolution(vertices, patches, max_error)?],
         };
-        Ok(ClusterCall { mesh: mesh.mesh.clone(), levels, chain, params })
+        Ok(ClusterCall { dense: Dense::of(mesh)?, levels, chain, params })
     }
 
     /// Runs it.
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Vec<Core>> {
-        surfrecon::cluster::levels(&self.mesh, &self.levels, &self.params, progress)
+        match &self.dense {
+            Dense::Mesh(mesh) => surfrecon::cluster::levels(mesh, &self.levels, &self.params, progress),
+            Dense::Points(cloud) => surfrecon::cluster::levels_of_points(cloud, &self.levels, &self.params, progress),
+        }
     }
 }
 
@@ -111,7 +132,7 @@ fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
 ///
 /// Args:
-///     mesh: the dense mesh.
+///     mesh: the dense mesh, or points, as for ``cluster``.
 ///     vertices: vertices of each level.
 ///     adaptivity, iterations, relaxation, seed, threads, progress: as for ``cluster``.
 ///
@@ -127,7 +148,7 @@ fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn cluster_levels(
     py: Python<'_>,
-    mesh: &Mesh,
+    mesh: &Bound<'_, PyAny>,
     vertices: Vec<i64>,
     adaptivity: Option<f64>,
     iterations: Option<i64>,
@@ -137,7 +158,7 @@ pub fn cluster_levels(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Clustered>> {
     let params = params(adaptivity, iterations, relaxation, seed, threads)?;
-    let call = ClusterCall { mesh: mesh.mesh.clone(), levels: chain_of(vertices)?, chain: true, params };
+    let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(vertices)?, chain: true, params };
     let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     made.into_iter().map(|made| Clustered::new(py, made)).collect()
 }
@@ -196,7 +217,7 @@ impl Clustered {
 
 #[pymethods]
 impl Clustered {
-    /// (n,) int32: patch of each vertex of the input, -1 for one that no triangle uses. Newly copied.
+    /// (n,) int32: patch of each vertex or point of the input, -1 for one that no triangle uses. Newly copied.
     #[getter]
     fn labels<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         numpy::PyArray1::from_slice(py, &self.core.labels).into_any()
@@ -204,7 +225,7 @@ impl Clustered {
 
     /// Figures of the run by name: ``patches``, ``vertices``, ``triangles``, ``energy`` (of k-means), ``separated`` (parts
     /// that became patches), ``dissolved`` (patches given to their neighbours), ``halved`` (patches that were no disks),
-    /// ``cut_edges`` (where the input is no manifold), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
+    /// ``cut_edges`` (where the input is no manifold), ``off_surface`` (points that are not on the surface through them), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
     /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
     /// ``max_error`` (where asked for: of the input's vertices, measured anew, else ``None``), ``kept_input`` (whether
     /// nothing coarser lies within it), ``seconds`` by stage.
@@ -220,6 +241,7 @@ impl Clustered {
             ("dissolved", report.dissolved),
             ("halved", report.halved),
             ("cut_edges", report.cut_edges),
+            ("off_surface", report.off_surface),
         ] {
             dict.set_item(name, count)?;
         }

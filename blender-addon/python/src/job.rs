@@ -158,7 +158,7 @@ impl Job {
         iterations = None, relaxation = None, seed = None, threads = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn cluster(
-        mesh: &Mesh,
+        mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<i64>>,
         vertices: Option<i64>,
         patches: Option<i64>,

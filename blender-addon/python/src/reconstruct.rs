@@ -194,19 +194,25 @@ fn one_of<T: Copy>(name: &str, given: Option<&str>, allowed: &[(&str, T)], defau
 }
 
 /// The points with what is given about them.
+/// The points of a ``PointCloud``, or of an array.
+///
+/// # Errors
+/// `InputError`.
+pub fn cloud_of(points: &Bound<'_, PyAny>) -> PyResult<Arc<CoreCloud>> {
+    if let Ok(cloud) = points.cast::<PointCloud>() {
+        return Ok(cloud.get().cloud.clone());
+    }
+    let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
+    Ok(Arc::new(CoreCloud { positions: arrays::vectors(&coordinates), ..CoreCloud::default() }))
+}
+
 fn prepared(
     points: &Bound<'_, PyAny>,
     normals: Option<&Bound<'_, PyAny>>,
     colour: Option<&Bound<'_, PyAny>>,
     sensors: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<CoreReconstructor<Arc<CoreCloud>>> {
-    let mut cloud = match points.cast::<PointCloud>() {
-        Ok(cloud) => cloud.get().cloud.clone(),
-        Err(_) => {
-            let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
-            Arc::new(CoreCloud { positions: arrays::vectors(&coordinates), ..CoreCloud::default() })
-        }
-    };
+    let mut cloud = cloud_of(points)?;
     if let Some(normals) = normals {
         let (normals, _) = arrays::floats32(normals, "normals", &[None, Some(3)])?;
         Arc::make_mut(&mut cloud).normals = Some(normals.as_chunks().0.to_vec());

@@ -23,9 +23,9 @@ pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Prog
         let before = net.points.len();
         // A pass far beyond the short edges would take away what later passes choose better.
         let most = (before - wanted).min(1 + before / 20);
-        let links = Links::of(&net.triangles, before);
+        let links = Links::of(&net.triangles, before, progress)?;
         let edges = by_length(net, &links);
-        pass(surface, net, &links, &edges, most, false);
+        pass(surface, net, &links, &edges, most, false, progress)?;
         if net.points.len() == before {
             break;
         }
@@ -34,17 +34,20 @@ pub fn collapse(surface: &Surface, net: &mut Net, wanted: usize, progress: &Prog
 }
 
 /// Collapses the short edges opposite angles below `sharp` where that makes the angles around it larger; how many.
-pub fn collapse_sharp(surface: &Surface, net: &mut Net, sharp: f64) -> usize {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn collapse_sharp(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'_>) -> Result<usize> {
     let before = net.points.len();
-    let links = Links::of(&net.triangles, before);
+    let links = Links::of(&net.triangles, before, progress)?;
     let is_sharp = |t: u32| smallest_angle(net.triangles[t as usize].map(|v| net.points[v as usize])) < sharp;
     let mut edges = by_length(net, &links);
     edges.retain(|&(length, h)| {
         let twin = links.twins[h as usize];
         length < SHORT && (is_sharp(h / 3) || twin != NONE && is_sharp(twin / 3))
     });
-    pass(surface, net, &links, &edges, before, true);
-    before - net.points.len()
+    pass(surface, net, &links, &edges, before, true, progress)?;
+    Ok(before - net.points.len())
 }
 
 /// All edges, each by one of its half-edges, with their lengths beside those of their ends' edges; shortest first.
@@ -77,13 +80,24 @@ pub fn by_length(net: &Net, links: &Links) -> Vec<(f64, u32)> {
 
 /// Collapses up to `most` of the edges, whose surroundings don't touch, and closes the ranks. With `better`, only where the
 /// smallest angle around grows.
-fn pass(surface: &Surface, net: &mut Net, links: &Links, edges: &[(f64, u32)], most: usize, better: bool) {
+fn pass(
+    surface: &Surface,
+    net: &mut Net,
+    links: &Links,
+    edges: &[(f64, u32)],
+    most: usize,
+    better: bool,
+    progress: &Progress<'_>,
+) -> Result<()> {
     let mut touched = vec![false; net.points.len()];
     let mut into: Vec<u32> = (0..net.points.len() as u32).collect();
     let (mut ring_a, mut ring_b, mut done) = (Vec::new(), Vec::new(), 0);
-    for &(_, h) in edges {
+    for (i, &(_, h)) in edges.iter().enumerate() {
         if done == most {
             break;
+        }
+        if i.is_multiple_of(1024) {
+            progress.check()?;
         }
         let [mut a, mut b] = ends(net, h);
         ring(net, links, a, &mut ring_a);
@@ -132,6 +146,7 @@ fn pass(surface: &Surface, net: &mut Net, links: &Links, edges: &[(f64, u32)], m
         done += 1;
     }
     close_ranks(net, &into);
+    Ok(())
 }
 
 fn ends(net: &Net, h: u32) -> [u32; 2] {

@@ -40,6 +40,7 @@ pub fn weights(
     let (bends, sizes) = bends(surface, areas, labels, *patches, progress)?;
     let mut smooth = bends;
     for _ in 0..SMOOTHINGS {
+        progress.check()?;
         smooth = smoothed(surface, labels, &smooth);
     }
     let (sum, area) = smooth.iter().zip(&sizes).fold((0.0, 0.0), |(s, a), (k, size)| (s + k * size, a + size));
@@ -71,6 +72,7 @@ fn bends(
     progress: &Progress<'_>,
 ) -> Result<(Vec<f64>, Vec<f64>)> {
     let polygons = Polygons::trace(surface, labels);
+    progress.check()?;
     let net = fans::mesh(surface, areas, labels, patches, &polygons);
     progress.check()?;
     let owners: Vec<u32> = net.triangles.iter().map(|t| t[0]).collect();

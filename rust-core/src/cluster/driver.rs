@@ -11,15 +11,24 @@ use super::surface::Surface;
 use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, mend, relax};
 use crate::error::Result;
 use crate::memory;
+use crate::mesh::AttributeData;
 use crate::mesh::TriMesh;
-use crate::mesh::measure::{self, Side, Summary};
+use crate::mesh::measure::{self, Summary};
+use crate::point_cloud::PointCloud;
 use crate::progress::{Plan, Progress};
+use crate::scattered::{self, ReconstructParams, Reconstructor};
 
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 85.0;
 
-/// Stages with their shares of the time.
+/// Stages with their shares of the time: of a mesh ...
 const PLAN: Plan = &[("clustering", 1.0)];
+/// ... and of points, which become a mesh first.
+const POINTS_PLAN: Plan = &[scattered::PLAN[0], scattered::PLAN[1], scattered::PLAN[2], ("clustering", 0.5)];
+/// Steps that splitting and mending take of a level's progress, besides those that the parameters bound.
+const OTHER_STEPS: u64 = 130;
+/// Rounds for a largest error that are taken as its progress.
+const USUAL_REFINEMENTS: u64 = 12;
 
 /// Lloyd steps end when one gains less than this share of the energy.
 const CONVERGED: f64 = 2e-4;
@@ -67,31 +76,105 @@ pub fn levels(
 ) -> Result<Vec<Clustered>> {
     params.validate()?;
     resolutions.iter().try_for_each(|r| r.validate())?;
-    let triangles = mesh.triangles.len();
-    memory::expect(BYTES_A_TRIANGLE * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
     progress.plan(PLAN);
-    progress.stage(0, resolutions.len() as u64);
+    let pool = crate::threads::pool(params.threads)?;
+    progress.run(&pool, || chain(mesh, resolutions, params, 0, Vec::new(), progress))
+}
+
+/// Clusters points at one resolution: the surface through them, as [`scattered::run`] finds it, is clustered.
+///
+/// Labels are those of the points, -1 for points that are not on that surface; [`ClusterReport::off_surface`] counts these.
+/// A largest error holds for the points on it. The result stands in the cloud's own frame; colours, intensities and normals
+/// ride along as vertex attributes.
+///
+/// # Errors
+/// As [`run`]; and those of [`scattered::run`]: fewer than four different points, or all in one plane, or no surface.
+pub fn run_points(cloud: &PointCloud, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
+    let mut levels = levels_of_points(cloud, &[params.resolution], params, progress)?;
+    Ok(levels.remove(0))
+}
+
+/// A chain of levels of detail of points; see [`run_points`] and [`levels`].
+///
+/// # Errors
+/// As [`run_points`].
+pub fn levels_of_points(
+    cloud: &PointCloud,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    params.validate()?;
+    resolutions.iter().try_for_each(|r| r.validate())?;
+    progress.plan(POINTS_PLAN);
     let pool = crate::threads::pool(params.threads)?;
     progress.run(&pool, || {
         let start = Instant::now();
-        let surface = Surface::new(mesh, progress)?;
-        let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
-        // Coarse to fine; bounds on the error find their own number last.
-        let mut order: Vec<usize> = (0..resolutions.len()).collect();
-        order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
-        let mut kmeans = KMeans::new(&job.surface.points, &job.weights, u64::from(params.seed));
-        let mut results: Vec<Option<Clustered>> = vec![None; resolutions.len()];
-        let prepared = start.elapsed().as_secs_f64();
-        for i in order {
-            let clock = Clock::start(prepared);
-            results[i] = Some(match resolutions[i] {
-                Resolution::MaxError(error) => job.within(&kmeans, error, clock, progress)?,
-                resolution => job.level(&mut kmeans, resolution, clock, progress)?,
-            });
-            progress.advance(1)?;
+        let reconstruct = ReconstructParams { threads: params.threads, ..ReconstructParams::default() };
+        let through = Reconstructor::new(cloud)?.into_surface_within(&reconstruct, progress)?;
+        let (mut mesh, sources) = (through.mesh, "source_point");
+        let Some(AttributeData::I32(points)) = mesh.vertex_attribute(sources).cloned() else {
+            unreachable!("every surface through points says which they are")
+        };
+        // Which point a vertex was says nothing about the vertices of the result.
+        mesh.vertex_attributes.retain(|a| a.name != sources);
+        let before = vec![("surface through the points", start.elapsed().as_secs_f64())];
+        let mut chain = chain(&mesh, resolutions, params, scattered::PLAN.len(), before, progress)?;
+        for level in &mut chain {
+            let mut labels = vec![-1; cloud.positions.len()];
+            for (&point, &label) in points.iter().zip(&level.labels) {
+                labels[point as usize] = label;
+            }
+            level.labels = labels;
+            level.report.off_surface = through.report.dropped.len();
         }
-        Ok(results.into_iter().flatten().collect())
+        Ok(chain)
     })
+}
+
+/// The levels of a chain, on the pool; `stage` of the plan is the clustering, `before` the stages before it.
+fn chain(
+    mesh: &TriMesh,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    stage: usize,
+    before: Vec<(&'static str, f64)>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    let triangles = mesh.triangles.len();
+    memory::expect(BYTES_A_TRIANGLE * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
+    let start = Instant::now();
+    progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
+    let surface = Surface::new(mesh, progress)?;
+    let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
+    // Coarse to fine; bounds on the error find their own number last.
+    let mut order: Vec<usize> = (0..resolutions.len()).collect();
+    order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
+    let mut kmeans = KMeans::new(&job.surface.points, &job.weights, u64::from(params.seed));
+    let mut results: Vec<Option<Clustered>> = vec![None; resolutions.len()];
+    let mut prepared = before;
+    prepared.push(("surface", start.elapsed().as_secs_f64()));
+    let mut done = 0;
+    for i in order {
+        let clock = Clock::start(prepared.clone());
+        results[i] = Some(match resolutions[i] {
+            Resolution::MaxError(error) => job.within(&kmeans, error, clock, progress)?,
+            resolution => job.level(&mut kmeans, resolution, clock, progress)?,
+        });
+        // Levels converge sooner than they may.
+        done += steps(resolutions[i], params);
+        progress.reach(done);
+    }
+    Ok(results.into_iter().flatten().collect())
+}
+
+/// Steps of Lloyd's and of the relaxation that a level takes at most, nearly: what its progress counts.
+fn steps(resolution: Resolution, params: &ClusterParams) -> u64 {
+    let (lloyd, relaxation) = (u64::from(params.iterations), u64::from(params.relaxation));
+    match resolution {
+        Resolution::MaxError(_) => USUAL_REFINEMENTS * (relaxation + OTHER_STEPS),
+        _ => lloyd + relaxation + OTHER_STEPS,
+    }
 }
 
 /// Areas, but never nothing: a point without area has its place in a patch all the same.
@@ -264,7 +347,7 @@ impl<'a> Job<'a> {
     fn make(&self, disks: Disks, nodes: Option<usize>, clock: &mut Clock, progress: &Progress<'_>) -> Result<Made> {
         let surface = &self.surface;
         let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
-        let before = net.shape();
+        let before = net.shape(progress)?;
         clock.lap("fans");
         let steps = self.params.relaxation as usize;
         let few = steps.min(STEPS_A_ROUND);
@@ -274,21 +357,27 @@ impl<'a> Job<'a> {
         }
         if steps > 0 {
             for goal in [Goal::Valence, Goal::Valence, Goal::Angle] {
-                flip::flips(&mut net, goal);
+                flip::flips(&mut net, goal, progress)?;
                 relax::relax(surface, &mut net, few, progress)?;
             }
             mend::mend(surface, &mut net, nodes, progress)?;
         }
         clock.lap("relax");
-        Ok(self.finish(disks, net, before))
+        self.finish(disks, net, before, progress)
     }
 
-    fn finish(&self, disks: Disks, net: Net, before: (measure::Quality, Vec<usize>)) -> Made {
+    fn finish(
+        &self,
+        disks: Disks,
+        net: Net,
+        before: (measure::Quality, Vec<usize>),
+        progress: &Progress<'_>,
+    ) -> Result<Made> {
         let mut labels = vec![-1; self.input.positions.len()];
         for (&origin, &label) in self.surface.origins.iter().zip(&disks.labels) {
             labels[origin as usize] = label as i32;
         }
-        let after = net.shape();
+        let after = net.shape(progress)?;
         let mesh = finish::mesh(&self.surface, self.input, net);
         let report = ClusterReport {
             patches: disks.patches,
@@ -305,7 +394,7 @@ impl<'a> Job<'a> {
             angles_after: after.1,
             ..ClusterReport::default()
         };
-        Made { mesh, labels, report }
+        Ok(Made { mesh, labels, report })
     }
 
     /// Splits the patches with a vertex of the input beyond `bound` until there is none.
@@ -322,7 +411,7 @@ impl<'a> Job<'a> {
             clock.lap("patches");
             let made = self.make(disks, None, &mut clock, progress)?;
             let points: Vec<_> = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
-            let deviation = self.deviation(&points, &made.mesh, progress)?;
+            let deviation = measure::deviation_within(&points, &made.mesh, progress)?;
             clock.lap("measure");
             if deviation.summary.max <= bound {
                 return Ok(made.into_result(clock, Some(deviation.summary)));
@@ -332,13 +421,6 @@ impl<'a> Job<'a> {
             kmeans.step(progress)?;
         }
         Ok(self.input_itself(clock))
-    }
-
-    fn deviation(&self, points: &[glam::DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<measure::Deviation> {
-        // Measured within this call's progress, not as one of its own.
-        let deviation = measure::deviation(points, mesh, Side::Ignored, self.params.threads, &Progress::none())?;
-        progress.check()?;
-        Ok(deviation)
     }
 
     /// The input as the result.
@@ -381,8 +463,8 @@ struct Clock {
 }
 
 impl Clock {
-    fn start(prepared: f64) -> Self {
-        Clock { last: Instant::now(), laps: vec![("surface", prepared)] }
+    fn start(laps: Vec<(&'static str, f64)>) -> Self {
+        Clock { last: Instant::now(), laps }
     }
 
     fn lap(&mut self, name: &'static str) {

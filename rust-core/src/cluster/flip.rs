@@ -3,8 +3,10 @@
 use glam::DVec3;
 
 use super::net::{Net, area_vector, smallest_angle};
-use super::surface::{NONE, Surface};
+use super::surface::{NONE, Surface, looking};
+use crate::error::Result;
 use crate::mesh::measure::angles;
+use crate::progress::Progress;
 
 /// The triangles of a net with their neighbours.
 pub struct Links {
@@ -16,8 +18,10 @@ pub struct Links {
 }
 
 impl Links {
-    pub fn of(triangles: &[[u32; 3]], nodes: usize) -> Self {
-        let (twins, cut) = super::surface::link(triangles, nodes);
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn of(triangles: &[[u32; 3]], nodes: usize, progress: &Progress<'_>) -> Result<Self> {
+        let (twins, cut) = super::surface::link(triangles, nodes, progress)?;
         debug_assert_eq!(cut, 0, "fans make a manifold");
         let mut links = Links { first: vec![NONE; nodes], valences: vec![0; nodes], twins };
         for h in 0..links.twins.len() as u32 {
@@ -31,7 +35,7 @@ impl Links {
                 links.valences[triangles[h as usize / 3][(h as usize + 1) % 3] as usize] += 1;
             }
         }
-        links
+        Ok(links)
     }
 
     /// Calls `visit` for every node that shares an edge with `v`.
@@ -80,12 +84,16 @@ const WORST_FOR_VALENCE: f64 = 0.35;
 const PASSES: usize = 8;
 
 /// Flips edges until none is better for `goal`. Valences cost some angle, which the springs win back: relax in between.
-pub fn flips(net: &mut Net, goal: Goal) {
-    let mut links = Links::of(&net.triangles, net.points.len());
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn flips(net: &mut Net, goal: Goal, progress: &Progress<'_>) -> Result<()> {
+    let mut links = Links::of(&net.triangles, net.points.len(), progress)?;
     let ideals = if goal == Goal::Valence { ideals(net) } else { Vec::new() };
     for _ in 0..PASSES {
         let mut flips = 0;
         for h in 0..links.twins.len() as u32 {
+            looking(h, progress)?;
             let g = links.twins[h as usize];
             if g != NONE && h < g && is_better(net, &links, h, g, &ideals) {
                 turn(net, &mut links, h, g);
@@ -96,6 +104,7 @@ pub fn flips(net: &mut Net, goal: Goal) {
             break;
         }
     }
+    Ok(())
 }
 
 /// Edges that each node should have: one for each 60 degrees of its angles, which on a border depend on how this turns.

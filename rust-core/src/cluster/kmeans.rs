@@ -150,6 +150,7 @@ impl<'a> KMeans<'a> {
     /// [`crate::Error::Cancelled`].
     pub fn step(&mut self, progress: &Progress<'_>) -> Result<()> {
         self.move_centres();
+        progress.advance(1)?;
         self.assign(progress)
     }
 
@@ -233,6 +234,7 @@ impl<'a> KMeans<'a> {
     /// Splits the patches of largest energy, one after the other, until there are `k`.
     fn split_once(&mut self, k: usize, progress: &Progress<'_>) -> Result<()> {
         let (starts, mut list) = self.members();
+        progress.check()?;
         let mut heap: BinaryHeap<Candidate> = (0..self.centres.len())
             .map(|patch| {
                 let (start, end) = (starts[patch] as usize, starts[patch + 1] as usize);

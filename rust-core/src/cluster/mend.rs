@@ -30,23 +30,22 @@ pub fn mend(surface: &Surface, net: &mut Net, wanted: Option<usize>, progress: &
     let sharp = SHARP.to_radians();
     for round in 0..ROUNDS {
         progress.check()?;
-        let joined = collapse_sharp(surface, net, sharp);
-        progress.check()?;
+        let joined = collapse_sharp(surface, net, sharp, progress)?;
         if let Some(wanted) = wanted {
             let missing = wanted.saturating_sub(net.points.len());
             if missing > 0 {
-                split_longest(surface, net, missing);
+                split_longest(surface, net, missing, progress)?;
             }
         }
         if joined > 0 {
-            flips(net, Goal::Valence);
+            flips(net, Goal::Valence, progress)?;
             relax(surface, net, STEPS, progress)?;
-            flips(net, Goal::Angle);
+            flips(net, Goal::Angle, progress)?;
         }
         for _ in 0..SWEEPS {
             progress.check()?;
-            let moved = sweep(surface, net, sharp);
-            flips(net, Goal::Angle);
+            let moved = sweep(surface, net, sharp, progress)?;
+            flips(net, Goal::Angle, progress)?;
             if moved == 0 {
                 break;
             }
@@ -59,8 +58,8 @@ pub fn mend(surface: &Surface, net: &mut Net, wanted: Option<usize>, progress: &
 }
 
 /// Puts nodes in the middle of the `count` longest edges, of those inside that don't share a triangle.
-fn split_longest(surface: &Surface, net: &mut Net, count: usize) {
-    let links = Links::of(&net.triangles, net.points.len());
+fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Progress<'_>) -> Result<()> {
+    let links = Links::of(&net.triangles, net.points.len(), progress)?;
     let edges = by_length(net, &links);
     let mut used = vec![false; net.triangles.len()];
     let mut left = count;
@@ -92,20 +91,28 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize) {
         used[g as usize / 3] = true;
         left -= 1;
     }
+    Ok(())
 }
 
 /// Moves every node of a sharp triangle to where the smallest angle around it is largest; how many moved.
-fn sweep(surface: &Surface, net: &mut Net, sharp: f64) -> usize {
+fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'_>) -> Result<usize> {
     let corners = |t: &[u32; 3]| t.map(|v| net.points[v as usize]);
     let mut nodes: Vec<u32> =
         net.triangles.iter().filter(|t| smallest_angle(corners(t)) < sharp).flatten().copied().collect();
     if nodes.is_empty() {
-        return 0;
+        return Ok(0);
     }
     nodes.sort_unstable();
     nodes.dedup();
     let stars = Stars::of(&net.triangles, net.points.len());
-    nodes.iter().filter(|&&v| improve(surface, net, &stars, v as usize)).count()
+    let mut moved = 0;
+    for (i, &v) in nodes.iter().enumerate() {
+        if i.is_multiple_of(64) {
+            progress.check()?;
+        }
+        moved += usize::from(improve(surface, net, &stars, v as usize));
+    }
+    Ok(moved)
 }
 
 /// A search in shrinking steps over the tangent plane, or along the border.

@@ -1,7 +1,8 @@
-//! Clustering: a dense mesh -> a coarse one of well-shaped triangles, at any resolution. \[KMT\]
+//! Clustering: a dense mesh, or points -> a coarse mesh of well-shaped triangles, at any resolution. \[KMT\]
 //!
 //! | stage | file | in -> out |
 //! |---|---|---|
+//! | 0 | `scattered` | points -> the surface through them |
 //! | 1 | `kmeans`, `tree` | vertices -> k patches, each of the points nearest to its centre |
 //! | 2 | `subcluster` | patches -> patches that are disks |
 //! | 3, 4 | `polygons` | patches -> the polygon around each, from its neighbours |
@@ -15,6 +16,8 @@
 //! corners, or borders would be coarser than the rest. (4) Patches are smaller where they err more. (5) A number of vertices can
 //! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are
 //! flipped and sharp angles mended. (7) A spring has a least natural length, or any part of the net could shrink to a point.
+//! (8) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
+//! paper, join the two sides of a thin wall and leave the topology to chance.
 
 mod params;
 
@@ -48,7 +51,7 @@ mod finish;
 // The stages in their order
 mod driver;
 
-pub use driver::{levels, run};
+pub use driver::{levels, levels_of_points, run, run_points};
 pub use params::{ClusterParams, PARAMS, Resolution};
 
 use crate::mesh::TriMesh;
@@ -71,6 +74,8 @@ pub struct ClusterReport {
     pub dissolved: usize,
     /// Patches that were halved as they were no disks.
     pub halved: usize,
+    /// Points given that are not on the surface through them; 0 for a mesh.
+    pub off_surface: usize,
     /// Edges of the input that were cut as they don't join two triangles of the same orientation.
     pub cut_edges: usize,
     /// Triangles of the fans, before they were relaxed.
@@ -94,7 +99,8 @@ pub struct ClusterReport {
 pub struct Clustered {
     /// The surface, with the input's vertex attributes.
     pub mesh: TriMesh,
-    /// Patch of each vertex of the input, -1 for one that no triangle uses.
+    /// Patch of each vertex of the input, -1 for one that no triangle uses; of points, -1 for one not on the surface through
+    /// them.
     pub labels: Vec<i32>,
     /// Figures of the run.
     pub report: ClusterReport,

@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 
-use super::surface::{NONE, Place, Surface};
+use super::surface::{NONE, Place, Surface, looking};
+use crate::error::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::measure::{self, Quality};
+use crate::progress::Progress;
 
 /// Nodes and triangles.
 pub struct Net {
@@ -23,15 +25,20 @@ impl Net {
     }
 
     /// Quality of the triangles, and their angles in steps of 5 degrees.
-    pub fn shape(&self) -> (Quality, Vec<usize>) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn shape(&self, progress: &Progress<'_>) -> Result<(Quality, Vec<usize>)> {
         let mesh = TriMesh::new(self.points.clone(), self.triangles.clone());
         let mut histogram = vec![0; 36];
-        for t in 0..mesh.triangles.len() {
-            for angle in measure::angles(mesh.corners(t)) {
-                histogram[((angle.to_degrees() / 5.0) as usize).min(35)] += 1;
-            }
-        }
-        (measure::quality(&mesh), histogram)
+        let mut seen = 0;
+        let quality = measure::quality_while(&mesh, |angles| {
+            looking(seen, progress)?;
+            seen += 1;
+            angles.iter().for_each(|angle| histogram[((angle.to_degrees() / 5.0) as usize).min(35)] += 1);
+            Ok(())
+        })?;
+        Ok((quality, histogram))
     }
 
     /// Twice the area of triangle `t` times its normal.

@@ -39,6 +39,7 @@ pub fn relax(surface: &Surface, net: &mut Net, steps: usize, progress: &Progress
     for _ in 0..steps {
         progress.check()?;
         let moved = step(surface, net, &stars, &floors, &mut speeds, dt, progress)?;
+        progress.advance(1)?;
         if moved < STILL {
             break;
         }

@@ -9,7 +9,7 @@
 
 use super::kmeans::{halve, members};
 use super::polygons::Polygons;
-use super::surface::{NONE, Surface};
+use super::surface::{NONE, Surface, looking};
 use crate::error::Result;
 use crate::progress::Progress;
 
@@ -46,22 +46,32 @@ pub fn make_disks(
     for round in 0.. {
         progress.check()?;
         let dissolving = round < DISSOLVING_ROUNDS;
-        let patches = connect(surface, weights, labels, dissolving, &mut repairs);
+        let patches = connect(surface, weights, labels, dissolving, &mut repairs, progress)?;
         let polygons = Polygons::trace(surface, labels);
+        progress.check()?;
         let bad = bad_patches(surface, labels, patches, &polygons);
         let Some(bad) = bad else { return Ok((patches, polygons, repairs)) };
+        progress.check()?;
         mend(surface, weights, labels, patches, &bad, dissolving, &mut repairs);
     }
     unreachable!("the rounds end where each patch is one vertex")
 }
 
 /// Makes every patch connected and numbers the patches anew; returns how many there are.
-fn connect(surface: &Surface, weights: &[f64], labels: &mut [u32], dissolving: bool, repairs: &mut Repairs) -> usize {
+fn connect(
+    surface: &Surface,
+    weights: &[f64],
+    labels: &mut [u32],
+    dissolving: bool,
+    repairs: &mut Repairs,
+    progress: &Progress<'_>,
+) -> Result<usize> {
     // Parts by flooding, in the order of their first vertex.
     let mut part_of = vec![NONE; labels.len()];
     let mut parts: Vec<(u32, f64)> = Vec::new();
     let (mut stack, mut starts, mut list) = (Vec::new(), vec![0_u32], Vec::new());
     for seed in 0..labels.len() as u32 {
+        looking(seed, progress)?;
         if part_of[seed as usize] != NONE {
             continue;
         }
@@ -70,6 +80,7 @@ fn connect(surface: &Surface, weights: &[f64], labels: &mut [u32], dissolving: b
         part_of[seed as usize] = part;
         stack.push(seed);
         while let Some(v) = stack.pop() {
+            looking(list.len() as u32, progress)?;
             weight += weights[v as usize];
             list.push(v);
             surface.neighbours(v, |w| {
@@ -139,7 +150,7 @@ fn connect(surface: &Surface, weights: &[f64], labels: &mut [u32], dissolving: b
         }
         *label = number[end as usize];
     }
-    order.len()
+    Ok(order.len())
 }
 
 /// The value that occurs most often, the smallest of several.

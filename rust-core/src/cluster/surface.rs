@@ -96,10 +96,8 @@ impl Surface {
         }
         let mut triangles: Vec<[u32; 3]> = kept.iter().map(|&t| mesh.triangles[t as usize]).collect();
         progress.check()?;
-        let (twins, cut_edges) = link(&triangles, mesh.positions.len());
-        progress.check()?;
-        let (origins, first) = fans(&mut triangles, &twins);
-        progress.check()?;
+        let (twins, cut_edges) = link(&triangles, mesh.positions.len(), progress)?;
+        let (origins, first) = fans(&mut triangles, &twins, progress)?;
         let points: Vec<DVec3> = origins.iter().map(|&v| frame.inward(mesh.positions[v as usize])).collect();
         let mut border_in = vec![NONE; points.len()];
         for (h, &twin) in twins.iter().enumerate() {
@@ -107,6 +105,7 @@ impl Surface {
                 border_in[triangles[h / 3][(h + 1) % 3] as usize] = h as u32;
             }
         }
+        progress.check()?;
         let mut areas = vec![0.0; points.len()];
         for t in &triangles {
             let third = measure::area(t.map(|v| points[v as usize])) / 3.0;
@@ -265,7 +264,10 @@ fn next_corner(k: usize) -> usize {
 }
 
 /// Twins of all half-edges, and how many edges can't join their triangles.
-pub fn link(triangles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, usize) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn link(triangles: &[[u32; 3]], vertices: usize, progress: &Progress<'_>) -> Result<(Vec<u32>, usize)> {
     // Half-edges in buckets by their smaller end.
     let ends = |h: u32| {
         let t = triangles[h as usize / 3];
@@ -274,6 +276,7 @@ pub fn link(triangles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, usize) {
     let mut starts = vec![0_u32; vertices + 1];
     let all = 3 * triangles.len() as u32;
     for h in 0..all {
+        looking(h, progress)?;
         let (a, b) = ends(h);
         starts[a.min(b) as usize + 1] += 1;
     }
@@ -284,6 +287,7 @@ pub fn link(triangles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, usize) {
     let mut buckets = vec![(0_u32, 0_u32); all as usize];
     let mut fill = starts.clone();
     for h in 0..all {
+        looking(h, progress)?;
         let (a, b) = ends(h);
         let slot = &mut fill[a.min(b) as usize];
         buckets[*slot as usize] = (a.max(b), h);
@@ -292,6 +296,7 @@ pub fn link(triangles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, usize) {
     let mut twins = vec![NONE; all as usize];
     let mut cut = 0;
     for v in 0..vertices {
+        looking(v as u32, progress)?;
         let bucket = &mut buckets[starts[v] as usize..starts[v + 1] as usize];
         bucket.sort_unstable();
         for edge in bucket.chunk_by(|x, y| x.0 == y.0) {
@@ -304,7 +309,13 @@ pub fn link(triangles: &[[u32; 3]], vertices: usize) -> (Vec<u32>, usize) {
             }
         }
     }
-    (twins, cut)
+    Ok((twins, cut))
+}
+
+/// Looks at the progress once in many steps.
+#[inline]
+pub fn looking(step: u32, progress: &Progress<'_>) -> Result<()> {
+    if step.is_multiple_of(1 << 16) { progress.check() } else { Ok(()) }
 }
 
 /// Whether the triangles of two half-edges have the same corners: two that lie on each other have no inside to join.
@@ -315,11 +326,12 @@ fn same_corners(triangles: &[[u32; 3]], g: u32, h: u32) -> bool {
 
 /// Gives every fan of triangles its own vertex, counted through in the order of the input's vertices as far as each has
 /// one; returns their vertices of the input and where each fan starts.
-fn fans(triangles: &mut [[u32; 3]], twins: &[u32]) -> (Vec<u32>, Vec<u32>) {
+fn fans(triangles: &mut [[u32; 3]], twins: &[u32], progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<u32>)> {
     let all = twins.len() as u32;
     let mut fan_of = vec![NONE; all as usize];
     let mut fans = Vec::new();
     for h in 0..all {
+        looking(h, progress)?;
         if fan_of[h as usize] != NONE {
             continue;
         }
@@ -343,7 +355,9 @@ fn fans(triangles: &mut [[u32; 3]], twins: &[u32]) -> (Vec<u32>, Vec<u32>) {
         fans.push((triangles[h as usize / 3][h as usize % 3], first));
     }
     let mut order: Vec<u32> = (0..fans.len() as u32).collect();
+    progress.check()?;
     order.sort_by_key(|&f| fans[f as usize].0);
+    progress.check()?;
     let mut number = vec![0; fans.len()];
     for (n, &f) in order.iter().enumerate() {
         number[f as usize] = n as u32;
@@ -351,7 +365,7 @@ fn fans(triangles: &mut [[u32; 3]], twins: &[u32]) -> (Vec<u32>, Vec<u32>) {
     for (t, triangle) in triangles.iter_mut().enumerate() {
         *triangle = std::array::from_fn(|k| number[fan_of[3 * t + k] as usize]);
     }
-    order.iter().map(|&f| fans[f as usize]).unzip()
+    Ok(order.iter().map(|&f| fans[f as usize]).unzip())
 }
 
 /// Unit vector along which points with this covariance spread most; always the same for the same numbers.

@@ -89,32 +89,54 @@ pub fn deviation(
     threads: usize,
     progress: &Progress<'_>,
 ) -> Result<Deviation> {
+    check_measurable(points, mesh)?;
+    progress.plan(&[("measuring", 1.0)]);
+    progress.stage(0, points.len().div_ceil(CHUNK) as u64);
+    let pool = crate::threads::pool(threads)?;
+    progress.run(&pool, || distances(points, mesh, side, threads, &|| progress.advance(1)))
+}
+
+/// The same as part of another operation's work, within its pool: its progress is only asked whether to go on.
+///
+/// # Errors
+/// As [`deviation`].
+pub(crate) fn deviation_within(points: &[DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Deviation> {
+    check_measurable(points, mesh)?;
+    distances(points, mesh, Side::Ignored, rayon::current_num_threads(), &|| progress.check())
+}
+
+fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(Error::input(format!("point {i} has a coordinate that is not finite: {}", points[i])));
     }
     if mesh.triangles.is_empty() && !points.is_empty() {
         return Err(Error::input("the mesh has no triangle to measure distances to"));
     }
-    progress.plan(&[("measuring", 1.0)]);
-    progress.stage(0, points.len().div_ceil(CHUNK) as u64);
-    let pool = crate::threads::pool(threads)?;
+    Ok(())
+}
+
+/// On the pool of the caller; `done` is called after each chunk of points.
+fn distances(
+    points: &[DVec3],
+    mesh: &TriMesh,
+    side: Side,
+    threads: usize,
+    done: &(impl Fn() -> Result<()> + Sync),
+) -> Result<Deviation> {
     let mut distances = vec![0.0; points.len()];
-    progress.run(&pool, || -> Result<()> {
-        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, threads)?;
-        progress.check()?;
-        let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh));
-        distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
-            for (distance, &point) in distances.iter_mut().zip(points) {
-                let closest = bvh.closest_point(point).expect("there is a triangle and the point is finite");
-                *distance = closest.distance();
-                if let Some(normals) = &normals
-                    && normals.at(mesh, &closest).dot(point - closest.point) < 0.0
-                {
-                    *distance = -*distance;
-                }
+    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, threads)?;
+    let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh));
+    distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
+        for (distance, &point) in distances.iter_mut().zip(points) {
+            let closest = bvh.closest_point(point).expect("there is a triangle and the point is finite");
+            *distance = closest.distance();
+            if let Some(normals) = &normals
+                && normals.at(mesh, &closest).dot(point - closest.point) < 0.0
+            {
+                *distance = -*distance;
             }
-            progress.advance(1)
-        })
+        }
+        done()
     })?;
     Ok(Deviation { summary: Summary::of(&distances), distances })
 }
@@ -237,9 +259,18 @@ pub struct Quality {
 /// # Panics
 /// If a triangle names a vertex that doesn't exist: see [`TriMesh::validate`].
 pub fn quality(mesh: &TriMesh) -> Quality {
+    let measured = quality_while(mesh, |_| Ok(()));
+    measured.expect("nothing stops it")
+}
+
+/// The same with the angles of each triangle shown to `visit`, which may stop it.
+///
+/// # Errors
+/// What `visit` returns.
+pub(crate) fn quality_while(mesh: &TriMesh, mut visit: impl FnMut([f64; 3]) -> Result<()>) -> Result<Quality> {
     let triangles = mesh.triangles.len();
     if triangles == 0 {
-        return Quality::default();
+        return Ok(Quality::default());
     }
     let mut q = Quality {
         triangles,
@@ -250,6 +281,7 @@ pub fn quality(mesh: &TriMesh) -> Quality {
     for t in 0..triangles {
         let corners = mesh.corners(t);
         let (area, angles) = (area(corners), angles(corners));
+        visit(angles)?;
         let [low, high] = angles.iter().fold([f64::INFINITY, 0.0_f64], |[l, h], &a| [l.min(a), h.max(a)]);
         q.without_area += usize::from(area == 0.0);
         q.area += area;
@@ -259,7 +291,7 @@ pub fn quality(mesh: &TriMesh) -> Quality {
         q.mean_smallest_angle += low / triangles as f64;
         q.by_smallest_angle[((low.to_degrees() / 5.0) as usize).min(11)] += 1;
     }
-    q
+    Ok(q)
 }
 
 #[cfg(test)]

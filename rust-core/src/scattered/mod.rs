@@ -61,6 +61,7 @@ use complex::{Complex, Star};
 use manifold::Solid;
 use rayon::prelude::*;
 
+pub(crate) use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
 
 pub use types::{

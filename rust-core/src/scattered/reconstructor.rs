@@ -25,7 +25,8 @@ use crate::progress::{Plan, Progress};
 const BYTES_A_POINT: f64 = 400.0;
 
 /// Stages with their shares of the time ...
-const PLAN: Plan = &[("tetrahedralizing", 0.6), ("finding inside and outside", 0.25), ("building the surface", 0.15)];
+pub(crate) const PLAN: Plan =
+    &[("tetrahedralizing", 0.6), ("finding inside and outside", 0.25), ("building the surface", 0.15)];
 /// ... and of those that depend on the parameters.
 const PLAN_AGAIN: Plan = &[("finding inside and outside", 0.3), ("building the surface", 0.7)];
 
@@ -113,6 +114,20 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     pub fn into_surface(mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
         self.is_kept = false;
         self.surface(params, progress)
+    }
+
+    /// Like [`Reconstructor::into_surface`] as the first stages, [`PLAN`], of another operation's work, within its pool.
+    ///
+    /// # Errors
+    /// As [`Reconstructor::surface`].
+    pub(crate) fn into_surface_within(
+        mut self,
+        params: &ReconstructParams,
+        progress: &Progress<'_>,
+    ) -> Result<Reconstructed> {
+        params.validate()?;
+        self.is_kept = false;
+        self.make_surface(params, progress)
     }
 
     fn make_surface(&mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {

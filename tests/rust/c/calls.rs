@@ -595,6 +595,24 @@ fn a_mesh_is_clustered_and_so_is_a_chain() {
         refused(&|p| p.numbers[4] = 1 << 40, PARAMETER, "iterations must be");
         refused(&|p| p.numbers[3] = f64::NAN.to_bits(), PARAMETER, "adaptivity must be");
         refused(&|p| (p.numbers[0], p.numbers[2]) = (0, 0), PARAMETER, "max_error must be a finite number > 0, got 0");
+        // The vertices alone: a surface goes through all of them.
+        let (mut cloud, none) = (Handle::NULL, std::ptr::null());
+        let points = Array::of(&positions, F64, 3);
+        api.ok((api.srf_cloud_create)(&points, none, none, none, std::ptr::null(), &mut cloud));
+        api.ok((api.srf_cloud_cluster)(cloud, &params, std::ptr::null(), &mut mesh, &mut report));
+        assert_eq!((report.numbers[1], report.numbers[8]), (100, 0), "{report:?}");
+        api.ok((api.srf_mesh_free)(mesh));
+        let (out, watch) = (chain.as_mut_ptr(), std::ptr::null());
+        api.ok((api.srf_cloud_cluster_levels)(cloud, wanted.as_ptr(), 2, std::ptr::null(), watch, out));
+        assert!(bytes(chain[0]).len() < bytes(chain[1]).len());
+        chain.iter().for_each(|&mesh| api.ok((api.srf_mesh_free)(mesh)));
+        api.ok((api.srf_cloud_free)(cloud));
+        let few = Array::of(&positions[..3], F64, 3);
+        api.ok((api.srf_cloud_create)(&few, none, none, none, std::ptr::null(), &mut cloud));
+        let answer =
+            (api.srf_cloud_cluster)(cloud, std::ptr::null(), std::ptr::null(), &mut mesh, std::ptr::null_mut());
+        api.refused(answer, INPUT, "at least 4 different points");
+        api.ok((api.srf_cloud_free)(cloud));
         api.ok((api.srf_mesh_free)(sheet));
     }
 }

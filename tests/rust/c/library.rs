@@ -123,7 +123,7 @@ pub type Certificate = Sized<11>;
 pub type ReconstructParams = Sized<4>;
 pub type ReconstructReport = Sized<13>;
 pub type ClusterParams = Sized<7>;
-pub type ClusterReport = Sized<8>;
+pub type ClusterReport = Sized<9>;
 pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
 
@@ -339,6 +339,8 @@ functions! {
     srf_cluster_report_init(report: *mut ClusterReport) -> i32;
     srf_mesh_cluster(mesh: Handle, params: *const ClusterParams, progress: *const Watch, out: *mut Handle, report: *mut ClusterReport) -> i32;
     srf_mesh_cluster_levels(mesh: Handle, vertices: *const u64, count: usize, params: *const ClusterParams, progress: *const Watch, out: *mut Handle) -> i32;
+    srf_cloud_cluster(cloud: Handle, params: *const ClusterParams, progress: *const Watch, out: *mut Handle, report: *mut ClusterReport) -> i32;
+    srf_cloud_cluster_levels(cloud: Handle, vertices: *const u64, count: usize, params: *const ClusterParams, progress: *const Watch, out: *mut Handle) -> i32;
     srf_scan_params_init(params: *mut ScanParams) -> i32;
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
 }

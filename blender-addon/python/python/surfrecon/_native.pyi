@@ -250,7 +250,7 @@ class Job:
     def adaptive_quads(image: RangeImage, **options: float | None) -> Job: ...
     @staticmethod
     def cluster(
-        mesh: Mesh,
+        mesh: Mesh | PointCloud | ArrayLike,
         *,
         levels: Sequence[int] | None = None,
         vertices: int | None = None,
@@ -333,7 +333,7 @@ class Clustered:
     def report(self) -> dict[str, Any]: ...
 
 def cluster(
-    mesh: Mesh,
+    mesh: Mesh | PointCloud | ArrayLike,
     *,
     vertices: int | None = None,
     patches: int | None = None,
@@ -346,7 +346,7 @@ def cluster(
     progress: Progress | None = None,
 ) -> Clustered: ...
 def cluster_levels(
-    mesh: Mesh,
+    mesh: Mesh | PointCloud | ArrayLike,
     vertices: Sequence[int],
     *,
     adaptivity: float | None = None,
