@@ -19,13 +19,16 @@ import surface
 import table
 
 HERE = Path(__file__).resolve().parent
-REMESHERS = ["surfrecon", "surfrecon-even", "acvd", "acvd-1", "acvd-2", "meshlab-isotropic", "meshlab-quadric"]
+REMESHERS = ["surfrecon", "surfrecon-fitted", "surfrecon-even", "acvd", "acvd-1", "acvd-2", "meshlab-isotropic", "meshlab-quadric"]
 CLUSTERERS = ["surfrecon-patches", "sklearn-kmeans", "faiss-kmeans"]
 # Their own environment has them; MeshLab is in the one that runs this.
 APART = {"acvd", "acvd-1", "acvd-2", "sklearn-kmeans", "faiss-kmeans"}
 # On the large meshes: subdividing them further is not what anybody does, and k-means of others takes minutes.
-LARGE = ["surfrecon", "acvd", "meshlab-isotropic", "meshlab-quadric"]
+LARGE = ["surfrecon", "surfrecon-fitted", "acvd", "meshlab-isotropic", "meshlab-quadric"]
 SAMPLES = 200_000
+# Of a row; what a tool does not make is null.
+KEYS = ["case", "tool", "k", "cpu_s", "wall_s", "peak_mb", "vertices", "min_angle_mean", "below_30_pct", "quality_mean"]
+KEYS += ["dist_mean", "dist_max", "components", "genus"]
 
 
 def merged(path, voxel):
@@ -199,7 +202,7 @@ def main(only_cases, repeats):
                         continue
                     python = apart if tool in APART else sys.executable
                     row, more, angles = measure(name, tool, k, file, dense, python, repeats)
-                    rows.append(row)
+                    rows.append(dict.fromkeys(KEYS) | row)
                     shown.append(row | more)
                     if tool == "surfrecon" and angles is not None:
                         title = f"{name}, {k:,} vertices: angles of the triangles"

@@ -35,6 +35,9 @@ pub struct srf_cluster_params {
     pub relaxation: u64,
     /// Which way round patches are split, less than 2^32. Default 0.
     pub seed: u64,
+    /// Rounds, at most 100, in which vertices leave the surface for where it lies nearest in the mean square; 0, the default, keeps
+    /// them on it.
+    pub fitting: u64,
 }
 
 impl srf_cluster_params {
@@ -50,6 +53,7 @@ impl srf_cluster_params {
             iterations: u64::from(core.iterations),
             relaxation: u64::from(core.relaxation),
             seed: u64::from(core.seed),
+            fitting: u64::from(core.fitting),
         }
     }
 
@@ -73,6 +77,7 @@ impl srf_cluster_params {
             iterations: count("iterations", self.iterations)?,
             relaxation: count("relaxation", self.relaxation)?,
             seed: count("seed", self.seed)?,
+            fitting: count("fitting", self.fitting)?,
             threads: threads(self.threads),
         })
     }

@@ -37,6 +37,8 @@ void parameters(const MeshDocument &document, RichParameterList &list)
         "lie this near to the result."));
     list.addParam(RichFloat("adaptivity", 1, "Adaptivity",
                             "How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere."));
+    list.addParam(RichInt("fitting", 0, "Fitting",
+                          "Rounds in which vertices leave the surface for where it lies nearest; 3 halve the error. 0 keeps them on it."));
     list.addParam(RichInt("levels", 1, "Levels of detail",
                           "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error."));
 }
@@ -64,6 +66,9 @@ Outputs run(Job &job)
     const auto count = static_cast<std::uint64_t>(std::max(vertices > 0 ? vertices : layer->cm.vn / 10, 1));
     surfrecon::ClusterParams params;
     params.adaptivity = given.getFloat("adaptivity");
+    const int fitting = given.getInt("fitting");
+    if (fitting < 0) refuse("The rounds of fitting must be at least 0, got " + std::to_string(fitting));
+    params.fitting = static_cast<std::uint64_t>(fitting);
     Outputs out;
     if (levels > 1) {
         std::vector<std::uint64_t> counts{count};

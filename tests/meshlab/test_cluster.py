@@ -59,6 +59,7 @@ def test_vertices_without_faces_are_points(document):
     ("options", "text"),
     [
         ({"vertices": -1}, "The number of vertices must be at least 0, got -1"),
+        ({"fitting": 101}, "fitting must be >= 0 and <= 100, got 101"),
         ({"levels": 0}, "The number of levels must be 1 to 16, got 0"),
         ({"levels": 2, "maxerror": length(0.1)}, "A largest error goes with one level"),
         ({"adaptivity": 5.0}, "adaptivity must be >= 0 and <= 2, got 5"),

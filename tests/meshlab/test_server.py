@@ -139,6 +139,7 @@ def test_import_and_grid(tmp_path):
 
 def clustering(vertices):
     counts = [number("vertices", vertices, "RichInt"), length("maxerror"), number("adaptivity", 1)]
+    counts.append(number("fitting", 3, "RichInt"))
     return ("Remeshing: Multiresolution Clustering", [*counts, number("levels", 1, "RichInt")])
 
 

@@ -89,7 +89,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             row = layout.row()
             row.active = self.levels > 1
             row.prop(self, "separate")
-        for name in ("adaptivity", "iterations", "relaxation", "seed"):
+        for name in ("adaptivity", "fitting", "iterations", "relaxation", "seed"):
             layout.prop(self, name)
 
     def start(self, context):

@@ -28,6 +28,7 @@ use crate::reconstruct::cloud_of;
 ///     adaptivity: how much smaller triangles are where the surface bends: 0 makes them alike everywhere.
 ///     iterations: most k-means steps at the final number of patches.
 ///     relaxation: most steps of the spring relaxation.
+///     fitting: rounds in which vertices leave the surface for where it lies nearest in the mean square; 0 keeps them on it.
 ///     seed: which way round patches are split.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
@@ -42,7 +43,7 @@ use crate::reconstruct::cloud_of;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (mesh, *, vertices = None, patches = None, max_error = None, adaptivity = None, iterations = None,
-    relaxation = None, seed = None, threads = None, progress = None))]
+    relaxation = None, fitting = None, seed = None, threads = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn cluster(
     py: Python<'_>,
@@ -53,12 +54,13 @@ pub fn cluster(
     adaptivity: Option<f64>,
     iterations: Option<i64>,
     relaxation: Option<i64>,
+    fitting: Option<i64>,
     seed: Option<i64>,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Clustered> {
     let levels = vec![resolution(vertices, patches, max_error)?];
-    let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+    let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
     let call = ClusterCall { dense: Dense::of(mesh)?, levels, chain: false, params };
     let mut made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Clustered::new(py, made.remove(0))
@@ -101,10 +103,11 @@ impl ClusterCall {
         adaptivity: Option<f64>,
         iterations: Option<i64>,
         relaxation: Option<i64>,
+        fitting: Option<i64>,
         seed: Option<i64>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
-        let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+        let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
         if levels.is_some() && (vertices.is_some() || patches.is_some() || max_error.is_some()) {
             return Err(input_error("levels go without vertices, patches and max_error".to_owned()));
         }
@@ -134,7 +137,7 @@ fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
 /// Args:
 ///     mesh: the dense mesh, or points, as for ``cluster``.
 ///     vertices: vertices of each level.
-///     adaptivity, iterations, relaxation, seed, threads, progress: as for ``cluster``.
+///     adaptivity, iterations, relaxation, fitting, seed, threads, progress: as for ``cluster``.
 ///
 /// Returns:
 ///     A list of ``Clustered``, one a level, in the order of ``vertices``. ``finest.mesh.write("x.glb", coarser=[...])``
@@ -143,7 +146,7 @@ fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
 /// Raises:
 ///     ParameterError, InputError, Cancelled: as ``cluster``.
 #[pyfunction]
-#[pyo3(signature = (mesh, vertices, *, adaptivity = None, iterations = None, relaxation = None, seed = None,
+#[pyo3(signature = (mesh, vertices, *, adaptivity = None, iterations = None, relaxation = None, fitting = None, seed = None,
     threads = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn cluster_levels(
@@ -153,11 +156,12 @@ pub fn cluster_levels(
     adaptivity: Option<f64>,
     iterations: Option<i64>,
     relaxation: Option<i64>,
+    fitting: Option<i64>,
     seed: Option<i64>,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Clustered>> {
-    let params = params(adaptivity, iterations, relaxation, seed, threads)?;
+    let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
     let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(vertices)?, chain: true, params };
     let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     made.into_iter().map(|made| Clustered::new(py, made)).collect()
@@ -185,6 +189,7 @@ fn params(
     adaptivity: Option<f64>,
     iterations: Option<i64>,
     relaxation: Option<i64>,
+    fitting: Option<i64>,
     seed: Option<i64>,
     threads: Option<i64>,
 ) -> PyResult<ClusterParams> {
@@ -193,6 +198,7 @@ fn params(
         adaptivity: value_of("cluster", "adaptivity", adaptivity)?.expect("has a plain default"),
         iterations: count_of("cluster", "iterations", iterations)? as u32,
         relaxation: count_of("cluster", "relaxation", relaxation)? as u32,
+        fitting: count_of("cluster", "fitting", fitting)? as u32,
         seed: count_of("cluster", "seed", seed)? as u32,
         threads: count_of("cluster", "threads", threads)?,
     })

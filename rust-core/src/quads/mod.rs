@@ -115,6 +115,9 @@ pub struct QuadReport {
     pub seconds: Vec<(&'static str, f64)>,
 }
 
+/// Images of fewer pixels, about a millisecond of work, are left to one thread.
+const PIXELS_FOR_THREADS: usize = 1 << 15;
+
 const PLAN: Plan = &[("filling gaps", 0.15), ("curvature", 0.15), ("sampling", 0.3), ("measuring the error", 0.4)];
 
 /// A grid with its figures, not yet in its final form.
@@ -172,7 +175,9 @@ pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> 
     }
     memory::expect(BYTES_A_PIXEL * image.len() as f64, || format!("a grid over {} pixels", image.len()), "use fewer")?;
     progress.plan(PLAN);
-    let pool = crate::threads::pool(params.threads)?;
+    // Waking threads would take longer than they save.
+    let threads = if image.len() < PIXELS_FOR_THREADS { 1 } else { params.threads };
+    let pool = crate::threads::pool(threads)?;
     progress.run(&pool, || stages(image, params, progress))
 }
 

@@ -152,7 +152,7 @@ fn defaults_are_those_of_the_table() {
     same("quads", &["exponent", "floor", "smoothing", "background_curvature", "coverage"], &|i| quads.f64(10 + i));
     same("quads", &["threads"], &|_| f64::from(quads.second));
     same("cluster", &["max_error", "adaptivity"], &|i| cluster.f64(2 + i));
-    same("cluster", &["iterations", "relaxation", "seed"], &|i| cluster.numbers[4 + i] as f64);
+    same("cluster", &["iterations", "relaxation", "seed", "fitting"], &|i| cluster.numbers[4 + i] as f64);
     same("cluster", &["threads"], &|_| f64::from(cluster.second));
     assert_eq!((cluster.size as usize, cluster.numbers[..2].to_vec()), (size_of::<ClusterParams>(), vec![0, 0]));
     assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);

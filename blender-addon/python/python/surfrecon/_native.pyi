@@ -259,6 +259,7 @@ class Job:
         adaptivity: float | None = None,
         iterations: int | None = None,
         relaxation: int | None = None,
+        fitting: int | None = None,
         seed: int | None = None,
         threads: int | None = None,
     ) -> Job: ...
@@ -341,6 +342,7 @@ def cluster(
     adaptivity: float | None = None,
     iterations: int | None = None,
     relaxation: int | None = None,
+    fitting: int | None = None,
     seed: int | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -352,6 +354,7 @@ def cluster_levels(
     adaptivity: float | None = None,
     iterations: int | None = None,
     relaxation: int | None = None,
+    fitting: int | None = None,
     seed: int | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
