@@ -561,13 +561,13 @@ typedef struct {
   uint64_t turned_parts;
 } srf_reconstruct_report;
 
-// How a mesh is clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
+// How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
   // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
   uint32_t threads;
-  // Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the mesh's.
+  // Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the input's.
   uint64_t vertices;
   // Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
   uint64_t patches;
@@ -582,6 +582,9 @@ typedef struct {
   uint64_t relaxation;
   // Which way round patches are split, less than 2^32. Default 0.
   uint64_t seed;
+  // Rounds, at most 100, in which vertices leave the surface for where it lies nearest in the mean square; 0, the default, keeps
+  // them on it.
+  uint64_t fitting;
 } srf_cluster_params;
 
 // The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
@@ -607,6 +610,8 @@ typedef struct {
   // Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
   // for.
   double max_error;
+  // Points that are not on the surface through them; 0 for a mesh.
+  uint64_t off_surface;
 } srf_cluster_report;
 
 // What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
@@ -1469,6 +1474,21 @@ srf_status srf_mesh_cluster(const srf_mesh *mesh,
                             srf_mesh **out_mesh,
                             srf_cluster_report *out_report);
 
+// Makes a mesh of well-shaped triangles from points: the surface through them, as srf_reconstructor_surface() makes it with its
+// default parameters, is clustered. In the cloud's frame; colours, intensities and normals ride along.
+// cloud       not NULL
+// params      NULL for the defaults
+// progress    NULL for none
+// out_mesh    receives a new handle on SRF_OK only; not NULL
+// out_report  initialized by srf_cluster_report_init(); NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface or two of vertices, patches and max_error,
+//             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_cloud_cluster(const srf_cloud *cloud,
+                             const srf_cluster_params *params,
+                             const srf_progress *progress,
+                             srf_mesh **out_mesh,
+                             srf_cluster_report *out_report);
+
 // A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
 // srf_meshes_write_glb_levels() writes them.
 // mesh        not NULL
@@ -1485,6 +1505,22 @@ srf_status srf_mesh_cluster_levels(const srf_mesh *mesh,
                                    const srf_cluster_params *params,
                                    const srf_progress *progress,
                                    srf_mesh **out_meshes);
+
+// A chain of levels of detail of points; see srf_cloud_cluster() and srf_mesh_cluster_levels().
+// cloud       not NULL
+// vertices    vertices of each level, in any order; not NULL
+// count       number of levels
+// params      NULL for the defaults; its vertices, patches and max_error are not looked at
+// progress    NULL for none
+// out_meshes  room for count handles, which it receives in the order of vertices on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for points without a surface, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//             SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
+                                    const uint64_t *vertices,
+                                    size_t count,
+                                    const srf_cluster_params *params,
+                                    const srf_progress *progress,
+                                    srf_mesh **out_meshes);
 
 // Sets the defaults.
 // params     not NULL

@@ -202,7 +202,8 @@ pub unsafe extern "C" fn srf_cloud_cluster(
 ) -> srf_status {
     guard(|| {
         let run = |params: &ClusterParams| {
-            Ok(cluster::run_points(&handle::get("cloud", cloud)?, params, &watched(progress))?)
+            let cloud = handle::get("cloud", cloud)?;
+            Ok(cluster::run_points(&cloud, params, &watched(progress))?)
         };
         one(params, out_mesh, out_report, run)
     })
@@ -273,7 +274,8 @@ pub unsafe extern "C" fn srf_cloud_cluster_levels(
 ) -> srf_status {
     guard(|| {
         chain(vertices, count, params, out_meshes, |levels, params| {
-            Ok(cluster::levels_of_points(&handle::get("cloud", cloud)?, levels, params, &watched(progress))?)
+            let cloud = handle::get("cloud", cloud)?;
+            Ok(cluster::levels_of_points(&cloud, levels, params, &watched(progress))?)
         })
     })
 }
