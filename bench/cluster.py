@@ -19,7 +19,16 @@ import surface
 import table
 
 HERE = Path(__file__).resolve().parent
-REMESHERS = ["surfrecon", "surfrecon-fitted", "surfrecon-even", "acvd", "acvd-1", "acvd-2", "meshlab-isotropic", "meshlab-quadric"]
+REMESHERS = [
+    "surfrecon",
+    "surfrecon-fitted",
+    "surfrecon-even",
+    "acvd",
+    "acvd-1",
+    "acvd-2",
+    "meshlab-isotropic",
+    "meshlab-quadric",
+]
 CLUSTERERS = ["surfrecon-patches", "sklearn-kmeans", "faiss-kmeans"]
 # Their own environment has them; MeshLab is in the one that runs this.
 APART = {"acvd", "acvd-1", "acvd-2", "sklearn-kmeans", "faiss-kmeans"}

@@ -38,7 +38,7 @@ void parameters(const MeshDocument &document, RichParameterList &list)
     list.addParam(RichFloat("adaptivity", 1, "Adaptivity",
                             "How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere."));
     list.addParam(RichInt("fitting", 0, "Fitting",
-                          "Rounds in which vertices leave the surface for where it lies nearest; 3 halve the error. 0 keeps them on it."));
+                          "Rounds in which vertices leave the surface for where it lies nearest: 1 takes a third off the mean error. 0 keeps them on it."));
     list.addParam(RichInt("levels", 1, "Levels of detail",
                           "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error."));
 }

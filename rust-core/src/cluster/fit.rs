@@ -1,7 +1,7 @@
 //! Stage 6, on request: nodes leave the surface for where it lies nearest in the mean square. Ours; the paper's vertices are
 //! samples.
 //!
-//! A mesh whose vertices lie on a curved surface lies on one side of it, everywhere off by about twice what it has to be. So each
+//! A mesh whose vertices lie on a curved surface lies on one side of it, everywhere off by more than it has to be. So each
 //! node moves along its normal, by the least squares of the distances of points all over the surface to the planes of the
 //! triangles they are nearest to; solved by conjugate gradients, a few rounds as the nearest triangles change. Triangles keep their side and, as
 //! far as they have them, angles of 30 degrees; nodes on the border stay.

@@ -93,7 +93,7 @@ pub fn deviation(
     progress.plan(&[("measuring", 1.0)]);
     progress.stage(0, points.len().div_ceil(CHUNK) as u64);
     let pool = crate::threads::pool(threads)?;
-    progress.run(&pool, || distances(points, mesh, side, threads, &|| progress.advance(1)))
+    progress.run(&pool, || distances(points, mesh, side, threads, 1, progress))
 }
 
 /// The same as part of another operation's work, within its pool: its progress is only asked whether to go on.
@@ -102,7 +102,7 @@ pub fn deviation(
 /// As [`deviation`].
 pub(crate) fn deviation_within(points: &[DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Deviation> {
     check_measurable(points, mesh)?;
-    distances(points, mesh, Side::Ignored, rayon::current_num_threads(), &|| progress.check())
+    distances(points, mesh, Side::Ignored, rayon::current_num_threads(), 0, progress)
 }
 
 fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
@@ -115,16 +115,18 @@ fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
     Ok(())
 }
 
-/// On the pool of the caller; `done` is called after each chunk of points.
+/// On the pool of the caller; each chunk of points advances the progress by `counts`.
 fn distances(
     points: &[DVec3],
     mesh: &TriMesh,
     side: Side,
     threads: usize,
-    done: &(impl Fn() -> Result<()> + Sync),
+    counts: u64,
+    progress: &Progress<'_>,
 ) -> Result<Deviation> {
     let mut distances = vec![0.0; points.len()];
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, threads)?;
+    progress.check()?;
     let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh));
     distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
         for (distance, &point) in distances.iter_mut().zip(points) {
@@ -136,7 +138,7 @@ fn distances(
                 *distance = -*distance;
             }
         }
-        done()
+        progress.advance(counts)
     })?;
     Ok(Deviation { summary: Summary::of(&distances), distances })
 }

@@ -20,7 +20,7 @@
 //! is log(1 + x). (3) The density is averaged over a few quads, so lines run smoothly; `smoothing = 0` is the paper's. (4) No
 //! vertex is repeated and no quad folds over. (5) Invalid pixels are masked: they attract nothing (unless given a curvature),
 //! vertices beside the surface move onto it, and quads on the background are left out. (6) If the uniform grid of the same size
-//! lies nearer to the image, gentler densities are tried, and at last the uniform grid is the answer.
+//! lies nearer to the image, gentler densities and one without smoothing are tried, and at last the uniform grid is the answer.
 
 mod params;
 
@@ -226,8 +226,9 @@ impl Source<'_> {
         let uniform_net = Net::uniform(layout.rows(), layout.cols(), size);
         let uniform_vertices = place::place(self.filled, &uniform_net);
         let mut best: Option<Measured> = None;
-        for gentler in FLOORS {
-            let (net, unfolded, snapped) = self.adaptive(&layout, self.params.floor * gentler, progress)?;
+        for (floor, smoothing) in TRIES {
+            let (floor, smoothing) = (self.params.floor * floor, self.params.smoothing * smoothing);
+            let (net, unfolded, snapped) = self.adaptive(&layout, floor, smoothing, progress)?;
             let vertices = place::place(self.filled, &net);
             sampled();
             progress.stage(3, layout.rows() as u64);
@@ -280,10 +281,16 @@ impl Source<'_> {
         Ok(Candidate { layout, net, vertices, measured, uniform, is_uniform: true, unfolded: 0, snapped: 0 })
     }
 
-    /// Stages 4 to 6 with a floor of the density: the grid, and how many vertices were moved so that it does not fold, and
+    /// Stages 4 to 6 with a floor and a smoothing of the density: the grid, and how many vertices were moved so that it does not fold, and
     /// onto the surface.
-    fn adaptive(&self, layout: &Layout, floor: f64, progress: &Progress<'_>) -> Result<(Net, usize, usize)> {
-        let (size, smoothing) = ([self.image.rows(), self.image.cols()], self.params.smoothing);
+    fn adaptive(
+        &self,
+        layout: &Layout,
+        floor: f64,
+        smoothing: f64,
+        progress: &Progress<'_>,
+    ) -> Result<(Net, usize, usize)> {
+        let size = [self.image.rows(), self.image.cols()];
         let window = smoothing * (size[0] - 1) as f64 / (layout.rows() - 1) as f64;
         let curves = curves::sample(&self.density, size[1], layout, window as usize, floor, progress)?;
         let placed = rows::sample(&self.density, size[1], layout, &curves, smoothing > 0.0, floor, progress)?;
@@ -344,8 +351,9 @@ impl Source<'_> {
     }
 }
 
-/// Floors that are tried one after the other, as multiples of the one given, until the grid lies nearer than the uniform one.
-const FLOORS: [f64; 3] = [1.0, 4.0, 16.0];
+/// Floors and smoothings that are tried one after the other, as multiples of those given, until the grid lies nearer than the
+/// uniform one. The last follows every pixel by itself: what serves where a quad is hardly larger than a pixel.
+const TRIES: [(f64, f64); 4] = [(1.0, 1.0), (4.0, 1.0), (16.0, 1.0), (0.1, 0.0)];
 
 /// By default a tile is as many pixels wide and high.
 const PIXELS_A_TILE: usize = 64;
