@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test check bench fuzz wheel extension meshlab-plugin install generate clean distclean
+.PHONY: help demo test test-gui check bench fuzz wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -23,6 +23,9 @@ demo: extension ## Scan a shape, merge the scans inside Blender, render: out/dem
 test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender, MeshLab)
 	@tools/setup_apt.sh test
 	@"$$(tools/python.sh)" tools/run_tests.py
+
+test-gui: extension ## Run the extension in the window of a real Blender (Debian 13, as root): pictures in out/gui/
+	@tools/test_gui.sh
 
 check: ## Formatting, lints, documentation, licences of dependencies
 	@tools/check.sh

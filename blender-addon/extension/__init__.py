@@ -3,16 +3,19 @@
 
 | file | what |
 |---|---|
+| preferences | what holds for all scenes |
 | properties | options of the operators and the sidebar, made from the library's parameter table |
-| operators | import, export, merge, sculpt, quad grid, cluster, surface from points, error map |
-| panels | the sidebar tab, the entry in File > Import |
-| job | a long call of the library as a modal operator: thread, progress, cancel |
-| convert | arrays <-> Blender's meshes, transforms and custom properties |
+| operators | a file each: bring in, look, clean, merge, reduce, measure, export |
+| panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
+| job, preview | a long call of the library as a modal operator: thread, progress, cancel; a rough picture meanwhile |
+| convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras as scanners |
+| scene | results in the scene: collections, selection, colours, materials |
+| presets, translations | options saved under names; other languages |
 """
 
-from . import job, operators, panels, properties
+from . import job, menus, operators, panels, preferences, presets, properties, translations
 
-MODULES = (properties, job, operators, panels)
+MODULES = (preferences, properties, job, operators, panels, menus, presets, translations)
 
 
 def register():

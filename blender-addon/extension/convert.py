@@ -8,6 +8,7 @@ the projection, and its matrix is the pose. So undo, save and reload keep it, an
 Blender copies an array at once only into an attribute of exactly its type; everything here keeps to that.
 """
 
+import bmesh
 import bpy
 import numpy as np
 import surfrecon
@@ -265,6 +266,17 @@ def triangles(mesh):
         flat = np.empty(3 * len(mesh.loop_triangles), np.int32)
         mesh.loop_triangles.foreach_get("vertices", flat)
     return flat.reshape(-1, 3)
+
+
+def keep_vertices(mesh, keep):
+    """Removes all other vertices, and the faces they were corners of."""
+    edited = bmesh.new()
+    edited.from_mesh(mesh)
+    gone = [vertex for vertex, stays in zip(edited.verts, keep.tolist(), strict=True) if not stays]
+    bmesh.ops.delete(edited, geom=gone, context="VERTS")
+    edited.to_mesh(mesh)
+    edited.free()
+    mesh.update()
 
 
 def vertex_values(mesh, name, kind, dtype):

@@ -7,6 +7,8 @@ import bpy
 import surfrecon
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
 
+from .preferences import preference
+
 # Blender's sliders need an end; the library itself has none. Its whole numbers have 31 bits.
 LONGEST = 1e9
 LARGEST = 2**31 - 1
@@ -64,12 +66,21 @@ def given(options, parameters):
         # Blender's numbers are in single precision: the default, pi/2 say, may come back above its own limit.
         unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
         found[name] = None if unchanged else min(value, parameter.maximum)
+        if parameter.unit == "count" and not isinstance(value, bool) and found[name] is not None:
+            found[name] = int(found[name])
+    if "threads" in parameters:
+        found["threads"] = threads(options)
     return found
+
+
+def threads(options):
+    """Worker threads: those of the operator, else of the preferences, else `None` for the library's own choice."""
+    return options.threads or preference("threads") or None
 
 
 def arguments(options):
     """Keyword arguments of `surfrecon.merge` from a `MergeOptions`; lengths in Blender's unit."""
-    found = given(options, PARAMETERS)
+    found = given(options, {name: p for name, p in PARAMETERS.items() if name != "threads"})
     if not options.close_holes:
         found["max_hole_length"] = 0.0
     return found

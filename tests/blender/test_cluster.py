@@ -134,6 +134,6 @@ def test_what_can_not_be_clustered_is_named(dense):
 
 def test_the_operator_has_the_library_s_options(extension):
     operator = import_module(f"{extension.__name__}.operators.cluster").SURFRECON_OT_cluster
-    assert operator.bl_options == {"REGISTER", "UNDO"}
+    assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     names = {p.name for p in surfrecon.parameters("cluster")}
     assert names <= set(bpy.ops.surfrecon.cluster.get_rna_type().properties.keys())

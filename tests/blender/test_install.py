@@ -62,8 +62,9 @@ def test_uninstalling_leaves_nothing():
     assert registered() == [] and not hasattr(bpy.types.Scene, "surfrecon")
     assert MODULE not in bpy.context.preferences.addons
     assert not folder.exists() and not wheel.exists()
-    menu = bpy.types.TOPBAR_MT_file_import.draw._draw_funcs
-    assert not any("surfrecon" in function.__module__ for function in menu)
+    for name in ("TOPBAR_MT_file_import", "TOPBAR_MT_file_export", "VIEW3D_MT_object"):
+        menu = getattr(bpy.types, name).draw._draw_funcs
+        assert not any("surfrecon" in function.__module__ for function in menu)
     # For the tests that follow.
     install()
     assert importlib.util.find_spec("surfrecon")

@@ -35,6 +35,10 @@ class FakeLayout:
     def separator(self, **_):
         pass
 
+    def menu(self, name, **_):
+        assert hasattr(bpy.types, name)
+        self.texts.append(name)
+
     def template_color_ramp(self, data, name, **_):
         getattr(data, name)
 
@@ -89,8 +93,8 @@ def test_a_running_job_shows_progress_and_cancel(panels, extension):
     running = extension.job.Running
     running.begin(surfrecon.Job.merge(torus_scans(pixels=30)), "Merge Scans")
     try:
-        texts = draw(panels["merge"])
-        assert "surfrecon.cancel" in texts and "surfrecon.merge" not in texts
+        texts = draw(panels["running"])
+        assert "surfrecon.cancel" in texts
         assert any("%" in text for text in texts)
     finally:
         running.cancel()
@@ -98,7 +102,7 @@ def test_a_running_job_shows_progress_and_cancel(panels, extension):
 
 def test_the_report_of_a_result(panels, tmp_path):
     bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
-    assert "Selected: 12 scans, 0 meshes" in draw(panels["merge"])
+    assert "Selected: 12 scans, 0 meshes" in draw(panels["running"])
     bpy.ops.surfrecon.merge()
     bpy.context.scene.unit_settings.system = "METRIC"
     texts = draw(panels["report"])
@@ -107,7 +111,28 @@ def test_the_report_of_a_result(panels, tmp_path):
     assert draw(panels["report"])
 
 
-def test_the_menu_has_the_importer(extension):
+def test_the_steps_are_in_the_order_of_the_work(extension):
+    labels = [cls.bl_label for cls in extension.panels.CLASSES if not getattr(cls, "bl_parent_id", "")]
+    assert labels == ["Range Scans", "Bring In", "Look", "Clean", "Merge", "Reduce", "Measure", "Report"]
+
+
+def test_the_legend_is_in_the_scene_s_unit(panels, tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    bpy.ops.surfrecon.merge()
+    assert draw(panels["error"]) is None
+    bpy.ops.surfrecon.error_map(limit=0.02)
+    bpy.context.scene.unit_settings.system = "METRIC"
+    texts = draw(panels["error"])
+    assert "2 cm" in texts and "1 cm" in texts and "surfrecon.error_hide" in texts
+    bpy.context.scene.unit_settings.length_unit = "MILLIMETERS"
+    bpy.ops.surfrecon.error_hide()
+    assert draw(panels["error"]) is None
+
+
+def test_the_menus_have_the_importer_and_the_exporter(extension):
     texts = []
-    extension.panels.menu_import(SimpleNamespace(layout=FakeLayout(texts)), bpy.context)
-    assert texts == ["surfrecon.import_scans"]
+    menu = SimpleNamespace(layout=FakeLayout(texts))
+    extension.menus.menu_import(menu, bpy.context)
+    extension.menus.menu_export(menu, bpy.context)
+    extension.menus.menu_object(menu, bpy.context)
+    assert texts == ["surfrecon.import_scans", "surfrecon.export_scans", "SURFRECON_MT_object"]

@@ -159,7 +159,7 @@ def test_what_can_not_be_gridded_is_named(scan):
 
 def test_the_operator_has_every_option_of_the_library(extension):
     operator = import_module(f"{extension.__name__}.operators.quads").SURFRECON_OT_quads
-    assert operator.bl_options == {"REGISTER", "UNDO"}
+    assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     properties = bpy.ops.surfrecon.quads.get_rna_type().properties
     for parameter in surfrecon.parameters("quads"):
         prop = properties[parameter.name]
@@ -169,8 +169,8 @@ def test_the_operator_has_every_option_of_the_library(extension):
 
 
 def test_the_figures_are_in_the_sidebar(scan, extension):
-    panels = import_module(f"{extension.__name__}.panels")
+    reports = extension.reports
     made = again(scan, kind="SURFACE", control_rows=6)
-    lines = dict(panels.quads_lines(bpy.context, made["surfrecon_quads"]))
+    lines = dict(reports.quads_lines(bpy.context, made["surfrecon_quads"]))
     assert lines["Vertices"] == "9 x 9" and lines["Relative error"].endswith(" %")
     assert "Surface off the grid by" in lines

@@ -149,6 +149,6 @@ def test_points_that_are_no_numbers_are_counted():
 
 def test_the_operator_can_be_adjusted_and_undone(extension):
     operator = import_module(f"{extension.__name__}.operators.reconstruct").SURFRECON_OT_reconstruct
-    assert operator.bl_options == {"REGISTER", "UNDO"}
+    assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     names = {p.name for p in surfrecon.parameters("reconstruct")} | {"threshold", "topology", "closure"}
     assert names <= set(bpy.ops.surfrecon.reconstruct.get_rna_type().properties.keys())

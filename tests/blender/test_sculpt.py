@@ -108,7 +108,7 @@ def test_what_can_not_be_sculpted_is_named(scan):
 
 def test_the_operator_can_be_adjusted_and_undone(extension):
     operator = import_module(f"{extension.__name__}.operators.sculpt").SURFRECON_OT_sculpt
-    assert operator.bl_options == {"REGISTER", "UNDO"}
+    assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}
     # Every option of the library is one of the operator's.
     names = {p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
     assert names <= set(bpy.ops.surfrecon.sculpt.get_rna_type().properties.keys())

@@ -38,3 +38,31 @@ def test_what_cannot_be_measured_is_refused():
     with pytest.raises(surfrecon.InputError, match="no triangle"):
         surfrecon.distances([[0, 0, 0]], surfrecon.Mesh(np.eye(3), np.zeros((0, 3), int)))
     assert surfrecon.distances(np.zeros((0, 3)), CUBE).shape == (0,)
+
+
+def test_the_bound_between_surfaces_holds_for_samples():
+    coarse, fine = torus(12), torus(60)
+    found = surfrecon.surface_distance(coarse, fine)
+    weights = np.random.default_rng(1).dirichlet((1, 1, 1), size=(len(coarse.triangles), 60))
+    samples = np.einsum("mkc,mcx->mkx", weights, coarse.positions[coarse.triangles]).reshape(-1, 3)
+    dense = surfrecon.distances(samples, fine)
+    assert dense.max() <= found["bound"] <= 1.011 * found["reached"] and dense.max() > 0.9 * found["reached"]
+    assert np.array_equal(found["distances"], surfrecon.distances(coarse.positions, fine))
+    assert found["max"] == found["distances"].max() <= found["reached"]
+    assert found["rms"] == pytest.approx(np.sqrt(np.mean(found["distances"] ** 2)))
+    job = surfrecon.Job.surface_distance(coarse, fine, threads=1).result()
+    assert job["bound"] == found["bound"] and job["reached"] == found["reached"]
+
+
+def test_the_same_surface_cut_otherwise_has_no_distance():
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    one = surfrecon.Mesh(square, [[0, 1, 2], [0, 2, 3]])
+    other = surfrecon.Mesh([*square, [0.3, 0.6, 0]], [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    found = surfrecon.surface_distance(one, other)
+    assert found["reached"] < 1e-15 and found["bound"] < 1e-3
+    far = surfrecon.surface_distance(surfrecon.Mesh([[0.5, 0.5, 3]], np.zeros((0, 3), int)), one)
+    assert far["reached"] == 3 and far["bound"] >= 3
+    with pytest.raises(surfrecon.InputError, match="no triangle"):
+        surfrecon.surface_distance(one, surfrecon.Mesh(square, np.zeros((0, 3), int)))
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.surface_distance(one, other, progress=lambda *_: False)

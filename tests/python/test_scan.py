@@ -90,3 +90,45 @@ def test_the_sculpture_is_closed_and_coloured():
     assert mesh.check()["is_closed"] and "colour" in mesh.vertex_attributes
     with pytest.raises(surfrecon.InputError, match="cell must be"):
         surfrecon.sculpture(cell=0.1)
+
+
+def test_a_camera_by_its_intrinsics_is_the_same_camera():
+    known = surfrecon.Camera.pinhole(60, 80, height_angle=0.6, eye=(3, 0, 2), target=(0, 0, 0))
+    focal = 29.5 / np.tan(0.3)
+    made = surfrecon.Camera.intrinsic(
+        60, 80, focal=(focal, focal), centre=(39.5, 29.5), world_from_sensor=known.world_from_sensor
+    )
+    one, other = (surfrecon.virtual_scan(torus(), camera).points for camera in (known, made))
+    assert np.allclose(one, other, equal_nan=True)
+    with pytest.raises(surfrecon.InputError, match="world_from_sensor"):
+        surfrecon.Camera.intrinsic(9, 9, focal=(9, 9), centre=(4, 4), world_from_sensor=2 * np.eye(4))
+
+
+def test_jobs_scan_and_read_the_same(tmp_path):
+    cameras = surfrecon.turntable(torus(), pixels=60)
+    direct = surfrecon.virtual_scan(torus(), cameras, noise=0.01, seed=4)
+    job = surfrecon.Job.virtual_scan(torus(), cameras, noise=0.01, seed=4)
+    seen = []
+    while not job.done():
+        seen.append(job.progress()[1])
+    assert seen == sorted(seen)
+    for one, other in zip(direct, job.result(), strict=True):
+        assert np.array_equal(one.points, other.points, equal_nan=True)
+    one = surfrecon.Job.virtual_scan(torus(), cameras[0]).result()
+    assert isinstance(one, surfrecon.RangeImage)
+    with pytest.raises(surfrecon.ParameterError, match="noise"):
+        surfrecon.Job.virtual_scan(torus(), cameras, noise=-1)
+
+    for k, image in enumerate(direct):
+        image.name = f"scan{k:02}"
+    surfrecon.write_scans(tmp_path / "set.conf", direct)
+    scans = surfrecon.open(tmp_path / "set.conf")
+    for scan, read in zip(scans, surfrecon.Job.read(list(scans)).result(), strict=True):
+        assert np.array_equal(scan.read().points, read.points, equal_nan=True)
+    (tmp_path / "scan03.ply").write_text("ply")
+    with pytest.raises(surfrecon.SurfreconError, match=r"scan03\.ply"):
+        surfrecon.Job.read(list(scans)).result()
+    job = surfrecon.Job.read(list(scans))
+    job.cancel()
+    with pytest.raises(surfrecon.SurfreconError):
+        job.result()

@@ -3,18 +3,38 @@
 
 import bpy
 
-from . import cluster, error_map, export_scans, import_scans, merge, quads, reconstruct, sculpt
+from . import (
+    clean,
+    cluster,
+    error_hide,
+    error_map,
+    export_scans,
+    import_scans,
+    measure,
+    merge,
+    quads,
+    reconstruct,
+    sculpt,
+    tint_scans,
+    virtual_scan,
+)
 
 CLASSES = (
     import_scans.SURFRECON_OT_import_scans,
     import_scans.SURFRECON_FH_scans,
     export_scans.SURFRECON_OT_export_scans,
+    virtual_scan.SURFRECON_OT_reproject,
+    virtual_scan.SURFRECON_OT_virtual_scan,
+    tint_scans.SURFRECON_OT_tint_scans,
+    clean.SURFRECON_OT_clean,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
     quads.SURFRECON_OT_quads,
     reconstruct.SURFRECON_OT_reconstruct,
     cluster.SURFRECON_OT_cluster,
     error_map.SURFRECON_OT_error_map,
+    error_hide.SURFRECON_OT_error_hide,
+    measure.SURFRECON_OT_measure,
 )
 
 

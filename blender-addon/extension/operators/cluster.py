@@ -11,7 +11,8 @@ from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
-from ..properties import LARGEST, description, option
+from ..properties import LARGEST, description, option, threads
+from ..scene import link, select_only
 
 REPORT = "surfrecon_cluster"
 
@@ -40,7 +41,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
 
     bl_idname = "surfrecon.cluster"
     bl_label = "Cluster Surface"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(PARAMETERS[name]) for name in ("max_error", *OPTIONS)} | {
         "resolution": EnumProperty(
@@ -101,6 +102,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         for name in OPTIONS:
             parameter, value = PARAMETERS[name], getattr(self, name)
             options[name] = None if math.isclose(value, parameter.default, rel_tol=1e-6) else value
+        options["threads"] = threads(self)
         if self.resolution == "VERTICES":
             positions = getattr(mesh, "positions", mesh)
             count = self.vertices or max(len(positions) // 10, 1)
@@ -131,17 +133,13 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             obj = bpy.data.objects.new(mesh.name, mesh)
             obj.matrix_world = self.pose
             obj[REPORT] = convert.plain(figures(level))
-            context.collection.objects.link(obj)
+            link(context, obj)
             made.append(obj)
         if one and len(chain) > 1:
             for mesh, level in zip(meshes, chain, strict=True):
                 mesh[REPORT] = convert.plain(figures(level))
                 made[0].surfrecon_levels.add().mesh = mesh
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        for obj in made:
-            obj.select_set(True)
-        context.view_layer.objects.active = made[0]
+        select_only(context, made)
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
         self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")

@@ -9,7 +9,7 @@ from .. import convert
 from ..job import JobOperator, Refused
 from .merge import SCANS
 
-ATTRIBUTE, FIGURES = "error", "surfrecon_error"
+ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
 
 # Position along the scale and sRGB colour: calm where the distance is small.
@@ -50,6 +50,11 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
     def start(self, context):
         """Gathers the vertices and what they are measured against."""
         measured = context.object
+        if measured.data.library is not None:
+            raise Refused(
+                f'"{measured.name}" is linked from another file, which is left as it is: make it local with '
+                "Object > Relations > Make Local"
+            )
         references = [obj for obj in context.selected_objects if obj is not measured]
         if not references:
             names = measured.get(SCANS, "").split("\n")
@@ -105,14 +110,62 @@ def round_up(value):
 
 
 def show(obj, limit):
-    """Gives the object a material that shows the attribute."""
-    slot = obj.material_slots[0] if obj.material_slots else None
-    if slot is None:
+    """Gives the object a material that shows the attribute; its mesh keeps its own materials, see `hide`."""
+    if not obj.material_slots:
         obj.data.materials.append(None)
-        slot = obj.material_slots[0]
-    if slot.material is None or MAP_NODE not in getattr(slot.material.node_tree, "nodes", {}):
-        slot.material = error_material(f"{obj.name} error")
-    slot.material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
+    material = next((slot.material for slot in obj.material_slots if shows_error(slot.material)), None)
+    if material is None:
+        material = error_material(f"{obj.name} error")
+    for slot in obj.material_slots:
+        slot.link = "OBJECT"
+        slot.material = material
+    material.node_tree.nodes[MAP_NODE].inputs["From Max"].default_value = limit
+    # For the solid view with the shading colour "Attribute".
+    if ATTRIBUTE in obj.data.attributes:
+        obj.data.attributes.active = obj.data.attributes[ATTRIBUTE]
+        paint(obj.data, limit)
+
+
+def shows_error(material):
+    """Whether it is a material that `show` made."""
+    return material is not None and material.node_tree is not None and MAP_NODE in material.node_tree.nodes
+
+
+def hide(obj):
+    """Gives the object back the materials of its mesh."""
+    for slot in obj.material_slots:
+        if slot.link == "OBJECT" and shows_error(slot.material):
+            slot.material = None
+            slot.link = "DATA"
+
+
+def paint(mesh, limit):
+    """Stores the error as colours too: Workbench shows no other attributes."""
+    layer = mesh.attributes[ATTRIBUTE]
+    values = np.empty(len(layer.data), np.float32)
+    layer.data.foreach_get("value", values)
+    share = np.clip(np.abs(np.nan_to_num(values, nan=limit)) / max(limit, 1e-30), 0, 1)
+    places = [place for place, _ in RAMP]
+    colours = np.ones((len(values), 4), np.float32)
+    for k in range(3):
+        colours[:, k] = np.interp(share, places, [linear(colour[k]) for _, colour in RAMP])
+    if layer.domain == "FACE":
+        # Blender has colours of vertices and corners only.
+        colours = np.repeat(colours, np.diff(np.append(face_starts(mesh), len(mesh.loops))), axis=0)
+    older = mesh.attributes.get(COLOURS)
+    if older is not None:
+        mesh.attributes.remove(older)
+    domain = "CORNER" if layer.domain == "FACE" else "POINT"
+    made = mesh.color_attributes.new(COLOURS, "FLOAT_COLOR", domain)
+    made.data.foreach_set("color", colours.reshape(-1))
+    mesh.color_attributes.active_color = mesh.color_attributes[COLOURS]
+
+
+def face_starts(mesh):
+    """The first corner of each face."""
+    starts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    return starts
 
 
 def error_material(name):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """File > Import > Range Scans: one object a scan, in a collection named after the set."""
 
-import colorsys
 import os
 
 import bpy
@@ -19,6 +18,9 @@ from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helpe
 from mathutils import Matrix
 
 from .. import convert
+from ..job import JobOperator, Refused
+from ..preferences import preference
+from ..scene import into_collection, select_only, show_colours, tint
 
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
 
@@ -30,7 +32,7 @@ FARTHEST = 64
 
 
 @orientation_helper(axis_forward="Y", axis_up="Z")
-class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
+class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     """Import range scans with their grids and poses, one object a scan"""
 
     bl_idname = "surfrecon.import_scans"
@@ -52,17 +54,29 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
         name="Unit",
         description="Unit of the files' coordinates",
         items=(
-            ("M", "Metres", "One unit of the file is one unit of the scene"),
+            ("PREFERRED", "As preferred", "The unit chosen in the preferences of this extension"),
+            ("M", "Metres", ""),
             ("CM", "Centimetres", ""),
             ("MM", "Millimetres", ""),
             ("UM", "Micrometres", ""),
             ("IN", "Inches", ""),
             ("FT", "Feet", ""),
+            ("SCENE", "Scene units", "One unit of the files is one unit of the scene, whatever that measures"),
             ("CUSTOM", "Other", "By the scale below"),
         ),
-        default="M",
+        default="PREFERRED",
     )
     scale: FloatProperty(name="Scale", description="Scene units a unit of the files", default=1.0, min=1e-9, max=1e9)
+    origin: EnumProperty(
+        name="Origin",
+        description="Where the scans' own origin goes. Blender's numbers have seven digits",
+        items=(
+            ("AUTO", "Move if far", "Scans that lie so far out that digits would be lost are moved, all alike"),
+            ("KEEP", "Keep", "Coordinates stay as they are"),
+            ("CENTRE", "Centre", "The middle of all scans comes to the scene's origin"),
+        ),
+        default="AUTO",
+    )
     images: EnumProperty(
         name="Images",
         description="What the pixels of images are; a camera's file among the chosen ones makes them depths",
@@ -110,8 +124,16 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
         default="auto",
     )
 
+    by_hand = False
+
+    @classmethod
+    def poll(cls, context):
+        """One job at a time."""
+        return super().poll(context)
+
     def invoke(self, context, event):
         """A dropped file opens a small dialog, the menu a file browser."""
+        self.by_hand = True
         return self.invoke_popup(context)
 
     def draw(self, context):
@@ -124,6 +146,7 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
             layout.prop(self, "scale")
         layout.prop(self, "axis_forward")
         layout.prop(self, "axis_up")
+        layout.prop(self, "origin")
         header, body = layout.panel("surfrecon_images", default_closed=True)
         header.label(text="Images")
         if body is None:
@@ -147,50 +170,56 @@ class SURFRECON_OT_import_scans(bpy.types.Operator, ImportHelper):
             "scale": self.pixel_scale or None,
             "step": self.pixel_step or None,
             "pixels": self.pixels,
+            "max_decoded_gib": preference("memory"),
         }
 
     def execute(self, context):
-        """Reads everything; if anything fails, nothing stays."""
-        paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
+        """After the dialog the window stays alive while files are read; scripts wait."""
+        if self.by_hand and not bpy.app.background:
+            self.by_hand = False
+            return self.watch(context)
+        return super().execute(context)
+
+    def start(self, context):
+        """Looks what the files hold."""
+        self.paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
+        self.scans = surfrecon.open(self.paths, **self.reading())
+        if not len(self.scans):
+            raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
+        return surfrecon.Job.read(list(self.scans))
+
+    def finish(self, context, contents):
+        """Puts the scans into a collection; if anything fails, nothing stays."""
+        unit = preference("unit") if self.unit == "PREFERRED" else self.unit
+        length = context.scene.unit_settings.scale_length
+        factor = {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
         made = []
         try:
-            scans = surfrecon.open(paths, **self.reading())
-            context.window_manager.progress_begin(0, len(scans))
-            for i, scan in enumerate(scans):
-                made.append(self.read(scan))
-                context.window_manager.progress_update(i + 1)
-        except surfrecon.SurfreconError as problem:
+            while contents:
+                # Each is given back as soon as Blender has it.
+                scan = self.scans[len(made)]
+                made.append(self.object_of(scan, contents.pop(0), factor))
+        except surfrecon.SurfreconError:
             remove(obj for obj, _ in made)
-            self.report({"ERROR"}, str(problem))
-            return {"CANCELLED"}
-        finally:
-            context.window_manager.progress_end()
-        if not made:
-            self.report({"ERROR"}, f"{os.path.basename(paths[0])} holds no scan")
-            return {"CANCELLED"}
-        collection = bpy.data.collections.new(set_name(paths))
-        context.collection.children.link(collection)
-        offset = place(made, self.axes())
+            raise
+        objects = [obj for obj, _ in made]
+        collection = into_collection(context, set_name(self.paths), objects)
+        offset = place(made, self.axes(), self.origin)
         if offset is not None:
             collection["world_origin"] = [float(x) for x in offset]
-            self.report(
-                {"WARNING"}, "The scans lie far from the origin and were moved: see the collection's world_origin"
-            )
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        for i, (obj, _) in enumerate(made):
-            obj.color = (*colorsys.hsv_to_rgb(i * 0.618034 % 1, 0.45, 0.9), 1)
-            collection.objects.link(obj)
-            obj.select_set(True)
-        context.view_layer.objects.active = made[0][0]
-        samples = sum(len(obj.data.vertices) for obj, _ in made)
-        self.report({"INFO"}, " ".join([f"{len(made)} scans, {samples:,} samples.", *scans.notes]))
-        return {"FINISHED"}
+            if self.origin == "AUTO":
+                self.report(
+                    {"WARNING"}, "The scans lie far from the origin and were moved: see the collection's world_origin"
+                )
+        for i, obj in enumerate(objects):
+            tint(obj, i)
+            show_colours(obj)
+        select_only(context, objects)
+        samples = sum(len(obj.data.vertices) for obj in objects)
+        self.report({"INFO"}, " ".join([f"{len(made)} scans, {samples:,} samples.", *self.scans.notes]))
 
-    def read(self, scan):
+    def object_of(self, scan, content, factor):
         """The object of a scan, not yet placed, and its matrix."""
-        factor = self.scale if self.unit == "CUSTOM" else UNITS[self.unit]
-        content = scan.read()
         pose = np.array(scan.world_from_sensor)
         if isinstance(content, surfrecon.RangeImage):
             pose = np.array(content.world_from_sensor)
@@ -232,16 +261,21 @@ def set_name(paths):
     return stems[0] if len(stems) == 1 else os.path.basename(os.path.dirname(paths[0])) or "Scans"
 
 
-def place(made, axes):
+def place(made, axes, origin):
     """Gives the objects their matrices; returns by what all were moved, if they were."""
     poses = np.array([axes @ pose for _, pose in made])
     extent = max(max(np.abs(np.array(obj.bound_box)).max() for obj, _ in made), 1e-12)
+    boxes = [np.array(obj.bound_box) @ pose[:3, :3].T + pose[:3, 3] for (obj, _), pose in zip(made, poses, strict=True)]
     centre = poses[:, :3, 3].mean(axis=0)
     offset = None
-    if np.abs(centre).max() > FARTHEST * extent:
+    if origin == "CENTRE":
+        corners = np.concatenate(boxes)
+        offset = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    elif origin == "AUTO" and np.abs(centre).max() > FARTHEST * extent:
         # A round number, so that adding it by hand is easy.
         step = 10 ** np.floor(np.log10(extent))
         offset = np.round(centre / step) * step
+    if offset is not None:
         poses[:, :3, 3] -= offset
     for (obj, _), pose in zip(made, poses, strict=True):
         obj.matrix_world = Matrix(pose.tolist())

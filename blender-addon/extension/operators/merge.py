@@ -2,13 +2,18 @@
 """Merge the selected scans into one surface."""
 
 import bpy
+import numpy as np
 import surfrecon
 
 from .. import convert
 from ..job import JobOperator, Refused
-from ..properties import PARAMETERS, MergeOptions, arguments
+from ..properties import PARAMETERS, MergeOptions, arguments, threads
+from ..scene import link, select_only, show_colours
 
 REPORT, SCANS = "surfrecon_report", "surfrecon_scans"
+
+# Cells along the diagonal of what the preview merges.
+PREVIEW_CELLS = 150
 
 
 class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
@@ -16,6 +21,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
 
     bl_idname = "surfrecon.merge"
     bl_label = "Merge Scans"
+    bl_options = {"UNDO", "PRESET"}
 
     @classmethod
     def poll(cls, context):
@@ -42,10 +48,22 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         for obj, scan in zip(objects, scans, strict=True):
             if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
                 self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
-        return surfrecon.Job.merge(scans, **arguments(self))
+        self.scans = scans
+        return surfrecon.Job.merge(scans, **arguments(self), threads=threads(self))
+
+    def preview(self, context):
+        """The same with large cells."""
+        corners = np.concatenate([box(scan) for scan in self.scans])
+        extent = np.linalg.norm(corners.max(axis=0) - corners.min(axis=0))
+        return surfrecon.Job.merge(self.scans, voxel=max(extent / PREVIEW_CELLS, self.voxel), threads=1)
+
+    def preview_mesh(self, result):
+        """Its surface and where it is."""
+        return result.mesh, np.eye(4)
 
     def finish(self, context, result):
         """Puts the surface into the scene."""
+        self.scans = None
         if len(result.mesh.triangles) == 0:
             raise Refused("Nothing is left of the surface: choose a smaller voxel, or keep smaller components")
         mesh = convert.mesh_from_result("Merged", result.mesh)
@@ -53,9 +71,18 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         merged[REPORT] = convert.plain(result.report.as_dict())
         # Custom properties can't hold a list of strings.
         merged[SCANS] = "\n".join(self.names)
-        context.collection.objects.link(merged)
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        merged.select_set(True)
-        context.view_layer.objects.active = merged
+        link(context, merged)
+        show_colours(merged)
+        select_only(context, [merged])
         self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")
+
+
+def box(scan):
+    """Corners that hold a scan, in the world."""
+    if isinstance(scan, surfrecon.RangeImage):
+        points, matrix = scan.points[scan.valid], scan.world_from_sensor
+    else:
+        points, matrix = scan[0].positions, scan[1]
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    return corners @ matrix[:3, :3].T + matrix[:3, 3]

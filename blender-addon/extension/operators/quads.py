@@ -9,6 +9,7 @@ from mathutils import Matrix
 from .. import convert
 from ..job import JobOperator, Refused
 from ..properties import given, option
+from ..scene import dress, link, select_only
 from .error_map import show
 from .merge import SCANS
 
@@ -32,7 +33,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
 
     bl_idname = "surfrecon.quads"
     bl_label = "Quad Grid"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "kind": EnumProperty(name="Result", items=KINDS, default="QUADS"),
@@ -141,16 +142,15 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             if self.kind == "QUADS" and self.subdivision > 0:
                 modifier = made.modifiers.new("Subdivision", "SUBSURF")
                 modifier.levels = modifier.render_levels = self.subdivision
+        link(context, made)
+        if self.kind != "SURFACE":
+            dress(made, bpy.data.objects.get(self.scan))
             if self.show_error:
                 show(made, max(figures["max_error"], 1e-9))
-        context.collection.objects.link(made)
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
+        select_only(context, [made])
         self.report(
             {"INFO"},
             f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads; relative error "

@@ -11,12 +11,16 @@ from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
-from ..properties import option
+from ..properties import option, threads
+from ..scene import link, select_only, show_colours
 from .merge import SCANS
 
 REPORT = "surfrecon_reconstruct"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("reconstruct")}
+
+# Points that the preview goes through.
+PREVIEW_POINTS = 10_000
 
 
 class Kept:
@@ -48,7 +52,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
 
     bl_idname = "surfrecon.reconstruct"
     bl_label = "Surface from Points"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "threshold": EnumProperty(
@@ -114,14 +118,15 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         self.pose = Matrix() if several else objects[0].matrix_world.copy()
         self.names = [obj.name for obj in objects]
         colour = None if any(c is None for c in colours) else np.concatenate(colours)
-        reconstructor = Kept.get(np.concatenate(parts), colour, self.camera(context))
+        self.points, self.sensor = np.concatenate(parts), self.camera(context)
+        reconstructor = Kept.get(self.points, colour, self.sensor)
         return surfrecon.Job.surface(
             reconstructor,
             threshold=self.threshold,
             topology=self.topology,
             closure=self.closure,
             factor=self.factor,
-            threads=self.threads,
+            threads=threads(self),
         )
 
     def camera(self, context):
@@ -134,17 +139,26 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
             raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
         return np.array(self.pose.inverted() @ context.scene.camera.matrix_world.translation, np.float64)
 
+    def preview(self, context):
+        """The same through fewer points."""
+        fewer = self.points[:: max(len(self.points) // PREVIEW_POINTS, 1)]
+        reconstructor = surfrecon.Reconstructor(fewer, sensors=self.sensor)
+        return surfrecon.Job.surface(reconstructor, closure=self.closure, threads=1)
+
+    def preview_mesh(self, result):
+        """Its surface and where it is."""
+        return result.mesh, np.array(self.pose)
+
     def finish(self, context, result):
         """Puts the surface beside the points."""
+        self.points = self.sensor = None
         mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(result.report | {k: len(v) for k, v in result.dropped.items()})
         made[SCANS] = "\n".join(self.names)
-        context.collection.objects.link(made)
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
+        link(context, made)
+        show_colours(made)
+        select_only(context, [made])
         used, points = result.report["used"], result.report["points"]
         self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points")

@@ -2,7 +2,6 @@
 """Sculpt the active scan: few triangles, none farther from a sample than a tolerance."""
 
 import hashlib
-import math
 
 import bpy
 import numpy as np
@@ -12,7 +11,8 @@ from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
-from ..properties import description, option
+from ..properties import description, given, option
+from ..scene import dress, link, select_only
 from .error_map import show
 from .merge import SCANS
 
@@ -21,6 +21,9 @@ REPORT = "surfrecon_sculpt"
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 # What a sculptor is made with; the tolerance may change afterwards.
 MAKING = ("effort", "interpolate", "min_angle", "edge_limit", "grazing_limit", "threads")
+
+# Pixels that the preview is made of.
+PREVIEW_PIXELS = 20_000
 
 
 class Kept:
@@ -53,7 +56,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
 
     bl_idname = "surfrecon.sculpt"
     bl_label = "Sculpt Scan"
-    bl_options = {"REGISTER", "UNDO"}
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(PARAMETERS[name]) for name in ("tolerance", *MAKING)} | {
         "relative_tolerance": FloatProperty(
@@ -98,19 +101,28 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
-        options = {}
-        for name in MAKING:
-            parameter, value = PARAMETERS[name], getattr(self, name)
-            # Blender's numbers are in single precision: pi/2 may come back above its own limit.
-            unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
-            options[name] = None if unchanged else min(value, parameter.maximum)
+        options = given(self, {name: PARAMETERS[name] for name in MAKING})
         sculptor = Kept.get(image, options)
+        self.image = image
         if self.tolerance > 0:
             return surfrecon.Job.refine(sculptor, tolerance=self.tolerance)
         return surfrecon.Job.refine(sculptor, relative_tolerance=self.relative_tolerance)
 
+    def preview(self, context):
+        """The same of fewer pixels, quickly dug."""
+        points, viewing = self.image.points, self.image.projection["viewing"]
+        step = max(int(np.ceil(np.sqrt(points.shape[0] * points.shape[1] / PREVIEW_PIXELS))), 1)
+        fewer = surfrecon.RangeImage.from_points(points[::step, ::step], viewing=viewing)
+        tolerance = {"tolerance": self.tolerance} if self.tolerance > 0 else {"relative_tolerance": 0.01}
+        return surfrecon.Job.refine(surfrecon.Sculptor(fewer, effort=0, threads=1), **tolerance)
+
+    def preview_mesh(self, result):
+        """Its mesh and where it is."""
+        return result.mesh, np.array(self.pose)
+
     def finish(self, context, result):
         """Puts the mesh beside the scan."""
+        self.image = None
         if len(result.mesh.triangles) == 0:
             raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise the longest edge')
         mesh = convert.mesh_from_result(f"{self.scan} sculpted", result.mesh)
@@ -119,13 +131,11 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         figures = result.report | {"max_error": result.max_error, "rms_error": result.rms_error}
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
-        context.collection.objects.link(made)
+        link(context, made)
+        dress(made, bpy.data.objects.get(self.scan))
         if self.show_error:
             show(made, result.tolerance or max(result.max_error, 1e-9))
-        for obj in context.selected_objects:
-            obj.select_set(False)
-        made.select_set(True)
-        context.view_layer.objects.active = made
+        select_only(context, [made])
         share = len(mesh.polygons) / max(result.report["full_triangles"], 1)
         self.report(
             {"INFO"},

@@ -1,5 +1,6 @@
 //! A long call on a thread of its own, for hosts whose main thread must stay free. Nothing in the thread is Python.
 
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -8,26 +9,34 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use surfrecon::Progress;
 use surfrecon::cluster::Clustered as CoreClustered;
+use surfrecon::import::Content;
 use surfrecon::merge::Merged;
+use surfrecon::mesh::certify::Certified;
 use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
+use surfrecon::{Progress, Tick};
 
 use crate::cluster::{ClusterCall, Clustered};
 use crate::errors::{input_error, internal_error, to_python};
-use crate::measure::DistanceCall;
+use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
 use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
+use crate::scan::{ScanCall, scanned};
+use crate::scans::{Scan, to_object};
 use crate::sculpt::{RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
     Merged(Box<Merged>),
     Distances(Vec<f64>),
+    Certified(Box<Certified>),
+    /// One or, as a list, any number.
+    Scanned(Vec<surfrecon::RangeImage>, bool),
+    Read(Vec<Content>),
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
     Reconstructed(Box<surfrecon::scattered::Reconstructed>),
@@ -39,8 +48,8 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster`` or ``Job.distances``. Dropping
-/// a running job cancels it.
+/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     progress: Arc<Progress<'static>>,
@@ -60,6 +69,18 @@ impl Job {
             .map_err(|e| input_error(format!("the system refuses another thread: {e}")))?;
         Ok(Job { progress, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)) })
     }
+}
+
+/// Units of progress of a part of a call.
+const PART: usize = 1000;
+
+/// The progress of part `index` of a call of equal parts that `whole` watches; its running stage counts up to [`PART`] a part.
+fn part<'a>(whole: &'a Progress<'static>, index: usize, count: usize) -> Progress<'a> {
+    Progress::new(move |tick: Tick| {
+        whole.stage(0, (count * PART) as u64);
+        let done = index * PART + (tick.fraction * PART as f64) as usize;
+        if whole.advance(done as u64).is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })
 }
 
 #[pymethods]
@@ -104,6 +125,78 @@ impl Job {
     fn distances(points: &Bound<'_, PyAny>, mesh: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
         let call = DistanceCall::new(points, mesh, signed, threads)?;
         Job::start(move |progress| Ok(Made::Distances(call.run(progress)?)))
+    }
+
+    /// Starts ``surfrecon.surface_distance`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError: like ``surface_distance``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (mesh, reference, *, signed = false, threads = None))]
+    fn surface_distance(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+        let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
+        Job::start(move |progress| Ok(Made::Certified(Box::new(call.run(progress)?))))
+    }
+
+    /// Starts ``surfrecon.virtual_scan`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``virtual_scan``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (mesh, cameras, *, noise = None, noise_grazing = None, quantum = None, dropout = None,
+        dropout_grazing = None, max_range = None, backfaces = None, pose_shift = None, pose_turn = None, seed = None,
+        threads = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn virtual_scan(
+        mesh: &Mesh,
+        cameras: &Bound<'_, PyAny>,
+        noise: Option<f64>,
+        noise_grazing: Option<f64>,
+        quantum: Option<f64>,
+        dropout: Option<f64>,
+        dropout_grazing: Option<f64>,
+        max_range: Option<f64>,
+        backfaces: Option<bool>,
+        pose_shift: Option<f64>,
+        pose_turn: Option<f64>,
+        seed: Option<i64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let call = ScanCall::new(
+            mesh,
+            cameras,
+            noise,
+            noise_grazing,
+            quantum,
+            dropout,
+            dropout_grazing,
+            max_range,
+            backfaces,
+            pose_shift,
+            pose_turn,
+            seed,
+            threads,
+        )?;
+        Job::start(move |progress| {
+            progress.plan(&[("scanning", 1.0)]);
+            let images = call.run(|index, count| part(progress, index, count))?;
+            Ok(Made::Scanned(images, call.single))
+        })
+    }
+
+    /// Reads scans that ``surfrecon.open`` found, one after the other; the result is a list of what ``Scan.read`` gives.
+    ///
+    /// Raises:
+    ///     TypeError: anything but scans. Other errors are raised by ``result``.
+    #[staticmethod]
+    fn read(scans: Vec<Py<Scan>>) -> PyResult<Self> {
+        let scans: Vec<_> = scans.iter().map(|scan| scan.get().scan.clone()).collect();
+        Job::start(move |progress| {
+            progress.plan(&[("reading", 1.0)]);
+            let read =
+                |(index, scan): (usize, &surfrecon::import::Scan)| scan.read_with(&part(progress, index, scans.len()));
+            Ok(Made::Read(scans.iter().enumerate().map(read).collect::<surfrecon::Result<_>>()?))
+        })
     }
 
     /// Starts ``Sculptor.refine`` with the same arguments but ``progress``.
@@ -211,6 +304,13 @@ impl Job {
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),
+            Ok(Ok(Ok(Made::Certified(found)))) => Ok(certified_dict(py, *found)?.into_any()),
+            Ok(Ok(Ok(Made::Scanned(images, single)))) => scanned(py, images, single),
+            Ok(Ok(Ok(Made::Read(contents)))) => {
+                let contents =
+                    contents.into_iter().map(|content| to_object(py, content)).collect::<PyResult<Vec<_>>>()?;
+                Ok(PyList::new(py, contents)?.into_any())
+            }
             Ok(Ok(Ok(Made::Sculpted(made)))) => {
                 let (core, [rows, cols]) = *made;
                 Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())

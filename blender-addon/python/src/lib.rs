@@ -14,7 +14,7 @@
 //! | `cluster` | a dense mesh to well-shaped triangles |
 //! | `quads` | a range image to a grid of quads |
 //! | `reconstruct` | scattered points to a surface |
-//! | `measure` | distances |
+//! | `measure` | distances of points and of surfaces |
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
@@ -47,7 +47,7 @@ mod _native {
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]
-    use crate::measure::distances;
+    use crate::measure::{distances, surface_distance};
     #[pymodule_export]
     use crate::merge::{MergeReport, MergeResult, merge};
     #[pymodule_export]

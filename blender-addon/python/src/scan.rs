@@ -1,10 +1,14 @@
 //! The virtual range scanner.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyList;
 use surfrecon::geom::bvh::Bvh;
+use surfrecon::range_image::{DepthKind, Projection};
 use surfrecon::scan::{self, ScanParams, Turntable};
+use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
 use crate::errors::{detached, input_error, to_python};
@@ -69,6 +73,30 @@ impl Camera {
         up: (f64, f64, f64),
     ) -> PyResult<Self> {
         made(scan::Camera::pinhole(rows, cols, height_angle, eye.into(), target.into(), up.into()))
+    }
+
+    /// A depth camera by its intrinsics and pose.
+    ///
+    /// Args:
+    ///     rows, cols: size of the image.
+    ///     focal: focal lengths in pixels, across and down.
+    ///     centre: column and row of the principal point; pixel centres are whole numbers.
+    ///     world_from_sensor: 4 x 4, rigid; the sensor looks along +z, x to the right, y down.
+    ///
+    /// Raises:
+    ///     InputError: numbers that aren't usable, a pose that isn't rigid.
+    #[staticmethod]
+    #[pyo3(signature = (rows, cols, *, focal, centre, world_from_sensor))]
+    fn intrinsic(
+        rows: usize,
+        cols: usize,
+        focal: [f64; 2],
+        centre: [f64; 2],
+        world_from_sensor: &Bound<'_, PyAny>,
+    ) -> PyResult<Self> {
+        let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
+        let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
+        made(scan::Camera { rows, cols, projection, world_from_sensor })
     }
 
     /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
@@ -217,40 +245,105 @@ pub fn virtual_scan<'py>(
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let number = |name, given| Ok::<f64, PyErr>(value_of("scan", name, given)?.expect("has a plain default"));
-    let params = ScanParams {
-        noise: number("noise", noise)?,
-        noise_grazing: number("noise_grazing", noise_grazing)?,
-        quantum: number("quantum", quantum)?,
-        dropout: number("dropout", dropout)?,
-        dropout_grazing: number("dropout_grazing", dropout_grazing)?,
-        max_range: value_of("scan", "max_range", max_range)?,
-        backfaces: number("backfaces", backfaces.map(f64::from))? != 0.0,
-        pose_shift: number("pose_shift", pose_shift)?,
-        pose_turn: number("pose_turn", pose_turn)?,
-        seed: count_of("scan", "seed", seed)? as u64,
-        threads: count_of("scan", "threads", threads)?,
-    };
-    let single = cameras.cast::<Camera>().is_ok();
-    let cameras: Vec<scan::Camera> = if single {
-        vec![cameras.cast::<Camera>()?.get().camera]
-    } else {
-        cameras.extract::<Vec<Bound<'_, Camera>>>()?.iter().map(|c| c.get().camera).collect()
-    };
-    let mesh = mesh.mesh.clone();
-    let images = Watch::new(progress).run_parts(py, |watch| {
-        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, params.threads)?;
-        let scan = |(k, camera)| {
-            let params = ScanParams { seed: params.seed.wrapping_add(k as u64), ..params };
-            scan::scan(&mesh, &bvh, camera, &params, &watch.part(k, cameras.len()))
-        };
-        cameras.iter().enumerate().map(scan).collect::<surfrecon::Result<Vec<_>>>()
-    })?;
+    let call = ScanCall::new(
+        mesh,
+        cameras,
+        noise,
+        noise_grazing,
+        quantum,
+        dropout,
+        dropout_grazing,
+        max_range,
+        backfaces,
+        pose_shift,
+        pose_turn,
+        seed,
+        threads,
+    )?;
+    let images = Watch::new(progress).run_parts(py, |watch| call.run(|k, count| watch.part(k, count)))?;
+    scanned(py, images, call.single)
+}
+
+/// What `virtual_scan` returns: an image, or a list of them.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn scanned(py: Python<'_>, images: Vec<surfrecon::RangeImage>, single: bool) -> PyResult<Bound<'_, PyAny>> {
     let images =
         images.into_iter().map(|image| Bound::new(py, RangeImage::from(image))).collect::<PyResult<Vec<_>>>()?;
     match (single, images.into_iter()) {
         (true, mut images) => Ok(images.next().expect("an image a camera").into_any()),
         (false, images) => Ok(PyList::new(py, images)?.into_any()),
+    }
+}
+
+/// Virtual scans with all they need, free of Python.
+pub struct ScanCall {
+    mesh: Arc<TriMesh>,
+    cameras: Vec<scan::Camera>,
+    params: ScanParams,
+    /// Whether one camera was given, not a list.
+    pub single: bool,
+}
+
+impl ScanCall {
+    /// Checks and takes the arguments of Python's `virtual_scan`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `TypeError`.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    pub fn new(
+        mesh: &Mesh,
+        cameras: &Bound<'_, PyAny>,
+        noise: Option<f64>,
+        noise_grazing: Option<f64>,
+        quantum: Option<f64>,
+        dropout: Option<f64>,
+        dropout_grazing: Option<f64>,
+        max_range: Option<f64>,
+        backfaces: Option<bool>,
+        pose_shift: Option<f64>,
+        pose_turn: Option<f64>,
+        seed: Option<i64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let number = |name, given| Ok::<f64, PyErr>(value_of("scan", name, given)?.expect("has a plain default"));
+        let params = ScanParams {
+            noise: number("noise", noise)?,
+            noise_grazing: number("noise_grazing", noise_grazing)?,
+            quantum: number("quantum", quantum)?,
+            dropout: number("dropout", dropout)?,
+            dropout_grazing: number("dropout_grazing", dropout_grazing)?,
+            max_range: value_of("scan", "max_range", max_range)?,
+            backfaces: number("backfaces", backfaces.map(f64::from))? != 0.0,
+            pose_shift: number("pose_shift", pose_shift)?,
+            pose_turn: number("pose_turn", pose_turn)?,
+            seed: count_of("scan", "seed", seed)? as u64,
+            threads: count_of("scan", "threads", threads)?,
+        };
+        let single = cameras.cast::<Camera>().is_ok();
+        let cameras = if single {
+            vec![cameras.cast::<Camera>()?.get().camera]
+        } else {
+            cameras.extract::<Vec<Bound<'_, Camera>>>()?.iter().map(|c| c.get().camera).collect()
+        };
+        Ok(ScanCall { mesh: mesh.mesh.clone(), cameras, params, single })
+    }
+
+    /// Scans with one camera after the other; `part` gives the progress of scan k of so many.
+    ///
+    /// # Errors
+    /// See [`scan::scan`].
+    pub fn run<'a>(
+        &self,
+        part: impl Fn(usize, usize) -> Progress<'a>,
+    ) -> surfrecon::Result<Vec<surfrecon::RangeImage>> {
+        let bvh = Bvh::build(&self.mesh.positions, &self.mesh.triangles, self.params.threads)?;
+        let scan = |(k, camera)| {
+            let params = ScanParams { seed: self.params.seed.wrapping_add(k as u64), ..self.params };
+            scan::scan(&self.mesh, &bvh, camera, &params, &part(k, self.cameras.len()))
+        };
+        self.cameras.iter().enumerate().map(scan).collect()
     }
 }
 

@@ -205,7 +205,11 @@ pub fn write(
     write_scans(py, path, images, progress)
 }
 
-fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
+/// What a file holds as a Python object.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
     Ok(match content {
         import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
         import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),

@@ -12,7 +12,7 @@ use crate::geom::bvh::{Bvh, Closest, Feature};
 use crate::progress::Progress;
 
 /// Points that are measured between two looks at the progress.
-const CHUNK: usize = 1024;
+pub(super) const CHUNK: usize = 1024;
 
 /// Whether distances say on which side of the surface a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +127,20 @@ fn distances(
     let mut distances = vec![0.0; points.len()];
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, threads)?;
     progress.check()?;
+    measure_points(points, mesh, &bvh, side, &mut distances, counts, progress)?;
+    Ok(Deviation { summary: Summary::of(&distances), distances })
+}
+
+/// Writes the distances of `points` to `mesh` on the pool of the caller; each chunk advances the progress by `counts`.
+pub(super) fn measure_points(
+    points: &[DVec3],
+    mesh: &TriMesh,
+    bvh: &Bvh<'_>,
+    side: Side,
+    distances: &mut [f64],
+    counts: u64,
+    progress: &Progress<'_>,
+) -> Result<()> {
     let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh));
     distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
         for (distance, &point) in distances.iter_mut().zip(points) {
@@ -139,8 +153,7 @@ fn distances(
             }
         }
         progress.advance(counts)
-    })?;
-    Ok(Deviation { summary: Summary::of(&distances), distances })
+    })
 }
 
 /// Normals of edges and vertices that tell the side of a point. \[BA05\]

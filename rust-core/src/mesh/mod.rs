@@ -4,8 +4,10 @@
 //! |---|---|
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
 //! | `quads` | meshes of quads |
+//! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `measure` | exact distances of points to a mesh; areas, angles, volume |
 
+pub mod certify;
 pub mod check;
 pub mod measure;
 pub mod quads;

@@ -247,6 +247,27 @@ class Job:
     @staticmethod
     def distances(points: ArrayLike, mesh: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
     @staticmethod
+    def surface_distance(mesh: Mesh, reference: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
+    @staticmethod
+    def virtual_scan(
+        mesh: Mesh,
+        cameras: Camera | Sequence[Camera],
+        *,
+        noise: float | None = None,
+        noise_grazing: float | None = None,
+        quantum: float | None = None,
+        dropout: float | None = None,
+        dropout_grazing: float | None = None,
+        max_range: float | None = None,
+        backfaces: bool | None = None,
+        pose_shift: float | None = None,
+        pose_turn: float | None = None,
+        seed: int | None = None,
+        threads: int | None = None,
+    ) -> Job: ...
+    @staticmethod
+    def read(scans: Sequence[Scan]) -> Job: ...
+    @staticmethod
     def adaptive_quads(image: RangeImage, **options: float | None) -> Job: ...
     @staticmethod
     def cluster(
@@ -277,6 +298,15 @@ class Camera:
     @staticmethod
     def pinhole(
         rows: int, cols: int, *, height_angle: float, eye: Vector, target: Vector, up: Vector = (0.0, 0.0, 1.0)
+    ) -> Camera: ...
+    @staticmethod
+    def intrinsic(
+        rows: int,
+        cols: int,
+        *,
+        focal: tuple[float, float],
+        centre: tuple[float, float],
+        world_from_sensor: ArrayLike,
     ) -> Camera: ...
     @staticmethod
     def spherical(
@@ -584,3 +614,11 @@ def distances(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> NDArray[np.float64]: ...
+def surface_distance(
+    mesh: Mesh,
+    reference: Mesh,
+    *,
+    signed: bool = False,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any]: ...

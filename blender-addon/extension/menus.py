@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Entries in Blender's own menus: File > Import and Export, and Object > Range Scans."""
+
+import bpy
+
+from .operators.import_scans import ENDINGS
+
+# The order of the work; a line between groups.
+OBJECT = (
+    ("surfrecon.reproject", "surfrecon.virtual_scan"),
+    ("surfrecon.tint_scans", "surfrecon.clean"),
+    ("surfrecon.merge", "surfrecon.reconstruct"),
+    ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.cluster"),
+    ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
+)
+
+
+class SURFRECON_MT_object(bpy.types.Menu):
+    """Everything that works on the selected objects."""
+
+    bl_idname = "SURFRECON_MT_object"
+    bl_label = "Range Scans"
+
+    def draw(self, context):
+        """One entry an operator."""
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"
+        for k, group in enumerate(OBJECT):
+            if k > 0:
+                layout.separator()
+            for name in group:
+                layout.operator(name)
+
+
+def menu_import(self, context):
+    """The entry in File > Import."""
+    self.layout.operator("surfrecon.import_scans", text=f"Range Scans ({', '.join(ENDINGS)})")
+
+
+def menu_export(self, context):
+    """The entry in File > Export."""
+    self.layout.operator("surfrecon.export_scans", text="Range Scans (.conf, .ptx, .e57)")
+
+
+def menu_object(self, context):
+    """The entry in the Object menu."""
+    self.layout.separator()
+    self.layout.menu(SURFRECON_MT_object.bl_idname)
+
+
+ENTRIES = (
+    ("TOPBAR_MT_file_import", menu_import),
+    ("TOPBAR_MT_file_export", menu_export),
+    ("VIEW3D_MT_object", menu_object),
+)
+
+
+def register():
+    """Adds the entries."""
+    bpy.utils.register_class(SURFRECON_MT_object)
+    for menu, entry in ENTRIES:
+        getattr(bpy.types, menu).append(entry)
+
+
+def unregister():
+    """Takes them away again."""
+    for menu, entry in reversed(ENTRIES):
+        getattr(bpy.types, menu).remove(entry)
+    bpy.utils.unregister_class(SURFRECON_MT_object)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measure how far one surface lies from another, with a bound that holds between the vertices too."""
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import BoolProperty
+
+from .. import convert, surfaces
+from ..job import JobOperator, Refused
+from .error_map import ATTRIBUTE, round_up, show
+
+REPORT = "surfrecon_measure"
+FIGURES = ("mean", "rms", "p95", "max", "bias", "reached", "bound")
+
+
+class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
+    """Measure how far the active surface lies from the other selected ones, with a limit that no point of it exceeds"""
+
+    bl_idname = "surfrecon.measure"
+    bl_label = "Measure Distance"
+    bl_options = {"REGISTER", "UNDO"}
+
+    both: BoolProperty(
+        name="Both ways",
+        description="Measure from the others to the active surface as well: what the active one lacks counts too",
+        default=True,
+    )
+    signed: BoolProperty(name="Signed", description="Distances behind the other surface are negative", default=False)
+    show_error: BoolProperty(
+        name="Show error", description="Colour the active surface by the distances of its vertices", default=True
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be two surfaces."""
+        if not super().poll(context):
+            return False
+        if context.object is None or context.object.type != "MESH":
+            cls.poll_message_set("Make the mesh that is to be measured the active object")
+            return False
+        return True
+
+    def start(self, context):
+        """Gathers both surfaces in the world."""
+        active = context.object
+        others = [obj for obj in context.selected_objects if obj is not active]
+        if not others:
+            raise Refused(f'Select what "{active.name}" is to be measured against as well')
+        if active.data.library is not None and self.show_error:
+            raise Refused(f'"{active.name}" is linked from another file, which is left as it is: turn off Show error')
+        depsgraph = context.evaluated_depsgraph_get()
+        self.measured, self.against = active.name, ", ".join(obj.name for obj in others)
+        self.surface = surfaces.surface_of([active], depsgraph)
+        self.reference = surfaces.surface_of(others, depsgraph)
+        self.found = None
+        return surfrecon.Job.surface_distance(self.surface, self.reference, signed=self.signed)
+
+    def finish(self, context, result):
+        """Measures the way back, then shows both."""
+        if self.both and self.found is None:
+            self.found = result
+            return surfrecon.Job.surface_distance(self.reference, self.surface)
+        there, back = (result, None) if self.found is None else (self.found, result)
+        self.surface = self.reference = self.found = None
+        active = bpy.data.objects.get(self.measured)
+        if active is None:
+            raise Refused(f'"{self.measured}" was removed meanwhile: try again')
+        figures = {name: there[name] for name in FIGURES} | {"against": self.against}
+        if back is not None:
+            figures |= {f"back_{name}": back[name] for name in FIGURES}
+            figures["hausdorff"] = max(there["bound"], back["bound"])
+        distances = there["distances"]
+        # Modifiers may make other vertices than the mesh itself has.
+        if self.show_error and len(distances) == len(active.data.vertices):
+            convert.store(active.data, ATTRIBUTE, distances.astype(np.float32))
+            show(active, round_up(there["p95"]))
+        active[REPORT] = convert.plain(figures)
+        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {there["bound"]:.4g} from {self.against}')
+        return None

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Range scans of anything in the scene: what one camera sees, and what all cameras see with a scanner's noise."""
+
+import bpy
+import surfrecon
+from bpy.props import BoolProperty, EnumProperty, FloatProperty
+from mathutils import Matrix
+
+from .. import cameras, convert, surfaces
+from ..job import JobOperator, Refused
+from ..properties import given, option
+from ..scene import into_collection, select_only, show_colours, tint
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}
+
+
+class ScanOperator(JobOperator):
+    """What both operators share: cameras to choose, and what is done with the images."""
+
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+    percent: FloatProperty(
+        name="Resolution",
+        description="Size of the scan's grid as a percentage of that of the rendered picture",
+        subtype="PERCENTAGE",
+        default=50,
+        min=0.1,
+        max=1000,
+        soft_max=100,
+    )
+    faces: BoolProperty(
+        name="Triangulate",
+        description="Connect neighbouring samples by triangles, leaving out jumps; off: vertices only",
+        default=True,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to scan."""
+        if not super().poll(context):
+            return False
+        if not any(obj.type in surfaces.SURFACES or obj.instance_type != "NONE" for obj in context.selected_objects):
+            cls.poll_message_set("Select the objects to scan")
+            return False
+        return True
+
+    def scan(self, context, chosen, **options):
+        """The job that scans the selected objects with the chosen cameras."""
+        depsgraph = context.evaluated_depsgraph_get()
+        surface = surfaces.surface_of(context.selected_objects, depsgraph)
+        rows, columns = cameras.resolution(context.scene, self.percent)
+        views = [cameras.scanner(camera, context.scene, depsgraph, rows, columns) for camera in chosen]
+        self.names = [camera.name for camera in chosen]
+        objects = [obj for obj in context.selected_objects if obj.type != "CAMERA"]
+        self.subject = objects[0].name if len(objects) == 1 else "the scene"
+        return surfrecon.Job.virtual_scan(surface, views, **options)
+
+    def finish(self, context, images):
+        """An object a camera that saw something, in a collection of their own."""
+        seen = [(name, image) for name, image in zip(self.names, images, strict=True) if image.valid.any()]
+        if not seen:
+            names = ", ".join(f'"{name}"' for name in self.names[:3])
+            raise Refused(f"{names} sees nothing of {self.subject}: point the camera at it, or raise the resolution")
+        made = []
+        for name, image in seen:
+            obj = convert.object_from_range_image(f"{name} scan", image, 1.0, self.faces)
+            obj.matrix_world = Matrix(image.world_from_sensor.tolist())
+            made.append(obj)
+        into_collection(context, f"Scans of {self.subject}", made)
+        for k, obj in enumerate(made):
+            tint(obj, k)
+            show_colours(obj)
+        select_only(context, made)
+        samples = sum(len(obj.data.vertices) for obj in made)
+        blind = len(self.names) - len(made)
+        text = f"{len(made)} scans, {samples:,} samples" if len(made) > 1 else f"{samples:,} samples"
+        self.report({"INFO"}, text + (f"; {blind} cameras saw nothing" if blind else ""))
+
+
+class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
+    """Make a range scan of what the scene's camera sees of the selected objects, so that it can be sculpted"""
+
+    bl_idname = "surfrecon.reproject"
+    bl_label = "Scan from Camera"
+
+    def draw(self, context):
+        """Panel of the last operation."""
+        self.layout.use_property_split = True
+        for name in ("percent", "faces"):
+            self.layout.prop(self, name)
+
+    def start(self, context):
+        """Gathers the surface and the camera."""
+        if context.scene.camera is None:
+            raise Refused("The scene has no camera to scan from: add one, or make one active with Ctrl Numpad 0")
+        return self.scan(context, [context.scene.camera], backfaces=True)
+
+
+class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
+    """Scan the selected objects with the scene's cameras as a real scanner would: with noise and gaps"""
+
+    bl_idname = "surfrecon.virtual_scan"
+    bl_label = "Virtual Scan"
+
+    __annotations__ = (
+        ScanOperator.__annotations__
+        | {name: option(parameter) for name, parameter in PARAMETERS.items()}
+        | {
+            "cameras": EnumProperty(
+                name="Cameras",
+                description="Which cameras scan",
+                items=(
+                    ("ALL", "All", "All visible cameras of the scene"),
+                    ("SELECTED", "Selected", "The selected cameras"),
+                    ("ACTIVE", "Active", "The scene's active camera"),
+                ),
+            )
+        }
+    )
+
+    def draw(self, context):
+        """Panel of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        for names in (
+            ("cameras", "percent", "faces"),
+            ("noise", "noise_grazing", "quantum"),
+            ("dropout", "dropout_grazing"),
+            ("max_range", "backfaces"),
+            ("pose_shift", "pose_turn"),
+            ("seed",),
+        ):
+            column = layout.column(align=True)
+            for name in names:
+                column.prop(self, name)
+
+    def start(self, context):
+        """Gathers the surface and the cameras."""
+        if self.cameras == "ACTIVE":
+            chosen = [context.scene.camera] if context.scene.camera is not None else []
+        else:
+            pool = context.selected_objects if self.cameras == "SELECTED" else context.visible_objects
+            chosen = sorted((obj for obj in pool if obj.type == "CAMERA"), key=lambda obj: obj.name)
+        if not chosen:
+            which = {"ALL": "visible", "SELECTED": "selected", "ACTIVE": "active"}[self.cameras]
+            raise Refused(f"There is no {which} camera to scan with: add one, or choose other cameras")
+        options = given(self, PARAMETERS)
+        options["backfaces"] = bool(self.backfaces)
+        for name in ("seed", "threads"):
+            options[name] = None if options[name] is None else int(options[name])
+        return self.scan(context, chosen, **options)

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Preferences of the extension: what holds for all scenes."""
+
+import os
+
+import bpy
+import surfrecon
+from bpy.props import EnumProperty, FloatProperty, IntProperty
+
+PARAMETER = next(p for p in surfrecon.parameters("open") if p.name == "max_decoded_gib")
+
+UNITS = (
+    ("M", "Metres", ""),
+    ("CM", "Centimetres", ""),
+    ("MM", "Millimetres", ""),
+    ("UM", "Micrometres", ""),
+    ("IN", "Inches", ""),
+    ("FT", "Feet", ""),
+)
+
+
+class SurfreconPreferences(bpy.types.AddonPreferences):
+    """Shown in Edit > Preferences > Add-ons > Range Scans."""
+
+    bl_idname = __package__
+
+    threads: IntProperty(
+        name="Threads",
+        description="Worker threads of all operations; 0: one a core. Results are the same for any number",
+        default=0,
+        min=0,
+        max=1024,
+        soft_max=os.cpu_count() or 8,
+    )
+    memory: FloatProperty(
+        name="Memory for a file",
+        description="Gigabytes that one compressed file may take when it is unpacked; larger ones are refused",
+        default=PARAMETER.default,
+        min=0.01,
+        max=min(PARAMETER.maximum, 1e6),
+        soft_max=64,
+        precision=1,
+    )
+    unit: EnumProperty(
+        name="Unit of files",
+        description="Unit in which scans are taken to be measured, unless chosen otherwise when they are imported",
+        items=UNITS,
+        default="M",
+    )
+
+    def draw(self, context):
+        """One row a preference."""
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("threads", "memory", "unit"):
+            layout.prop(self, name)
+
+
+def preference(name):
+    """The value of a preference; its default where the extension runs without being installed as one."""
+    addon = bpy.context.preferences.addons.get(__package__)
+    if addon is None or addon.preferences is None:
+        return SurfreconPreferences.bl_rna.properties[name].default
+    return getattr(addon.preferences, name)
+
+
+def register():
+    """Registers them."""
+    bpy.utils.register_class(SurfreconPreferences)
+
+
+def unregister():
+    """Takes them away again."""
+    bpy.utils.unregister_class(SurfreconPreferences)

@@ -1,0 +1,9 @@
+import bpy
+
+op = bpy.context.active_operator
+
+op.unit = "M"
+op.axis_forward = "Y"
+op.axis_up = "Z"
+op.origin = "CENTRE"
+op.faces = True

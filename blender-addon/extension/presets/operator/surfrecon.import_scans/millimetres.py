@@ -1,0 +1,9 @@
+import bpy
+
+op = bpy.context.active_operator
+
+op.unit = "MM"
+op.axis_forward = "Y"
+op.axis_up = "Z"
+op.origin = "AUTO"
+op.faces = True

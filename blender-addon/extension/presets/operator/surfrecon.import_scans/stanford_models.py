@@ -1,0 +1,9 @@
+import bpy
+
+op = bpy.context.active_operator
+
+op.unit = "M"
+op.axis_forward = "-Z"
+op.axis_up = "Y"
+op.origin = "AUTO"
+op.faces = True

@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The figures of results as (name, value) texts, in the scene's units."""
+
+import math
+
+import bpy
+
+from .operators.clean import REPORT as CLEANED
+from .operators.cluster import REPORT as CLUSTERED
+from .operators.measure import REPORT as MEASURED
+from .operators.merge import REPORT
+from .operators.quads import REPORT as GRIDDED
+from .operators.reconstruct import REPORT as RECONSTRUCTED
+from .operators.sculpt import REPORT as SCULPTED
+
+
+def sculpt_lines(context, figures):
+    """The figures of a sculpted scan as (name, value) texts."""
+    figures = figures.to_dict()
+    full = max(figures["full_triangles"], 1)
+    yield "Triangles", f"{figures['triangles']:,}"
+    yield "Of all", f"{100 * figures['triangles'] / full:.1f} %"
+    yield "Tolerance", length(context, figures["tolerance"])
+    yield "Largest error", length(context, figures["max_error"])
+    yield "RMS error", length(context, figures["rms_error"])
+    yield "Samples not covered", f"{figures['isolated_pixels']:,}"
+    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+
+
+def reconstruct_lines(context, figures):
+    """The figures of a surface through points as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Points", f"{figures['points']:,}"
+    yield "On the surface", f"{figures['used']:,}"
+    yield "Not finite, copies", f"{figures['not_finite']:,}, {figures['duplicate']:,}"
+    yield "Inside, outside", f"{figures['inside']:,}, {figures['outside']:,}"
+    yield "Taken as", "closed" if figures["closed"] else "open"
+    yield "Tetrahedra", f"{figures['tetrahedra']:,}"
+    # The seconds of a surface include those of its stages.
+    seconds = figures["seconds"]
+    yield "Time", f"{seconds['sort'] + seconds['tetrahedralize'] + seconds['surface']:.2f} s"
+
+
+def quads_lines(context, figures):
+    """The figures of a quad grid as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Vertices", f"{figures['rows']} x {figures['columns']}"
+    yield "Quads", f"{figures['quads']:,}"
+    yield "Tiles", "{} x {}".format(*figures["tiles"])
+    for name, text in (("relative_error", "Relative error"), ("uniform_relative_error", "Of the uniform grid")):
+        yield text, f"{100 * figures[name]:.4g} %"
+    for name, text in (("rms_error", "RMS error"), ("max_error", "Largest error")):
+        yield text, length(context, figures[name])
+    if "max_residual" in figures:
+        yield "Surface off the grid by", length(context, figures["max_residual"])
+    yield "Gaps filled", f"{figures['gaps_filled']:,}"
+    yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
+
+
+def merge_lines(context, report):
+    """The figures of a merge's report as (name, value) texts."""
+    report = report.to_dict()
+    faces = report["faces"]
+    total = max(sum(faces), 1)
+    closed, left = report["holes"]
+    parts, _ = report["dropped_components"]
+    yield "Scans", f"{report['scans']}"
+    yield "Their triangles", f"{report['input_triangles']:,}"
+    yield "Triangles", f"{int(sum(faces)):,}"
+    yield "Voxel", length(context, report["voxel"])
+    yield "Merge distance", length(context, report["merge_distance"])
+    if "overlap_residual" in report:
+        yield "Scans disagree by", length(context, report["overlap_residual"])
+    yield "Holes closed, left", f"{closed}, {left}"
+    yield "Closed up to", length(context, report["max_hole_length"])
+    yield "Small parts dropped", f"{parts}"
+    yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
+    yield "Time", f"{sum(report['seconds'].values()):.2f} s"
+    yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"
+
+
+def cluster_lines(context, figures):
+    """The figures of a clustered surface as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Vertices", f"{figures['vertices']:,}"
+    yield "Triangles", f"{figures['triangles']:,}"
+    yield "Mean smallest angle", f"{math.degrees(figures['mean_smallest_angle']):.1f}°"
+    yield "Smallest angle", f"{math.degrees(figures['smallest_angle']):.1f}°"
+    if "max_error" in figures:
+        yield "Largest error", length(context, figures["max_error"])
+    if figures["kept_input"]:
+        yield "Result", "the input: nothing coarser is that near"
+    if figures["cut_edges"]:
+        yield "Edges cut", f"{figures['cut_edges']:,}"
+
+
+def measure_lines(context, figures):
+    """The figures of a measured distance as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Against", figures["against"]
+    for name, text in (("mean", "Mean"), ("rms", "RMS"), ("p95", "95 % below"), ("reached", "Largest found")):
+        yield text, length(context, figures[name])
+    yield "Nowhere more than", length(context, figures["bound"])
+    if "hausdorff" in figures:
+        yield "From there: RMS", length(context, figures["back_rms"])
+        yield "Nowhere more than", length(context, figures["back_bound"])
+        yield "Either way at most", length(context, figures["hausdorff"])
+
+
+def clean_lines(context, figures):
+    """What was removed from a scan as (name, value) texts."""
+    figures = figures.to_dict()
+    yield "Samples", f"{figures['samples']:,}"
+    yield "Removed: in small parts", f"{figures['small']:,}"
+    yield "Removed: of low confidence", f"{figures['doubtful']:,}"
+
+
+def length(context, value):
+    """A length in the scene's unit."""
+    settings = context.scene.unit_settings
+    if settings.system == "NONE":
+        return f"{value:.4g}"
+    return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
+
+
+# Custom property of a result -> its lines.
+LINES = {
+    REPORT: merge_lines,
+    SCULPTED: sculpt_lines,
+    GRIDDED: quads_lines,
+    RECONSTRUCTED: reconstruct_lines,
+    CLUSTERED: cluster_lines,
+    MEASURED: measure_lines,
+    CLEANED: clean_lines,
+}

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Results in the scene: collections, selection, colours by which scans are told apart."""
+
+import colorsys
+
+import bpy
+
+GOLDEN = 0.618034
+
+# The material that shows vertex colours.
+COLOURS = "Scan colours"
+
+
+def tint(obj, number):
+    """Gives an object its own viewport colour: neighbours in number are far apart in hue."""
+    obj.color = (*colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.45, 0.9), 1)
+
+
+def into_collection(context, name, objects):
+    """Links objects to a new collection of that name in the scene, and returns it."""
+    collection = bpy.data.collections.new(name)
+    context.scene.collection.children.link(collection)
+    for obj in objects:
+        collection.objects.link(obj)
+    return collection
+
+
+def link(context, obj):
+    """Links an object where the user works, or to the scene's own collection if that one is hidden or linked."""
+    collection = context.collection
+    if collection is None or collection.library is not None or context.layer_collection.exclude:
+        collection = context.scene.collection
+    collection.objects.link(obj)
+
+
+def select_only(context, objects):
+    """Selects these objects and nothing else; the first becomes the active one."""
+    for obj in context.selected_objects:
+        obj.select_set(False)
+    for obj in objects:
+        obj.select_set(True)
+    context.view_layer.objects.active = objects[0]
+
+
+def dress(made, source):
+    """Gives an object the materials of the one it was made from, or, without any, one that shows its colours."""
+    for slot in source.material_slots if source is not None else ():
+        # The error map's colours are those of the object, not of its mesh.
+        material = source.data.materials[slot.slot_index]
+        if material is not None:
+            made.data.materials.append(material)
+    show_colours(made)
+
+
+def show_colours(obj):
+    """Gives an object without materials one that shows its vertex colours, if it has any."""
+    if "colour" not in obj.data.attributes or len(obj.data.materials) > 0:
+        return
+    material = bpy.data.materials.get(COLOURS)
+    if material is None:
+        material = bpy.data.materials.new(COLOURS)
+        material.use_nodes = True
+        nodes = material.node_tree.nodes
+        attribute = nodes.new("ShaderNodeAttribute")
+        attribute.attribute_name = "colour"
+        attribute.location = (-300, 300)
+        shader = nodes["Principled BSDF"]
+        shader.inputs["Roughness"].default_value = 0.8
+        material.node_tree.links.new(attribute.outputs["Color"], shader.inputs["Base Color"])
+    obj.data.materials.append(material)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What several objects are together: one surface in the world, with instances and modifiers."""
+
+import numpy as np
+import surfrecon
+
+from . import convert
+from .job import Refused
+
+SURFACES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+
+
+def surface_of(objects, depsgraph):
+    """One `surfrecon.Mesh` in the world of all faces of the objects, those of their instances included.
+
+    Faces of mirrored objects are turned, so that front stays front. Colours are those of the vertices, white where a
+    part has none, and absent if no part has any.
+
+    Raises `Refused` with a sentence if there is nothing, or what is there can't be used.
+    """
+    chosen = {obj.original for obj in objects}
+    parts, refused = [], None
+    for instance in depsgraph.object_instances:
+        # An object that is only a source of instances may be selected and not be seen itself.
+        source = instance.parent if instance.is_instance else instance.object
+        if source is None or source.original not in chosen:
+            continue
+        if instance.object.type not in SURFACES:
+            continue
+        try:
+            parts.append(part_of(instance.object, np.array(instance.matrix_world, np.float64)))
+        except Refused as problem:
+            refused = problem
+    parts = [part for part in parts if part is not None]
+    if not parts:
+        if refused is not None:
+            raise refused
+        names = ", ".join(f'"{obj.name}"' for obj in list(objects)[:3])
+        raise Refused(f"{names or 'The selection'} has no faces: select visible objects with a surface")
+    return union(parts)
+
+
+def part_of(evaluated, matrix):
+    """Positions (n, 3) in the world, triangles (m, 3) and colours (n, 4) or `None` of an evaluated object.
+
+    `None` where it has no faces.
+    """
+    mesh = evaluated.to_mesh()
+    try:
+        if mesh is None or len(mesh.polygons) == 0:
+            return None
+        convert.refuse_unusable(evaluated, matrix)
+        positions = convert.positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
+        if not np.isfinite(positions).all():
+            raise Refused(f'"{evaluated.name}" has a vertex whose coordinates are no numbers: delete it')
+        triangles = convert.triangles(mesh).astype(np.int64)
+        if np.linalg.det(matrix[:3, :3]) < 0:
+            triangles = triangles[:, ::-1]
+        return positions, triangles, convert.vertex_colours(mesh)
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def union(parts):
+    """A `surfrecon.Mesh` of (positions, triangles, colours or `None`)."""
+    counts = np.cumsum([0] + [len(positions) for positions, _, _ in parts])
+    colour = None
+    if any(colours is not None for _, _, colours in parts):
+        white = np.full((1, 4), 255, np.uint8)
+        colour = np.concatenate([np.repeat(white, len(p), axis=0) if c is None else c for p, _, c in parts])
+    return surfrecon.Mesh(
+        np.concatenate([positions for positions, _, _ in parts]),
+        np.concatenate([triangles + count for (_, triangles, _), count in zip(parts, counts, strict=False)]),
+        colour=colour,
+    )

@@ -1,0 +1,191 @@
+"""The extension among Blender's own things: menus, hidden and linked objects, preferences, colours, preview."""
+
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from conftest import MODULE
+from files import write_set
+from shapes import torus, torus_scans
+from test_merge import VOXEL, add_mesh
+from test_panels import FakeLayout
+
+
+def operators():
+    return [getattr(bpy.types, name) for name in dir(bpy.types) if name.startswith("SURFRECON_OT_")]
+
+
+def test_every_operator_is_in_a_menu_and_says_what_it_does(extension):
+    texts = []
+    menu = SimpleNamespace(layout=FakeLayout(texts))
+    bpy.types.SURFRECON_MT_object.draw(menu, bpy.context)
+    extension.menus.menu_import(menu, bpy.context)
+    extension.menus.menu_export(menu, bpy.context)
+    offered = {text for text in texts if text.startswith("surfrecon.")}
+    for cls in operators():
+        name = "surfrecon." + cls.__name__.removeprefix("SURFRECON_OT_")
+        if name == "surfrecon.cancel":
+            continue
+        assert name in offered, f"{name} is in no menu"
+        rna = getattr(bpy.ops.surfrecon, name.split(".")[1]).get_rna_type()
+        assert len(rna.description) > 25 and not rna.description.endswith(".")
+        assert re.fullmatch(r"[A-Z]\w*( [A-Z]\w*| from| by)*", rna.name)
+        for prop in rna.properties:
+            if prop.identifier in {"rna_type", "bl_idname"} or prop.is_hidden or "filter" in prop.identifier:
+                continue
+            assert prop.name and prop.name[0].isupper(), (name, prop.identifier)
+            assert not prop.description.endswith("."), (name, prop.identifier)
+    assert extension.menus.menu_object in bpy.types.VIEW3D_MT_object.draw._draw_funcs
+
+
+def test_the_preferences_are_used(tmp_path):
+    preferences = bpy.context.preferences.addons[MODULE].preferences
+    path = str(write_set(tmp_path, torus_scans(pixels=30)[:1]))
+    bpy.ops.surfrecon.import_scans(filepath=path)
+    metres = bpy.context.object.dimensions.x
+    try:
+        preferences.unit = "MM"
+        bpy.ops.surfrecon.import_scans(filepath=path)
+        assert bpy.context.object.dimensions.x == pytest.approx(metres / 1000, rel=1e-4)
+        bpy.context.scene.unit_settings.scale_length = 0.001
+        bpy.ops.surfrecon.import_scans(filepath=path)
+        assert bpy.context.object.dimensions.x == pytest.approx(metres, rel=1e-4)
+        bpy.ops.surfrecon.import_scans(filepath=path, unit="M")
+        assert bpy.context.object.dimensions.x == pytest.approx(1000 * metres, rel=1e-4)
+        bpy.ops.surfrecon.import_scans(filepath=path, unit="SCENE")
+        assert bpy.context.object.dimensions.x == pytest.approx(metres, rel=1e-4)
+    finally:
+        preferences.unit = "M"
+        bpy.context.scene.unit_settings.scale_length = 1
+    texts = []
+    type(preferences).draw(SimpleNamespace(layout=PreferenceLayout(preferences, texts)), bpy.context)
+    assert texts == ["threads", "memory", "unit"]
+
+
+class PreferenceLayout:
+    def __init__(self, preferences, texts):
+        self.__dict__.update(preferences=preferences, texts=texts)
+
+    def prop(self, data, name):
+        getattr(self.preferences, name)
+        self.texts.append(name)
+
+    def __setattr__(self, name, value):
+        assert name in bpy.types.UILayout.bl_rna.properties
+
+
+def test_hidden_scans_are_left_out(tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    scans = bpy.context.selected_objects
+    scans[0].hide_set(True)
+    bpy.ops.surfrecon.merge(voxel=VOXEL)
+    assert bpy.context.object["surfrecon_report"]["scans"] == len(scans) - 1
+
+
+def test_objects_of_linked_libraries_are_read_and_never_written(tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    names = [obj.name for obj in bpy.context.selected_objects]
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
+    bpy.ops.wm.read_homefile(use_empty=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.objects = names
+    for obj in wanted.objects:
+        bpy.context.collection.objects.link(obj)
+        obj.select_set(True)
+    bpy.context.view_layer.objects.active = wanted.objects[0]
+    with pytest.raises(RuntimeError, match="is linked from another file, which is left as it is"):
+        bpy.ops.surfrecon.clean()
+    with pytest.raises(RuntimeError, match="is linked from another file, which is left as it is"):
+        bpy.ops.surfrecon.error_map()
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
+    assert bpy.context.object.library is None
+
+
+def test_results_keep_materials_and_show_colours(tmp_path):
+    images = torus_scans(pixels=60)[:1]
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, images)))
+    scan = bpy.context.object
+    material = bpy.data.materials.new("clay")
+    scan.data.materials.append(material)
+    bpy.ops.surfrecon.sculpt(relative_tolerance=0.01)
+    assert list(bpy.context.object.data.materials) == [material]
+
+
+def test_scans_are_told_apart_by_colour(tmp_path):
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=40)[:5])))
+    scans = bpy.context.selected_objects
+    for obj in scans:
+        obj.color = (1, 1, 1, 1)
+    assert bpy.ops.surfrecon.tint_scans() == {"FINISHED"}
+    assert len({tuple(obj.color) for obj in scans}) == 5
+
+
+def test_the_origin_of_an_import(tmp_path):
+    images = torus_scans(pixels=40)[:2]
+    for image in images:
+        pose = np.array(image.world_from_sensor)
+        pose[:3, 3] += (5, 6, 7)
+        image.world_from_sensor = pose
+    path = str(write_set(tmp_path, images))
+    middle = {}
+    for origin in ("KEEP", "CENTRE"):
+        bpy.ops.surfrecon.import_scans(filepath=path, origin=origin)
+        bpy.context.view_layer.update()
+        boxes = [obj.matrix_world @ obj.data.vertices[0].co for obj in bpy.context.selected_objects]
+        middle[origin] = np.mean(boxes, axis=0)
+    assert np.allclose(middle["KEEP"], (5, 6, 7), atol=1.5) and np.allclose(middle["CENTRE"], 0, atol=1.5)
+
+
+def test_a_preview_is_shaded_triangles(extension):
+    mesh = torus(10)
+    corners, colours = extension.preview.shaded(mesh.positions, mesh.triangles)
+    assert corners.shape == (3 * len(mesh.triangles), 3) and colours.shape == (3 * len(mesh.triangles), 4)
+    assert np.isfinite(colours).all() and colours.min() > 0 and colours.max() <= 1
+    extension.preview.end()
+
+
+def test_times_are_told_as_people_do(extension):
+    duration = extension.job.duration
+    assert [duration(x) for x in (0.2, 59.6, 99, 150, 7300)] == ["1 s", "60 s", "99 s", "3 min", "2 h 2 min"]
+
+
+def test_several_surfaces_and_none(extension):
+    from pytest import raises
+
+    surfaces = extension.surfaces
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    with raises(extension.job.Refused, match="has no faces"):
+        surfaces.surface_of([], depsgraph)
+    add_mesh("a", torus(10))
+    add_mesh("b", torus(12))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    made = surfaces.surface_of(bpy.context.selected_objects, depsgraph)
+    assert len(made.triangles) == len(torus(10).triangles) + len(torus(12).triangles)
+    assert made.check()["components"] == 2 and made.check()["is_closed"]
+
+
+def test_presets_come_with_the_extension():
+    for operator, names in {
+        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py"},
+        "virtual_scan": {"depth_camera.py", "exact.py"},
+    }.items():
+        paths = bpy.utils.preset_paths(f"operator/surfrecon.{operator}")
+        found = {file.name for path in paths for file in Path(path).glob("*.py")}
+        assert names <= found
+        properties = getattr(bpy.ops.surfrecon, operator).get_rna_type().properties
+        for path in paths:
+            for file in Path(path).glob("*.py"):
+                for name in re.findall(r"^op\.(\w+) =", file.read_text(), re.M):
+                    assert name in properties
+
+
+def test_translations_are_of_texts_that_exist(extension):
+    known = {getattr(bpy.ops.surfrecon, name).get_rna_type().name for name in dir(bpy.ops.surfrecon)}
+    known |= {cls.bl_label for cls in extension.panels.CLASSES}
+    for language, texts in extension.translations.LANGUAGES.items():
+        assert re.fullmatch(r"[a-z]{2}_[A-Z]{2}", language)
+        for _, text in texts:
+            assert text in known, text

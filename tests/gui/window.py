@@ -1,0 +1,316 @@
+"""Drives the extension in the window of a real Blender: `tools/test_gui.sh` runs it.
+
+Blender's own event loop runs between the `yield`s, each of which says for how many seconds. Every check prints a line
+`ok: ...` or `FAILED: ...`; pictures of the window are kept.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import traceback
+from pathlib import Path
+
+import bpy
+
+PICTURES = Path(os.environ["SURFRECON_PICTURES"])
+MODULE = "bl_ext.user_default.surfrecon"
+LONGEST = 240
+failed = 0
+
+# Must be set before the window is drawn.
+bpy.context.preferences.view.show_splash = False
+# Without a window manager a second window would cover everything.
+bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
+bpy.context.preferences.system.use_online_access = False
+
+
+def check(text, holds):
+    """One line a check."""
+    global failed
+    failed += not holds
+    print(f"{'ok' if holds else 'FAILED'}: {text}", flush=True)
+
+
+def place():
+    """Window, area and region of the 3D view, for `temp_override`."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
+    return {"window": window, "area": area, "region": next(r for r in area.regions if r.type == "WINDOW")}
+
+
+def run(operator, *mode, **options):
+    """Calls an operator as a button does: with its invoke and with an undo step."""
+    with bpy.context.temp_override(**place()):
+        return operator(*(mode or ("INVOKE_DEFAULT", True)), **options)
+
+
+def key(name):
+    """Presses and releases a key over the 3D view."""
+    window = place()["window"]
+    for value in ("PRESS", "RELEASE"):
+        window.event_simulate(type=name, value=value, x=window.width // 2, y=window.height // 2)
+
+
+def picture(name):
+    """Keeps a picture of the whole window; Blender's own screenshots are black under software rendering."""
+    command = ["import", "-window", "root", "-display", os.environ["DISPLAY"], PICTURES / f"{name}.png"]
+    subprocess.run(command, check=True)
+
+
+def until(condition, seconds=LONGEST):
+    """Lets Blender run until something holds."""
+    end = time.monotonic() + seconds
+    while not condition() and time.monotonic() < end:
+        yield 0.02
+
+
+def extension():
+    """The enabled extension."""
+    return sys.modules[MODULE]
+
+
+def names():
+    """What a cancelled operation must leave as it was."""
+    kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.collections)
+    return [sorted(kind.keys()) for kind in kinds]
+
+
+def select(objects):
+    """Selects these objects only."""
+    for obj in bpy.data.objects:
+        obj.select_set(obj in objects)
+    bpy.context.view_layer.objects.active = objects[0]
+
+
+def view_selected():
+    """Fills the view with what is selected."""
+    run(bpy.ops.view3d.view_selected, "INVOKE_DEFAULT", use_all_regions=False)
+
+
+def installing():
+    """From the zip, as a user does."""
+    bpy.ops.extensions.package_install_files(
+        filepath=os.environ["SURFRECON_ZIP"], repo="user_default", enable_on_install=True
+    )
+    check("the extension is installed and enabled", MODULE in bpy.context.preferences.addons)
+    for obj in list(bpy.data.objects):
+        bpy.data.objects.remove(obj)
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="empty")
+    yield 0.5
+    area = place()["area"]
+    area.spaces[0].show_region_ui = True
+    area.spaces[0].overlay.show_floor = False
+    yield 0.5
+    next(region for region in area.regions if region.type == "UI").active_panel_category = "Scans"
+    yield 0.5
+    picture("1_sidebar")
+
+
+def dropping(folder):
+    """A file dropped into the view: the call that Blender makes for the file handler."""
+    import surfrecon
+
+    shape = surfrecon.sculpture(cell=4.0)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=200), noise=0.05)
+    for k, image in enumerate(images):
+        image.name = f"serpent{k:02}"
+    surfrecon.write_scans(folder / "serpent.conf", images)
+    handler = bpy.types.SURFRECON_FH_scans
+    check("the file handler takes .conf files", ".conf" in handler.bl_file_extensions.split(";"))
+    with bpy.context.temp_override(**place()):
+        check("and files dropped into the 3D view", bool(handler.poll_drop(bpy.context)))
+    options = {"filepath": str(folder / "serpent.conf"), "directory": f"{folder}/", "files": [{"name": "serpent.conf"}]}
+    run(bpy.ops.surfrecon.import_scans, **options, unit="MM")
+    yield 0.7
+    picture("2_import_dialog")
+    check("nothing is imported before the dialog is answered", not bpy.data.objects)
+    key("RET")
+    yield from until(lambda: bpy.data.objects and extension().job.Running.job is None)
+    scans = [obj for obj in bpy.data.objects if extension().convert.is_range_image(obj)]
+    check(f"all {len(images)} scans are there", len(scans) == len(images))
+    check("in a collection named after the set", "serpent" in bpy.data.collections)
+    run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    check("importing is one undo step", not bpy.data.objects)
+    run(bpy.ops.ed.redo, "EXEC_DEFAULT")
+    check("that can be done again", len(bpy.data.objects) == len(images))
+    yield 0.5
+    view_selected()
+    run(bpy.ops.surfrecon.tint_scans)
+    yield 1.0
+    picture("3_scans")
+
+
+def merging():
+    """To the end, with progress; then back and forth."""
+    running = extension().job.Running
+    before = names()
+    started = time.monotonic()
+    check("the merge runs in the background", run(bpy.ops.surfrecon.merge, voxel=0.0006) == {"RUNNING_MODAL"})
+    check(
+        f"the first progress was shown {1000 * (time.monotonic() - started):.0f} ms after the button",
+        bool(running.title),
+    )
+    seen, stages, pictured = [], set(), False
+    while running.job is not None and time.monotonic() < started + LONGEST:
+        seen.append(running.fraction)
+        stages.add(running.stage)
+        if running.fraction > 0.3 and not pictured:
+            pictured = True
+            check("no second operation may begin meanwhile", not bpy.ops.surfrecon.merge.poll())
+            picture("4_merging")
+        yield 0.05
+    check(f"progress rose through {len(stages)} stages without falling", seen == sorted(seen) and len(stages) > 2)
+    yield 0.3
+    merged = bpy.data.objects.get("Merged")
+    check("the surface is there", merged is not None and len(merged.data.polygons) > 10000)
+    run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    check("undo takes it away in one step", names() == before)
+    run(bpy.ops.ed.redo, "EXEC_DEFAULT")
+    check("redo brings it back", "Merged" in bpy.data.objects)
+    yield 0.3
+
+
+def watch(job, ended):
+    """Notes when a job ends."""
+    while not job.done():
+        time.sleep(0.005)
+    ended.append(time.monotonic())
+
+
+def cancelling(scans):
+    """ESC, the button, another file: the scene stays as it was. A fine merge shows its preview first."""
+    running, preview = extension().job.Running, extension().preview.Preview
+    for route in ("ESC", "button"):
+        select([bpy.data.objects[name] for name in scans])
+        before = names()
+        run(bpy.ops.surfrecon.merge, voxel=0.00008)
+        yield from until(lambda: running.seconds() > 0.5)
+        if route == "ESC":
+            yield from until(lambda: preview.handle is not None or running.job is None, 60)
+            check("a preview is drawn while a long merge runs", preview.handle is not None)
+            yield 0.3
+            picture("5_preview")
+            check("and nothing of it is in the scene", names() == before)
+        job, ended = running.job, []
+        # On a thread: drawing keeps this one waiting.
+        watcher = threading.Thread(target=watch, args=(job, ended))
+        watcher.start()
+        if route == "ESC":
+            key("ESC")
+        else:
+            bpy.ops.surfrecon.cancel()
+        yield from until(lambda: running.job is None, 60)
+        watcher.join()
+        seconds = ended[0] - running.stopped
+        unchanged = running.job is None and names() == before
+        check(f"{route} ends the job (in {seconds:.2f} s) and leaves the scene as it was", unchanged)
+        check("and takes the preview away", preview.handle is None)
+        yield 0.3
+
+
+def adjusting(scans):
+    """The panel of the last operation digs again without a new start."""
+    select([bpy.data.objects[scans[0]]])
+    running, kept = extension().job.Running, sys.modules[f"{MODULE}.operators.sculpt"].Kept
+    run(bpy.ops.surfrecon.sculpt, relative_tolerance=0.002)
+    yield from until(lambda: running.job is None)
+    fine, sculptor, count = len(bpy.context.object.data.polygons), kept.sculptor, len(bpy.data.objects)
+    last = bpy.context.window_manager.operators[-1]
+    check("sculpting is the last operation", last.bl_idname == "SURFRECON_OT_sculpt")
+    run(bpy.ops.screen.redo_last)
+    yield 1.0
+    picture("6_adjust")
+    key("ESC")
+    yield 0.3
+    last = bpy.context.window_manager.operators[-1]
+    last.properties.relative_tolerance = 0.01
+    print("repeated:", run(bpy.ops.ed.undo_redo, "EXEC_DEFAULT"), last.bl_idname, last.properties.relative_tolerance)
+    yield 0.5
+    coarse = len(bpy.context.object.data.polygons)
+    check(f"adjusting digs again: {fine:,} to {coarse:,} triangles", coarse < fine and len(bpy.data.objects) == count)
+    check("with the same sculptor", kept.sculptor is sculptor and sculptor is not None)
+    run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    check("undo takes it away in one step", len(bpy.data.objects) == count - 1)
+    yield 0.3
+
+
+def looking():
+    """The error map with its legend, and the measured distance."""
+    running = extension().job.Running
+    merged = bpy.data.objects["Merged"]
+    select([merged])
+    run(bpy.ops.surfrecon.error_map)
+    yield from until(lambda: running.job is None)
+    check("the error map is there", "error" in merged.data.attributes)
+    for obj in bpy.data.objects:
+        obj.hide_set(obj is not merged)
+    view_selected()
+    yield 2.0
+    picture("7_error_map")
+    space = place()["area"].spaces.active
+    space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
+    yield 1.0
+    picture("8_error_map_solid")
+    check("the colours for the solid view are there", merged.data.color_attributes.active_color.name == "error_colour")
+
+
+def asking():
+    """The file browser with the options at its side."""
+    run(bpy.ops.surfrecon.import_scans)
+    yield 1.5
+    picture("9_file_browser")
+    key("ESC")
+    yield 0.7
+
+
+def leaving(scans):
+    """Another file while something runs."""
+    running = extension().job.Running
+    for name in scans:
+        bpy.data.objects[name].hide_set(False)
+    select([bpy.data.objects[name] for name in scans])
+    run(bpy.ops.surfrecon.merge, voxel=0.00008)
+    yield 0.5
+    job = running.job
+    bpy.ops.wm.read_homefile(use_empty=True)
+    yield 0.5
+    check("another file ends what runs", job is not None and running.job is None)
+    yield from until(job.done, 10)
+    check("and its thread", job.done())
+
+
+def steps():
+    """All of it, in the order of the work."""
+    yield from installing()
+    with tempfile.TemporaryDirectory() as folder:
+        yield from dropping(Path(folder))
+    scans = [obj.name for obj in bpy.data.objects]
+    yield from merging()
+    yield from adjusting(scans)
+    yield from cancelling(scans)
+    yield from looking()
+    yield from asking()
+    yield from leaving(scans)
+
+
+script = steps()
+
+
+def tick():
+    """Called by Blender's timer; an exception there would not end Blender."""
+    try:
+        return next(script)
+    except StopIteration:
+        print(f"{failed} checks failed" if failed else "all checks hold", flush=True)
+    except BaseException:
+        traceback.print_exc()
+        check("the script runs to its end", False)
+        picture("exception")
+    sys.stdout.flush()
+    os._exit(1 if failed else 0)
+
+
+bpy.app.timers.register(tick, first_interval=1.0)

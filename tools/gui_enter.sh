@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Runs a command in the system that tools/gui_root.sh prepares, with this tree at /tree. Usage: tools/gui_enter.sh FOLDER COMMAND...
+# Mounts are made in a namespace of their own: they end with the command, and nobody else sees them.
+set -euo pipefail
+folder=${1:?usage: tools/gui_enter.sh FOLDER COMMAND...}
+shift
+tree=$(cd "$(dirname "$0")/.." && pwd)
+mkdir -p "$folder/tree"
+exec unshare --mount --pid --fork --kill-child -- sh -c '
+    folder=$1 tree=$2
+    shift 2
+    mount --make-rprivate / && mount --bind /dev "$folder/dev" && mount -t proc proc "$folder/proc" &&
+        mount -t sysfs sys "$folder/sys" && mount -t devpts devpts "$folder/dev/pts" && mount --bind "$tree" "$folder/tree"
+    # Not in its place: a display server does not talk to a parent that is process 1.
+    chroot "$folder" "$@"' sh "$folder" "$tree" "$@"
