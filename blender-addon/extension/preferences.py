@@ -7,8 +7,6 @@ import bpy
 import surfrecon
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 
-PARAMETER = next(p for p in surfrecon.parameters("open") if p.name == "max_decoded_gib")
-
 UNITS = (
     ("M", "Metres", ""),
     ("CM", "Centimetres", ""),
@@ -17,6 +15,11 @@ UNITS = (
     ("IN", "Inches", ""),
     ("FT", "Feet", ""),
 )
+
+
+def limit_memory(preferences, context):
+    """Tells the library."""
+    surfrecon.set_memory_limit(int(preferences.memory * 1e9) or None)
 
 
 class SurfreconPreferences(bpy.types.AddonPreferences):
@@ -33,13 +36,15 @@ class SurfreconPreferences(bpy.types.AddonPreferences):
         soft_max=os.cpu_count() or 8,
     )
     memory: FloatProperty(
-        name="Memory for a file",
-        description="Gigabytes that one compressed file may take when it is unpacked; larger ones are refused",
-        default=PARAMETER.default,
-        min=0.01,
-        max=min(PARAMETER.maximum, 1e6),
+        name="Memory limit",
+        description="Gigabytes that one operation may take, as far as it can be foreseen; 0: all that is free. "
+        "What would need more is refused before it begins",
+        default=0,
+        min=0,
+        max=1e6,
         soft_max=64,
         precision=1,
+        update=limit_memory,
     )
     unit: EnumProperty(
         name="Unit of files",
@@ -67,8 +72,10 @@ def preference(name):
 def register():
     """Registers them."""
     bpy.utils.register_class(SurfreconPreferences)
+    surfrecon.set_memory_limit(int(preference("memory") * 1e9) or None)
 
 
 def unregister():
     """Takes them away again."""
+    surfrecon.set_memory_limit(None)
     bpy.utils.unregister_class(SurfreconPreferences)

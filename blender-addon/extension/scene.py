@@ -5,7 +5,12 @@ import colorsys
 
 import bpy
 
+from . import convert
+
 GOLDEN = 0.618034
+
+# Custom property of a result: the names of what it was made from, a line each.
+SCANS = "surfrecon_scans"
 
 # The material that shows vertex colours.
 COLOURS = "Scan colours"
@@ -23,6 +28,17 @@ def into_collection(context, name, objects):
     for obj in objects:
         collection.objects.link(obj)
     return collection
+
+
+def scan_behind(obj):
+    """The range scan that an object is, or was made from; `None` if there is none.
+
+    So an operator can be adjusted, and called again, while its own result is the active object.
+    """
+    if obj is None or convert.is_range_image(obj):
+        return obj
+    source = bpy.data.objects.get(obj.get(SCANS, ""))
+    return source if source is not None and convert.is_range_image(source) else None
 
 
 def link(context, obj):

@@ -77,6 +77,20 @@ class PreferenceLayout:
         assert name in bpy.types.UILayout.bl_rna.properties
 
 
+def test_the_memory_limit_refuses_before_it_begins(tmp_path):
+    preferences = bpy.context.preferences.addons[MODULE].preferences
+    bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
+    names = bpy.data.objects.keys()
+    try:
+        preferences.memory = 0.001
+        with pytest.raises(RuntimeError, match="MB"):
+            bpy.ops.surfrecon.merge(voxel=0.002)
+        assert bpy.data.objects.keys() == names
+    finally:
+        preferences.memory = 0
+    assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
+
+
 def test_hidden_scans_are_left_out(tmp_path):
     bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
     scans = bpy.context.selected_objects

@@ -106,6 +106,17 @@ def test_what_can_not_be_sculpted_is_named(scan):
     assert len(bpy.data.objects) == 2
 
 
+def test_a_result_can_be_sculpted_again_from_its_scan(scan):
+    bpy.ops.surfrecon.sculpt(relative_tolerance=0.01)
+    few = len(bpy.context.object.data.polygons)
+    # Adjusting the last operation asks whether it could be called now, with its own result as the active object.
+    assert bpy.ops.surfrecon.sculpt.poll()
+    bpy.ops.surfrecon.sculpt(relative_tolerance=0.002)
+    assert len(bpy.context.object.data.polygons) > few
+    bpy.data.objects.remove(scan)
+    assert not bpy.ops.surfrecon.sculpt.poll()
+
+
 def test_the_operator_can_be_adjusted_and_undone(extension):
     operator = import_module(f"{extension.__name__}.operators.sculpt").SURFRECON_OT_sculpt
     assert operator.bl_options == {"REGISTER", "UNDO", "PRESET"}

@@ -7,7 +7,7 @@ import surfrecon
 
 from .. import convert
 from ..job import JobOperator, Refused
-from .merge import SCANS
+from ..scene import SCANS
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"

@@ -170,7 +170,6 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             "scale": self.pixel_scale or None,
             "step": self.pixel_step or None,
             "pixels": self.pixels,
-            "max_decoded_gib": preference("memory"),
         }
 
     def execute(self, context):

@@ -8,9 +8,9 @@ import surfrecon
 from .. import convert
 from ..job import JobOperator, Refused
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
-from ..scene import link, select_only, show_colours
+from ..scene import SCANS, link, select_only, show_colours
 
-REPORT, SCANS = "surfrecon_report", "surfrecon_scans"
+REPORT = "surfrecon_report"
 
 # Cells along the diagonal of what the preview merges.
 PREVIEW_CELLS = 150

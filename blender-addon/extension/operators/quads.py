@@ -9,9 +9,8 @@ from mathutils import Matrix
 from .. import convert
 from ..job import JobOperator, Refused
 from ..properties import given, option
-from ..scene import dress, link, select_only
+from ..scene import SCANS, dress, link, scan_behind, select_only
 from .error_map import show
-from .merge import SCANS
 
 REPORT = "surfrecon_quads"
 
@@ -77,7 +76,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         """There must be a scan."""
         if not super().poll(context):
             return False
-        if context.object is None or not convert.is_range_image(context.object):
+        if scan_behind(context.object) is None:
             cls.poll_message_set("Make an imported scan the active object")
             return False
         return True
@@ -115,7 +114,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers the scan."""
-        obj = context.object
+        obj = scan_behind(context.object)
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')

@@ -12,8 +12,7 @@ from mathutils import Matrix
 from .. import convert
 from ..job import JobOperator, Refused
 from ..properties import option, threads
-from ..scene import link, select_only, show_colours
-from .merge import SCANS
+from ..scene import SCANS, link, select_only, show_colours
 
 REPORT = "surfrecon_reconstruct"
 
