@@ -5,8 +5,12 @@
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
  *   Results are written through the last arguments, and only on SRF_OK.
  *   Pointers are borrowed for the call unless the comment says otherwise; const means not modified.
- *   Every call may be made from any thread, and no call ends the program. Allocations for what is handed in can fail
- *   with SRF_ERR_OUT_OF_MEMORY; what the system then refuses to the work itself ends the program, as it would any.
+ *   Every call may be made from any thread, and no input ends the program. Work that would not fit into the memory that
+ *   is free (see srf_set_memory_limit()) is refused by any call with SRF_ERR_OUT_OF_MEMORY before it begins, as far as it
+ *   can be foreseen; if the system refuses memory after that, to this or to another thread, the program ends.
+ *   Files appear whole or not at all, under their name only at the end. One that is there is replaced and keeps its
+ *   permissions; links are followed; a read-only file is left alone (SRF_ERR_IO), and so is what is no file
+ *   (SRF_ERR_INPUT).
  *   Handles are numbers looked up in a table: a wrong or freed one is refused with SRF_ERR_HANDLE, never followed. A handle
  *   may be used by several threads at once.
  *   Structs that start with struct_size are filled by their _init function before use and grow only at the end: a program
@@ -143,6 +147,46 @@ typedef enum {
   // Text, coordinates as in SRF_BINARY.
   SRF_ASCII = 3,
 } srf_encoding;
+
+// What the perimeter of a facet is compared with.
+typedef enum {
+  // The spacing of the points around it: sparse parts may have large facets.
+  SRF_LOCAL = 1,
+  // The mean over the whole surface.
+  SRF_GLOBAL = 2,
+} srf_threshold;
+
+// What a surface may be.
+typedef enum {
+  // No edge and no vertex that isn't manifold.
+  SRF_MANIFOLD = 1,
+  // Carved by the threshold alone: closed, but not manifold where parts touch, and without the points carved away.
+  SRF_FREE = 2,
+} srf_topology;
+
+// Whether the points are of a closed surface; only with SRF_MANIFOLD.
+typedef enum {
+  // Closed if a closed surface goes through more than half of the points, else open.
+  SRF_CLOSED_OR_OPEN = 1,
+  // Closed: gaps in the sampling are spanned by large facets.
+  SRF_CLOSED = 2,
+  // Facets above the threshold are left out, so that gaps stay open.
+  SRF_OPEN = 3,
+} srf_closure;
+
+// Why a point is not on a surface.
+typedef enum {
+  // It is on it.
+  SRF_USED = 0,
+  // A coordinate isn't a finite number.
+  SRF_NOT_FINITE = 1,
+  // At the same place as a point before it.
+  SRF_DUPLICATE = 2,
+  // Inside the closed surface, out of its reach.
+  SRF_INSIDE = 3,
+  // Outside the surface: too far away for the threshold, or carved away.
+  SRF_OUTSIDE = 4,
+} srf_dropped;
 
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
@@ -787,6 +831,14 @@ srf_status srf_image_ray(const srf_image *image,
 // world_from_sensor  a rotation and a translation; NULL for the identity
 // returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_set_pose(srf_image *image, const srf_pose *world_from_sensor);
+
+// Names an image: for messages, as what ties are broken by when merging, and for the files of srf_images_write_conf().
+// Views of the image are gone.
+// image      not NULL
+// name       UTF-8; NULL for none
+// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_set_name(srf_image *image,
+                              const char *name);
 
 // Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
 // image        not NULL

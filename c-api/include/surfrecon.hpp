@@ -501,6 +501,7 @@ public:
     }
 
     void set_pose(const Pose &world_from_sensor) { check(srf_image_set_pose(get(), &world_from_sensor)); }
+    void set_name(const std::string &name) { check(srf_image_set_name(get(), name.c_str())); }
 
     // Three doubles a pixel, NaN for an invalid one.
     std::vector<double> world_points() const

@@ -289,6 +289,23 @@ pub unsafe extern "C" fn srf_image_set_pose(image: *mut srf_image, world_from_se
     })
 }
 
+/// Names an image: for messages, as what ties are broken by when merging, and for the files of srf_images_write_conf().
+/// Views of the image are gone.
+/// image      not NULL
+/// name       UTF-8; NULL for none
+/// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_image_set_name(image: *mut srf_image, name: *const c_char) -> srf_status {
+    guard(|| {
+        let name = if name.is_null() { String::new() } else { pointer::text("name", name)?.to_owned() };
+        handle::change("image", image.cast_const(), |image| {
+            image.name = CString::new(name.as_str()).unwrap_or_default();
+            image.image.name = name;
+            Ok(())
+        })
+    })
+}
+
 /// Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
 /// image        not NULL
 /// colours      4 SRF_U8 a pixel, sRGB with straight alpha

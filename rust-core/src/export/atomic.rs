@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all.
 
-use std::fs::File;
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::{File, Permissions};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::TempPath;
@@ -50,12 +50,16 @@ impl Staged {
 }
 
 /// Lets `write` fill a temporary file in the folder of `path` and gives it that name at the end, replacing a file that
-/// has it; `progress` is reported meanwhile. On any error (a cancelled call among them) nothing is left and a file that was there is untouched.
+/// has it; `progress` is reported meanwhile. On any error (a cancelled call among them) nothing is left and a file that
+/// was there is untouched.
+///
+/// A link is followed, and the replaced file's permissions are kept; other names of it (hard links) keep the old content.
 ///
 /// The data is handed to the system but not forced to the disk: after a crash of the machine the file may be short.
 ///
 /// # Errors
-/// [`Error::Io`] if the file can't be made, or what `write` returns.
+/// [`Error::Io`] if the file can't be made, or is there and read-only; [`Error::Input`] for a folder or a device; or what
+/// `write` returns.
 pub(crate) fn write_atomically(
     path: &Path,
     progress: &Progress<'_>,
@@ -70,13 +74,16 @@ pub(crate) fn stage(
     progress: &Progress<'_>,
     write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
 ) -> Result<Staged> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
     if path.file_name().is_none() || path.is_dir() {
         return Err(Error::input(format!("{}: this is a folder, not the name of a file", path.display())));
     }
+    // The file that a link leads to is what gets written, as with any program.
+    let place = if path.is_symlink() { linked(path)? } else { path.to_owned() };
+    let older = older(path, &place)?;
+    let folder = match place.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
     if !folder.is_dir() {
         return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
@@ -86,12 +93,45 @@ pub(crate) fn stage(
     {
         // As any new file: what the process's mask leaves of this.
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        builder.permissions(older.unwrap_or_else(|| Permissions::from_mode(0o666)));
     }
+    #[cfg(not(unix))]
+    drop(older);
     let file = builder.tempfile_in(folder).map_err(|e| Error::io(path, plain(e)))?;
     progress.watch(|| write(&mut Output(file.as_file())))?;
     // Closed: a set of files may be larger than the number of files that may be open.
-    Ok(Staged { temporary: file.into_temp_path(), path: path.to_owned() })
+    Ok(Staged { temporary: file.into_temp_path(), path: place })
+}
+
+/// Where a link leads: to a file, or to where one will be.
+fn linked(path: &Path) -> Result<PathBuf> {
+    match path.canonicalize() {
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let target = std::fs::read_link(path).map_err(|e| Error::io(path, e))?;
+            let target = path.parent().unwrap_or(Path::new("")).join(target);
+            // One that leads to another one that leads nowhere is nobody's wish.
+            if target.is_symlink() {
+                return Err(Error::io(path, error));
+            }
+            Ok(target)
+        }
+        real => real.map_err(|e| Error::io(path, e)),
+    }
+}
+
+/// Permissions of the file that is going to be replaced, if there is one.
+fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
+    let Ok(metadata) = std::fs::metadata(place) else { return Ok(None) };
+    if !metadata.is_file() {
+        let path = path.display();
+        return Err(Error::input(format!(
+            "{path}: this is no file but a device, a pipe or the like, and is left alone"
+        )));
+    }
+    if metadata.permissions().readonly() {
+        return Err(Error::io(path, std::io::Error::new(ErrorKind::PermissionDenied, "the file is read-only")));
+    }
+    Ok(Some(metadata.permissions()))
 }
 
 /// The system's own answer: the name of the temporary file, which the error carries, says nobody anything.
@@ -126,6 +166,44 @@ mod tests {
         assert!(write_atomically(&path, &Progress::none(), |_| Err(Error::Cancelled)).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"second");
         assert_eq!(files(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_there_stays_what_it_is() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let write = |path: &Path| {
+            write_atomically(path, &Progress::none(), |file| file.write_all(b"new").map_err(|e| Error::io(path, e)))
+        };
+        std::fs::write(at("file"), "old").unwrap();
+        std::fs::set_permissions(at("file"), Permissions::from_mode(0o640)).unwrap();
+        symlink("file", at("link")).unwrap();
+        write(&at("link")).unwrap();
+        assert!(at("link").is_symlink());
+        assert_eq!(std::fs::read(at("file")).unwrap(), b"new");
+        assert_eq!(std::fs::metadata(at("file")).unwrap().permissions().mode() & 0o777, 0o640);
+
+        symlink("made", at("ahead")).unwrap();
+        write(&at("ahead")).unwrap();
+        assert!(at("ahead").is_symlink() && std::fs::read(at("made")).unwrap() == b"new");
+
+        let socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();
+        symlink("socket", at("to socket")).unwrap();
+        for name in ["socket", "to socket"] {
+            let text = write(&at(name)).unwrap_err().to_string();
+            assert!(text.ends_with("this is no file but a device, a pipe or the like, and is left alone"), "{text}");
+        }
+        drop(socket);
+
+        std::fs::write(at("kept"), "old").unwrap();
+        std::fs::set_permissions(at("kept"), Permissions::from_mode(0o444)).unwrap();
+        assert!(write(&at("kept")).unwrap_err().to_string().ends_with("the file is read-only"));
+        assert_eq!(std::fs::read(at("kept")).unwrap(), b"old");
+        symlink("round", at("round")).unwrap();
+        assert!(matches!(write(&at("round")), Err(Error::Io { .. })));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 8);
     }
 
     #[test]

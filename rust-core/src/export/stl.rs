@@ -28,7 +28,7 @@ pub fn write_stl(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result
     };
     let low = mesh.positions.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
     let high = mesh.positions.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
-    let largest = low.abs().max(high.abs()).max_element();
+    let largest = if mesh.positions.is_empty() { 0.0 } else { low.abs().max(high.abs()).max_element() };
     let single = |p: &DVec3| p.as_vec3().as_dvec3() == *p;
     if largest > FAR * (high - low).max_element() && !mesh.positions.iter().all(single) || largest > f64::from(f32::MAX)
     {

@@ -160,7 +160,7 @@ fn split_numbers(rest: &str) -> Result<(&str, [f64; 7]), String> {
 
 const NUMBERS: [&str; 7] = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 
-/// The file of that name within the folder.
+/// The file of that name within the folder, links followed.
 pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("the name of the file is missing".to_owned());
@@ -174,7 +174,15 @@ pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     if name.contains('\0') {
         return Err("the name of the file holds a zero byte".to_owned());
     }
-    Ok(parts.iter().filter(|part| !matches!(**part, "" | ".")).fold(folder.to_owned(), |path, part| path.join(part)))
+    let path =
+        parts.iter().filter(|part| !matches!(**part, "" | ".")).fold(folder.to_owned(), |path, part| path.join(part));
+    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    match (path.canonicalize(), here.canonicalize()) {
+        (Ok(file), Ok(folder)) if !file.starts_with(&folder) => Err(format!(
+            "{name} is a link that leads out of the folder of this file; put the scans beside it or below it"
+        )),
+        _ => Ok(path),
+    }
 }
 
 /// The quaternion at unit length; `None` for zero.
@@ -259,6 +267,21 @@ mod tests {
         let names: Vec<&str> = set.scans.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(names, ["a", "c", "two words"]);
         assert!(set.notes.iter().any(|n| n.starts_with("a.ply: header line 3, `bye`")), "{:?}", set.notes);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_stay_within_the_folder() {
+        let (folder, conf) = folder("bmesh link.ply 0 0 0 0 0 0 1");
+        let elsewhere = tempfile::tempdir().unwrap();
+        std::fs::copy(folder.path().join("a.ply"), elsewhere.path().join("secret.ply")).unwrap();
+        let link = folder.path().join("link.ply");
+        std::os::unix::fs::symlink(elsewhere.path().join("secret.ply"), &link).unwrap();
+        let error = open_any(&conf).unwrap_err().to_string();
+        assert!(error.contains("line 1: link.ply is a link that leads out of the folder of this file"), "{error}");
+        std::fs::remove_file(&link).unwrap();
+        std::os::unix::fs::symlink("deep/c.ply", &link).unwrap();
+        open_any(&conf).unwrap();
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::file::Input;
 use super::file::Parse;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 #[cfg(test)]
 /// An input whose reads fail from the `good`-th on.
@@ -57,7 +58,7 @@ pub(super) fn sound(outcome: &Result<Content>, scan: &Scan) {
 
 /// Reads bytes as a scan.
 pub(super) fn read(parse: Parse, bytes: &[u8], scan: &Scan) -> Result<Content> {
-    parse(&mut Cursor::new(bytes), bytes.len() as u64, scan)
+    parse(&mut Cursor::new(bytes), bytes.len() as u64, scan, &Progress::none())
 }
 
 #[cfg(test)]
@@ -81,7 +82,7 @@ pub(super) fn endure(parse: Parse, bytes: &[u8], scan: &Scan) {
     let mut failures = 0;
     for good in 0.. {
         let mut input = Failing { bytes: Cursor::new(bytes), good };
-        match parse(&mut input as &mut dyn Input, bytes.len() as u64, scan) {
+        match parse(&mut input as &mut dyn Input, bytes.len() as u64, scan, &Progress::none()) {
             Err(Error::Io { path, source }) => {
                 assert!(path == scan.path && source.to_string().contains("broken disk"), "{source}");
                 failures += 1;

@@ -15,6 +15,7 @@ use super::grid::PointGrid;
 use super::{Content, ReadOptions, Scan, ScanSet};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 
 /// Fewest points that a grid holds of its pixels: one in so many.
 const SPARSEST: u64 = 256;
@@ -62,7 +63,7 @@ fn pose(stored: &Stored, path: &Path, part: usize) -> Result<DAffine3> {
 }
 
 /// Reads one scan.
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     watched(input, scan, |input| {
         let mut reader = E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?;
         let at = format!("scan {}", scan.part);

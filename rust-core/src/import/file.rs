@@ -152,7 +152,7 @@ pub(super) fn decoding_error(scan: &Scan, error: &dyn std::fmt::Display) -> Erro
 }
 
 /// Reads a scan out of an input of so many bytes, whose path is the scan's.
-pub(super) type Parse = fn(&mut dyn Input, u64, &Scan) -> Result<Content>;
+pub(super) type Parse = fn(&mut dyn Input, u64, &Scan, &Progress<'_>) -> Result<Content>;
 
 /// Opens a file of one scan without looking into it.
 pub(super) fn single(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
@@ -162,7 +162,7 @@ pub(super) fn single(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet>
 /// Reads a scan with `parse`.
 pub(super) fn parsed(scan: &Scan, progress: &Progress<'_>, parse: Parse) -> Result<Content> {
     let (mut file, length) = counted(&scan.path, progress)?;
-    parse(&mut file, length, scan)
+    parse(&mut file, length, scan, progress)
 }
 
 /// A file whose bytes are counted as they are read; once the call is cancelled, reading fails.

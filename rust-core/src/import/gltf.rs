@@ -15,6 +15,7 @@ use super::file::{self, Input, reserve};
 use super::{Content, Scan, conf};
 use crate::error::{Error, Result};
 use crate::mesh::{Attribute, TriMesh};
+use crate::progress::Progress;
 
 /// Deepest tree of nodes.
 const DEEPEST: usize = 256;
@@ -39,7 +40,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
         && (has("asset") || has("accessors") || has("bufferViews"))
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let size =
         usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", scan.path.display())))?;
     let mut bytes = reserve(size, &scan.path)?;

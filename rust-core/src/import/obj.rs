@@ -9,6 +9,7 @@ use super::{Content, Scan};
 use crate::error::Result;
 use crate::mesh::{Attribute, TriMesh};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 
 /// Statements that a file may have before its first vertex or face, and all others that mean nothing here.
 const KNOWN: [&[u8]; 12] = [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl", b"l", b"p"];
@@ -37,7 +38,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     telling
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut lines = Lines::new(input, length, &scan.path);
     let mut positions: Vec<DVec3> = Vec::new();
     let mut colours: Vec<[u8; 4]> = Vec::new();

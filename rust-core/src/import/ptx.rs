@@ -26,6 +26,7 @@ use super::grid::PointGrid;
 use super::text::Lines;
 use super::{Content, ReadOptions, Scan, ScanSet, pose};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Fewest bytes of a point: `0 0 0` and a line end.
 const SHORTEST: u64 = 6;
@@ -117,7 +118,7 @@ fn ends(lines: &Lines<'_>, point: usize, header: &Header) -> Error {
 }
 
 /// Reads one scan.
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     input.seek(SeekFrom::Start(scan.begin.byte)).map_err(|e| Error::io(&scan.path, e))?;
     let mut lines = Lines::new(input, length.saturating_sub(scan.begin.byte), &scan.path);
     lines.continue_from(scan.begin);

@@ -10,6 +10,7 @@ use super::window::Window;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
 use crate::mesh::TriMesh;
+use crate::progress::Progress;
 
 /// Bytes before the triangles of a binary file, and of each.
 const HEADER: u64 = 84;
@@ -56,7 +57,7 @@ impl Welder {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
     let (binary, count) = match window.ensure(HEADER as usize) {
         true => {

@@ -7,8 +7,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriMesh;
-use crate::error::{Error, Result};
-use crate::geom::bvh::{Bvh, Closest, Feature};
+use crate::error::{Error, Result, Shown};
+use crate::geom::bvh::{Bvh, Closest, Feature, LARGEST};
 use crate::progress::Progress;
 
 /// Points that are measured between two looks at the progress.
@@ -106,8 +106,11 @@ pub(crate) fn deviation_within(points: &[DVec3], mesh: &TriMesh, progress: &Prog
 }
 
 fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
-    if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-        return Err(Error::input(format!("point {i} has a coordinate that is not finite: {}", points[i])));
+    if let Some(i) = points.iter().position(|p| !(p.abs().max_element() <= LARGEST)) {
+        let [x, y, z] = points[i].to_array().map(Shown);
+        return Err(Error::input(format!(
+            "point {i} lies at ({x}, {y}, {z}): coordinates must be finite and at most {LARGEST:e}"
+        )));
     }
     if mesh.triangles.is_empty() && !points.is_empty() {
         return Err(Error::input("the mesh has no triangle to measure distances to"));

@@ -1,7 +1,7 @@
 //! Every function: once right, once with zeros, with handles that never were, were freed or are of another kind, with wrong
 //! enums, after a cancel, and from eight threads at once.
 
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{CStr, CString, c_char, c_void};
 
 use crate::library::*;
 
@@ -249,6 +249,14 @@ fn an_image_and_its_cloud() {
         api.ok((api.srf_image_set_pose)(image, &moved));
         api.ok((api.srf_image_camera)(image, std::ptr::null_mut(), &mut pose));
         assert_eq!(pose, moved);
+        let mut name = std::ptr::null();
+        api.ok((api.srf_image_set_name)(image, c"left".as_ptr()));
+        api.ok((api.srf_image_name)(image, &mut name));
+        assert_eq!(CStr::from_ptr(name), c"left");
+        api.refused((api.srf_image_set_name)(image, c"\xff".as_ptr()), INPUT, "UTF-8");
+        api.ok((api.srf_image_set_name)(image, std::ptr::null()));
+        api.ok((api.srf_image_name)(image, &mut name));
+        assert_eq!(CStr::from_ptr(name), c"");
         let mut rows_first = moved;
         rows_first.swap(3, 12);
         api.refused((api.srf_image_set_pose)(image, &rows_first), INPUT, "the last row must be 0 0 0 1");

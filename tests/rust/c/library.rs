@@ -263,6 +263,7 @@ functions! {
     srf_image_samples(image: Handle, out: *mut Array) -> i32;
     srf_image_world_points(image: Handle, out: *mut f64, capacity: usize) -> i32;
     srf_image_ray(image: Handle, row: usize, col: usize, origin: *mut f64, direction: *mut f64) -> i32;
+    srf_image_set_name(image: Handle, name: *const c_char) -> i32;
     srf_image_set_pose(image: Handle, pose: *const [f64; 16]) -> i32;
     srf_image_set_attributes(image: Handle, colours: *const Array, intensities: *const Array, confidences: *const Array) -> i32;
     srf_image_attributes(image: Handle, colours: *mut Array, intensities: *mut Array, confidences: *mut Array) -> i32;

@@ -26,7 +26,7 @@ pub use ray::{Hit, Ray};
 
 use glam::{DVec3, Vec3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 use crate::memory;
 
 /// At the peak; measured.
@@ -39,7 +39,7 @@ const BYTES_A_TRIANGLE: f64 = 115.0;
 const GROWTH: f64 = 1.0 / (1 << 19) as f64;
 
 /// Largest coordinate: products of four of them stay finite.
-const LARGEST: f64 = 1e75;
+pub(crate) const LARGEST: f64 = 1e75;
 
 /// Deepest level at which the surface area heuristic is followed; below it halving keeps the tree finite-stacked.
 const HEURISTIC_DEPTH: usize = 56;
@@ -118,9 +118,10 @@ impl<'a> Bvh<'a> {
             return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", positions[v])));
         }
         if let Some(v) = positions.iter().position(|p| p.abs().max_element() > LARGEST) {
+            let [x, y, z] = positions[v].to_array().map(Shown);
             return Err(Error::input(format!(
-                "vertex {v} lies at {}: coordinates beyond {LARGEST:e} can't be squared safely; use a larger unit",
-                positions[v]
+                "vertex {v} lies at ({x}, {y}, {z}): coordinates beyond {LARGEST:e} can't be squared safely; use a larger \
+                 unit"
             )));
         }
         if u32::try_from(triangles.len()).is_err() {

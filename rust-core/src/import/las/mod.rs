@@ -23,6 +23,7 @@ use super::window::Window;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 
 /// Shortest header, and the one with a count of 64 bits.
 const HEADER: usize = 227;
@@ -214,7 +215,7 @@ impl Points {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut header = Header::read(input, length, scan)?;
     let (count, size) = (header.count, header.size);
     if let Some(packing) = header.packing.take() {

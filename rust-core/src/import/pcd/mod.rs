@@ -20,6 +20,7 @@ use super::window::Window;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 
 /// Most bytes that LZF makes out of one: three bytes name a run of 264.
 const LZF_RATIO: u64 = 88;
@@ -273,7 +274,7 @@ impl Sink {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let path = &scan.path;
     let mut lines = Lines::new(input, length, path);
     let header = header(&mut lines)?;

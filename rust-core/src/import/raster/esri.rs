@@ -6,6 +6,7 @@ use super::super::text::Lines;
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster, stored_pixels};
 use crate::error::Result;
+use crate::progress::Progress;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     let start = start.trim_ascii_start();
@@ -16,7 +17,7 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     begins(b"ncols") || begins(b"nrows")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut lines = Lines::new(input, length, &scan.path);
     let (mut size, mut first, mut step, mut no_data) = ([None; 2], [None; 2], [None; 2], -9999.0);
     loop {

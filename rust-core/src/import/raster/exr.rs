@@ -14,6 +14,7 @@ use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
 use super::{Numbers, Raster, packed_pixels};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// From here on a depth is Blender's background.
 const BACKGROUND: f64 = 1e10;
@@ -23,7 +24,7 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     watched(input, scan, |input| read(input, scan))?.into_content(scan)
 }
 

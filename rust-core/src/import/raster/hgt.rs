@@ -6,13 +6,14 @@ use super::super::window::Window;
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Nothing marks such a file but its name's ending.
 pub(in super::super) fn sniff(_: &[u8]) -> bool {
     false
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let side = (length / 2).isqrt();
     if !length.is_multiple_of(2) || side * side * 2 != length || side < 2 {
         let problem = format!("{length} bytes are no square of 2-byte heights (1201 x 1201 or 3601 x 3601)");

@@ -9,6 +9,7 @@ use super::super::{Content, Scan};
 use super::{Numbers, Raster, stored_pixels};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
+use crate::progress::Progress;
 use crate::range_image::{RangeImage, Viewing};
 
 /// Longest header: NumPy writes some hundred bytes.
@@ -18,7 +19,7 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"\x93NUMPY")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
     let content = read(&mut window, scan);
     window.failure().map_or(content, |error| Err(Error::io(&scan.path, error)))

@@ -5,12 +5,13 @@ use super::super::text::Lines;
 use super::super::{Content, Scan};
 use super::{Numbers, Raster, stored_pixels};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'P', b'f' | b'F', next, ..] if next.is_ascii_whitespace())
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let path = &scan.path;
     let mut lines = Lines::new(input, length, path);
     // Word after word: they may share lines.

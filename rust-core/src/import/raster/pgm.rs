@@ -5,12 +5,13 @@ use super::super::window::Window;
 use super::super::{Content, Scan};
 use super::{Numbers, Raster, stored_pixels};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'P', b'5' | b'2', next, ..] if next.is_ascii_whitespace() || *next == b'#')
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan) -> Result<Content> {
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
     let raster = read(&mut window, scan);
     window.failure().map_or(raster, |error| Err(Error::io(&scan.path, error)))?.into_content(scan)

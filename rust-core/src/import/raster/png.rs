@@ -8,6 +8,7 @@ use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, PixelMeaning, Scan};
 use super::{Numbers, Raster, packed_pixels};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Lowest and highest ground, metres: what colours decode to if they are terrain RGB.
 const GROUND: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
@@ -16,11 +17,11 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"\x89PNG\r\n\x1a\n")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan) -> Result<Content> {
-    watched(input, scan, |input| read(input, scan))?.into_content(scan)
+pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+    watched(input, scan, |input| read(input, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
+fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut decoder = Decoder::new_with_limits(input, Limits { bytes: 48 << 20 });
     decoder.set_transformations(Transformations::IDENTITY);
@@ -46,6 +47,8 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
     let mut values: Vec<f64> = reserve(packed_pixels(rows as u64, cols as u64, scan)?, &scan.path)?;
     let meaning = scan.options.pixels;
     while let Some(row) = reader.next_row().map_err(|e| decoding_error(scan, &e))? {
+        // A few bytes of the file may be many rows.
+        progress.check()?;
         let data = row.data();
         match (channels, depth) {
             (3.., _) => {

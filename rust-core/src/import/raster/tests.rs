@@ -4,6 +4,7 @@ use super::super::damage::{endure, read};
 use super::super::file::Parse;
 use super::super::{Camera, PixelMeaning};
 use super::*;
+use crate::progress::Progress;
 
 fn scan(options: ReadOptions) -> Scan {
     Scan { options: Arc::new(options), ..Scan::new(std::path::Path::new("N37E014.x")) }
@@ -74,6 +75,21 @@ fn camera(cols: usize, rows: usize) -> ReadOptions {
 }
 
 const NAN: f64 = f64::NAN;
+
+/// Theorem: rows that a few bytes of a file unpack to don't keep who has cancelled waiting.
+#[test]
+fn unpacking_can_be_cancelled() {
+    let png = png_file(::png::ColorType::Grayscale, ::png::BitDepth::Eight, [500, 500], &[0; 250_000]);
+    let tiff = tiff_file(&vec![0.0; 250_000], [500, 500]);
+    for (parse, bytes, checks) in [(png::parse as Parse, &png, 499), (tiff::parse, &tiff, 0)] {
+        let scan = scan(ReadOptions::default());
+        let run = |progress| parse(&mut std::io::Cursor::new(bytes), bytes.len() as u64, &scan, &progress);
+        run(Progress::none()).unwrap();
+        for at in [0, checks / 2, checks] {
+            assert!(matches!(run(Progress::cancel_after(at)), Err(Error::Cancelled)), "{at}");
+        }
+    }
+}
 
 #[test]
 fn sixteen_bits_are_heights_or_millimetres() {

@@ -10,16 +10,17 @@ use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster, packed_pixels};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan) -> Result<Content> {
-    watched(input, scan, |input| read(input, scan))?.into_content(scan)
+pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
+    watched(input, scan, |input| read(input, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
+fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut limits = Limits::default();
@@ -53,6 +54,8 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
     let chunks = across * rows.div_ceil(chunk_rows as usize);
     let mut numbers = Numbers::Real;
     for chunk in 0..chunks {
+        // A few bytes of the file may be many chunks.
+        progress.check()?;
         let index = u32::try_from(chunk).map_err(|_| Error::format(&scan.path, "header", "too many tiles"))?;
         let (used_cols, used_rows) = decoder.chunk_data_dimensions(index);
         let data = decoder.read_chunk(index).map_err(wrong)?;
