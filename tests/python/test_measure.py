@@ -33,8 +33,10 @@ def test_distances_near_a_torus_are_known():
 
 
 def test_what_cannot_be_measured_is_refused():
-    with pytest.raises(surfrecon.InputError, match="point 1 has a coordinate that is not finite"):
+    with pytest.raises(surfrecon.InputError, match=r"point 1 lies at \(0, inf, 0\): coordinates must be finite"):
         surfrecon.distances([[0, 0, 0], [0, np.inf, 0]], CUBE)
+    with pytest.raises(surfrecon.InputError, match=r"point 0 lies at \(1e300, 0, 0\): .* at most 1e75"):
+        surfrecon.distances([[1e300, 0, 0]], CUBE)
     with pytest.raises(surfrecon.InputError, match="no triangle"):
         surfrecon.distances([[0, 0, 0]], surfrecon.Mesh(np.eye(3), np.zeros((0, 3), int)))
     assert surfrecon.distances(np.zeros((0, 3)), CUBE).shape == (0,)
