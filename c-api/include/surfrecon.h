@@ -368,9 +368,10 @@ typedef struct {
   // the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
   double merge_distance;
   // Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
-  // at most a fifth of the diagonal of the surface.
+  // at most a fifth of the diagonal of the connected part the hole is in.
   double max_hole_length;
-  // Connected parts with a smaller share of the triangles are dropped, 0 to 1; 0 keeps all. Default 0.01.
+  // Connected parts with fewer triangles than this share of the largest part's are dropped, 0 to 1; 0 keeps all. Default
+  // 0.01.
   double min_component_share;
   // As in srf_triangulate_params.
   double edge_limit;
@@ -1012,7 +1013,9 @@ srf_status srf_read_options_init(srf_read_options *options);
 // Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 // meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
 // PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
-// images depth images, a trajectory places them. How the files were understood goes to the log too. Reads headers only.
+// images depth images, a trajectory places them. How the files were understood goes to the log too.
+// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
+// What is wrong further on in a file is said when its scan is read.
 // paths       UTF-8; not NULL, nor is any of them
 // count       number of paths, at least 1
 // out_scans   receives a new handle on SRF_OK only; not NULL

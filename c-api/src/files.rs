@@ -181,7 +181,9 @@ pub unsafe extern "C" fn srf_read_options_init(options: *mut srf_read_options) -
 /// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 /// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
 /// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
-/// images depth images, a trajectory places them. How the files were understood goes to the log too. Reads headers only.
+/// images depth images, a trajectory places them. How the files were understood goes to the log too.
+/// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
+/// What is wrong further on in a file is said when its scan is read.
 /// paths       UTF-8; not NULL, nor is any of them
 /// count       number of paths, at least 1
 /// out_scans   receives a new handle on SRF_OK only; not NULL

@@ -78,9 +78,10 @@ pub struct srf_merge_params {
     /// the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
     pub merge_distance: f64,
     /// Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
-    /// at most a fifth of the diagonal of the surface.
+    /// at most a fifth of the diagonal of the connected part the hole is in.
     pub max_hole_length: f64,
-    /// Connected parts with a smaller share of the triangles are dropped, 0 to 1; 0 keeps all. Default 0.01.
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped, 0 to 1; 0 keeps all. Default
+    /// 0.01.
     pub min_component_share: f64,
     /// As in srf_triangulate_params.
     pub edge_limit: f64,
