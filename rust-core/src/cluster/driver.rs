@@ -9,7 +9,8 @@ use super::polygons::Polygons;
 use super::subcluster::{self, Repairs};
 use super::surface::Surface;
 use super::{
-    ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, finish, fit, flip, mend, relax,
+    ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, features, finish, fit, flip, mend,
+    relax,
 };
 use crate::error::Result;
 use crate::memory;
@@ -22,6 +23,8 @@ use crate::scattered::{self, ReconstructParams, Reconstructor};
 
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 85.0;
+/// Three points for every two triangles, with their terms.
+const BYTES_FITTED: f64 = 160.0;
 
 /// Stages with their shares of the time: of a mesh ...
 const PLAN: Plan = &[("clustering", 1.0)];
@@ -144,7 +147,8 @@ fn chain(
     progress: &Progress<'_>,
 ) -> Result<Vec<Clustered>> {
     let triangles = mesh.triangles.len();
-    memory::expect(BYTES_A_TRIANGLE * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
+    let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
+    memory::expect(each * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
     let start = Instant::now();
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
     let surface = Surface::new(mesh, progress)?;
@@ -363,6 +367,7 @@ impl<'a> Job<'a> {
                 relax::relax(surface, &mut net, few, progress)?;
             }
             mend::mend(surface, &mut net, nodes, progress)?;
+            features::keep(surface, &mut net, progress)?;
         }
         clock.lap("relax");
         fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;

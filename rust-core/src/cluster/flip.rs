@@ -125,6 +125,10 @@ fn ideals(net: &Net) -> Vec<i64> {
 /// Whether the flip of an edge serves the valences in `ideals`, or without any the angles.
 fn is_better(net: &Net, links: &Links, h: u32, g: u32, ideals: &[i64]) -> bool {
     let [a, b, c, d] = quad(net, h, g);
+    // An edge between them lies on a crease.
+    if net.is_held(a) && net.is_held(b) {
+        return false;
+    }
     if !ideals.is_empty() {
         let excess = |v: u32, change: i64| (i64::from(links.valences[v as usize]) + change - ideals[v as usize]).pow(2);
         let gain = [a, b].map(|v| excess(v, 0) - excess(v, -1)).iter().sum::<i64>()
@@ -152,7 +156,8 @@ fn faces_alike(p: DVec3, q: DVec3, r: DVec3, s: DVec3) -> bool {
     after.iter().all(|n| n.dot(before) > 0.3 * n.length() * before.length()) && after[0].dot(after[1]) > 0.0
 }
 
-fn quad(net: &Net, h: u32, g: u32) -> [u32; 4] {
+/// The ends of an edge and the corners opposite.
+pub fn quad(net: &Net, h: u32, g: u32) -> [u32; 4] {
     let at = |h: u32| net.triangles[h as usize / 3][h as usize % 3];
     [at(h), at(g), at(Surface::previous(h)), at(Surface::previous(g))]
 }
@@ -165,7 +170,7 @@ fn joined(net: &Net, links: &Links, c: u32, d: u32) -> bool {
 }
 
 /// Replaces the edge of `h` and `g` by the other diagonal of their triangles.
-fn turn(net: &mut Net, links: &mut Links, h: u32, g: u32) {
+pub fn turn(net: &mut Net, links: &mut Links, h: u32, g: u32) {
     let [a, b, c, d] = quad(net, h, g);
     let outer = [Surface::previous(h), Surface::next(g), Surface::previous(g), Surface::next(h)];
     let [ca, ad, db, bc] = outer.map(|e| links.twins[e as usize]);

@@ -95,7 +95,10 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Prog
 }
 
 /// Moves every node of a sharp triangle to where the smallest angle around it is largest; how many moved.
-fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'_>) -> Result<usize> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'_>) -> Result<usize> {
     let corners = |t: &[u32; 3]| t.map(|v| net.points[v as usize]);
     let mut nodes: Vec<u32> =
         net.triangles.iter().filter(|t| smallest_angle(corners(t)) < sharp).flatten().copied().collect();
@@ -104,6 +107,7 @@ fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'_>) 
     }
     nodes.sort_unstable();
     nodes.dedup();
+    nodes.retain(|&v| !net.is_held(v));
     let stars = Stars::of(&net.triangles, net.points.len());
     let mut moved = 0;
     for (i, &v) in nodes.iter().enumerate() {

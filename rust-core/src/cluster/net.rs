@@ -9,6 +9,7 @@ use crate::mesh::measure::{self, Quality};
 use crate::progress::Progress;
 
 /// Nodes and triangles.
+#[derive(Clone)]
 pub struct Net {
     pub points: Vec<DVec3>,
     /// Triangle of the surface on which each node lies.
@@ -16,12 +17,14 @@ pub struct Net {
     /// Half-edge of the surface's border on which a node lies and slides, else `NONE`.
     pub rails: Vec<u32>,
     pub triangles: Vec<[u32; 3]>,
+    /// Nodes that stay where they are; empty if none does.
+    pub held: Vec<bool>,
 }
 
 impl Net {
     pub fn new(places: Vec<Place>, rails: Vec<u32>, triangles: Vec<[u32; 3]>) -> Self {
         let (points, places) = places.into_iter().map(|p| (p.point, p.triangle)).unzip();
-        Net { points, places, rails, triangles }
+        Net { points, places, rails, triangles, held: Vec::new() }
     }
 
     /// Quality of the triangles, and their angles in steps of 5 degrees.
@@ -53,9 +56,18 @@ impl Net {
         self.rails[node as usize] != NONE
     }
 
-    /// The place nearest to `p` to which `node` may go: on its border, or on the surface near where it is.
+    /// Whether a node stays where it is.
+    #[inline]
+    pub fn is_held(&self, node: u32) -> bool {
+        self.held.get(node as usize).copied().unwrap_or(false)
+    }
+
+    /// The place nearest to `p` to which `node` may go: where it is, if it is held; on its border, or on the surface near where it is.
     pub fn project(&self, surface: &Surface, node: usize, p: DVec3) -> Spot {
         let from = Spot { point: self.points[node], place: self.places[node], rail: self.rails[node] };
+        if self.is_held(node as u32) {
+            return from;
+        }
         Self::project_from(surface, &from, p)
     }
 

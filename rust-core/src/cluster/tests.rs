@@ -149,6 +149,26 @@ fn fitted_vertices_leave_the_surface_for_less_error() {
 }
 
 #[test]
+fn creases_are_kept() {
+    // The mesh would cut across the edges of the box and lie off them by 0.4 spacings in the mean.
+    let mesh = Shape::Cuboid { half: DVec3::new(1.0, 0.8, 0.6) }.mesh(40);
+    let at_edge = |p: &DVec3| {
+        let gaps = DVec3::new(1.0, 0.8, 0.6) - p.abs();
+        [gaps.x, gaps.y, gaps.z].iter().filter(|g| g.abs() < 1e-9).count() >= 2
+    };
+    let edge: Vec<DVec3> = mesh.positions.iter().copied().filter(at_edge).collect();
+    for vertices in [150, 600] {
+        let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
+        let off = measure::deviation(&edge, &result.mesh, Side::Ignored, 2, &Progress::none()).unwrap().summary;
+        let spacing = (8.0 / f64::from(vertices)).sqrt();
+        assert!(off.mean < 0.2 * spacing, "{vertices}: {} of {spacing}", off.mean);
+        assert!(result.mesh.positions.iter().filter(|p| at_edge(p)).count() as f64 > 4.0 / spacing);
+        assert!(result.report.after.smallest_angle.to_degrees() > 25.0);
+        assert_same_topology(&mesh, &result, "cube");
+    }
+}
+
+#[test]
 fn a_largest_error_is_kept() {
     for (mesh, name) in [(sphere(), "sphere"), (open_cylinder(), "cylinder"), (thin_plate(), "plate")] {
         for bound in [0.2, 0.02] {
