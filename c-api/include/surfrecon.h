@@ -445,6 +445,10 @@ typedef struct {
   uint64_t interpolate;
   // Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
   double min_angle;
+  // 0, the default: open borders stay as they are in the image but for vertices on straight lines. 1: they are simplified,
+  // too, for fewer triangles; the mesh reaches at most half a pixel beyond them and covers no other pixel. Needs an effort of
+  // at least 1.
+  uint64_t simplify_borders;
 } srf_sculpt_params;
 
 // How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;

@@ -66,6 +66,10 @@ pub struct srf_sculpt_params {
     pub interpolate: u64,
     /// Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
     pub min_angle: f64,
+    /// 0, the default: open borders stay as they are in the image but for vertices on straight lines. 1: they are simplified,
+    /// too, for fewer triangles; the mesh reaches at most half a pixel beyond them and covers no other pixel. Needs an effort of
+    /// at least 1.
+    pub simplify_borders: u64,
 }
 
 impl srf_sculpt_params {
@@ -86,13 +90,15 @@ impl srf_sculpt_params {
             grazing_limit: triangulation.grazing_limit,
             interpolate: u64::from(core.interpolate),
             min_angle: core.min_angle,
+            simplify_borders: u64::from(core.simplify_borders),
         }
     }
 
     fn to_core(self) -> Result<SculptParams, Failure> {
-        if self.interpolate > 1 {
-            let text = format!("params.interpolate must be 0 or 1, got {}", self.interpolate);
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        for (name, value) in [("interpolate", self.interpolate), ("simplify_borders", self.simplify_borders)] {
+            if value > 1 {
+                return Err(Failure::new(SRF_ERR_PARAMETER, format!("params.{name} must be 0 or 1, got {value}")));
+            }
         }
         Ok(SculptParams {
             tolerance: from_data(self.tolerance)
@@ -105,6 +111,7 @@ impl srf_sculpt_params {
             },
             interpolate: self.interpolate == 1,
             min_angle: self.min_angle,
+            simplify_borders: self.simplify_borders == 1,
             threads: threads(self.threads),
         })
     }

@@ -9,6 +9,8 @@
 namespace srf {
 namespace {
 
+constexpr double pi = 3.14159265358979323846;
+
 double diagonal(const MeshModel *layer)
 {
     const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
@@ -27,6 +29,17 @@ void parameters(const MeshDocument &document, RichParameterList &list)
         "Where it is not 0, the tolerance is not looked at: the smallest one is found whose surface has at most so many triangles."));
     list.addParam(RichBool("removevertices", true, "Fewest triangles",
                            "Also removes vertices that are not needed, for about twice the time."));
+    list.addParam(RichBool("search", false, "Search for fewer yet",
+                           "Also moves and joins vertices, for about ten times the time. Needs \"Fewest triangles\"."));
+    list.addParam(RichBool("offsamples", false, "Vertices off their samples",
+                           "Lets vertices leave their samples along the ray, within the tolerance, for about a tenth fewer triangles "
+                           "and the time of the search. Needs \"Fewest triangles\"."));
+    list.addParam(RichBool("simplifyborders", false, "Simplify borders",
+                           "Smooths open borders, too: the surface reaches at most half a pixel beyond them and covers no other "
+                           "sample. Needs \"Fewest triangles\"."));
+    list.addParam(RichFloat("minangle", 0, "Smallest angle",
+                            "Degrees, at most 30, as seen from the sensor: of triangles made to replace others. 10 degrees cost up to "
+                            "12 % more triangles."));
     list.addParam(compat::LengthParameter(
         "edgelimit", 0, 0, static_cast<Scalarm>(longest), "Longest edge between neighbours",
         "Neighbouring samples farther apart are taken to lie on different surfaces: a jump, which no triangle bridges.<br>"
@@ -48,7 +61,14 @@ Outputs run(Job &job)
     const surfrecon::Image image = range_image(*layer, Frame::layer);
     surfrecon::SculptParams params;
     params.tolerance = length(given, "tolerance");
-    params.effort = given.getBool("removevertices") ? 1 : 0;
+    const bool remove = given.getBool("removevertices");
+    for (const char *name : {"search", "offsamples", "simplifyborders"}) {
+        if (!remove && given.getBool(name)) refuse(std::string("removevertices must be on where ") + name + " is");
+    }
+    params.effort = !remove ? 0 : given.getBool("search") ? 2 : 1;
+    params.interpolate = given.getBool("offsamples") ? 0 : 1;
+    params.simplify_borders = given.getBool("simplifyborders") ? 1 : 0;
+    params.min_angle = given.getFloat("minangle") * (pi / 180);
     params.edge_limit = length(given, "edgelimit");
     const surfrecon::Sculptor sculptor(image, params);
     const auto [surface, certificate] = most > 0 ? sculptor.at_most(static_cast<std::size_t>(most), job.progress())

@@ -88,6 +88,17 @@ def test_a_scaled_scan_keeps_its_place(scan):
     assert made["surfrecon_sculpt"]["max_error"] <= 0.004 * (1 + 1e-6)
 
 
+def test_the_options_of_the_library_reach_it(scan):
+    def triangles(**options):
+        bpy.context.view_layer.objects.active = scan
+        assert bpy.ops.surfrecon.sculpt(tolerance=0.02, **options) == {"FINISHED"}
+        return len(bpy.context.object.data.polygons)
+
+    plain = triangles()
+    assert triangles(effort=0) >= plain > triangles(simplify_borders=True)
+    assert triangles(interpolate=False) < plain < triangles(min_angle=0.4)
+
+
 def test_errors_are_shown_on_request(scan):
     bpy.ops.surfrecon.sculpt(tolerance=0.004, show_error=True)
     material = bpy.context.object.material_slots[0].material

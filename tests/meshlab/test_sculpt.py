@@ -58,6 +58,27 @@ def test_the_range_image_is_left_as_it_is(loaded):
     assert np.array_equal(layer.vertex_matrix(), before[0]) and np.array_equal(layer.face_matrix(), before[1])
 
 
+@pytest.mark.parametrize(
+    ("here", "there"),
+    [
+        ({"search": True}, {"effort": 2}),
+        ({"offsamples": True}, {"interpolate": False}),
+        ({"simplifyborders": True}, {"simplify_borders": True}),
+        ({"removevertices": False}, {"effort": 0}),
+    ],
+)
+def test_each_option_is_the_library_s(loaded, path, here, there):
+    loaded.run(SCULPT, tolerance=length(TOLERANCE), **here)
+    wanted = surfrecon.sculpt(surfrecon.open(str(path))[0].read(), tolerance=TOLERANCE, **there)
+    same(loaded.current, wanted.mesh)
+
+
+def test_angles_are_given_in_degrees(loaded, path):
+    loaded.run(SCULPT, tolerance=length(TOLERANCE), minangle=20)
+    wanted = surfrecon.sculpt(surfrecon.open(str(path))[0].read(), tolerance=TOLERANCE, min_angle=np.radians(20))
+    same(loaded.current, wanted.mesh)
+
+
 def test_at_most_so_many_triangles(loaded):
     out = loaded.run(SCULPT, maxtriangles=200)
     assert 100 < loaded.current.face_number() <= 200
@@ -168,6 +189,8 @@ def test_a_grid_of_nonsense_is_refused(document, refused, value):
         ({"maxtriangles": -1}, "at least 0"),
         ({"maxtriangles": 1}, "triangles"),
         ({"tolerance": length(-1)}, "tolerance"),
+        ({"minangle": 45}, "min_angle"),
+        ({"removevertices": False, "search": True}, "removevertices must be on where search is"),
     ],
 )
 def test_wrong_parameters_are_named(loaded, refused, parameters, said):

@@ -93,6 +93,33 @@ def test_vertices_off_their_samples_stay_on_their_rays(image):
         surfrecon.sculpt(image, tolerance=0.02, min_angle=3.0)
 
 
+def test_simplified_borders_have_fewer_triangles_and_cover_the_same_samples():
+    y, x = np.mgrid[:90, :120] / 20.0
+    heights = np.where(y < 1 + 0.6 * x + 0.3 * np.sin(3 * x), np.sin(x) * np.cos(y), np.nan)
+    image = surfrecon.RangeImage.orthographic(heights, step=(0.05, -0.05))
+    kept, simplified = (surfrecon.sculpt(image, tolerance=0.05, simplify_borders=s) for s in (False, True))
+    assert len(simplified.mesh.triangles) < 0.95 * len(kept.mesh.triangles)
+    assert simplified.max_error <= 0.05 * (1 + 1e-9)
+    assert np.array_equal(np.isnan(simplified.error_image), np.isnan(kept.error_image))
+
+
+def test_a_number_of_triangles_that_is_none_is_named(image):
+    sculptor = surfrecon.Sculptor(image)
+    for wrong in (-1, -(10**30)):
+        with pytest.raises(surfrecon.ParameterError, match=f"triangles must be a whole number >= 0, got {wrong}"):
+            sculptor.at_most(wrong)
+    with pytest.raises(TypeError, match="triangles must be a whole number, got float"):
+        sculptor.at_most(2.5)
+    assert sculptor.at_most(10**30).max_error < 1e-9
+    assert len(sculptor.at_most(np.int64(300)).mesh.triangles) <= 300
+
+
+def test_numbers_of_any_size_are_shown_in_few_digits():
+    heights = np.arange(12.0).reshape(3, 4) * 1e300
+    sculptor = surfrecon.Sculptor(surfrecon.RangeImage.orthographic(heights, step=(1e300, 1e300)))
+    assert len(repr(sculptor)) < 80 and len(repr(sculptor.refine(tolerance=1e-300))) < 120
+
+
 REAL = ["stanford_bunny/bun000.ply", "stanford_dragon_stand/dragonStandRight_0.ply", "dem/N37E015.hgt"]
 
 

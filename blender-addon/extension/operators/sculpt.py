@@ -19,7 +19,7 @@ REPORT = "surfrecon_sculpt"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 # What a sculptor is made with; the tolerance may change afterwards.
-MAKING = ("effort", "interpolate", "min_angle", "edge_limit", "grazing_limit", "threads")
+MAKING = ("effort", "interpolate", "min_angle", "simplify_borders", "edge_limit", "grazing_limit", "threads")
 
 # Pixels that the preview is made of.
 PREVIEW_PIXELS = 20_000
@@ -90,7 +90,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.tolerance == 0
         row.prop(self, "relative_tolerance")
-        for name in ("effort", "interpolate", "min_angle", "edge_limit", "grazing_limit", "show_error"):
+        for name in (*(name for name in MAKING if name != "threads"), "show_error"):
             layout.prop(self, name)
 
     def start(self, context):

@@ -18,6 +18,11 @@ pub fn input_error(text: String) -> PyErr {
     exception("InputError", &text)
 }
 
+/// A `ParameterError` of a value that the table of parameters does not know.
+pub fn parameter_error(text: String) -> PyErr {
+    exception("ParameterError", &text)
+}
+
 /// An `InternalError`: a broken invariant of ours.
 pub fn internal_error(panic: &(dyn std::any::Any + Send)) -> PyErr {
     let what = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
 use surfrecon::{Progress, RangeImage as CoreImage};
 
-use crate::errors::{detached, input_error};
+use crate::errors::{detached, input_error, parameter_error};
 use crate::mesh::Mesh;
 use crate::params::{count_of, value_of};
 use crate::progress::Watch;
@@ -29,6 +29,8 @@ use crate::range_image::{RangeImage, triangulation};
 ///     interpolate: whether every vertex is a sample; ``False`` lets vertices leave theirs along the ray, within the
 ///         tolerance, for fewer triangles.
 ///     min_angle: smallest angle of triangles that replace others, as seen from the sensor, radians.
+///     simplify_borders: whether open borders are simplified, too, for fewer triangles: the mesh reaches at most half a
+///         pixel beyond them and covers no other pixel. Needs an effort of at least 1.
 ///     edge_limit: longest edge between neighbouring samples.
 ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
@@ -44,7 +46,8 @@ use crate::range_image::{RangeImage, triangulation};
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (image, *, tolerance = None, relative_tolerance = None, effort = None, interpolate = None,
-    min_angle = None, edge_limit = None, grazing_limit = None, threads = None, progress = None))]
+    min_angle = None, simplify_borders = None, edge_limit = None, grazing_limit = None, threads = None,
+    progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn sculpt(
     py: Python<'_>,
@@ -54,6 +57,7 @@ pub fn sculpt(
     effort: Option<i64>,
     interpolate: Option<bool>,
     min_angle: Option<f64>,
+    simplify_borders: Option<bool>,
     edge_limit: Option<f64>,
     grazing_limit: Option<f64>,
     threads: Option<i64>,
@@ -64,6 +68,7 @@ pub fn sculpt(
         effort: count_of("sculpt", "effort", effort)? as u32,
         interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
         min_angle: number("min_angle", min_angle)?,
+        simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
         triangulation: triangulation(edge_limit, grazing_limit)?,
         threads: count_of("sculpt", "threads", threads)?,
     };
@@ -76,6 +81,23 @@ pub fn sculpt(
 /// A parameter with a plain default.
 fn number(name: &str, value: Option<f64>) -> PyResult<f64> {
     Ok(value_of("sculpt", name, value)?.expect("has a plain default"))
+}
+
+/// A number of triangles; more than there can be are as good as any.
+fn number_of_triangles(given: &Bound<'_, PyAny>) -> PyResult<usize> {
+    let given = given.call_method0("__index__").map_err(|_| {
+        let kind = given.get_type().name().map_or_else(|_| "something else".to_owned(), |name| name.to_string());
+        pyo3::exceptions::PyTypeError::new_err(format!("triangles must be a whole number, got {kind}"))
+    })?;
+    if given.lt(0)? {
+        return Err(parameter_error(format!("triangles must be a whole number >= 0, got {given}")));
+    }
+    Ok(given.extract().unwrap_or(usize::MAX))
+}
+
+/// A length in few digits.
+fn shown(x: f64) -> String {
+    if x == 0.0 || (1e-3..1e9).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
 }
 
 /// The tolerance that is meant.
@@ -95,7 +117,7 @@ fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> 
 ///
 /// Args:
 ///     image: the range image; changing it later does not change the sculptor.
-///     effort, interpolate, min_angle, edge_limit, grazing_limit, threads: as for ``sculpt``.
+///     effort, interpolate, min_angle, simplify_borders, edge_limit, grazing_limit, threads: as for ``sculpt``.
 ///
 /// Raises:
 ///     ParameterError, InputError: as ``sculpt``.
@@ -128,8 +150,8 @@ impl RefineCall {
 #[pymethods]
 impl Sculptor {
     #[new]
-    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, edge_limit = None,
-        grazing_limit = None, threads = None))]
+    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, simplify_borders = None,
+        edge_limit = None, grazing_limit = None, threads = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new(
         py: Python<'_>,
@@ -137,6 +159,7 @@ impl Sculptor {
         effort: Option<i64>,
         interpolate: Option<bool>,
         min_angle: Option<f64>,
+        simplify_borders: Option<bool>,
         edge_limit: Option<f64>,
         grazing_limit: Option<f64>,
         threads: Option<i64>,
@@ -145,6 +168,7 @@ impl Sculptor {
             effort: count_of("sculpt", "effort", effort)? as u32,
             interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
             min_angle: number("min_angle", min_angle)?,
+            simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
             triangulation: triangulation(edge_limit, grazing_limit)?,
             threads: count_of("sculpt", "threads", threads)?,
             ..SculptParams::default()
@@ -178,10 +202,12 @@ impl Sculptor {
     /// The mesh of the smallest tolerance found that has at most this many triangles.
     ///
     /// Raises:
+    ///     ParameterError: a number of triangles below 0.
     ///     InputError: no mesh that covers the image has so few.
     ///     Cancelled: ``progress`` returned ``False``.
     #[pyo3(signature = (triangles, *, progress = None))]
-    fn at_most(&self, py: Python<'_>, triangles: usize, progress: Option<Py<PyAny>>) -> PyResult<Sculpted> {
+    fn at_most(&self, py: Python<'_>, triangles: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Sculpted> {
+        let triangles = number_of_triangles(triangles)?;
         let made = Watch::new(progress).run(py, |progress| self.sculptor.at_most(triangles, progress))?;
         Sculpted::new(py, made, self.rows, self.cols)
     }
@@ -202,7 +228,7 @@ impl Sculptor {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Sculptor of {} x {} pixels, depth extent {}>", self.rows, self.cols, self.depth_extent())
+        format!("<Sculptor of {} x {} pixels, depth extent {}>", self.rows, self.cols, shown(self.depth_extent()))
     }
 }
 
@@ -292,6 +318,7 @@ impl Sculpted {
     fn __repr__(&self) -> String {
         let (report, worst) = (&self.core.report, self.core.certificate.max_error);
         let (triangles, full) = (report.triangles, report.full_triangles);
-        format!("<Sculpted {triangles} of {full} triangles, max error {worst:.6}, tolerance {:.6}>", report.tolerance)
+        let [worst, tolerance] = [worst, report.tolerance].map(shown);
+        format!("<Sculpted {triangles} of {full} triangles, max error {worst}, tolerance {tolerance}>")
     }
 }

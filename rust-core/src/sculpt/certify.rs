@@ -38,7 +38,8 @@ pub struct Certificate {
 /// Pixels on a lattice (orthographic, pinhole): each triangle is projected back to pixels and compared with every pixel
 /// seen in it or on its edges. Otherwise the ray of each valid pixel is followed both ways from the sample to the nearest
 /// triangle, which is at 0 for a sample that is a vertex; where rounding lets the ray of a sample on the border pass the
-/// mesh by, the distance to the nearest point of the mesh counts.
+/// mesh by, a ray beside it counts, at most 1e-11 of its coordinates away, or the distance to the nearest point of the
+/// mesh.
 ///
 /// Cost: O(pixels covered) on a lattice, O(pixels log triangles) otherwise.
 ///
@@ -257,6 +258,20 @@ fn along_rays(
         }
         if let Some(hit) = behind {
             return Some((Some(hit.triangle), hit.t));
+        }
+        // Rounding may let the ray of a sample that is seen on a border edge pass the mesh by.
+        let size = sample.abs().max_element();
+        let (u, v) = direction.any_orthonormal_pair();
+        for nudge in [1e-15, 1e-13, 1e-11] {
+            for aside in [u, v, -u, -v] {
+                let ray = |direction| Ray { origin: sample + aside * (nudge * size), direction };
+                let behind = bvh.first_hit(&ray(direction), 0.0, f64::INFINITY).map(|hit| (hit.triangle, hit.t));
+                let before =
+                    || bvh.first_hit(&ray(-direction), 0.0, reach(image, index)).map(|hit| (hit.triangle, -hit.t));
+                if let Some((triangle, error)) = behind.or_else(before) {
+                    return Some((Some(triangle), error));
+                }
+            }
         }
         let near = bvh.closest_point(sample)?;
         (near.distance_squared <= nearest_edge * nearest_edge).then(|| (None, near.distance()))

@@ -160,34 +160,53 @@ impl Domain {
         (eighths & !eighths.rotate_left(1)).count_ones().max(u32::from(eighths != 0))
     }
 
-    /// Whether the edge between two pixels lies on the border of the domain, from the side where the domain lies on its
-    /// left: turning from it like columns toward rows.
+    /// Column and row of a pixel.
+    #[inline]
+    pub fn place(&self, pixel: u32) -> [i64; 2] {
+        [i64::from(pixel % self.cols), i64::from(pixel / self.cols)]
+    }
+
+    /// The pixel at a column and row of the image.
+    #[inline]
+    pub fn pixel(&self, place: [i64; 2]) -> u32 {
+        (place[1] * i64::from(self.cols) + place[0]) as u32
+    }
+
+    /// Whether a straight edge between two pixels lies on the border of the domain, from the side where the domain lies on
+    /// its left: turning from it like columns toward rows. Other edges along a row, column or diagonal are told apart from
+    /// it; borders along others are none of a domain.
     pub fn is_border(&self, from: u32, to: u32) -> bool {
-        let cols = self.cols;
-        let place = |p: u32| (i64::from(p % cols), i64::from(p / cols));
-        let ((x, y), (tx, ty)) = (place(from), place(to));
-        let (dx, dy) = (tx - x, ty - y);
+        let (a, b) = (self.place(from), self.place(to));
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         if dx != 0 && dy != 0 && dx.abs() != dy.abs() {
             return false;
         }
-        // Of a cell's diagonal: the half cell on the other side, or the whole cell however it was split.
-        let beyond = |row: i64, col: i64, half: u8| {
-            let halves = self.halves(row, col);
-            halves & half != 0 || halves.count_ones() == 2
-        };
-        let outside = match (dx.signum(), dy.signum()) {
-            // The first unit of the edge tells for all: borders are removed along straight lines only.
-            (1, 0) => self.beside_horizontal(y, x)[0],
-            (-1, 0) => self.beside_horizontal(y, x - 1)[1],
-            (0, 1) => self.beside_vertical(y, x)[1],
-            (0, -1) => self.beside_vertical(y - 1, x)[0],
-            (1, 1) => beyond(y, x, 0b1000),
-            (-1, -1) => beyond(y - 1, x - 1, 0b0010),
-            (1, -1) => beyond(y - 1, x, 0b0100),
-            (-1, 1) => beyond(y, x - 1, 0b0001),
-            _ => return false,
-        };
-        !outside
+        // The first unit of the edge tells for all.
+        self.is_border_step(a, [a[0] + dx.signum(), a[1] + dy.signum()])
+    }
+
+    /// Whether the step from a pixel to one of its eight neighbours is an edge of the border with the domain on its left.
+    pub fn is_border_step(&self, [x, y]: [i64; 2], to: [i64; 2]) -> bool {
+        let beside = |[outer, inner]: [bool; 2]| inner && !outer;
+        let swapped = |[a, b]: [bool; 2]| [b, a];
+        match (to[0] - x, to[1] - y) {
+            (1, 0) => beside(self.beside_horizontal(y, x)),
+            (-1, 0) => beside(swapped(self.beside_horizontal(y, x - 1))),
+            (0, 1) => beside(swapped(self.beside_vertical(y, x))),
+            (0, -1) => beside(self.beside_vertical(y - 1, x)),
+            (1, 1) => self.halves(y, x) == 0b0010,
+            (-1, -1) => self.halves(y - 1, x - 1) == 0b1000,
+            (1, -1) => self.halves(y - 1, x) == 0b0001,
+            (-1, 1) => self.halves(y, x - 1) == 0b0100,
+            _ => false,
+        }
+    }
+
+    /// Whether the border of the domain goes through a pixel of it.
+    pub fn is_on_border(&self, pixel: u32) -> bool {
+        let [x, y] = self.place(pixel);
+        let around = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+        around.into_iter().any(|[dx, dy]| self.is_border_step([x, y], [x + dx, y + dy]))
     }
 }
 

@@ -92,14 +92,14 @@ fn bounds(values: [f64; 3]) -> (f64, f64) {
 /// Cells along an axis of the window at most.
 const MOST_CELLS: f64 = 4096.0;
 
-/// The windows' grid: the triangles that stay in each cell as lists.
-struct Grid {
+/// The windows' grid: what is seen in each cell as lists of numbers.
+pub(super) struct Grid {
     low: [f64; 2],
     /// Cells by length.
     scale: [f64; 2],
     cells: [usize; 2],
     first: Vec<u32>,
-    /// Triangle and next entry.
+    /// Number and next entry.
     entries: Vec<[u32; 2]>,
 }
 
@@ -107,7 +107,7 @@ const END: u32 = u32::MAX;
 
 impl Grid {
     /// For `windows` that are about as many as cells of a mean size.
-    fn new(windows: &[[[f64; 2]; 2]], around: bool) -> Self {
+    pub fn new(windows: &[[[f64; 2]; 2]], around: bool) -> Self {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
         let mut sum = [0.0; 2];
@@ -146,6 +146,30 @@ impl Grid {
         let right = right.min(left + cols - 1);
         (top..=bottom).flat_map(move |row| (left..=right).map(move |col| row * cols + col % cols))
     }
+
+    /// Adds a number to all cells of a window.
+    pub fn add(&mut self, window: &[[f64; 2]; 2], number: u32) {
+        for cell in self.cells_of(window) {
+            let entry = self.entries.len() as u32;
+            self.entries.push([number, self.first[cell]]);
+            self.first[cell] = entry;
+        }
+    }
+
+    /// Whether something holds of all numbers in the cells of a window; some come more than once.
+    pub fn all(&self, window: &[[f64; 2]; 2], mut holds: impl FnMut(u32) -> bool) -> bool {
+        self.cells_of(window).all(|cell| {
+            let mut entry = self.first[cell];
+            while entry != END {
+                let [number, next] = self.entries[entry as usize];
+                if !holds(number) {
+                    return false;
+                }
+                entry = next;
+            }
+            true
+        })
+    }
 }
 
 /// Whether each triangle hides behind others, or is seen edge-on. The triangles turn like columns toward rows. O(n log n) time.
@@ -174,27 +198,13 @@ where
             // Places beyond 1 may be places before it.
             (!V::Site::AROUND && apart(0)) || apart(1) || are_beside(&own, &sites(other))
         };
-        let beside_all = grid.cells_of(window).all(|cell| {
-            let mut entry = grid.first[cell];
-            while entry != END {
-                let [other, next] = grid.entries[entry as usize];
-                if !is_beside(other) {
-                    return false;
-                }
-                entry = next;
-            }
-            true
-        });
+        let beside_all = grid.all(window, is_beside);
         // What the triangulation took for seen from the front by a rounding is edge-on.
         if !beside_all || V::Site::turn(a, b, c) <= 0.0 {
             hidden[t as usize] = true;
             continue;
         }
-        for cell in grid.cells_of(window) {
-            let entry = grid.entries.len() as u32;
-            grid.entries.push([t, grid.first[cell]]);
-            grid.first[cell] = entry;
-        }
+        grid.add(window, t);
     }
     hidden
 }

@@ -5,7 +5,7 @@
 //! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
 //! | 2 | `seams` | domain -> pixels that must be vertices |
 //! | 3 | `dig`, `delaunay` | a tile and its required pixels -> a mesh within the tolerance |
-//! | 4 | `polish`, `patch`, `star`, `search` | mesh -> mesh of fewer triangles within the tolerance |
+//! | 4 | `polish`, `patch`, `borders`, `star`, `search` | mesh -> mesh of fewer triangles within the tolerance |
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
 //! | 6 | `certify` | mesh and image -> distances, measured anew |
 //!
@@ -17,7 +17,7 @@
 //! left to clean up. (2) The polish stage, which the paper has not, leaves about 0.6 times the triangles. (3) The error is
 //! measured along each pixel's own ray, whatever the projection. (4) The mesh covers exactly the triangles of the
 //! step-discontinuity triangulation, but those that hide behind others where a point grid folds: nothing covers an invalid
-//! pixel or bridges a jump, and each ray meets the mesh once.
+//! pixel or bridges a jump, and each ray meets the mesh once. Borders are simplified on request, by half a pixel at most.
 
 mod params;
 
@@ -39,6 +39,7 @@ mod dig;
 mod pieces;
 
 // 4. fewer triangles
+mod borders;
 mod patch;
 mod polish;
 mod search;
@@ -107,7 +108,8 @@ pub struct Sculpted {
 /// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the
 ///   tolerance. The certificate measures it. Where a point grid folds as seen along its rays, or a scan goes around more
 ///   than once, triangles that hide behind others count as jumps; the report counts them.
-/// * Seen from the sensor the mesh covers exactly those triangles' area, once. All triangles face the sensor and have an
+/// * Seen from the sensor the mesh covers exactly those triangles' area, once; with `simplify_borders` at most half a pixel
+///   more along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an
 ///   area there; the mesh is a manifold with boundary; its vertices are samples, unless `interpolate` is off.
 /// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
 ///

@@ -58,6 +58,16 @@ pub const PARAMS: &[ParamSpec] = &[
     },
     ParamSpec {
         operation: "sculpt",
+        name: "simplify_borders",
+        unit: Unit::Count,
+        default: Default::Value(0.0),
+        min: 0.0,
+        min_excluded: false,
+        max: 1.0,
+        text: "0 keeps open borders as they are in the image but for vertices on straight lines; 1 smooths them, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that it did, and no other pixel. Needs an effort of at least 1.",
+    },
+    ParamSpec {
+        operation: "sculpt",
         name: "threads",
         unit: Unit::Count,
         default: Default::Value(0.0),
@@ -111,6 +121,8 @@ pub struct SculptParams {
     pub interpolate: bool,
     /// Smallest angle of triangles that replace others, as seen from the sensor, radians.
     pub min_angle: f64,
+    /// Whether borders are simplified, too, within the tolerance and half a pixel.
+    pub simplify_borders: bool,
     /// Where the mesh may be: jumps are left out.
     pub triangulation: TriangulateParams,
     /// Worker threads, 0 for one a core.
@@ -124,6 +136,7 @@ impl std::default::Default for SculptParams {
             effort: 1,
             interpolate: true,
             min_angle: 0.0,
+            simplify_borders: false,
             triangulation: TriangulateParams::default(),
             threads: 0,
         }

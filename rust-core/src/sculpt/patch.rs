@@ -3,6 +3,7 @@
 //! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`. An edge without a neighbour is either on
 //! the border of the domain ([`NONE`]) or on a seam to another patch ([`SEAM`]); vertices on a seam stay as they are.
 
+use super::borders::Border;
 use super::delaunay::{NONE, next_of, previous_of};
 use super::domain::Domain;
 use super::pieces::Pieces;
@@ -12,7 +13,9 @@ use super::view::{Site, View};
 pub(super) const SEAM: u32 = NONE - 1;
 
 /// A part of the mesh.
-pub(super) struct Patch<S> {
+pub(super) struct Patch<'a, S> {
+    /// Where the border may change.
+    pub border: &'a dyn Border,
     /// Samples of vertices and listed pixels, and the pixel index of each.
     pub sites: Vec<S>,
     /// Values of the vertices; empty where all are samples.
@@ -31,19 +34,26 @@ pub(super) struct Patch<S> {
     pub next: Vec<u32>,
     /// A half edge out of each vertex, [`NONE`] for pixels that are none.
     pub out: Vec<u32>,
+    /// Vertices on a seam.
+    on_seam: Vec<bool>,
+    /// Vertices that can't be removed from the triangles that they have.
+    pub settled: Vec<bool>,
     /// Vertices at which more than one fan of triangles meets; they stay.
     pub pinched: Vec<bool>,
 }
 
-impl<S: Site> Patch<S> {
+impl<'a, S: Site> Patch<'a, S> {
     /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so;
-    /// `values` are those of [`Pieces::values`], or none where all vertices stay samples.
+    /// `values` are those of [`Pieces::values`], or none where all vertices stay samples; `settled` tells of each pixel whether it
+    /// is one of [`Pieces::settled`], or of none.
     pub fn new<V: View<Site = S>>(
         view: &V,
         domain: &Domain,
+        border: &'a dyn Border,
         pieces: &Pieces,
         triangles: &[u32],
         values: &[f64],
+        settled: &[bool],
         scratch: &mut [u32],
     ) -> Self {
         let count = triangles.len();
@@ -79,6 +89,7 @@ impl<S: Site> Patch<S> {
         };
         let values = if values.is_empty() { Vec::new() } else { pixels.iter().zip(&sites).map(value).collect() };
         let mut patch = Patch {
+            border,
             sites,
             values,
             pixels,
@@ -90,8 +101,11 @@ impl<S: Site> Patch<S> {
             first,
             next,
             out: Vec::new(),
+            on_seam: vec![false; vertices],
+            settled: Vec::new(),
             pinched: vec![false; vertices],
         };
+        patch.settled = patch.pixels.iter().map(|&p| settled.get(p as usize).is_some_and(|&s| s)).collect();
         patch.link(domain);
         patch
     }
@@ -120,9 +134,12 @@ impl<S: Site> Patch<S> {
                 self.twins[h as usize] = g;
                 self.twins[g as usize] = h;
             } else {
-                let border = domain.is_border(self.pixels[from as usize], self.pixels[to as usize]);
+                let border = self.border.is_border(self.pixels[from as usize], self.pixels[to as usize]);
                 self.twins[h as usize] = if border { NONE } else { SEAM };
-                if border {
+                if !border {
+                    self.on_seam[from as usize] = true;
+                    self.on_seam[to as usize] = true;
+                } else {
                     self.pinched[from as usize] = domain.fans(self.pixels[from as usize]) > 1;
                 }
             }
@@ -229,6 +246,9 @@ impl<S: Site> Patch<S> {
             let moved = |v: &usize| self.out[*v] != NONE && self.values[*v] != self.sites[*v].value();
             pieces.moved = (0..self.sites.len()).filter(moved).map(|v| (self.pixels[v], self.values[v])).collect();
         }
+        // What happens to the star of a vertex on a seam, no patch knows.
+        let settled = |v: &usize| self.settled[*v] && self.out[*v] != NONE && !self.on_seam.get(*v).is_some_and(|&s| s);
+        pieces.settled = (0..self.sites.len()).filter(settled).map(|v| self.pixels[v]).collect();
         pieces
     }
 }

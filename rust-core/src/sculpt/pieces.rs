@@ -10,6 +10,8 @@ pub(super) struct Pieces {
     pub pixels: Vec<u32>,
     /// Vertices that have left their samples: pixels with their values, [`super::view::Site::value`]. Some come twice.
     pub moved: Vec<(u32, f64)>,
+    /// Vertices that can't be removed from the triangles that they have: no need to try again before those change.
+    pub settled: Vec<u32>,
 }
 
 impl Pieces {
@@ -51,6 +53,7 @@ impl Pieces {
             all.triangles.extend(part.triangles);
             all.pixels.extend(part.pixels);
             all.moved.extend(part.moved);
+            all.settled.extend(part.settled);
         }
         all
     }

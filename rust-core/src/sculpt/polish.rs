@@ -8,6 +8,7 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
+use super::borders::Border;
 use super::delaunay::NONE;
 use super::domain::Domain;
 use super::patch::Patch;
@@ -75,6 +76,7 @@ fn side_for(domain: &Domain, triangles: usize) -> u32 {
 pub(super) fn pass<V: View>(
     view: &V,
     domain: &Domain,
+    border: &dyn Border,
     pieces: &Pieces,
     [side, shift]: [u32; 2],
     rules: &Rules,
@@ -84,12 +86,18 @@ pub(super) fn pass<V: View>(
     let groups = group(domain, pieces, side, shift);
     let pixels = domain.rows as usize * domain.cols as usize;
     let values = if search == Search::Free { pieces.values(pixels) } else { Vec::new() };
+    // A search changes all triangles.
+    let mut settled = Vec::new();
+    if search == Search::None && !pieces.settled.is_empty() {
+        settled = vec![false; pixels];
+        pieces.settled.iter().for_each(|&p| settled[p as usize] = true);
+    }
     let parts = groups
         .par_iter()
         .map_init(
             || (vec![0; pixels], Surgeon::new(), Searcher::new()),
             |(scratch, surgeon, searcher), triangles| {
-                let mut patch = Patch::new(view, domain, pieces, triangles, &values, scratch);
+                let mut patch = Patch::new(view, domain, border, pieces, triangles, &values, &settled, scratch);
                 searcher.improve(&mut patch, search, rules, progress)?;
                 remove_vertices(&mut patch, surgeon, rules, progress)?;
                 Ok(patch.into_pieces())
@@ -142,7 +150,7 @@ enum State {
 
 /// Removes vertices, those whose stars are filled with the smallest errors first.
 fn remove_vertices<S: super::view::Site>(
-    patch: &mut Patch<S>,
+    patch: &mut Patch<'_, S>,
     surgeon: &mut Surgeon<S>,
     rules: &Rules,
     progress: &Progress<'_>,
@@ -154,6 +162,7 @@ fn remove_vertices<S: super::view::Site>(
             progress.check()?;
         }
         if patch.out[v as usize] != NONE
+            && !patch.settled[v as usize]
             && let Some(filling) = surgeon.find(patch, v, rules)
         {
             states[v as usize] = State::Ready(filling);
@@ -188,6 +197,7 @@ fn remove_vertices<S: super::view::Site>(
         states[v] = State::Removed;
         for &corner in surgeon.ring() {
             let state = &mut states[corner as usize];
+            patch.settled[corner as usize] = false;
             match state {
                 State::Ready(_) => *state = State::Stale,
                 State::Stuck if patch.out[corner as usize] != NONE => {

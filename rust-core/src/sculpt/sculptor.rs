@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::borders::{Border, Fenced, Hugging, Straight};
 use super::domain::Domain;
+use super::folds::Windowed;
 use super::pieces::Pieces;
 use super::search::Search;
 use super::star::Rules;
@@ -173,19 +175,33 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let pieces = Pieces::join(tiles);
         clock.lap("dig");
         dug();
-        self.polish(view, pieces, tolerance, clock, progress)
+        if self.params.simplify_borders {
+            self.polish(view, &Hugging { domain }, pieces, tolerance, clock, progress)
+        } else {
+            self.polish(view, &Straight { domain, on_lattice: true }, pieces, tolerance, clock, progress)
+        }
     }
 
     /// Fine to coarse, where pixels are on no lattice: polishes the step-discontinuity triangulation.
-    fn peel<V: View>(&self, view: &V, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+    fn peel<V: View>(&self, view: &V, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug>
+    where
+        V::Site: Windowed,
+    {
         dug();
+        let domain = &self.domain;
         let clock = Clock::start(self.seconds);
-        self.polish(view, Pieces::full(&self.domain.triangles), tolerance, clock, progress)
+        let pieces = Pieces::full(&domain.triangles);
+        if self.params.simplify_borders {
+            self.polish(view, &Fenced::new(view, domain), pieces, tolerance, clock, progress)
+        } else {
+            self.polish(view, &Straight { domain, on_lattice: false }, pieces, tolerance, clock, progress)
+        }
     }
 
     fn polish<V: View>(
         &self,
         view: &V,
+        border: &dyn Border,
         mut pieces: Pieces,
         tolerance: f64,
         mut clock: Clock,
@@ -206,7 +222,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             // A coarse mesh gains most, and has few edges to look at.
             let coarse = pass == 1 && COARSE * triangles < self.domain.triangles.len();
             let search = if coarse { Search::Light } else { Search::None };
-            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, search, progress)?;
+            pieces = polish::pass(view, &self.domain, border, &pieces, cut, &rules, search, progress)?;
             gained = pieces.triangles.len() < before;
             pass += 1;
         }
@@ -224,7 +240,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         {
             let before = pieces.triangles.len();
             rules.shake = (round >= 2).then_some(round);
-            pieces = polish::pass(view, &self.domain, &pieces, cut, &rules, search, progress)?;
+            pieces = polish::pass(view, &self.domain, border, &pieces, cut, &rules, search, progress)?;
             share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
             round += 1;
         }

@@ -97,7 +97,7 @@ impl<S: Site> Searcher<S> {
     /// [`crate::Error::Cancelled`].
     pub fn improve(
         &mut self,
-        patch: &mut Patch<S>,
+        patch: &mut Patch<'_, S>,
         search: Search,
         rules: &Rules,
         progress: &Progress<'_>,
@@ -119,7 +119,7 @@ impl<S: Site> Searcher<S> {
         Ok(())
     }
 
-    fn collapse_edges(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn collapse_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
             if (h as usize).is_multiple_of(CHECK) {
                 progress.check()?;
@@ -144,7 +144,7 @@ impl<S: Site> Searcher<S> {
 
     fn move_vertices(
         &mut self,
-        patch: &mut Patch<S>,
+        patch: &mut Patch<'_, S>,
         most: usize,
         rules: &Rules,
         progress: &Progress<'_>,
@@ -174,7 +174,7 @@ impl<S: Site> Searcher<S> {
     }
 
     /// Collects the star of `v`, `false` if it must stay.
-    fn gather_star(&mut self, patch: &Patch<S>, v: u32) -> bool {
+    fn gather_star(&mut self, patch: &Patch<'_, S>, v: u32) -> bool {
         if patch.fan(v, MOST, &mut self.half_edges) != Some(Fan::Closed) {
             return false;
         }
@@ -189,7 +189,7 @@ impl<S: Site> Searcher<S> {
     }
 
     /// Collects the stars of both ends of an edge, `false` if they must stay.
-    fn gather_pair(&mut self, patch: &Patch<S>, h: u32) -> bool {
+    fn gather_pair(&mut self, patch: &Patch<'_, S>, h: u32) -> bool {
         let (u, v) = (patch.corners[h as usize], patch.to(h));
         // Each edge once, from its smaller end.
         if u > v
@@ -237,14 +237,14 @@ impl<S: Site> Searcher<S> {
     }
 
     /// Adds the corner that a half edge of the star leads to.
-    fn add_corner(&mut self, patch: &Patch<S>, h: u32) {
+    fn add_corner(&mut self, patch: &Patch<'_, S>, h: u32) {
         let corner = patch.to(h);
         self.ring.push(corner);
         self.ring_sites.push(patch.vertex(corner));
         self.outer.push(patch.twins[next_of(h) as usize]);
     }
 
-    fn add_members(&mut self, patch: &Patch<S>, vertices: &[u32]) {
+    fn add_members(&mut self, patch: &Patch<'_, S>, vertices: &[u32]) {
         self.members.extend(vertices);
         for &t in &self.slots {
             let mut p = patch.first[t as usize];
@@ -367,7 +367,7 @@ impl<S: Site> Searcher<S> {
     }
 
     /// Fills the polygon by a fan; the first `vertices` members were vertices.
-    fn make_fan(&mut self, patch: &mut Patch<S>, centre: Centre, vertices: usize) {
+    fn make_fan(&mut self, patch: &mut Patch<'_, S>, centre: Centre, vertices: usize) {
         let k = self.ring.len();
         let m = centre.member;
         let apex = self.members[m];
@@ -393,7 +393,7 @@ impl<S: Site> Searcher<S> {
         }
     }
 
-    fn flip_edges(&mut self, patch: &mut Patch<S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn flip_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
             if (h as usize).is_multiple_of(CHECK) {
                 progress.check()?;
@@ -408,7 +408,7 @@ impl<S: Site> Searcher<S> {
 
     /// Flips half of the edges, better or not: where no change lowers the sum of squares, another mesh may have room. A hash
     /// chooses them, so that the same image gives the same mesh.
-    fn shake(&mut self, patch: &mut Patch<S>, seed: u32, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn shake(&mut self, patch: &mut Patch<'_, S>, seed: u32, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
             if (h as usize).is_multiple_of(CHECK) {
                 progress.check()?;
@@ -428,7 +428,7 @@ impl<S: Site> Searcher<S> {
 
     /// Replaces an edge by the other diagonal of the two triangles beside it, if the sum of squares falls below `limit` times
     /// what it was.
-    fn flip(&mut self, patch: &mut Patch<S>, h: u32, g: u32, limit: f64, rules: &Rules) {
+    fn flip(&mut self, patch: &mut Patch<'_, S>, h: u32, g: u32, limit: f64, rules: &Rules) {
         let [a, b] = [patch.corners[h as usize], patch.to(h)];
         let [c, d] = [previous_of(h), previous_of(g)].map(|h| patch.corners[h as usize]);
         let [sa, sb, sc, sd] = [a, b, c, d].map(|v| patch.vertex(v));

@@ -113,11 +113,17 @@ impl<S: Site> Surgeon<S> {
         &self.ring
     }
 
-    /// The best filling of the star of `v` without it, if there is one.
-    pub fn find(&mut self, patch: &Patch<S>, v: u32, rules: &Rules) -> Option<Filling> {
+    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled.
+    pub fn find(&mut self, patch: &mut Patch<'_, S>, v: u32, rules: &Rules) -> Option<Filling> {
         if !self.gather(patch, v) {
             return None;
         }
+        let filling = self.fill(rules);
+        patch.settled[v as usize] = filling.is_none();
+        filling
+    }
+
+    fn fill(&mut self, rules: &Rules) -> Option<Filling> {
         let k = self.ring.len();
         self.spoiler = 0;
         if !self.vertex_can_be_covered(rules) {
@@ -137,7 +143,7 @@ impl<S: Site> Surgeon<S> {
     }
 
     /// Collects the star of `v`; `false` if it must stay.
-    fn gather(&mut self, patch: &Patch<S>, v: u32) -> bool {
+    fn gather(&mut self, patch: &Patch<'_, S>, v: u32) -> bool {
         let Some(fan) = patch.fan(v, MOST, &mut self.half_edges) else { return false };
         self.fan = fan;
         self.ring.clear();
@@ -153,8 +159,11 @@ impl<S: Site> Surgeon<S> {
         self.corner_sites.clear();
         self.corner_sites.extend(self.ring.iter().map(|&c| patch.vertex(c)));
         let site = patch.sites[v as usize];
-        if fan == Fan::Open && !is_between(patch, self.ring[0], v, self.ring[k - 1]) {
-            return false;
+        if fan == Fan::Open {
+            let [from, past, to] = [self.ring[k - 1], v, self.ring[0]].map(|v| patch.pixels[v as usize]);
+            if !patch.border.may_pass(from, past, to) {
+                return false;
+            }
         }
         self.members.clear();
         self.member_sites.clear();
@@ -310,7 +319,7 @@ impl<S: Site> Surgeon<S> {
 
     /// Removes `v`, whose star has not changed since `filling` was found. The corners that were around it are in
     /// [`Surgeon::ring`] afterwards.
-    pub fn make(&mut self, patch: &mut Patch<S>, v: u32, filling: Filling) {
+    pub fn make(&mut self, patch: &mut Patch<'_, S>, v: u32, filling: Filling) {
         let gathered = self.gather(patch, v);
         assert!(gathered, "a filling was found for this star");
         let k = self.ring.len();
@@ -344,7 +353,7 @@ impl<S: Site> Surgeon<S> {
     /// Fills the polygon of corners `i` to `j`; `across` is the half edge beyond its edge from `j` to `i`.
     fn build(
         &mut self,
-        patch: &mut Patch<S>,
+        patch: &mut Patch<'_, S>,
         i: usize,
         j: usize,
         across: u32,
@@ -368,12 +377,4 @@ impl<S: Site> Surgeon<S> {
         }
         t * 3 + 2
     }
-}
-
-/// Whether a vertex of the border lies on the straight line between its neighbours there. Off the lattice borders are
-/// hardly ever straight, and stay.
-fn is_between<S: Site>(patch: &Patch<S>, before: u32, v: u32, after: u32) -> bool {
-    let [a, b, c] = [before, v, after].map(|v| patch.place(v));
-    let (ab, bc) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-    S::ON_LATTICE && ab[0] * bc[1] == ab[1] * bc[0] && ab[0] * bc[0] + ab[1] * bc[1] > 0
 }

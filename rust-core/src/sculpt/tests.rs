@@ -85,7 +85,13 @@ fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) 
     let whole: i64 = domain.triangles.iter().map(|&t| area(t)).sum();
     let covered: i64 = mesh.triangles.iter().map(|t| area(t.map(|v| pixels[v as usize])).abs()).sum();
     if matches!(image.samples(), Samples::Values(_)) && !matches!(image.projection(), Projection::Spherical { .. }) {
-        assert_eq!(covered, whole);
+        if params.simplify_borders {
+            assert!(covered >= whole);
+            let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| pixels[v as usize])).collect();
+            super::borders::tests::assert_reaches_half_a_pixel(&domain, &triangles);
+        } else {
+            assert_eq!(covered, whole);
+        }
     }
     let turned = |t: [u32; 3]| if domain.mirrored { [t[0], t[2], t[1]] } else { t };
     for triangle in &mesh.triangles {
@@ -195,12 +201,13 @@ proptest! {
     #[test]
     fn any_image_keeps_every_promise(
         scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32,
-        [joined, interpolate] in any::<[bool; 2]>(), min_angle in prop_oneof![Just(0.0), 0.0..0.5_f64],
+        [joined, interpolate, simplify_borders] in any::<[bool; 3]>(), min_angle in prop_oneof![Just(0.0), 0.0..0.5_f64],
     ) {
         let image = seen(&scene, kind);
         let edge_limit = joined.then_some(1e6);
         let triangulation = TriangulateParams { edge_limit, ..TriangulateParams::default() };
-        let params = SculptParams { effort, interpolate, min_angle, triangulation, ..absolute(tolerance) };
+        let params =
+            SculptParams { effort, interpolate, min_angle, simplify_borders, triangulation, ..absolute(tolerance) };
         let sculpted = sculpt(&image, &params);
         // One by one: every covered ray meets the mesh, and each meeting is within the bound.
         for index in (0..image.len()).filter(|&i| !sculpted.certificate.error_image[i].is_nan()).step_by(7) {
@@ -221,11 +228,15 @@ proptest! {
     }
 
     #[test]
-    fn threads_and_order_of_tolerances_change_nothing(scene in scenes(), kind in 0..32_usize, tolerance in tolerances()) {
+    fn threads_and_order_of_tolerances_change_nothing(
+        scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32,
+        [interpolate, simplify_borders] in any::<[bool; 2]>(),
+    ) {
         let image = seen(&scene, kind);
+        let params = SculptParams { effort, interpolate, simplify_borders, ..absolute(tolerance) };
         let results: Vec<Sculpted> = [1, 2, 8]
             .map(|threads| {
-                let sculptor = Sculptor::new(&image, &SculptParams { threads, ..absolute(tolerance) }).unwrap();
+                let sculptor = Sculptor::new(&image, &SculptParams { threads, ..params }).unwrap();
                 if threads == 2 {
                     sculptor.refine(Tolerance::Absolute(0.05), &Progress::none()).unwrap();
                 }
@@ -343,6 +354,78 @@ fn new_triangles_keep_to_the_smallest_angle() {
         // The floor costs triangles.
         assert!(!interpolate || mesh.triangles.len() > last);
         last = mesh.triangles.len();
+    }
+}
+
+#[test]
+fn simplified_borders_cut_the_steps_of_slanted_ones() {
+    // A plane below a line of slope 1/2, one of slope 2/3, and one of 1/4, whose steps are too long to reach over.
+    for (rise, run, corners) in [(1.0, 2.0, 4), (2.0, 3.0, 4), (1.0, 4.0, 21)] {
+        let image = flat(40, 37, |r, c| if r >= c * rise / run { 1.0 } else { f64::NAN });
+        let count = |simplify_borders| {
+            let params = SculptParams { simplify_borders, ..absolute(0.1) };
+            sculpt(&image, &params).mesh.triangles.len()
+        };
+        let (kept, simplified) = (count(false), count(true));
+        assert!(kept >= 19 && simplified + 2 == corners, "{rise}/{run}: {kept} to {simplified}");
+    }
+    // A disk in every projection, as pixels and as points: of all slopes only some gain.
+    let mut sums = [0.0; 2];
+    for projection in projections(60, 60) {
+        let image = render(60, 60, projection, sphere(ahead(&projection), 0.25));
+        for image in [as_point_grid(&image), image] {
+            let count = |simplify_borders| {
+                let params = SculptParams { simplify_borders, ..absolute(0.02) };
+                sculpt(&image, &params).mesh.triangles.len() as f64
+            };
+            sums = [sums[0] + count(false), sums[1] + count(true)];
+        }
+    }
+    assert!(sums[1] < 0.97 * sums[0], "{sums:?}");
+}
+
+#[test]
+fn a_change_of_unit_keeps_bound_and_count() {
+    let scene = Scene { rows: 44, cols: 44, seed: 5, holes: 0.05, roughness: 0.02, step: 0.5, quantum: 0.0 };
+    for kind in 0..32 {
+        for (effort, interpolate) in [(1, true), (2, true), (2, false)] {
+            // Metres and millimetres.
+            let [metres, millimetres] = [1.0, 1000.0].map(|unit| {
+                let image = in_unit(&seen(&scene, kind), unit);
+                let params = SculptParams { effort, interpolate, ..SculptParams::default() };
+                sculpt(&image, &SculptParams { tolerance: Tolerance::OfDepthExtent(0.02), ..params })
+            });
+            let counts = [&metres, &millimetres].map(|s| s.report.triangles as f64);
+            assert!((counts[0] / counts[1] - 1.0).abs() <= 0.01, "{kind}: {counts:?}");
+            assert!((1000.0 * metres.report.tolerance / millimetres.report.tolerance - 1.0).abs() < 1e-6);
+        }
+    }
+}
+
+/// The same image with all lengths times `unit`.
+fn in_unit(image: &RangeImage, unit: f64) -> RangeImage {
+    let (rows, cols) = (image.rows(), image.cols());
+    match image.samples() {
+        Samples::Points(points) => {
+            let points = points.iter().map(|p| p.map(|x| (f64::from(x) * unit) as f32)).collect();
+            let viewing = match image.projection() {
+                Projection::PointGrid(crate::range_image::Viewing::From(eye)) => {
+                    crate::range_image::Viewing::From(*eye * unit)
+                }
+                Projection::PointGrid(viewing) => *viewing,
+                other => panic!("{other:?}"),
+            };
+            RangeImage::from_points(rows, cols, points, viewing).unwrap()
+        }
+        Samples::Values(values) => {
+            let projection = match *image.projection() {
+                Projection::Orthographic { first, step } => {
+                    Projection::Orthographic { first: first.map(|x| x * unit), step: step.map(|x| x * unit) }
+                }
+                other => other,
+            };
+            RangeImage::from_values(rows, cols, values.iter().map(|x| x * unit).collect(), projection).unwrap()
+        }
     }
 }
 

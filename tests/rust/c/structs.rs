@@ -139,6 +139,7 @@ fn defaults_are_those_of_the_table() {
     same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
     same("sculpt", &["interpolate"], &|_| sculpt.numbers[5] as f64);
     same("sculpt", &["min_angle"], &|_| sculpt.f64(6));
+    same("sculpt", &["simplify_borders"], &|_| sculpt.numbers[7] as f64);
     same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
     same("reconstruct", &["factor"], &|_| reconstruct.f64(0));
     same("reconstruct", &["threads"], &|_| f64::from(reconstruct.second));
