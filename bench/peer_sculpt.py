@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-REFERENCE = Path(__file__).resolve().parent.parent / "target" / "release" / "examples" / "sculpt_reference"
+ROOT = Path(__file__).resolve().parent.parent
+REFERENCE = ROOT / "target" / "release" / "examples" / "sculpt_reference"
+MESHOPT = ROOT / "target" / "release" / "surfrecon-bench-meshopt"
 
 
 def filled(heights):
@@ -148,6 +150,24 @@ def quadric_mesh(heights, tolerance, tool):
     return best
 
 
+def meshopt_mesh(heights, tolerance):
+    """meshoptimizer, told the tolerance as its largest error: its own measure, so that the bound need not hold.
+
+    As for the quadric collapses, lengths along the grid are as the heights. The CPU time includes reading and writing.
+    """
+    pitch = 1 / max(heights.shape)
+    positions, triangles = surface(filled(heights))
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / name for name in ("positions", "triangles", "out")]
+        (positions * [pitch, pitch, 1]).astype("<f4").tofile(files[0])
+        triangles.astype("<u4").tofile(files[1])
+        command = [MESHOPT, files[0], files[1], repr(tolerance), files[2]]
+        printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        left = np.fromfile(files[2], "<u4").reshape(-1, 3)
+    return positions, left, json.loads(printed) | {"cpu_s": used.ru_utime + used.ru_stime}
+
+
 def timed(work):
     """What `work` gives, its wall and its CPU seconds."""
     wall, cpu = time.perf_counter(), time.process_time()
@@ -161,9 +181,11 @@ TOOLS = {
     "surfrecon-search": lambda h, t: surfrecon_mesh(h, t, 2),
     "surfrecon-free": lambda h, t: surfrecon_mesh(h, t, 2, interpolate=False),
     "surfrecon-floor": lambda h, t: surfrecon_mesh(h, t, 1, min_angle=np.radians(10)),
+    "surfrecon-borders": lambda h, t: surfrecon_mesh(h, t, 1, simplify_borders=True),
     "surfrecon-reference": reference_mesh,
     "pydelatin": delatin_mesh,
     "pymartini": martini_mesh,
+    "meshoptimizer": meshopt_mesh,
     "open3d-quadric": lambda h, t: quadric_mesh(h, t, open3d_collapse),
     "meshlab-quadric": lambda h, t: quadric_mesh(h, t, meshlab_collapse),
 }

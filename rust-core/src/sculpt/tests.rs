@@ -88,7 +88,7 @@ fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) 
         if params.simplify_borders {
             assert!(covered >= whole);
             let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| pixels[v as usize])).collect();
-            super::borders::tests::assert_reaches_half_a_pixel(&domain, &triangles);
+            borders::tests::assert_reaches_half_a_pixel(&domain, &triangles);
         } else {
             assert_eq!(covered, whole);
         }
