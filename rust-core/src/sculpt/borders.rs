@@ -30,6 +30,13 @@ pub(super) trait Border: Sync {
     fn is_border(&self, from: u32, to: u32) -> bool;
 }
 
+/// Where a mesh may be, and where its border may change.
+#[derive(Clone, Copy)]
+pub(super) struct Region<'a> {
+    pub domain: &'a Domain,
+    pub border: &'a dyn Border,
+}
+
 /// Borders that change along straight lines of the lattice only; off the lattice, where hardly any are straight, nowhere.
 pub(super) struct Straight<'a> {
     pub domain: &'a Domain,

@@ -3,7 +3,7 @@
 //! Half edge `h` runs from `corners[h]` to the next corner of triangle `h / 3`. An edge without a neighbour is either on
 //! the border of the domain ([`NONE`]) or on a seam to another patch ([`SEAM`]); vertices on a seam stay as they are.
 
-use super::borders::Border;
+use super::borders::{Border, Region};
 use super::delaunay::{NONE, next_of, previous_of};
 use super::domain::Domain;
 use super::pieces::Pieces;
@@ -48,8 +48,7 @@ impl<'a, S: Site> Patch<'a, S> {
     /// is one of [`Pieces::settled`], or of none.
     pub fn new<V: View<Site = S>>(
         view: &V,
-        domain: &Domain,
-        border: &'a dyn Border,
+        Region { domain, border }: Region<'a>,
         pieces: &Pieces,
         triangles: &[u32],
         values: &[f64],

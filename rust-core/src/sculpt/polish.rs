@@ -8,7 +8,7 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::borders::Border;
+use super::borders::Region;
 use super::delaunay::NONE;
 use super::domain::Domain;
 use super::patch::Patch;
@@ -75,14 +75,14 @@ fn side_for(domain: &Domain, triangles: usize) -> u32 {
 /// (0, 0), with a search before vertices are removed.
 pub(super) fn pass<V: View>(
     view: &V,
-    domain: &Domain,
-    border: &dyn Border,
+    region: Region<'_>,
     pieces: &Pieces,
     [side, shift]: [u32; 2],
     rules: &Rules,
     search: Search,
     progress: &Progress<'_>,
 ) -> Result<Pieces> {
+    let domain = region.domain;
     let groups = group(domain, pieces, side, shift);
     let pixels = domain.rows as usize * domain.cols as usize;
     let values = if search == Search::Free { pieces.values(pixels) } else { Vec::new() };
@@ -97,7 +97,7 @@ pub(super) fn pass<V: View>(
         .map_init(
             || (vec![0; pixels], Surgeon::new(), Searcher::new()),
             |(scratch, surgeon, searcher), triangles| {
-                let mut patch = Patch::new(view, domain, border, pieces, triangles, &values, &settled, scratch);
+                let mut patch = Patch::new(view, region, pieces, triangles, &values, &settled, scratch);
                 searcher.improve(&mut patch, search, rules, progress)?;
                 remove_vertices(&mut patch, surgeon, rules, progress)?;
                 Ok(patch.into_pieces())

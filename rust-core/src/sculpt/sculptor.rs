@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::borders::{Border, Fenced, Hugging, Straight};
+use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
 use super::folds::Windowed;
 use super::pieces::Pieces;
@@ -207,6 +207,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         mut clock: Clock,
         progress: &Progress<'_>,
     ) -> Result<Dug> {
+        let region = Region { domain: &self.domain, border };
         let triangles = pieces.triangles.len();
         let mut rules = Rules {
             tolerance,
@@ -222,7 +223,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             // A coarse mesh gains most, and has few edges to look at.
             let coarse = pass == 1 && COARSE * triangles < self.domain.triangles.len();
             let search = if coarse { Search::Light } else { Search::None };
-            pieces = polish::pass(view, &self.domain, border, &pieces, cut, &rules, search, progress)?;
+            pieces = polish::pass(view, region, &pieces, cut, &rules, search, progress)?;
             gained = pieces.triangles.len() < before;
             pass += 1;
         }
@@ -240,7 +241,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         {
             let before = pieces.triangles.len();
             rules.shake = (round >= 2).then_some(round);
-            pieces = polish::pass(view, &self.domain, border, &pieces, cut, &rules, search, progress)?;
+            pieces = polish::pass(view, region, &pieces, cut, &rules, search, progress)?;
             share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
             round += 1;
         }
