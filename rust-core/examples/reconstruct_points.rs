@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let positions = bytemuck::pod_collect_to_vec(&std::fs::read(&options.points)?);
     let cloud = PointCloud { positions, ..PointCloud::default() };
     let params = ReconstructParams { threads: options.threads, factor: options.factor, ..Default::default() };
-    let made = scattered::run(&cloud, &params, &Progress::none())?;
+    let made = scattered::run_owned(cloud, &params, &Progress::none())?;
     let Some(surfrecon::mesh::AttributeData::I32(points)) = made.mesh.vertex_attribute("source_point") else {
         return Err("the mesh does not say which points it goes through".into());
     };

@@ -130,14 +130,11 @@ fn flow(complex: Complex<'_>, balls: &Balls, progress: &Progress<'_>) -> Result<
 }
 
 fn gates(complex: Complex<'_>, basin: &[u32], balls: &Balls, progress: &Progress<'_>) -> Result<Vec<Gate>> {
-    let chunks = complex.len().div_ceil(CHUNK);
-    let parts: Vec<Vec<Gate>> = (0..chunks)
+    // The larger the parts, the fewer gates are found by several.
+    let size = (complex.len() / PARTS).next_multiple_of(CHUNK).max(CHUNK);
+    let parts: Vec<Vec<Gate>> = (0..complex.len().div_ceil(size))
         .into_par_iter()
-        .map(|chunk| {
-            let found = gates_of(complex, basin, balls, chunk * CHUNK..((chunk + 1) * CHUNK).min(complex.len()));
-            progress.advance(CHUNK as u64)?;
-            Ok(found)
-        })
+        .map(|part| gates_of(complex, basin, balls, part * size..((part + 1) * size).min(complex.len()), progress))
         .collect::<Result<_>>()?;
     let mut gates = Vec::with_capacity(parts.iter().map(Vec::len).sum());
     parts.into_iter().for_each(|part| gates.extend_from_slice(&part));
@@ -159,13 +156,25 @@ fn gates(complex: Complex<'_>, basin: &[u32], balls: &Balls, progress: &Progress
     Ok(gates)
 }
 
+/// Parts that the cells are divided into to look for gates.
+const PARTS: usize = 32;
+
 /// The gates at facets of some cells.
-fn gates_of(complex: Complex<'_>, basin: &[u32], balls: &Balls, cells: Range<usize>) -> Vec<Gate> {
+fn gates_of(
+    complex: Complex<'_>,
+    basin: &[u32],
+    balls: &Balls,
+    cells: Range<usize>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Gate>> {
     let mut gates: Vec<Gate> = Vec::new();
     let mut places = FxHashMap::default();
     // By far most facets lie between the same two basins as the one before.
     let mut last = 0;
     for cell in cells {
+        if cell.is_multiple_of(CHUNK) {
+            progress.advance(CHUNK as u64)?;
+        }
         for slot in 0..4 {
             let beyond = complex.neighbour(cell as u32, slot) as usize;
             if beyond < cell || basin[beyond] == basin[cell] {
@@ -185,5 +194,6 @@ fn gates_of(complex: Complex<'_>, basin: &[u32], balls: &Balls, cells: Range<usi
             }
         }
     }
-    gates
+    gates.shrink_to_fit();
+    Ok(gates)
 }

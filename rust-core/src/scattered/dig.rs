@@ -24,23 +24,23 @@ struct Step {
 }
 
 impl Solid<'_> {
-    /// Digs to the samples given where a way is found; returns how many came onto the surface. `allowed`: largest perimeter
-    /// of a facet.
+    /// Digs to the samples off the surface where a way is found, and notes what comes onto it; returns how many it was dug
+    /// to. `allowed`: largest perimeter of a facet.
     pub(super) fn dig(
         &mut self,
-        samples: &[u32],
+        on_surface: &mut [bool],
         mut allowed: impl FnMut([u32; 3]) -> f64,
         progress: &Progress<'_>,
     ) -> Result<usize> {
         let mut star = Star::default();
         let mut reached = 0;
-        for &sample in samples {
+        for sample in (0..on_surface.len() as u32).filter(|&sample| !on_surface[sample as usize]).collect::<Vec<_>>() {
             progress.check()?;
             self.complex.star(sample, self.incident[sample as usize], &mut star);
             let Some((distance, nearest)) = self.nearest(sample, &star) else { continue };
             // A sample farther away than a facet's side may be long is astray.
             if 3.0 * distance <= allowed([nearest; 3]) {
-                reached += usize::from(self.dig_to(sample, &mut star));
+                reached += usize::from(self.dig_to(sample, on_surface, &mut star));
             }
         }
         Ok(reached)
@@ -61,7 +61,7 @@ impl Solid<'_> {
         nearest
     }
 
-    fn dig_to(&mut self, sample: u32, star: &mut Star) -> bool {
+    fn dig_to(&mut self, sample: u32, on_surface: &mut [bool], star: &mut Star) -> bool {
         self.complex.star(sample, self.incident[sample as usize], star);
         let side = self.is_inside(star.cells[0].0);
         if star.cells.iter().any(|&(cell, _)| self.is_inside(cell) != side) {
@@ -77,7 +77,7 @@ impl Solid<'_> {
             let Step { cell, length, .. } = steps[next];
             if (0..4).any(|slot| self.is_inside(self.complex.neighbour(cell, slot)) != side) {
                 tries += 1;
-                if self.open(&steps, next, star) {
+                if self.open(&steps, next, on_surface, star) {
                     return true;
                 }
             }
@@ -104,7 +104,7 @@ impl Solid<'_> {
     }
 
     /// Changes the sides of the cells on a way, from its outer end at `last` to the sample.
-    fn open(&mut self, steps: &[Step], last: usize, star: &mut Star) -> bool {
+    fn open(&mut self, steps: &[Step], last: usize, on_surface: &mut [bool], star: &mut Star) -> bool {
         let mut done = Vec::new();
         let mut at = last;
         while at != usize::MAX {
@@ -122,6 +122,9 @@ impl Solid<'_> {
                 done.into_iter().for_each(|cell| self.change_back(cell));
                 return false;
             }
+        }
+        for vertex in done.into_iter().flat_map(|cell| self.complex.vertices(cell)) {
+            on_surface[vertex as usize] = true;
         }
         true
     }

@@ -1,37 +1,56 @@
 //! The triangles around each vertex, and where they do not form a single fan.
 
-/// The triangles at each vertex of a list of triangles.
-pub(super) struct Corners {
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+/// The triangles at each vertex of a list of triangles, for a range of vertices.
+struct Corners {
+    vertices: Range<u32>,
     first: Vec<u32>,
     /// Three times the triangle plus the place of the vertex in it.
     corners: Vec<u32>,
 }
 
 impl Corners {
-    pub(super) fn new(triangles: &[[u32; 3]], vertices: usize) -> Self {
-        let mut first = vec![0_u32; vertices + 2];
-        for vertex in triangles.as_flattened() {
-            first[*vertex as usize + 2] += 1;
+    fn new(triangles: &[[u32; 3]], vertices: Range<u32>) -> Self {
+        let mut first = vec![0_u32; vertices.len() + 2];
+        for vertex in triangles.as_flattened().iter().filter(|vertex| vertices.contains(vertex)) {
+            first[(vertex - vertices.start) as usize + 2] += 1;
         }
         for v in 2..first.len() {
             first[v] += first[v - 1];
         }
-        let mut corners = vec![0; 3 * triangles.len()];
+        let mut corners = vec![0; first[first.len() - 1] as usize];
         for (corner, vertex) in triangles.as_flattened().iter().enumerate() {
-            let place = &mut first[*vertex as usize + 1];
-            corners[*place as usize] = corner as u32;
-            *place += 1;
+            if vertices.contains(vertex) {
+                let place = &mut first[(vertex - vertices.start) as usize + 1];
+                corners[*place as usize] = corner as u32;
+                *place += 1;
+            }
         }
-        Corners { first, corners }
+        Corners { vertices, first, corners }
     }
 
-    pub(super) fn of(&self, vertex: u32) -> &[u32] {
-        &self.corners[self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize]
+    fn of(&self, vertex: u32) -> &[u32] {
+        let place = (vertex - self.vertices.start) as usize;
+        &self.corners[self.first[place] as usize..self.first[place + 1] as usize]
     }
+}
 
-    pub(super) fn vertices(&self) -> u32 {
-        self.first.len() as u32 - 2
+/// Parts that the vertices are looked at in, which bounds the memory for their corners; each takes a look at all triangles.
+const RANGES: usize = 2;
+
+/// The vertices at which the triangles are not one fan, in ascending order.
+pub(super) fn pinched(triangles: &[[u32; 3]], vertices: usize) -> Vec<u32> {
+    let together = vertices.div_ceil(RANGES) as u32;
+    let mut found = Vec::new();
+    for range in 0..RANGES as u32 {
+        let range = (range * together).min(vertices as u32)..((range + 1) * together).min(vertices as u32);
+        let corners = Corners::new(triangles, range.clone());
+        found.par_extend(range.into_par_iter().filter(|&vertex| !is_one_fan(triangles, corners.of(vertex))));
     }
+    found
 }
 
 /// The two other vertices of a corner's triangle, in its turn.
@@ -41,32 +60,44 @@ fn ends(triangles: &[[u32; 3]], corner: u32) -> [u32; 2] {
     [triangle[(place + 1) % 3], triangle[(place + 2) % 3]]
 }
 
+/// Triangles at a vertex that fit beside each other without an allocation; there are six on average.
+const USUAL: usize = 16;
+
 /// Whether the triangles at a vertex are one fan, open or closed, turning one way. Without triangles they are.
-pub(super) fn is_one_fan(triangles: &[[u32; 3]], corners: &[u32]) -> bool {
-    let Some(&first) = corners.first() else { return true };
-    let from = |vertex: u32| corners.iter().filter(move |&&c| ends(triangles, c)[0] == vertex);
-    let to = |vertex: u32| corners.iter().filter(move |&&c| ends(triangles, c)[1] == vertex);
-    for &corner in corners {
-        let [next, previous] = ends(triangles, corner);
-        if from(next).count() > 1 || to(previous).count() > 1 {
+fn is_one_fan(triangles: &[[u32; 3]], corners: &[u32]) -> bool {
+    if corners.len() > USUAL {
+        return turn_once(&corners.iter().map(|&corner| ends(triangles, corner)).collect::<Vec<_>>());
+    }
+    let mut around = [[0; 2]; USUAL];
+    for (to, &corner) in around.iter_mut().zip(corners) {
+        *to = ends(triangles, corner);
+    }
+    turn_once(&around[..corners.len()])
+}
+
+/// Whether directed edges are one path, open or closed.
+fn turn_once(edges: &[[u32; 2]]) -> bool {
+    let Some(&first) = edges.first() else { return true };
+    for (i, one) in edges.iter().enumerate() {
+        if edges[..i].iter().any(|other| one[0] == other[0] || one[1] == other[1]) {
             return false;
         }
     }
     let mut count = 1;
-    let mut here = ends(triangles, first);
-    while let Some(&corner) = from(here[1]).next() {
-        if corner == first {
-            return count == corners.len();
+    let mut end = first[1];
+    while let Some(next) = edges.iter().find(|edge| edge[0] == end) {
+        if *next == first {
+            return count == edges.len();
         }
-        here = ends(triangles, corner);
+        end = next[1];
         count += 1;
     }
-    let mut here = ends(triangles, first);
-    while let Some(&corner) = to(here[0]).next() {
-        here = ends(triangles, corner);
+    let mut start = first[0];
+    while let Some(previous) = edges.iter().find(|edge| edge[1] == start) {
+        start = previous[0];
         count += 1;
     }
-    count == corners.len()
+    count == edges.len()
 }
 
 /// The fans at a vertex: over an edge of more than two triangles nothing is joined. Each as places in `corners`, the
@@ -104,14 +135,14 @@ fn fans(triangles: &[[u32; 3]], corners: &[u32]) -> Vec<Vec<usize>> {
 pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: impl Fn([u32; 3]) -> f64) -> usize {
     let before = triangles.len();
     loop {
-        let corners = Corners::new(triangles, vertices);
+        let pinched = pinched(triangles, vertices);
+        if pinched.is_empty() {
+            return before - triangles.len();
+        }
+        let corners = Corners::new(triangles, 0..vertices as u32);
         let mut removed = vec![false; triangles.len()];
-        let mut any = false;
-        for vertex in 0..corners.vertices() {
+        for vertex in pinched {
             let around = corners.of(vertex);
-            if is_one_fan(triangles, around) {
-                continue;
-            }
             let mut fans = fans(triangles, around);
             let worth = |fan: &Vec<usize>| {
                 let mut keys: Vec<f64> = fan.iter().map(|&p| key(triangles[around[p] as usize / 3])).collect();
@@ -124,11 +155,7 @@ pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: 
             });
             for place in fans.iter().skip(1).flatten() {
                 removed[around[*place] as usize / 3] = true;
-                any = true;
             }
-        }
-        if !any {
-            return before - triangles.len();
         }
         let mut index = 0;
         triangles.retain(|_| {

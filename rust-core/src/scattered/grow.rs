@@ -136,26 +136,27 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                 [a, b, c, d, e] if e == a => vec![[[b, a, c], [d, c, a]], [[c, b, d], [a, d, b]]],
                 _ => continue,
             };
-            let fits = |front: &mut Self, [first, second]: [[u32; 3]; 2]| {
-                // Facets of the hole's own corners beside it: then it is the other side of a part that small.
-                let is_alone = hole.windows(2).any(|edge| {
-                    front.edges.get(&[edge[0], edge[1]]).is_some_and(|&inside| {
-                        front.triangles[inside as usize].iter().all(|vertex| hole.contains(vertex))
-                    })
-                });
-                !is_alone
-                    && [first, second].iter().all(|&facet| {
-                        let [a, b, c] = facet;
-                        ![[a, b], [b, c], [c, a]].iter().any(|edge| front.edges.contains_key(edge))
-                            && front.complex.perimeter(facet) <= (front.allowed)(facet)
-                    })
+            let length = |edge: [u32; 2]| {
+                let [a, b] = edge.map(|vertex| self.complex.points[vertex as usize]);
+                a.distance(b)
             };
-            let diagonal = |[[_, a, c], _]: &[[u32; 3]; 2]| {
-                self.complex.points[*a as usize].distance(self.complex.points[*c as usize])
+            let longest = hole.windows(2).map(|edge| length([edge[0], edge[1]])).fold(0.0, f64::max);
+            let diagonal = |[[_, a, c], _]: &[[u32; 3]; 2]| length([*a, *c]);
+            // Facets of the hole's own corners beside it: then it is the other side of a part that small.
+            let is_alone = hole.windows(2).any(|edge| {
+                let inside = self.edges.get(&[edge[0], edge[1]]);
+                inside.is_some_and(|&t| self.triangles[t as usize].iter().all(|vertex| hole.contains(vertex)))
+            });
+            let fits = |pair: &[[u32; 3]; 2]| {
+                // Between samples no farther apart than some that the surface joins already, however dense they are.
+                let is_trusted = diagonal(pair) <= longest;
+                let is_free =
+                    |[a, b, c]: [u32; 3]| ![[a, b], [b, c], [c, a]].iter().any(|edge| self.edges.contains_key(edge));
+                !is_alone && is_trusted && pair.iter().all(|&facet| is_free(facet))
             };
             let mut facets = facets;
             facets.sort_by(|a, b| diagonal(a).total_cmp(&diagonal(b)));
-            if let Some([first, second]) = facets.into_iter().find(|&pair| fits(self, pair)) {
+            if let Some([first, second]) = facets.into_iter().find(fits) {
                 self.add(first, u32::MAX);
                 self.border.attach(first);
                 if second != first {

@@ -13,7 +13,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::complex::{Complex, Star};
-use super::fans::{Corners, is_one_fan};
+use super::fans::pinched;
 use crate::error::Result;
 use crate::progress::Progress;
 
@@ -26,6 +26,15 @@ const CHANGES: u8 = 4 * CHANGE;
 
 /// Rounds over the vertices that aren't manifold.
 const ROUNDS: usize = 32;
+
+/// The cells' sides, apart from the cells.
+#[derive(Clone)]
+pub(super) struct Separated {
+    sides: Vec<u8>,
+    incident: Vec<u32>,
+    /// Cells that changed sides in the repair.
+    pub(super) repaired: usize,
+}
 
 /// The cells with their sides.
 pub(super) struct Solid<'a> {
@@ -40,8 +49,13 @@ impl<'a> Solid<'a> {
         Solid { complex, sides, incident: complex.incident() }
     }
 
-    pub(super) fn into_sides(self) -> Vec<u8> {
-        self.sides
+    /// As it was given back by [`Solid::into_separated`].
+    pub(super) fn again(complex: Complex<'a>, separated: Separated) -> Self {
+        Solid { complex, sides: separated.sides, incident: separated.incident }
+    }
+
+    pub(super) fn into_separated(self, repaired: usize) -> Separated {
+        Separated { sides: self.sides, incident: self.incident, repaired }
     }
 
     /// Of each sample, whether a cell around it is inside.
@@ -62,11 +76,11 @@ impl<'a> Solid<'a> {
         self.sides[cell as usize] = (self.sides[cell as usize] ^ INSIDE).saturating_sub(CHANGE);
     }
 
-    /// The samples off the surface, without those that no cell knows.
-    pub(super) fn off_surface(&self) -> Vec<u32> {
+    /// Of each sample, whether it is on the surface or no cell knows it.
+    pub(super) fn on_surface(&self) -> Vec<bool> {
         let mut on_surface: Vec<bool> = self.incident.iter().map(|&cell| cell == u32::MAX).collect();
-        self.surface().as_flattened().iter().for_each(|&vertex| on_surface[vertex as usize] = true);
-        (0..on_surface.len() as u32).filter(|&vertex| !on_surface[vertex as usize]).collect()
+        self.for_each_facet(|facet| facet.into_iter().for_each(|vertex| on_surface[vertex as usize] = true));
+        on_surface
     }
 
     pub(super) fn may_change(&self, cell: u32) -> bool {
@@ -75,21 +89,26 @@ impl<'a> Solid<'a> {
 
     /// The facets with the inside on one side and the outside on the other, seen from outside.
     pub(super) fn surface(&self) -> Vec<[u32; 3]> {
-        let mut triangles = Vec::new();
+        // Euler: about two a sample. Memory that is not written to is not taken.
+        let mut triangles = Vec::with_capacity(2 * self.complex.points.len());
+        self.for_each_facet(|facet| triangles.push(facet));
+        triangles
+    }
+
+    fn for_each_facet(&self, mut take: impl FnMut([u32; 3])) {
         for cell in (0..self.complex.len() as u32).filter(|&cell| self.is_inside(cell)) {
             for slot in 0..4 {
                 if !self.is_inside(self.complex.neighbour(cell, slot)) {
-                    triangles.push(self.complex.facet(cell, slot));
+                    take(self.complex.facet(cell, slot));
                 }
             }
         }
-        triangles
     }
 
     /// Makes the surface manifold at all vertices but a few that resist; returns the cells that changed sides.
     pub(super) fn repair(&mut self, progress: &Progress<'_>) -> Result<usize> {
         let mut changed = 0;
-        let mut suspects = self.pinched(&self.surface());
+        let mut suspects = pinched(&self.surface(), self.complex.points.len());
         let mut star = Star::default();
         for _ in 0..ROUNDS {
             if suspects.is_empty() {
@@ -109,11 +128,6 @@ impl<'a> Solid<'a> {
             suspects = touched;
         }
         Ok(changed)
-    }
-
-    fn pinched(&self, surface: &[[u32; 3]]) -> Vec<u32> {
-        let corners = Corners::new(surface, self.complex.points.len());
-        (0..corners.vertices()).filter(|&vertex| !is_one_fan(surface, corners.of(vertex))).collect()
     }
 
     /// Whether the cells inside around a vertex hang together, and those outside too, and there are both.
@@ -176,18 +190,17 @@ impl<'a> Solid<'a> {
         parts
     }
 
-    /// Brings samples off the surface onto it where the new facets are allowed. Returns how many.
+    /// Brings samples off the surface onto it where the new facets are allowed, and notes it. Returns how many.
     pub(super) fn gather(
         &mut self,
+        on_surface: &mut [bool],
         mut allowed: impl FnMut([u32; 3]) -> f64,
         progress: &Progress<'_>,
     ) -> Result<usize> {
-        let mut on_surface = vec![false; self.complex.points.len()];
-        self.surface().as_flattened().iter().for_each(|&vertex| on_surface[vertex as usize] = true);
         let mut queue = BinaryHeap::new();
         let mut star = Star::default();
         for vertex in 0..on_surface.len() as u32 {
-            if !on_surface[vertex as usize] && self.incident[vertex as usize] != u32::MAX {
+            if !on_surface[vertex as usize] {
                 progress.check()?;
                 self.complex.star(vertex, self.incident[vertex as usize], &mut star);
                 star.cells.iter().for_each(|&(cell, own)| self.enqueue(cell, usize::from(own), &mut queue));

@@ -58,7 +58,7 @@ mod orient;
 mod reconstructor;
 
 use complex::{Complex, Star};
-use manifold::Solid;
+use manifold::{Separated, Solid};
 use rayon::prelude::*;
 
 pub(crate) use reconstructor::PLAN;
@@ -84,13 +84,21 @@ pub fn run(cloud: &PointCloud, params: &ReconstructParams, progress: &Progress<'
     Reconstructor::new(cloud)?.into_surface(params, progress)
 }
 
-/// Stages 2 to 4 up to the repair: the side of each cell, and how many changed in the repair.
-fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<(Vec<u8>, usize)> {
+/// Like [`run`] in less memory: the places of the cloud's points are given back as soon as they are sorted, 24 bytes each.
+///
+/// # Errors
+/// See [`Reconstructor::surface`].
+pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    Reconstructor::new(cloud)?.into_surface_of_its_own(params, progress)
+}
+
+/// Stages 2 to 4 up to the repair: the side of each cell.
+fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Separated> {
     let basins = basins::Basins::find(complex, progress)?;
     let sides = separate::sides(basins, progress)?;
     let mut solid = Solid::new(complex, sides);
     let repaired = solid.repair(progress)?;
-    Ok((solid.into_sides(), repaired))
+    Ok(solid.into_separated(repaired))
 }
 
 /// What the perimeter of a facet is measured with, and how much of it is trusted.
@@ -148,15 +156,16 @@ fn scale<'a>(
 /// The closed surface, through all samples in its reach.
 fn close(
     solid: &mut Solid<'_>,
+    mut on_surface: Vec<bool>,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
 ) -> Result<Vec<[u32; 3]>> {
     let (complex, incident) = (solid.complex, solid.incident.clone());
     let mut scale = scale(complex, &incident, params, || mean_perimeter(complex, &solid.surface()), report);
-    let mut gathered = solid.gather(|facet| scale.allowed(facet), progress)?;
-    gathered += solid.dig(&solid.off_surface(), |facet| scale.allowed(facet), progress)?;
-    gathered += solid.gather(|facet| scale.allowed(facet), progress)?;
+    let mut gathered = solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     report.repaired[1] = gathered;
     let mut triangles = solid.surface();
     let before = triangles.len();

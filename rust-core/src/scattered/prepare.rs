@@ -19,6 +19,13 @@ pub(super) struct Samples {
     pub(super) dropped: Vec<Dropped>,
 }
 
+impl Samples {
+    /// Points given, dropped ones included.
+    pub(super) fn given(&self) -> usize {
+        self.input.len() + self.dropped.len()
+    }
+}
+
 /// Sorts the samples: neighbours in space become neighbours in memory, and numbers no longer depend on the input's order.
 pub(super) fn prepare(positions: &[DVec3]) -> Result<Samples> {
     if u32::try_from(positions.len()).is_err() {

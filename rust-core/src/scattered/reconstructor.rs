@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::complex::Complex;
-use super::manifold::Solid;
+use super::manifold::{Separated, Solid};
 use super::orient::{Witness, orient};
 use super::prepare::{Samples, prepare};
 use super::sheet::{Choice, choices};
@@ -46,8 +46,7 @@ pub struct Reconstructor<C> {
 struct Cells {
     samples: Samples,
     delaunay: Delaunay3,
-    /// Sides of the cells, and how many changed in the repair.
-    separated: Option<(Vec<u8>, usize)>,
+    separated: Option<Separated>,
     choices: Option<Vec<Choice>>,
     seconds: Vec<(&'static str, f64)>,
 }
@@ -101,10 +100,20 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Parameters out of range; fewer than four different points, or all in one plane; points without a surface;
     /// [`Error::OutOfMemory`]; [`Error::Cancelled`].
     pub fn surface(&mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+        self.surface_with(params, |_| (), progress)
+    }
+
+    /// `release` is called once the points are sorted: their places in the cloud are not needed afterwards.
+    fn surface_with(
+        &mut self,
+        params: &ReconstructParams,
+        release: impl FnOnce(&mut C) + Send,
+        progress: &Progress<'_>,
+    ) -> Result<Reconstructed> {
         params.validate()?;
         let pool = crate::threads::pool(params.threads)?;
         progress.plan(if self.cells.is_none() { PLAN } else { PLAN_AGAIN });
-        progress.run(&pool, || self.make_surface(params, progress))
+        progress.run(&pool, || self.make_surface(params, release, progress))
     }
 
     /// Like [`Reconstructor::surface`] for a single surface, in less memory.
@@ -127,14 +136,26 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     ) -> Result<Reconstructed> {
         params.validate()?;
         self.is_kept = false;
-        self.make_surface(params, progress)
+        self.make_surface(params, |_| (), progress)
     }
 
-    fn make_surface(&mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    fn make_surface(
+        &mut self,
+        params: &ReconstructParams,
+        release: impl FnOnce(&mut C),
+        progress: &Progress<'_>,
+    ) -> Result<Reconstructed> {
         let first_stage = match self.cells {
             Some(_) => 0,
             None => {
-                self.cells = Some(Cells::new(&self.cloud().positions, params.threads, progress)?);
+                let started = Instant::now();
+                let positions = &self.cloud().positions;
+                let points = positions.len();
+                let what = || format!("a surface through {points} points");
+                memory::expect(BYTES_A_POINT * points as f64, what, "use fewer")?;
+                let samples = prepare(positions)?;
+                release(&mut self.cloud);
+                self.cells = Some(Cells::new(samples, started, params.threads, progress)?);
                 1
             }
         };
@@ -147,7 +168,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             finite: cells.delaunay.finite_count(),
         };
         let mut report = ReconstructReport {
-            points: self.cloud.borrow().positions.len(),
+            points: cells.samples.given(),
             tetrahedra: complex.finite,
             seconds: cells.seconds.clone(),
             ..ReconstructReport::default()
@@ -157,19 +178,20 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         if params.topology == Topology::Free {
             (triangles, inside) = carve_freely(complex, params, &mut report, progress)?;
         } else {
-            let (sides, repaired) = match cells.separated.take() {
+            let separated = match cells.separated.take() {
                 Some(separated) => separated,
                 None => separate(complex, progress)?,
             };
-            cells.separated = is_kept.then(|| (sides.clone(), repaired));
+            cells.separated = is_kept.then(|| separated.clone());
             report.seconds.push(("separate", started.elapsed().as_secs_f64()));
-            report.repaired[0] = repaired;
+            report.repaired[0] = separated.repaired;
             progress.stage(first_stage + 1, 1);
-            let mut solid = Solid::new(complex, sides);
-            let missed = solid.off_surface().len();
+            let mut solid = Solid::again(complex, separated);
+            let on_surface = solid.on_surface();
+            let missed = on_surface.iter().filter(|is_on| !**is_on).count();
             report.closed = params.closure == Closure::Closed || 2 * missed < complex.points.len();
             if report.closed {
-                triangles = close(&mut solid, params, &mut report, progress)?;
+                triangles = close(&mut solid, on_surface, params, &mut report, progress)?;
             } else {
                 if cells.choices.is_none() {
                     cells.choices = Some(choices(complex, &solid.incident, progress)?);
@@ -220,7 +242,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// sample that is not used lies inside.
     fn finish(&self, triangles: Vec<[u32; 3]>, inside: &[bool], mut report: ReconstructReport) -> Reconstructed {
         let (cloud, samples) = (self.cloud(), self.samples());
-        let mut number = vec![u32::MAX; cloud.positions.len()];
+        let mut number = vec![u32::MAX; samples.given()];
         for vertex in triangles.as_flattened() {
             number[samples.input[*vertex as usize] as usize] = 0;
         }
@@ -241,7 +263,12 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         for vertex in triangles.as_flattened_mut() {
             *vertex = number[samples.input[*vertex as usize] as usize];
         }
-        let positions = used.iter().map(|&point| cloud.positions[point as usize]).collect();
+        let mut positions = vec![DVec3::ZERO; used.len()];
+        for (sample, &point) in samples.points.iter().zip(&samples.input) {
+            if let Some(position) = positions.get_mut(number[point as usize] as usize) {
+                *position = *sample / samples.factor;
+            }
+        }
         let mut mesh = TriMesh::new(positions, triangles);
         let attributes = &mut mesh.vertex_attributes;
         attributes.push(Attribute::i32("source_point", used.iter().map(|&point| point as i32).collect()));
@@ -262,16 +289,25 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     }
 }
 
+impl Reconstructor<PointCloud> {
+    /// Like [`Reconstructor::into_surface`], and gives back the places of the points as soon as they are sorted.
+    pub(super) fn into_surface_of_its_own(
+        mut self,
+        params: &ReconstructParams,
+        progress: &Progress<'_>,
+    ) -> Result<Reconstructed> {
+        self.is_kept = false;
+        self.surface_with(params, |cloud| cloud.positions = Vec::new(), progress)
+    }
+}
+
 impl Cells {
-    fn new(positions: &[DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
-        let started = Instant::now();
-        let points = positions.len();
-        memory::expect(BYTES_A_POINT * points as f64, || format!("a surface through {points} points"), "use fewer")?;
-        let samples = prepare(positions)?;
+    /// `started`: when the sorting of the samples did.
+    fn new(samples: Samples, started: Instant, threads: usize, progress: &Progress<'_>) -> Result<Self> {
         if samples.points.len() < 4 {
             return Err(Error::input(format!(
                 "a surface needs at least 4 different points with finite coordinates; of {} given, {} are",
-                positions.len(),
+                samples.given(),
                 samples.points.len()
             )));
         }

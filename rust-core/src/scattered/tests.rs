@@ -179,6 +179,26 @@ fn a_sheet_with_a_border() {
     assert!((area / 36.0 - 1.0).abs() < 0.03, "seen from above it covers {area} of 36");
 }
 
+/// Costa's minimal surface, sampled far more densely along its rims than beside them: a torus with three ends, which lie
+/// on rings above each other.
+#[test]
+fn costas_surface_keeps_its_three_ends_apart() {
+    let Some(data) = std::env::var_os("SURFRECON_DATA") else {
+        println!("SKIPPED Costa's surface: SURFRECON_DATA is not set");
+        return;
+    };
+    let text = std::fs::read_to_string(std::path::Path::new(&data).join("points/giaccari_hypersheet.xyz")).unwrap();
+    let number = |column: Option<&str>| column.unwrap().parse::<f64>().unwrap();
+    let points: Vec<DVec3> = text
+        .lines()
+        .map(|line| line.split_whitespace())
+        .map(|mut line| DVec3::new(number(line.next()), number(line.next()), number(line.next())))
+        .collect();
+    let (made, report) = reconstruct(points, &ReconstructParams::default());
+    assert!(report.is_manifold() && report.components == 1 && !made.report.closed, "{report}");
+    assert_eq!((report.genus(), report.boundary_loops, made.report.used), (Some(1), 3, 6752), "{report}");
+}
+
 #[test]
 fn normals_and_sensors_turn_it() {
     let points = sphere(500, DVec3::ZERO, 1.0);
@@ -341,7 +361,9 @@ fn any_power_of_two_gives_the_same_surface() {
 fn duplicates_and_what_is_not_finite_are_reported() {
     let mut points = sphere(100, DVec3::ZERO, 1.0);
     points.extend([points[7], DVec3::NAN]);
-    let (made, _) = reconstruct(points, &ReconstructParams::default());
+    let (made, _) = reconstruct(points.clone(), &ReconstructParams::default());
+    let owned = run_owned(cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
+    assert_eq!((&owned.mesh, &owned.report.dropped), (&made.mesh, &made.report.dropped));
     let dropped = |point, reason| Dropped { point, reason };
     assert_eq!(made.report.dropped, [dropped(100, Reason::Duplicate), dropped(101, Reason::NotFinite)]);
 }
