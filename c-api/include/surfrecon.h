@@ -889,7 +889,7 @@ srf_status srf_image_triangulate(const srf_image *image,
 srf_status srf_image_to_cloud(const srf_image *image, srf_cloud **out_cloud);
 
 // Makes a cloud.
-// positions         3 SRF_F64 or SRF_F32 a point; not NULL
+// positions         3 SRF_F64 or SRF_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
 // normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
 // colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
 // intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none

@@ -25,7 +25,7 @@ fn one_a_point(name: &str, count: usize, points: usize) -> Result<(), Failure> {
 }
 
 /// Makes a cloud.
-/// positions         3 SRF_F64 or SRF_F32 a point; not NULL
+/// positions         3 SRF_F64 or SRF_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
 /// normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
 /// colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
 /// intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none
@@ -54,10 +54,6 @@ pub unsafe extern "C" fn srf_cloud_create(
         ];
         for (name, count) in counts {
             one_a_point(name, count.unwrap_or(positions.len()), positions.len())?;
-        }
-        if let Some(i) = positions.iter().position(|p| !p.is_finite()) {
-            let text = format!("point {i} has a coordinate that is not finite: {}", positions[i]);
-            return Err(Failure::new(SRF_ERR_INPUT, text));
         }
         let world_from_cloud = pose::read("world_from_cloud", world_from_cloud)?;
         handle::give("out_cloud", out_cloud, PointCloud { positions, normals, colour, intensity, world_from_cloud })

@@ -63,7 +63,7 @@ std::vector<T> gather(const LayerArrays &from, const Get &get)
 
 }  // namespace
 
-LayerArrays arrays(const MeshModel &layer, Frame frame)
+LayerArrays arrays(const MeshModel &layer, Frame frame, NotFinite broken)
 {
     const CMeshO &mesh = layer.cm;
     const surfrecon::Pose pose = placement(layer);
@@ -81,7 +81,7 @@ LayerArrays arrays(const MeshModel &layer, Frame frame)
         const auto &p = mesh.vert[i].cP();
         std::array<double, 3> point{p[0], p[1], p[2]};
         if (moved) point = apply(m, point.data());
-        if (!std::all_of(point.begin(), point.end(), [](double x) { return std::isfinite(x); })) {
+        if (broken == NotFinite::refused && !std::all_of(point.begin(), point.end(), [](double x) { return std::isfinite(x); })) {
             refuse("Vertex " + std::to_string(i) + " of the layer " + quoted(layer) +
                    " is not finite: remove it, for example with Remove Vertices with NaN or by selecting and deleting it");
         }

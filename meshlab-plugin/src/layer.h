@@ -24,8 +24,10 @@ struct LayerArrays {
 
 enum class Frame { layer, world };
 
-// Throws where a vertex is not finite.
-LayerArrays arrays(const MeshModel &layer, Frame frame);
+// What happens to vertices that are not finite: the layer is refused with the first one's number, or the library gets them.
+enum class NotFinite { refused, passed_on };
+
+LayerArrays arrays(const MeshModel &layer, Frame frame, NotFinite broken = NotFinite::refused);
 
 // The layer as a mesh, with its colours and its custom attribute `confidence`, if it has them. A placement that mirrors keeps
 // the outside outside.

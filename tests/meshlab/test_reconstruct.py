@@ -87,11 +87,20 @@ def test_what_cannot_be_done_is_named(document, refused):
     assert "one plane" in refused(document.run, RECONSTRUCT)
     document.add(sphere(50), name="fine")
     assert "factor must be >= 1 and <= 2, got 3" in refused(document.run, RECONSTRUCT, factor=3)
-    points = sphere(50)
-    points[3, 1] = np.nan
-    document.add(points, name="broken")
-    assert 'Vertex 3 of the layer "broken" is not finite' in refused(document.run, RECONSTRUCT)
+    document.add(np.full((50, 3), np.nan), name="broken")
+    assert "of 50 given, 0 are" in refused(document.run, RECONSTRUCT)
     assert len(document) == 4
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_vertices_that_are_no_numbers_are_left_out_and_counted(document, value):
+    points = sphere(300)
+    points[[3, 77], [1, 2]] = value
+    document.add(points, name="broken")
+    out = document.run(RECONSTRUCT)
+    same(document.current, surfrecon.reconstruct(points).mesh)
+    assert (out["not_finite"], out["used"]) == (2, 298)
+    assert np.array_equal(scalars(document.current, "source_point"), np.delete(np.arange(300), [3, 77]))
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0])

@@ -406,7 +406,7 @@ fn a_surface_through_scattered_points() {
             [ring * angle.cos(), ring * angle.sin(), z]
         })
         .collect();
-    points.extend([points[7], [0.0, 0.0, 3.0]]);
+    points.extend([points[7], [0.0, 0.0, 3.0], [f64::NAN, 0.0, 0.0]]);
     let (mut cloud, mut reconstructor, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL);
     let (mut params, mut report) = (ReconstructParams::ZERO, ReconstructReport::ZERO);
     let mut dropped = vec![9_u8; points.len()];
@@ -417,7 +417,7 @@ fn a_surface_through_scattered_points() {
         api.ok((api.srf_cloud_create)(&positions, none, none, none, null, &mut cloud));
         let two = Array::of(&points[..2], F64, 3);
         let answer = (api.srf_reconstructor_create)(cloud, &two, &mut reconstructor);
-        api.refused(answer, INPUT, "2 sensor origins for 402 points");
+        api.refused(answer, INPUT, "2 sensor origins for 403 points");
         api.ok((api.srf_reconstructor_create)(cloud, none, &mut reconstructor));
         api.ok((api.srf_cloud_free)(cloud));
         api.ok((api.srf_reconstruct_params_init)(&mut params));
@@ -436,9 +436,13 @@ fn a_surface_through_scattered_points() {
         params.set_f64(0, 1.0);
         params.numbers[2] = 1;
         assert!(surface(&params) == first, "depends on the surface before");
-        // Closed; 402 points, 400 of them used, one a copy, one outside.
-        assert_eq!((report.second, &report.numbers[..6]), (1, &[402, 400, 0, 1, 0, 1][..]), "{report:?}");
-        assert!(dropped[..400].iter().all(|&reason| reason == 0) && dropped[400..] == [2, 4], "{:?}", &dropped[400..]);
+        // Closed; 403 points, 400 of them used, one no number, one a copy, one outside.
+        assert_eq!((report.second, &report.numbers[..6]), (1, &[403, 400, 1, 1, 0, 1][..]), "{report:?}");
+        assert!(
+            dropped[..400].iter().all(|&reason| reason == 0) && dropped[400..] == [2, 4, 1],
+            "{:?}",
+            &dropped[400..]
+        );
         params.numbers[3] = 7;
         let (watch, out) = (std::ptr::null(), std::ptr::null_mut());
         let answer =
