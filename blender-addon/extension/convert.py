@@ -291,10 +291,23 @@ def vertex_values(mesh, name, kind, dtype):
 
 def vertex_colours(mesh):
     """(n, 4) uint8 sRGB of the attribute `colour` or the active one, or `None`."""
-    layer = mesh.attributes.get("colour") or mesh.color_attributes.active_color
-    if layer is None or layer.domain != "POINT" or layer.data_type not in {"BYTE_COLOR", "FLOAT_COLOR"}:
+    return colours_of(mesh.attributes.get("colour") or mesh.color_attributes.active_color)
+
+
+def point_colours(cloud):
+    """(n, 4) uint8 sRGB of the attribute `colour` or, since none is active, the first one of colours, or `None`."""
+    colours = (layer for layer in cloud.attributes if layer.data_type in COLOURS)
+    return colours_of(cloud.attributes.get("colour") or next(colours, None))
+
+
+COLOURS = {"BYTE_COLOR", "FLOAT_COLOR"}
+
+
+def colours_of(layer):
+    """(n, 4) uint8 sRGB of an attribute, or `None` if it isn't one of colours of points."""
+    if layer is None or layer.domain != "POINT" or layer.data_type not in COLOURS:
         return None
-    values = np.empty(4 * len(mesh.vertices), np.float32)
+    values = np.empty(4 * len(layer.data), np.float32)
     layer.data.foreach_get("color_srgb", values)
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
 
@@ -309,7 +322,7 @@ def points_of_object(obj, depsgraph, in_world):
     if obj.type == "POINTCLOUD":
         flat = np.empty(3 * len(evaluated.data.points), np.float32)
         evaluated.data.attributes["position"].data.foreach_get("vector", flat)
-        points, colour = flat.reshape(-1, 3), None
+        points, colour = flat.reshape(-1, 3), point_colours(evaluated.data)
     elif obj.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
         with Placed(obj, depsgraph) as mesh:
             # Blender 4.2 has no positions where there are no vertices.

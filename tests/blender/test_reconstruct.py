@@ -85,6 +85,26 @@ def test_several_objects_meet_in_the_world():
     assert np.allclose(made.matrix_world, np.eye(4))
 
 
+@pytest.mark.skipif(bpy.app.version < (4, 3), reason="Blender 4.2 makes point clouds only in its nodes")
+@pytest.mark.parametrize("kind", ["BYTE_COLOR", "FLOAT_COLOR", None])
+def test_a_point_cloud_keeps_its_colours(kind):
+    obj = add_points("cloud", sphere(400))
+    if kind:
+        wanted = np.linspace(0, 1, 1600, dtype=np.float32)
+        obj.data.color_attributes.new("paint", kind, "POINT").data.foreach_set("color_srgb", wanted)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    assert bpy.context.object.type == "POINTCLOUD"
+    bpy.ops.surfrecon.reconstruct()
+    made = bpy.context.object
+    assert len(made.data.vertices) == 400 and check(made)["is_closed"]
+    colour = made.data.attributes.get("colour")
+    assert (colour is None) == (kind is None)
+    if kind:
+        values = np.empty(1600, np.float32)
+        colour.data.foreach_get("color_srgb", values)
+        assert np.abs(values - wanted).max() < 1.01 / 255
+
+
 def test_toward_the_camera():
     add_points("points", sphere(500))
     with pytest.raises(RuntimeError, match="no camera"):
