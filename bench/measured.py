@@ -1,23 +1,26 @@
 """Runs a program and measures it.
 
-As a script it is the small process in between: `python measured.py RESULT PROGRAM ARGUMENT...`. A child's peak memory
-as the system reports it includes what its parent held when it was forked, so the parent must be small, and the
-benchmark, with numpy and meshes in memory, is not.
+As a script it is the small process in between: `python measured.py RESULT CPU_LIMIT PROGRAM ARGUMENT...`. A child's
+peak memory as the system reports it includes what its parent held when it was forked, so the parent must be small, and
+the benchmark, with numpy and meshes in memory, is not.
 """
 
 import json
 import os
+import resource
 import signal
 import sys
 import time
 
 
 def main():
-    """Forks, waits, writes wall seconds, CPU seconds and peak megabytes to RESULT."""
-    result, program = sys.argv[1], sys.argv[2:]
+    """Forks, waits, writes wall seconds, CPU seconds and peak megabytes to RESULT. A CPU_LIMIT of 0 s is none."""
+    result, limit, program = sys.argv[1], int(sys.argv[2]), sys.argv[3:]
     started = time.monotonic()
     child = os.fork()
     if child == 0:
+        if limit:
+            resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
         try:
             os.execvp(program[0], program)
         except OSError as error:
@@ -38,8 +41,11 @@ class Failed(Exception):
     """The program ended with an error or took too long; the text is what it said last."""
 
 
-def run(command, timeout=1800):
-    """Runs a command in a fresh process; returns its figures and what it printed."""
+def run(command, timeout=1800, cpu_limit=0):
+    """Runs a command in a fresh process; returns its figures and what it printed.
+
+    `timeout` is in seconds of the clock, `cpu_limit` in CPU seconds, which do not depend on what else is running.
+    """
     import subprocess
     import tempfile
 
@@ -47,7 +53,7 @@ def run(command, timeout=1800):
     environment = {"OMP_WAIT_POLICY": "passive", "QT_QPA_PLATFORM": "offscreen", **os.environ}
     with tempfile.TemporaryDirectory() as folder:
         result = os.path.join(folder, "figures.json")
-        command = [sys.executable, "-E", "-S", __file__, result, *map(str, command)]
+        command = [sys.executable, "-E", "-S", __file__, result, str(cpu_limit), *map(str, command)]
         process = subprocess.Popen(
             command,
             stdout=subprocess.PIPE,
@@ -64,6 +70,8 @@ def run(command, timeout=1800):
             os.killpg(process.pid, signal.SIGKILL)
             process.communicate()
             raise Failed(f"took more than {timeout} s") from None
+        if cpu_limit and process.returncode == 256 - signal.SIGXCPU:
+            raise Failed(f"stopped after {cpu_limit} s of CPU time")
         if process.returncode != 0:
             said = " | ".join(printed.strip().splitlines()[-3:])
             raise Failed(f"ended with status {process.returncode}: {said}")
