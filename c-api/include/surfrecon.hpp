@@ -313,6 +313,18 @@ public:
         return figures;
     }
 
+    // How far this surface lies from another: { reached, bound }, the largest distance found and what no point exceeds.
+    // Distances of the vertices go to `out`, if given, which has room for one each; their figures to `figures`, if given.
+    std::array<double, 2> surface_distance(const Mesh &reference, double *out = nullptr, Distances *figures = nullptr,
+                                           bool is_signed = false, const ProgressFunction &progress = {}) const
+    {
+        std::array<double, 2> found{};
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_surface_distance(get(), reference.get(), is_signed ? 1 : 0, 0, watcher.get(), out, figures,
+                                                &found[0], &found[1]));
+        return found;
+    }
+
     // A coarse mesh of well-shaped triangles with the same topology; its figures go to `report`, if given.
     Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const ProgressFunction &progress = {}) const
     {

@@ -696,6 +696,14 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
         let none = std::ptr::null();
         api.ok((api.srf_mesh_distances)(surface, &points, 1, 0, none, off.as_mut_ptr(), &mut figures));
         assert!(off[0] < -0.5 && (off[1] - 2.0).abs() < 0.05 && figures.numbers[0] == 2, "{off:?}");
+        let measure = api.srf_mesh_surface_distance;
+        let (mut reached, mut bound, null) = (0.0, 0.0, std::ptr::null_mut());
+        api.ok(measure(surface, mesh, 0, 0, none, null, &mut figures, &mut reached, &mut bound));
+        let largest = f64::from_bits(figures.numbers[4]);
+        assert!(largest > 0.0 && largest <= reached && reached <= bound, "{largest} {reached} {bound}");
+        assert!(bound <= 1.02 * reached + 1e-4, "{reached} {bound}");
+        let answer = measure(surface, mesh, 7, 0, none, null, &mut figures, &mut reached, &mut bound);
+        api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 7");
         let answer = (api.srf_mesh_distances)(surface, &points, 2, 0, none, off.as_mut_ptr(), &mut figures);
         api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 2");
         for end in [(api.srf_mesh_free)(surface), (api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {

@@ -285,6 +285,7 @@ functions! {
     srf_mesh_report_init(report: *mut MeshReport) -> i32;
     srf_mesh_check(mesh: Handle, welded: u32, out: *mut MeshReport) -> i32;
     srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances) -> i32;
+    srf_mesh_surface_distance(mesh: Handle, reference: Handle, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances, reached: *mut f64, bound: *mut f64) -> i32;
     srf_distances_init(distances: *mut Distances) -> i32;
     srf_mesh_write_ply(mesh: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_mesh_write_glb(mesh: Handle, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
