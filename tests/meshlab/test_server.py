@@ -70,7 +70,8 @@ def merging(voxel):
 
 def sculpting(tolerance, triangles=0):
     parameters = [length("tolerance", tolerance), number("maxtriangles", triangles, "RichInt")]
-    parameters += [flag("removevertices", "true"), length("edgelimit")]
+    parameters += [flag("removevertices", "true"), flag("search"), flag("offsamples"), flag("simplifyborders")]
+    parameters += [number("minangle", 0), length("edgelimit")]
     return ("Surface Reconstruction: Range Image Sculpting", parameters)
 
 

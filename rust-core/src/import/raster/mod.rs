@@ -78,9 +78,12 @@ impl Raster {
             _ => f64::NAN,
         };
         let offset = options.offset;
-        for value in &mut self.values {
-            let is_mark = (*value == invalid) | (*value == saturated);
-            *value = if is_mark { f64::NAN } else { *value * scale + offset };
+        let as_stored = scale == 1.0 && offset == 0.0 && invalid.is_nan() && saturated.is_nan();
+        if !as_stored {
+            for value in &mut self.values {
+                let is_mark = (*value == invalid) | (*value == saturated);
+                *value = if is_mark { f64::NAN } else { *value * scale + offset };
+            }
         }
         let (rows, cols) = (self.rows, self.cols);
         let mut translation = DVec3::ZERO;
