@@ -175,6 +175,9 @@ fn outside(uri: &str, scan: &Scan) -> Result<Vec<u8>> {
         Err(_) if scan.options.allow_outside && !name.contains('\0') => folder.join(&name),
         Err(problem) => return fail(&problem),
     };
+    if !path.is_file() {
+        return fail("there is no such file; buffers are in the file itself or in files beside it");
+    }
     file::read(&path)
 }
 
@@ -498,6 +501,11 @@ mod tests {
             crate::import::open(&path).and_then(|set| set.scans[0].read())
         };
         let packed = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAACAPwAAgD8AAAAA";
+        for uri in ["missing.bin", "https://example.org/a.bin"] {
+            let error = read(uri).unwrap_err().to_string();
+            assert!(error.contains(&format!("a.gltf: buffer {uri}: ")), "{error}");
+            assert!(error.ends_with("buffers are in the file itself or in files beside it"), "{error}");
+        }
         for uri in ["a%20b.bin", &format!("data:application/octet-stream;base64,{packed}")] {
             let Content::Mesh(mesh) = read(uri).unwrap() else { panic!("no mesh") };
             assert_eq!(mesh.positions[3], DVec3::new(-2.0, 2.0, 0.0));
