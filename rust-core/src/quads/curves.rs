@@ -18,6 +18,8 @@ use crate::progress::Progress;
 pub(super) struct Curves {
     /// Pixel rows that were sampled, rising: all tiles' borders are among them.
     pub knots: Vec<usize>,
+    /// The last knot that is not below each row of pixels.
+    knot_of_row: Vec<u32>,
     /// A place (pixel column) a knot and curve, knot by knot.
     places: Vec<f64>,
     /// Curves.
@@ -25,23 +27,39 @@ pub(super) struct Curves {
 }
 
 impl Curves {
-    /// Where the curves cross row `row`, given the index of the last knot not below it.
+    /// Where a curve crosses row `row`, which need not be whole.
     #[inline]
-    pub fn place(&self, knot: usize, row: f64, curve: usize) -> f64 {
+    pub fn place(&self, row: f64, curve: usize) -> f64 {
+        let (knot, share) = self.knot_at(row);
         let here = self.places[knot * self.count + curve];
-        let start = self.knots[knot] as f64;
-        match self.knots.get(knot + 1) {
-            Some(&end) if row > start => {
-                let next = self.places[(knot + 1) * self.count + curve];
-                here + (next - here) * ((row - start) / (end as f64 - start))
-            }
-            _ => here,
+        match self.places.get((knot + 1) * self.count + curve) {
+            Some(next) => here + (next - here) * share,
+            None => here,
         }
     }
 
-    /// The last knot that is not below `row`.
-    pub fn knot_at(&self, row: f64) -> usize {
-        self.knots.partition_point(|&k| k as f64 <= row).saturating_sub(1)
+    /// Where all curves cross row `row`.
+    pub fn cross(&self, row: usize, places: &mut [f64]) {
+        let (knot, share) = self.knot_at(row as f64);
+        let (here, next) = self.places[knot * self.count..].split_at(self.count);
+        if next.is_empty() {
+            places.copy_from_slice(here);
+            return;
+        }
+        for ((place, here), next) in places.iter_mut().zip(here).zip(next) {
+            *place = here + (next - here) * share;
+        }
+    }
+
+    /// The last knot that is not below `row`, and which share of the way to the next one `row` lies.
+    #[inline]
+    fn knot_at(&self, row: f64) -> (usize, f64) {
+        let knot = self.knot_of_row[row as usize] as usize;
+        let start = self.knots[knot];
+        match self.knots.get(knot + 1) {
+            Some(&end) => (knot, (row - start as f64) / (end - start) as f64),
+            None => (knot, 0.0),
+        }
     }
 }
 
@@ -87,7 +105,11 @@ pub(super) fn sample(
             progress.advance(1)
         },
     )?;
-    Ok(Curves { knots, places, count })
+    let mut knot_of_row = Vec::with_capacity(rows);
+    for (k, &knot) in knots.iter().enumerate() {
+        knot_of_row.resize(*knots.get(k + 1).unwrap_or(&(knot + 1)), k as u32);
+    }
+    Ok(Curves { knots, knot_of_row, places, count })
 }
 
 /// Places of the vertices of all tiles along one row of pixels, given the density there.
@@ -181,8 +203,7 @@ mod tests {
                 let alone = sample(&tile, size[1], &alone, 0, 0.3, &Progress::none()).unwrap();
                 for row in 0..size[0] {
                     for k in 0..7 {
-                        let (there, here) =
-                            (whole.place(r[0] + row, (r[0] + row) as f64, h * 6 + k), alone.place(row, row as f64, k));
+                        let (there, here) = (whole.place((r[0] + row) as f64, h * 6 + k), alone.place(row as f64, k));
                         assert!((there - c[0] as f64 - here).abs() < 1e-9);
                     }
                 }
@@ -199,8 +220,9 @@ mod tests {
             let curves = sample(&density, cols, &layout, window, 0.0, &Progress::none()).unwrap();
             assert!(layout.row_lines.iter().all(|line| curves.knots.contains(line)));
             for row in 0..rows {
-                let knot = curves.knot_at(row as f64);
-                let places: Vec<f64> = (0..curves.count).map(|k| curves.place(knot, row as f64, k)).collect();
+                let mut places = vec![0.0; curves.count];
+                curves.cross(row, &mut places);
+                assert!((0..curves.count).all(|k| curves.place(row as f64, k) == places[k]));
                 assert!(places.windows(2).all(|w| w[0] < w[1]), "{places:?}");
                 assert_eq!((places[29], places[58]), (layout.col_lines[1] as f64, 89.0));
             }

@@ -153,61 +153,78 @@ fn strip<S: Sight>(sight: &S, image: &RangeImage, net: &Net, vertices: &Vertices
     measured
 }
 
+/// A line through two pixels of different rows, followed down from row to row in whole numbers.
+#[derive(Clone, Copy)]
+struct Side {
+    /// The column where it cuts the row, rounded.
+    column: i64,
+    /// By how much that differs from the line, in units of 1 / `height`: 0 <= rest < `height`.
+    rest: i64,
+    /// Columns from row to row: a whole number ...
+    whole: i64,
+    /// ... and a rest in the same units.
+    part: i64,
+    height: i64,
+}
+
+impl Side {
+    /// The first column not left of the line (`up`) or the last not right of it, from `row` on. The pixels' rows differ.
+    #[inline(always)]
+    fn new([from, to]: [[i64; 2]; 2], row: i64, up: bool) -> Self {
+        let (width, height) =
+            if to[0] > from[0] { (to[1] - from[1], to[0] - from[0]) } else { (from[1] - to[1], from[0] - to[0]) };
+        let bias = if up { height - 1 } else { 0 };
+        if width == 0 {
+            return Side { column: from[1], rest: bias, whole: 0, part: 0, height };
+        }
+        let cut = (row - from[0]) * width + bias;
+        let (columns, whole) = (cut.div_euclid(height), width.div_euclid(height));
+        Side { column: from[1] + columns, rest: cut - columns * height, whole, part: width - whole * height, height }
+    }
+
+    /// A side that bounds nothing.
+    const NONE: Side = Side { column: 0, rest: 0, whole: 0, part: 0, height: 1 };
+
+    /// The column of this row; the next call gives that of the next one.
+    #[inline(always)]
+    fn next(&mut self) -> i64 {
+        let column = self.column;
+        self.rest += self.part;
+        let carry = self.rest >= self.height;
+        self.rest -= if carry { self.height } else { 0 };
+        self.column += self.whole + i64::from(carry);
+        column
+    }
+}
+
 /// Calls `visit(row, start, end)` for each row of pixels of a sound quad; `last`: its lower, its right side belongs to it.
+#[inline(always)]
 fn for_each_row([a, b, c, d]: [[i64; 2]; 4], last: [bool; 2], mut visit: impl FnMut(usize, usize, usize)) {
     let top = a[0].min(b[0]);
-    let bottom = c[0].max(d[0]);
-    for row in top..=bottom {
-        // Sides from row to row bound columns on the left (whole numbers from `start`) or on the right (below `end`).
-        let mut start = at_least(a, d, row);
-        let mut end = if last[1] { at_most(b, c, row) + 1 } else { at_least(b, c, row) };
-        // The upper side is part of the quad ...
-        if a[0] == b[0] {
-            if row < a[0] {
-                continue;
-            }
-        } else if b[0] > a[0] {
-            end = end.min(at_most(a, b, row) + 1);
-        } else {
-            start = start.max(at_least(b, a, row));
-        }
-        // ... the lower one is not, but at the image's lower border.
-        if d[0] == c[0] {
-            if row > d[0] || (row == d[0] && !last[0]) {
-                continue;
-            }
-        } else if c[0] > d[0] {
-            start = start.max(at_most(d, c, row) + 1);
-        } else {
-            end = end.min(at_least(c, d, row));
-        }
+    let flat_bottom = c[0] == d[0];
+    // Rows below `bottom`; a level lower side is part of the quad at the image's lower border only.
+    let bottom = c[0].max(d[0]) + i64::from(!flat_bottom || last[0]);
+    // Left and right sides bound columns on the left (whole numbers from `start`) or on the right (below `end`).
+    let mut left = Side::new([a, d], top, true);
+    let mut right = Side::new([b, c], top, !last[1]);
+    let right_too = i64::from(last[1]);
+    // A level upper side is part of the quad. Others bound the side that they fall to.
+    let (rising, falling) = (b[0] < a[0], b[0] > a[0]);
+    let mut upper = if rising || falling { Side::new([a, b], top, rising) } else { Side::NONE };
+    // The lower side is not.
+    let (to_left, to_right) = (c[0] > d[0], c[0] < d[0]);
+    let mut lower = if flat_bottom { Side::NONE } else { Side::new([d, c], top, to_right) };
+    for row in top..bottom {
+        let (mut start, mut end) = (left.next(), right.next() + right_too);
+        let (upper, lower) = (upper.next(), lower.next());
+        start = if rising { start.max(upper) } else { start };
+        end = if falling { end.min(upper + 1) } else { end };
+        start = if to_left { start.max(lower + 1) } else { start };
+        end = if to_right { end.min(lower) } else { end };
         if start < end {
             visit(row as usize, start as usize, end as usize);
         }
     }
-}
-
-/// The line through two pixels of different rows cuts a row at a column of q more than the first: the quotient of whole
-/// numbers below 2^53, rounded so that it is whole only if it is.
-#[inline]
-fn quotient(from: [i64; 2], to: [i64; 2], row: i64) -> f64 {
-    ((row - from[0]) * (to[1] - from[1])) as f64 / (to[0] - from[0]) as f64
-}
-
-/// The first column not left of the line.
-#[inline]
-fn at_least(from: [i64; 2], to: [i64; 2], row: i64) -> i64 {
-    let q = quotient(from, to, row);
-    let whole = q as i64;
-    from[1] + whole + i64::from(q > whole as f64)
-}
-
-/// The last column not right of the line.
-#[inline]
-fn at_most(from: [i64; 2], to: [i64; 2], row: i64) -> i64 {
-    let q = quotient(from, to, row);
-    let whole = q as i64;
-    from[1] + whole - i64::from(q < whole as f64)
 }
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ pub(super) fn sample(
     places.par_chunks_mut(count).enumerate().for_each(|(i, places)| {
         for (curve, place) in places.iter_mut().enumerate() {
             let row = blocks[curve / BLOCK][curve % BLOCK * grid_rows + i];
-            *place = [row, curves.place(curves.knot_at(row), row, curve)];
+            *place = [row, curves.place(row, curve)];
         }
     });
     Ok(Placed { places })
@@ -85,7 +85,7 @@ impl<I: Iterator> ExactSizeIterator for ExactRange<I> {}
 
 /// Density at the pixel of each row that a curve passes: row by row.
 fn on_curves(density: &[u8], cols: usize, curves: &Curves, progress: &Progress<'_>) -> Result<Vec<f32>> {
-    per_row(density, cols, curves, progress, |places, density, out| {
+    per_row(density, cols, curves, progress, |places, density, _, out| {
         for (out, &place) in out.iter_mut().zip(places) {
             *out = f32::from(density[(place.round() as usize).min(cols - 1)]);
         }
@@ -94,39 +94,42 @@ fn on_curves(density: &[u8], cols: usize, curves: &Curves, progress: &Progress<'
 
 /// Mean density of the pixels of each row that are nearest to a curve.
 fn around_curves(density: &[u8], cols: usize, curves: &Curves, progress: &Progress<'_>) -> Result<Vec<f32>> {
-    per_row(density, cols, curves, progress, |places, density, out| {
+    per_row(density, cols, curves, progress, |places, density, until, out| {
+        let mut sum = 0;
+        for (until, &d) in until[1..].iter_mut().zip(density) {
+            sum += u32::from(d);
+            *until = sum;
+        }
         let mut start = 0;
-        for k in 0..places.len() {
+        for (k, out) in out.iter_mut().enumerate() {
             let end = match places.get(k + 1) {
                 Some(&next) => ((0.5 * (places[k] + next)) as usize + 1).min(cols),
                 None => cols,
             };
             // Curves nearer to each other than pixels share the last one.
-            let own = &density[start.min(end - 1)..end];
-            out[k] = own.iter().map(|&d| u32::from(d)).sum::<u32>() as f32 / own.len() as f32;
+            start = start.min(end - 1);
+            *out = (until[end] - until[start]) as f32 / (end - start) as f32;
             start = end;
         }
     })
 }
 
+/// Calls `visit(places of the curves, densities, room for a number a pixel and one more, result)` on each row.
 fn per_row(
     density: &[u8],
     cols: usize,
     curves: &Curves,
     progress: &Progress<'_>,
-    visit: impl Fn(&[f64], &[u8], &mut [f32]) + Sync,
+    visit: impl Fn(&[f64], &[u8], &mut [u32], &mut [f32]) + Sync,
 ) -> Result<Vec<f32>> {
     let rows = density.len() / cols;
     let count = curves.count;
     let mut along = vec![0.0_f32; rows * count];
     along.par_chunks_mut(count).enumerate().try_for_each_init(
-        || vec![0.0; count],
-        |places, (row, out)| {
-            let knot = curves.knot_at(row as f64);
-            for (curve, place) in places.iter_mut().enumerate() {
-                *place = curves.place(knot, row as f64, curve);
-            }
-            visit(places, &density[row * cols..(row + 1) * cols], out);
+        || (vec![0.0; count], vec![0_u32; cols + 1]),
+        |(places, sums), (row, out)| {
+            curves.cross(row, places);
+            visit(places, &density[row * cols..(row + 1) * cols], sums, out);
             progress.advance(1)
         },
     )?;

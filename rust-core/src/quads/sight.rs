@@ -12,6 +12,7 @@
 //! | free: spherical, point grids | nothing: each ray is cut with each plane |
 
 use glam::DVec3;
+use wide::f64x4;
 
 use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 
@@ -64,40 +65,53 @@ const LANES: usize = 4;
 /// Running sums, a lane a pixel: fixed in number, so that sums do not depend on the machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Lanes {
-    sums: [[f64; LANES]; 2],
-    squares: [[f64; LANES]; 2],
-    max: [[f64; LANES]; 2],
-    valid: [f64; LANES],
+    sums: [f64x4; 2],
+    squares: [f64x4; 2],
+    max: [f64x4; 2],
+    valid: f64x4,
 }
 
 impl Lanes {
-    /// Takes in the distances of the first and the second surface at some pixels; `seen` is 1 at valid ones, else 0.
+    /// Takes in the distances of the first and the second surface at some pixels, as far as they are `valid`. None counts for more than
+    /// `most`.
     #[inline(always)]
-    fn take(&mut self, errors: [[f64; LANES]; 2], seen: [f64; LANES]) {
-        for s in 0..2 {
-            for l in 0..LANES {
-                self.sums[s][l] += errors[s][l];
-                self.squares[s][l] += errors[s][l] * errors[s][l];
-                self.max[s][l] = if errors[s][l] > self.max[s][l] { errors[s][l] } else { self.max[s][l] };
-            }
+    fn take(&mut self, errors: [f64x4; 2], valid: f64x4, most: f64x4) {
+        for (s, error) in errors.into_iter().enumerate() {
+            let error = valid & error.fast_min(most);
+            self.sums[s] += error;
+            self.squares[s] += error * error;
+            self.max[s] = self.max[s].fast_max(error);
         }
-        for l in 0..LANES {
-            self.valid[l] += seen[l];
-        }
+        self.valid += valid & f64x4::ONE;
     }
 
     /// The sums of the lanes, for the diagonals in their order.
     pub fn finish(&self, first_is_even: bool, pixels: u32) -> QuadSums {
-        let sum = |v: &[f64; LANES]| (v[0] + v[1]) + (v[2] + v[3]);
+        let sum = |v: f64x4| {
+            let v = v.to_array();
+            (v[0] + v[1]) + (v[2] + v[3])
+        };
         let of = |s: usize| Sums {
-            sum: sum(&self.sums[s]),
-            squares: sum(&self.squares[s]),
-            max: self.max[s].iter().copied().fold(0.0, f64::max),
+            sum: sum(self.sums[s]),
+            squares: sum(self.squares[s]),
+            max: self.max[s].to_array().into_iter().fold(0.0, f64::max),
         };
         let diagonals = if first_is_even { [of(0), of(1)] } else { [of(1), of(0)] };
-        QuadSums { diagonals, valid: sum(&self.valid) as u32, pixels }
+        QuadSums { diagonals, valid: sum(self.valid) as u32, pixels }
     }
 }
+
+/// The next pixels of a row; NaN past its end.
+#[inline(always)]
+fn block(values: &[f64]) -> f64x4 {
+    match values.first_chunk::<LANES>() {
+        Some(&block) => f64x4::new(block),
+        None => f64x4::new(std::array::from_fn(|l| values.get(l).copied().unwrap_or(f64::NAN))),
+    }
+}
+
+/// 0, 1, 2, 3.
+const STEPS: f64x4 = f64x4::new([0.0, 1.0, 2.0, 3.0]);
 
 /// The four planes through three corners each, over column and row: value at `origin` and slopes down and right.
 pub(super) struct LinearQuad {
@@ -107,6 +121,7 @@ pub(super) struct LinearQuad {
     even_is_larger: bool,
 }
 
+#[inline(always)]
 fn linear(corners: &[Corner; 4]) -> LinearQuad {
     let origin = corners[0].site.map(f64::from);
     let at = corners.map(|c| {
@@ -121,47 +136,55 @@ fn linear(corners: &[Corner; 4]) -> LinearQuad {
         let right = (b[0] * c[2] - b[2] * c[0]) / area;
         [a[2] - (down * a[0] + right * a[1]), down, right]
     };
-    let even = [plane(0, 1, 2), plane(0, 2, 3)];
-    let odd = [plane(0, 1, 3), plane(1, 2, 3)];
+    // Three corners in a line have no plane, and no pixels of their own.
+    let pair = |[first, second]: [[f64; 3]; 2]| match (first[1].is_finite(), second[1].is_finite()) {
+        (false, true) => [second, second],
+        (true, false) => [first, first],
+        _ => [first, second],
+    };
+    let even = pair([plane(0, 1, 2), plane(0, 2, 3)]);
+    let odd = pair([plane(0, 1, 3), plane(1, 2, 3)]);
     let [row, col, value] = at[1];
     let even_is_larger = value >= even[1][0] + (even[1][1] * row + even[1][2] * col);
     let planes = if even_is_larger { [even[0], even[1], odd[0], odd[1]] } else { [odd[0], odd[1], even[0], even[1]] };
     LinearQuad { origin, planes, even_is_larger }
 }
 
-impl LinearQuad {
-    /// Calls `take(values, larger, smaller)` for the pixels of a piece of a row, some at a time; NaN past its end.
-    #[inline(always)]
-    fn run(
-        &self,
-        values: &[f64],
-        row: usize,
-        start: usize,
-        mut take: impl FnMut(usize, [f64; LANES], [f64; LANES], [f64; LANES]),
-    ) {
-        let down = row as f64 - self.origin[0];
-        let base = self.planes.map(|[value, slope, _]| value + slope * down);
-        let right = self.planes.map(|[_, _, slope]| slope);
-        let from = start as f64 - self.origin[1];
-        let mut block = |at: usize, values: [f64; LANES]| {
-            let (mut larger, mut smaller) = ([0.0; LANES], [0.0; LANES]);
-            for l in 0..LANES {
-                let x = from + (at + l) as f64;
-                let [p, q, r, s] = std::array::from_fn(|k| base[k] + right[k] * x);
-                larger[l] = if p > q { p } else { q };
-                smaller[l] = if r < s { r } else { s };
-            }
-            take(at, values, larger, smaller);
-        };
-        let (blocks, rest) = values.as_chunks::<LANES>();
-        for (k, &values) in blocks.iter().enumerate() {
-            block(k * LANES, values);
-        }
-        if !rest.is_empty() {
-            let mut last = [f64::NAN; LANES];
-            last[..rest.len()].copy_from_slice(rest);
-            block(blocks.len() * LANES, last);
-        }
+/// An image on which the value is linear.
+trait LinearSight {
+    /// What is the same for all pixels of a row.
+    type Row: Copy;
+
+    fn row(&self, row: usize) -> Self::Row;
+
+    /// Distances along the rays of the pixels of a row at `cols` between their samples, with these stored values, and a linear value.
+    fn errors(&self, row: Self::Row, cols: f64x4, values: f64x4, surfaces: [f64x4; 2]) -> [f64x4; 2];
+}
+
+/// Adds a piece of a row to the lanes.
+#[inline(always)]
+fn add_linear<S: LinearSight>(
+    sight: &S,
+    most: f64,
+    mut values: &[f64],
+    quad: &LinearQuad,
+    [row, start]: [usize; 2],
+    lanes: &mut Lanes,
+) {
+    let along = sight.row(row);
+    let down = row as f64 - quad.origin[0];
+    let base = quad.planes.map(|[value, slope, _]| f64x4::splat(value + slope * down));
+    let right = quad.planes.map(|[_, _, slope]| f64x4::splat(slope));
+    let most = f64x4::splat(most);
+    let mut cols = f64x4::splat(start as f64) + STEPS;
+    while !values.is_empty() {
+        let here = block(values);
+        let x = cols - f64x4::splat(quad.origin[1]);
+        let [p, q, r, s] = [0, 1, 2, 3].map(|k| base[k] + right[k] * x);
+        let errors = sight.errors(along, cols, here, [p.fast_max(q), r.fast_min(s)]);
+        lanes.take(errors, !here.is_nan(), most);
+        cols += f64x4::splat(LANES as f64);
+        values = &values[LANES.min(values.len())..];
     }
 }
 
@@ -169,33 +192,33 @@ impl LinearQuad {
 pub(super) struct Flat<'a> {
     pub values: &'a [f64],
     pub cols: usize,
-    /// No error counts for more: where a quad is seen edge-on it would have no bound.
     pub most: f64,
+}
+
+impl LinearSight for Flat<'_> {
+    type Row = ();
+
+    #[inline(always)]
+    fn row(&self, _row: usize) {}
+
+    #[inline(always)]
+    fn errors(&self, (): (), _cols: f64x4, values: f64x4, surfaces: [f64x4; 2]) -> [f64x4; 2] {
+        surfaces.map(|surface| (values - surface).abs())
+    }
 }
 
 impl Sight for Flat<'_> {
     type Quad = LinearQuad;
 
+    #[inline(always)]
     fn quad(&self, corners: &[Corner; 4]) -> LinearQuad {
         linear(corners)
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&self, quad: &LinearQuad, row: usize, start: usize, end: usize, lanes: &mut Lanes) {
         let values = &self.values[row * self.cols + start..row * self.cols + end];
-        let most = self.most;
-        quad.run(values, row, start, |_, values, larger, smaller| {
-            let (mut errors, mut seen) = ([[0.0; LANES]; 2], [0.0; LANES]);
-            for l in 0..LANES {
-                let valid = !values[l].is_nan();
-                let bounded = |e: f64| if e < most { e } else { most };
-                let (first, second) = (bounded((values[l] - larger[l]).abs()), bounded((values[l] - smaller[l]).abs()));
-                errors[0][l] = if valid { first } else { 0.0 };
-                errors[1][l] = if valid { second } else { 0.0 };
-                seen[l] = if valid { 1.0 } else { 0.0 };
-            }
-            lanes.take(errors, seen);
-        });
+        add_linear(self, self.most, values, quad, [row, start], lanes);
     }
 
     fn first_is_even(&self, quad: &LinearQuad) -> bool {
@@ -213,35 +236,37 @@ pub(super) struct Pinhole<'a> {
     pub depth: DepthKind,
 }
 
+impl LinearSight for Pinhole<'_> {
+    /// The square of the length of the row's direction beside x.
+    type Row = f64;
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> f64 {
+        let y = (row as f64 - self.centre[1]) / self.focal[1];
+        y * y + 1.0
+    }
+
+    #[inline(always)]
+    fn errors(&self, y: f64, cols: f64x4, values: f64x4, surfaces: [f64x4; 2]) -> [f64x4; 2] {
+        let x = (cols - f64x4::splat(self.centre[0])) * f64x4::splat(1.0 / self.focal[0]);
+        let stretch = (x * x + f64x4::splat(y)).sqrt();
+        let range = if self.depth == DepthKind::Planar { values * stretch } else { values };
+        surfaces.map(|inverse| (stretch / inverse - range).abs())
+    }
+}
+
 impl Sight for Pinhole<'_> {
     type Quad = LinearQuad;
 
+    #[inline(always)]
     fn quad(&self, corners: &[Corner; 4]) -> LinearQuad {
         linear(corners)
     }
 
-    #[inline]
+    #[inline(always)]
     fn add(&self, quad: &LinearQuad, row: usize, start: usize, end: usize, lanes: &mut Lanes) {
         let values = &self.values[row * self.cols + start..row * self.cols + end];
-        let y = (row as f64 - self.centre[1]) / self.focal[1];
-        let (y, most) = (y * y + 1.0, self.most);
-        let (planar, scale, centre) = (self.depth == DepthKind::Planar, 1.0 / self.focal[0], self.centre[0]);
-        quad.run(values, row, start, |at, values, larger, smaller| {
-            let (mut errors, mut seen) = ([[0.0; LANES]; 2], [0.0; LANES]);
-            for l in 0..LANES {
-                let x = ((start + at + l) as f64 - centre) * scale;
-                let stretch = (x * x + y).sqrt();
-                let range = if planar { values[l] * stretch } else { values[l] };
-                let valid = !range.is_nan();
-                let bounded = |e: f64| if e < most { e } else { most };
-                let behind = |inverse: f64| bounded((stretch / inverse - range).abs());
-                let (first, second) = (behind(larger[l]), behind(smaller[l]));
-                errors[0][l] = if valid { first } else { 0.0 };
-                errors[1][l] = if valid { second } else { 0.0 };
-                seen[l] = if valid { 1.0 } else { 0.0 };
-            }
-            lanes.take(errors, seen);
-        });
+        add_linear(self, self.most, values, quad, [row, start], lanes);
     }
 
     fn first_is_even(&self, quad: &LinearQuad) -> bool {
@@ -280,60 +305,94 @@ impl Points<'_> {
         }
     }
 
+    /// Coordinates of some points from `start` on, but before `end`; NaN from there on.
     #[inline(always)]
-    fn get(&self, index: usize) -> DVec3 {
+    fn block(&self, start: usize, end: usize) -> [f64x4; 3] {
+        let mut points = [[f64::NAN; 3]; LANES];
         match self {
-            Points::Given(points) => {
-                let [x, y, z] = points[index];
-                DVec3::new(x.into(), y.into(), z.into())
+            Points::Given(given) => {
+                for (point, given) in points.iter_mut().zip(&given[start..end]) {
+                    *point = given.map(f64::from);
+                }
             }
-            Points::Made(points) => points[index],
+            Points::Made(made) => {
+                for (point, made) in points.iter_mut().zip(&made[start..end]) {
+                    *point = made.to_array();
+                }
+            }
         }
+        std::array::from_fn(|axis| f64x4::new(points.map(|point| point[axis])))
     }
 }
 
-/// A point and the normal of each of the four planes; the first two are those of the diagonal from corner 0 to 2.
+/// The four planes through three corners each; the first two are those of the diagonal from corner 0 to 2.
 pub(super) struct FreeQuad {
-    planes: [(DVec3, DVec3); 4],
+    planes: [FreePlane; 4],
     /// Whether the surface of that diagonal is the nearer one of its planes; the other's is the farther one.
     even_is_nearer: bool,
 }
 
+/// The points p with `normal . p == offset`: p in the sensor's frame, or from the eye. Where all rays run the same way, `normal .
+/// direction` is 1.
+#[derive(Clone, Copy)]
+struct FreePlane {
+    normal: DVec3,
+    offset: f64,
+}
+
 impl Free<'_> {
-    /// Distance along the ray of the sample at `point` from it to a plane; NaN where they don't meet.
     #[inline(always)]
-    fn behind(&self, (on_plane, normal): (DVec3, DVec3), point: DVec3) -> f64 {
-        let direction = match self.viewing {
-            Viewing::Parallel(direction) => direction,
-            Viewing::From(eye) => point - eye,
-        };
-        (on_plane - point).dot(normal) / direction.dot(normal) * direction.length()
+    fn plane(&self, a: DVec3, b: DVec3, c: DVec3) -> FreePlane {
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        match self.viewing {
+            Viewing::Parallel(direction) => {
+                let normal = normal / direction.dot(normal);
+                FreePlane { normal, offset: normal.dot(a) }
+            }
+            Viewing::From(eye) => FreePlane { normal, offset: normal.dot(a - eye) },
+        }
+    }
+
+    /// Distances along the rays of the samples at `points` from them to some planes; NaN or infinite where they don't meet.
+    #[inline(always)]
+    fn behind<const N: usize>(&self, planes: [FreePlane; N], points: [f64x4; 3]) -> [f64x4; N] {
+        let dot =
+            |n: DVec3, p: [f64x4; 3]| f64x4::splat(n.x) * p[0] + f64x4::splat(n.y) * p[1] + f64x4::splat(n.z) * p[2];
+        match self.viewing {
+            Viewing::Parallel(_) => planes.map(|plane| f64x4::splat(plane.offset) - dot(plane.normal, points)),
+            Viewing::From(eye) => {
+                let eye = eye.to_array().map(f64x4::splat);
+                let rays: [f64x4; 3] = std::array::from_fn(|axis| points[axis] - eye[axis]);
+                let lengths = (rays[0] * rays[0] + rays[1] * rays[1] + rays[2] * rays[2]).sqrt();
+                planes.map(|plane| (f64x4::splat(plane.offset) / dot(plane.normal, rays) - f64x4::ONE) * lengths)
+            }
+        }
     }
 }
 
 impl Sight for Free<'_> {
     type Quad = FreeQuad;
 
+    #[inline(always)]
     fn quad(&self, corners: &[Corner; 4]) -> FreeQuad {
         let [a, b, c, d] = corners.map(|c| c.point);
-        let plane = |a: DVec3, b: DVec3, c: DVec3| (a, (b - a).cross(c - a).normalize_or_zero());
-        let planes = [plane(a, b, c), plane(a, c, d), plane(a, b, d), plane(b, c, d)];
-        let even_is_nearer = self.behind(planes[1], b) >= 0.0;
-        FreeQuad { planes, even_is_nearer }
+        let planes = [self.plane(a, b, c), self.plane(a, c, d), self.plane(a, b, d), self.plane(b, c, d)];
+        let [behind] = self.behind([planes[1]], b.to_array().map(f64x4::splat));
+        FreeQuad { planes, even_is_nearer: behind.to_array()[0] >= 0.0 }
     }
 
+    #[inline(always)]
     fn add(&self, quad: &FreeQuad, row: usize, start: usize, end: usize, lanes: &mut Lanes) {
-        for (k, index) in (row * self.cols + start..row * self.cols + end).enumerate() {
-            let point = self.points.get(index);
-            if point.is_nan() {
-                continue;
-            }
-            let [p, q, r, s] = quad.planes.map(|plane| self.behind(plane, point));
-            let (even, odd) = if quad.even_is_nearer { (p.min(q), r.max(s)) } else { (p.max(q), r.min(s)) };
-            let bounded = |e: f64| if e.abs() < self.most { e.abs() } else { self.most };
-            let (mut errors, mut seen) = ([[0.0; LANES]; 2], [0.0; LANES]);
-            (errors[0][k % LANES], errors[1][k % LANES], seen[k % LANES]) = (bounded(even), bounded(odd), 1.0);
-            lanes.take(errors, seen);
+        let end = row * self.cols + end;
+        for index in (row * self.cols + start..end).step_by(LANES) {
+            let points = self.points.block(index, end);
+            let [p, q, r, s] = self.behind(quad.planes, points);
+            let (even, odd) =
+                if quad.even_is_nearer { (p.fast_min(q), r.fast_max(s)) } else { (p.fast_max(q), r.fast_min(s)) };
+            let most = f64x4::splat(self.most);
+            // A ray within a plane through the eye has no number there.
+            let bounded = [even, odd].map(|error| error.abs().simd_lt(most).select(error.abs(), most));
+            lanes.take(bounded, !points[0].is_nan(), most);
         }
     }
 
