@@ -289,7 +289,7 @@ impl<'a> Job<'a> {
             let have = disks.nodes();
             if have >= wanted {
                 // These few are collapsed.
-                let close = have <= wanted + wanted / 16;
+                let close = have <= wanted + (wanted / 16).max(24);
                 if enough.as_ref().is_none_or(|e| patches < e.0) {
                     enough = Some((patches, kmeans.clone(), disks));
                 }
