@@ -12,6 +12,6 @@ mkdir -p out/gui
 timeout 900 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
     BLENDER_USER_RESOURCES="/var/profile-$$" LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=llvmpipe \
     SURFRECON_ZIP="/tree/$zip" SURFRECON_PICTURES=/tree/out/gui \
-    xvfb-run -a -s '-screen 0 1280x800x24 -nolisten tcp' \
-    blender --enable-event-simulate --factory-startup --window-geometry 0 0 1280 800 --python-exit-code 7 \
+    xvfb-run -a -s '-screen 0 1440x1000x24 -nolisten tcp' \
+    blender --enable-event-simulate --factory-startup --window-geometry 0 0 1440 1000 --python-exit-code 7 \
     --python /tree/tests/gui/window.py

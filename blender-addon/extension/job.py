@@ -4,8 +4,12 @@
 The call runs on a thread of the library's own (`surfrecon.Job`), which touches nothing of Blender. The operator looks
 at it twenty times a second; ESC cancels. Only when it has ended is anything of the scene changed, on the main thread,
 so that a cancelled or failed call leaves the scene as it was and a finished one is a single undo step.
+
+An operation that is adjusted in the panel of the last operation runs while Blender waits, as any operator does there.
+One that takes longer than a second is begun anew as a modal operator instead: see `Adjusting`.
 """
 
+import threading
 import time
 
 import bpy
@@ -19,8 +23,100 @@ POLL_SECONDS = 0.05
 SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
 
 
+# So long an adjusted operation may keep the window waiting.
+PATIENCE_SECONDS = 1.0
+
+
 class Refused(Exception):
     """What the user selected can't be used; the text is one sentence that says why and what to do."""
+
+
+class Gathering:
+    """Stands for the job until the first progress has been drawn: reading large meshes takes a while."""
+
+    looked_at = 0
+
+    def progress(self):
+        """Nothing is done yet."""
+        return "Reading the objects", 0.0
+
+    def done(self):
+        """Never: the real job takes its place."""
+        return False
+
+    def cancel(self):
+        """There is nothing to stop."""
+
+    def drawn(self):
+        """Whether the window was drawn since: Blender draws between two events of the timer."""
+        self.looked_at += 1
+        return self.looked_at > 1
+
+
+class Task:
+    """A Python function as a job, for what needs arrays and nothing of Blender: `function(fraction)` returns the result
+    and calls `fraction(share done)` now and then, which raises `surfrecon.Cancelled` once it is to stop.
+    """
+
+    def __init__(self, title, function):
+        self.title, self.share, self.stopped = title, 0.0, False
+        self.value = self.problem = None
+        self.thread = threading.Thread(target=self._run, args=(function,), daemon=True)
+        self.thread.start()
+
+    def _run(self, function):
+        try:
+            self.value = function(self._note)
+        except Exception as problem:  # of another thread: raised again where the result is asked for
+            self.problem = problem
+
+    def _note(self, share):
+        self.share = share
+        if self.stopped:
+            raise surfrecon.Cancelled("cancelled")
+
+    def progress(self):
+        """Title and share done."""
+        return self.title, self.share
+
+    def done(self):
+        """Whether it has ended."""
+        return not self.thread.is_alive()
+
+    def cancel(self):
+        """Asks it to stop."""
+        self.stopped = True
+
+    def result(self):
+        """What the function returned; raises what it raised."""
+        self.thread.join()
+        if self.stopped:
+            raise surfrecon.Cancelled("cancelled")
+        if self.problem is not None:
+            raise self.problem
+        return self.value
+
+
+class Known:
+    """A result that is at hand already, as a job."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def progress(self):
+        """All is done."""
+        return "", 1.0
+
+    def done(self):
+        """It is."""
+        return True
+
+    def cancel(self):
+        """Too late."""
+
+    def result(self):
+        """The result."""
+        return self.value
 
 
 class Running:
@@ -125,8 +221,13 @@ class JobOperator:
         """For scripts and the panel of the last operation: waits for the end."""
         if not self._begin(context):
             return {"CANCELLED"}
+        adjusting = self.options.is_repeat and not bpy.app.background
         while True:
             while not Running.ended():
+                if adjusting and Running.seconds() > PATIENCE_SECONDS:
+                    Running.cancel()
+                    Adjusting.begin(self)
+                    return {"CANCELLED"}
                 time.sleep(0.002)
             done = self._end(context)
             if done is not None:
@@ -137,9 +238,8 @@ class JobOperator:
         return self.watch(context)
 
     def watch(self, context):
-        """Starts the job and leaves it to `modal`."""
-        if not self._begin(context):
-            return {"CANCELLED"}
+        """Shows that something begins and leaves the rest to `modal`."""
+        Running.begin(Gathering(), self.bl_label)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
         manager.modal_handler_add(self)
@@ -150,14 +250,15 @@ class JobOperator:
     def modal(self, context, event):
         """Watches the job."""
         if Running.job is None:  # cancelled elsewhere, for example by disabling the extension
-            self._leave(context)
-            return {"CANCELLED"}
+            return self._leave(context, {"CANCELLED"})
         if event.type == "ESC" and event.value == "PRESS":
             Running.stop()
             preview.end()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
+        if isinstance(Running.job, Gathering):
+            return self._gather(context)
         ended = Running.ended()
         self._show(context)
         preview.step(self, context, Running)
@@ -167,13 +268,27 @@ class JobOperator:
         done = self._end(context)
         if done is None:  # a further job has begun
             return {"RUNNING_MODAL"}
-        self._leave(context)
-        return done
+        return self._leave(context, done)
 
     def cancel(self, context):
         """Blender ends the operator: a window was closed, another file loaded."""
         Running.cancel()
+        Adjusting.operator = None
         self._leave(context)
+
+    def _gather(self, context):
+        """Starts the job once the window shows that it will."""
+        if Running.stopped is not None:
+            Running.take()
+            self.report({"WARNING"}, f"{self.bl_label}: cancelled")
+            return self._leave(context, {"CANCELLED"})
+        if not Running.job.drawn():
+            return {"RUNNING_MODAL"}
+        Running.take()
+        if not self._begin(context):
+            return self._leave(context, {"CANCELLED"})
+        self._show(context)
+        return {"RUNNING_MODAL"}
 
     def _show(self, context):
         text = Running.text()
@@ -208,7 +323,8 @@ class JobOperator:
             return {"CANCELLED"}
         return {"FINISHED"}
 
-    def _leave(self, context):
+    def _leave(self, context, done=None):
+        """Takes away what was shown; returns `done`."""
         preview.end()
         manager = context.window_manager
         if self._timer is not None:
@@ -218,6 +334,61 @@ class JobOperator:
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         redraw(context)
+        Adjusting.end(done)
+        return done
+
+
+class Adjusting:
+    """An adjusted operation that takes too long to keep the window waiting.
+
+    Blender runs an adjusted operator after it has undone the first result, and brings that back if the operator is
+    cancelled. So it is cancelled; then the first result is undone by us and the operation begins anew, modal. If the
+    user cancels that one, the first result is brought back.
+    """
+
+    operator = None
+
+    @classmethod
+    def begin(cls, operator):
+        """Once Blender is done with its own steps."""
+        name, options = operator.bl_idname, operator.as_keywords()
+        category, _, short = name.partition("_OT_")
+        call = getattr(getattr(bpy.ops, category.lower()), short)
+
+        def adjust():
+            with in_view():
+                bpy.ops.ed.undo()
+                cls.operator = name
+                if call("INVOKE_DEFAULT", True, **options) != {"RUNNING_MODAL"}:
+                    cls.end({"CANCELLED"})
+
+        bpy.app.timers.register(adjust, first_interval=0.0)
+
+    @classmethod
+    def end(cls, done):
+        """An operator has ended with that: brings the first result back unless there is another."""
+        if cls.operator is None:
+            return
+        cls.operator = None
+        if done == {"CANCELLED"}:
+
+            def restore():
+                with in_view():
+                    bpy.ops.ed.redo()
+
+            bpy.app.timers.register(restore, first_interval=0.0)
+
+
+def in_view():
+    """The context of a 3D view, which timers lack."""
+    manager = bpy.context.window_manager
+    window = manager.windows[0]
+    for candidate in manager.windows:
+        for area in candidate.screen.areas:
+            if area.type == "VIEW_3D":
+                region = next(region for region in area.regions if region.type == "WINDOW")
+                return bpy.context.temp_override(window=candidate, area=area, region=region)
+    return bpy.context.temp_override(window=window)
 
 
 class SURFRECON_OT_cancel(bpy.types.Operator):

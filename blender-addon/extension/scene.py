@@ -74,8 +74,7 @@ def show_colours(obj):
         return
     material = bpy.data.materials.get(COLOURS)
     if material is None:
-        material = bpy.data.materials.new(COLOURS)
-        material.use_nodes = True
+        material = material_of_nodes(COLOURS)
         nodes = material.node_tree.nodes
         attribute = nodes.new("ShaderNodeAttribute")
         attribute.attribute_name = "colour"
@@ -84,3 +83,12 @@ def show_colours(obj):
         shader.inputs["Roughness"].default_value = 0.8
         material.node_tree.links.new(attribute.outputs["Color"], shader.inputs["Base Color"])
     obj.data.materials.append(material)
+
+
+def material_of_nodes(name):
+    """A new material with a node tree."""
+    material = bpy.data.materials.new(name)
+    # From 5.0 on all have one, and saying so is deprecated.
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    return material

@@ -47,11 +47,43 @@ def run(operator, *mode, **options):
         return operator(*(mode or ("INVOKE_DEFAULT", True)), **options)
 
 
-def key(name):
-    """Presses and releases a key over the 3D view."""
+def key(name, at=None, unicode=None):
+    """Presses and releases a key with the mouse there, else over the middle of the window."""
     window = bpy.context.window_manager.windows[0]
+    x, y = at or (window.width // 2, window.height // 2)
     for value in ("PRESS", "RELEASE"):
-        window.event_simulate(type=name, value=value, x=window.width // 2, y=window.height // 2)
+        text = {"unicode": unicode} if unicode and value == "PRESS" else {}
+        window.event_simulate(type=name, value=value, x=x, y=y, **text)
+
+
+DIGITS = dict(zip("0123456789.", "ZERO ONE TWO THREE FOUR FIVE SIX SEVEN EIGHT NINE PERIOD".split(), strict=True))
+
+# Where F9 opens its panel, in pixels from the lower left corner, and from there the second field below the presets.
+PANEL, SECOND_FIELD = (120, 760), (208, -97)
+
+
+def adjust(name, text):
+    """As a person does: F9, the mouse over the second field, Enter, a number, Enter."""
+    window = bpy.context.window_manager.windows[0]
+    key("F9", PANEL)
+    yield 1.0
+    picture(name)
+    at = (PANEL[0] + SECOND_FIELD[0], PANEL[1] + SECOND_FIELD[1])
+    window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=at[0], y=at[1])
+    yield 0.3
+    key("RET", at)
+    yield 0.3
+    for letter in text:
+        key(DIGITS[letter], at, letter)
+    yield 0.3
+    key("RET", at)
+    yield 0.5
+
+
+def leave_panel():
+    """Closes what F9 opened."""
+    key("ESC", (PANEL[0] + SECOND_FIELD[0], PANEL[1] + SECOND_FIELD[1]))
+    yield 0.5
 
 
 def picture(name):
@@ -214,26 +246,53 @@ def cancelling(scans):
 def adjusting(scans):
     """The panel of the last operation digs again without a new start."""
     select([bpy.data.objects[scans[0]]])
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
     running, kept = extension().job.Running, sys.modules[f"{MODULE}.operators.sculpt"].Kept
     run(bpy.ops.surfrecon.sculpt, relative_tolerance=0.002)
     yield from until(lambda: running.job is None)
     fine, sculptor, count = len(bpy.context.object.data.polygons), kept.sculptor, len(bpy.data.objects)
-    last = bpy.context.window_manager.operators[-1]
-    check("sculpting is the last operation", last.bl_idname == "SURFRECON_OT_sculpt")
-    run(bpy.ops.screen.redo_last)
-    yield 1.0
-    picture("6_adjust")
-    key("ESC")
     yield 0.3
-    last = bpy.context.window_manager.operators[-1]
-    last.properties.relative_tolerance = 0.01
-    run(bpy.ops.ed.undo_redo, "EXEC_DEFAULT")
-    yield 0.5
+    yield from adjust("6_adjust", "0.01")
+    yield from until(lambda: running.job is None)
     coarse = len(bpy.context.object.data.polygons)
-    check(f"adjusting digs again: {fine:,} to {coarse:,} triangles", coarse < fine and len(bpy.data.objects) == count)
+    check(f"F9 digs again: {fine:,} to {coarse:,} triangles", coarse < fine and len(bpy.data.objects) == count)
     check("with the same sculptor", kept.sculptor is sculptor and sculptor is not None)
+    yield from leave_panel()
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")
     check("undo takes it away in one step", len(bpy.data.objects) == count - 1)
+    yield 0.3
+
+
+def adjusting_long():
+    """What takes longer than a second when adjusted leaves the window alive, and ESC brings the first result back."""
+    running, job = extension().job.Running, extension().job
+    select([bpy.data.objects["Merged"]])
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
+    count = len(bpy.data.objects)
+    run(bpy.ops.surfrecon.cluster, vertices=3000)
+    yield from until(lambda: running.job is None)
+    first = len(bpy.context.object.data.vertices)
+    check("the surface is clustered", len(bpy.data.objects) == count + 1)
+    yield 0.3
+    yield from adjust("7_adjust_long", "60000")
+    check("an adjusted operation that takes long goes on in the background", running.job is not None)
+    yield 0.5
+    yield from leave_panel()
+    if running.job is not None and running.stopped is None:
+        key("ESC")
+    yield from until(lambda: running.job is None and job.Adjusting.operator is None)
+    yield 1.0
+    same = len(bpy.data.objects) == count + 1 and len(bpy.context.object.data.vertices) == first
+    check("ESC brings the first result back", same)
+    yield from adjust("7_adjust_long", "30000")
+    yield from leave_panel()
+    yield from until(lambda: running.job is None)
+    yield 0.5
+    made = bpy.context.object
+    replaced = len(bpy.data.objects) == count + 1 and len(made.data.vertices) > first
+    check(f"waiting replaces it: {first:,} to {len(made.data.vertices):,} vertices", replaced)
+    run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+    check("undo takes it away in one step", len(bpy.data.objects) == count)
     yield 0.3
 
 
@@ -249,21 +308,30 @@ def looking():
         obj.hide_set(obj is not merged)
     view_selected()
     yield 2.0
-    picture("7_error_map")
+    picture("8_error_map")
     space = place()["area"].spaces.active
     space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
     yield 1.0
-    picture("8_error_map_solid")
+    picture("9_error_map_solid")
     check("the colours for the solid view are there", merged.data.color_attributes.active_color.name == "error_colour")
 
 
 def asking():
     """The file browser with the options at its side."""
     run(bpy.ops.surfrecon.import_scans)
-    yield 1.5
-    picture("9_file_browser")
+    yield from until(lambda: shown("FILE_BROWSER"), 10)
+    check("the menu's entry opens a file browser", shown("FILE_BROWSER"))
+    yield 2.0
+    picture("10_file_browser")
     key("ESC")
-    yield 0.7
+    yield from until(lambda: not shown("FILE_BROWSER"), 10)
+    check("that ESC closes", shown("VIEW_3D") and not shown("FILE_BROWSER"))
+    yield 0.5
+
+
+def shown(kind):
+    """Whether a window has an area of that kind."""
+    return any(area.type == kind for window in bpy.context.window_manager.windows for area in window.screen.areas)
 
 
 def leaving(scans):
@@ -290,6 +358,7 @@ def steps():
     scans = [obj.name for obj in bpy.data.objects]
     yield from merging()
     yield from adjusting(scans)
+    yield from adjusting_long()
     yield from cancelling(scans)
     yield from looking()
     yield from asking()
@@ -313,4 +382,5 @@ def tick():
     os._exit(1 if failed else 0)
 
 
-bpy.app.timers.register(tick, first_interval=1.0)
+# Reading another file takes away all others.
+bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

@@ -7,7 +7,7 @@ import surfrecon
 
 from .. import convert
 from ..job import JobOperator, Refused
-from ..scene import SCANS
+from ..scene import SCANS, material_of_nodes
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
@@ -170,8 +170,7 @@ def face_starts(mesh):
 
 def error_material(name):
     """A material that colours by the attribute `error`."""
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
+    material = material_of_nodes(name)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     attribute = nodes.new("ShaderNodeAttribute")
     attribute.attribute_name = ATTRIBUTE

@@ -18,7 +18,7 @@ from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helpe
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import Adjusting, JobOperator, Refused
 from ..preferences import preference
 from ..scene import into_collection, select_only, show_colours, tint
 
@@ -133,6 +133,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
 
     def invoke(self, context, event):
         """A dropped file opens a small dialog, the menu a file browser."""
+        if Adjusting.operator is not None:
+            return self.watch(context)
         self.by_hand = True
         return self.invoke_popup(context)
 
