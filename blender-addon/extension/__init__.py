@@ -8,14 +8,15 @@
 | operators | a file each: bring in, look, clean, merge, reduce, measure, export |
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, preview | a long call of the library as a modal operator: thread, progress, cancel; a rough picture meanwhile |
+| kept | what an operator needs again when it is adjusted |
 | convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras as scanners |
 | scene | results in the scene: collections, selection, colours, materials |
 | presets, translations | options saved under names; other languages |
 """
 
-from . import job, menus, operators, panels, preferences, presets, properties, translations
+from . import job, kept, menus, operators, panels, preferences, presets, properties, translations
 
-MODULES = (preferences, properties, job, operators, panels, menus, presets, translations)
+MODULES = (preferences, properties, job, kept, operators, panels, menus, presets, translations)
 
 
 def register():

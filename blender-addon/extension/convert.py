@@ -268,6 +268,25 @@ def triangles(mesh):
     return flat.reshape(-1, 3)
 
 
+def centres(mesh, matrix):
+    """(m, 3) float64: the middles of the faces in the world."""
+    flat = np.empty(3 * len(mesh.polygons), np.float32)
+    mesh.polygons.foreach_get("center", flat)
+    matrix = np.array(matrix, np.float64)
+    return flat.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def faces_of(obj, depsgraph, number):
+    """The middles of an object's faces in the world and the number of each one's material by its name, or `None`."""
+    with Placed(obj, depsgraph) as mesh:
+        if mesh is None or len(mesh.polygons) == 0:
+            return None
+        index = np.zeros(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("material_index", index)
+        numbers = [0 if m is None else number.get(m.name_full, 0) for m in obj.data.materials] or [0]
+        return centres(mesh, obj.matrix_world), np.array(numbers)[np.minimum(index, len(numbers) - 1)]
+
+
 def keep_vertices(mesh, keep):
     """Removes all other vertices, and the faces they were corners of."""
     edited = bmesh.new()
@@ -312,12 +331,41 @@ def colours_of(layer):
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
 
 
+def readable(obj):
+    """Refuses an object whose surface or points can't be had as the user sees them."""
+    if obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
+        raise Refused(
+            f'"{obj.name}" is an instance of a collection: make its objects real with'
+            " Object > Apply > Make Instances Real, or deselect it"
+        )
+    # Blender doesn't evaluate what nobody sees.
+    if len(obj.modifiers) > 0 and not obj.visible_get():
+        raise Refused(f'"{obj.name}" is hidden, and so is what its modifiers make of it: show it, or apply them')
+
+
+def active(context):
+    """The active object; refuses one that the user doesn't see."""
+    if not context.object.visible_get():
+        raise Refused(f'"{context.object.name}" is the active object and hidden: show it, or click another one')
+    return context.object
+
+
+def writable(obj):
+    """Refuses an object whose mesh can't be changed."""
+    if obj.data.library is not None or obj.library is not None:
+        raise Refused(
+            f'"{obj.name}" is linked from another file, which is left as it is: make it local with'
+            " Object > Relations > Make Local"
+        )
+
+
 def points_of_object(obj, depsgraph, in_world):
     """(n, 3) float64: the points of a point cloud, or the vertices of what has any, with modifiers, in the world or in
     the object's own frame; and their (n, 4) colours or `None`.
 
     Raises `Refused` with a sentence about the object.
     """
+    readable(obj)
     evaluated = obj.evaluated_get(depsgraph)
     if obj.type == "POINTCLOUD":
         flat = np.empty(3 * len(evaluated.data.points), np.float32)
@@ -336,6 +384,7 @@ def points_of_object(obj, depsgraph, in_world):
     points = points.astype(np.float64)
     if in_world:
         matrix = np.array(evaluated.matrix_world, np.float64)
+        refuse_unusable(obj, matrix)
         points = points @ matrix[:3, :3].T + matrix[:3, 3]
     return points, colour
 
@@ -350,6 +399,7 @@ def scan_of_object(obj, depsgraph):
 
     Raises `Refused` with a sentence about the object.
     """
+    readable(obj)
     if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
         raise Refused(f'"{obj.name}" is no mesh: deselect it')
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)

@@ -16,6 +16,7 @@ import bpy
 import surfrecon
 
 from . import preview
+from .kept import Kept
 
 POLL_SECONDS = 0.05
 
@@ -200,13 +201,16 @@ class JobOperator:
     """
 
     bl_options = {"UNDO"}
+    # Whether `finish` may meet the first result when an adjusted operation goes on in the background.
+    may_be_handed_over = True
+    replaces = None
     _timer = None
     _shown = None
 
     @classmethod
     def poll(cls, context):
         """One job at a time, and meshes can be read in object mode only."""
-        if Running.job is not None:
+        if Running.job is not None and Adjusting.handed is None:
             cls.poll_message_set(f"{Running.title} is running")
             return False
         if context.mode != "OBJECT":
@@ -219,19 +223,29 @@ class JobOperator:
 
     def execute(self, context):
         """For scripts and the panel of the last operation: waits for the end."""
+        adjusting = self.options.is_repeat and not bpy.app.background and self.may_be_handed_over
+        replaces = Adjusting.replaced if adjusting else None
+        Adjusting.replaced = None
+        if replaces is not None and replaces.there():
+            replaces.select(context)
+        else:
+            replaces = None
+        before = replaces or Before(context)
         if not self._begin(context):
             return {"CANCELLED"}
-        adjusting = self.options.is_repeat and not bpy.app.background
         while True:
             while not Running.ended():
                 if adjusting and Running.seconds() > PATIENCE_SECONDS:
-                    Running.cancel()
-                    Adjusting.begin(self)
+                    Adjusting.hand_over(self, before)
                     return {"CANCELLED"}
                 time.sleep(0.002)
             done = self._end(context)
-            if done is not None:
-                return done
+            if done is None:
+                continue
+            if done == {"FINISHED"} and replaces is not None:
+                replaces.replace()
+                Adjusting.replaced = replaces
+            return done
 
     def invoke(self, context, event):
         """For people: returns at once; `modal` watches."""
@@ -239,7 +253,10 @@ class JobOperator:
 
     def watch(self, context):
         """Shows that something begins and leaves the rest to `modal`."""
-        Running.begin(Gathering(), self.bl_label)
+        if Adjusting.handed is not None:
+            Adjusting.adopt(self)
+        else:
+            Running.begin(Gathering(), self.bl_label)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
         manager.modal_handler_add(self)
@@ -273,7 +290,6 @@ class JobOperator:
     def cancel(self, context):
         """Blender ends the operator: a window was closed, another file loaded."""
         Running.cancel()
-        Adjusting.operator = None
         self._leave(context)
 
     def _gather(self, context):
@@ -301,6 +317,7 @@ class JobOperator:
         redraw(context)
 
     def _begin(self, context):
+        Kept.only_of(self.bl_idname)
         try:
             Running.begin(self.start(context), self.bl_label)
         except (Refused, surfrecon.SurfreconError) as problem:
@@ -334,7 +351,9 @@ class JobOperator:
         if context.workspace is not None:
             context.workspace.status_text_set(None)
         redraw(context)
-        Adjusting.end(done)
+        if done == {"FINISHED"} and self.replaces is not None:
+            self.replaces.replace()
+            Adjusting.replaced = self.replaces
         return done
 
 
@@ -342,53 +361,98 @@ class Adjusting:
     """An adjusted operation that takes too long to keep the window waiting.
 
     Blender runs an adjusted operator after it has undone the first result, and brings that back if the operator is
-    cancelled. So it is cancelled; then the first result is undone by us and the operation begins anew, modal. If the
-    user cancels that one, the first result is brought back.
+    cancelled. So it is cancelled, but its job is handed to a modal operator of the same kind, and when that ends what
+    it made takes the place of the first result. If the user stops it, the first result stays as it is.
     """
 
-    operator = None
+    # Attributes of the operator whose job goes on, and what was there before it.
+    handed = before = None
+    # What the last such operation took the place of: undoing it brings that back, and adjusting it again replaces that.
+    replaced = None
 
     @classmethod
-    def begin(cls, operator):
-        """Once Blender is done with its own steps."""
+    def hand_over(cls, operator, before):
+        """Lets another operator go on with the running job, once Blender is done with its own steps."""
         name, options = operator.bl_idname, operator.as_keywords()
         category, _, short = name.partition("_OT_")
         call = getattr(getattr(bpy.ops, category.lower()), short)
+        cls.handed, cls.before = dict(vars(operator)), before
 
-        def adjust():
-            with in_view():
-                bpy.ops.ed.undo()
-                cls.operator = name
-                if call("INVOKE_DEFAULT", True, **options) != {"RUNNING_MODAL"}:
-                    cls.end({"CANCELLED"})
+        def go_on():
+            try:
+                with in_view():
+                    call("INVOKE_DEFAULT", True, **options)
+            except RuntimeError:  # it can't go on in what is there now
+                Running.cancel()
+            finally:
+                cls.handed = cls.before = None
 
-        bpy.app.timers.register(adjust, first_interval=0.0)
+        bpy.app.timers.register(go_on, first_interval=0.0)
 
     @classmethod
-    def end(cls, done):
-        """An operator has ended with that: brings the first result back unless there is another."""
-        if cls.operator is None:
-            return
-        cls.operator = None
-        if done == {"CANCELLED"}:
+    def adopt(cls, operator):
+        """Makes an operator the one that goes on."""
+        for name, value in cls.handed.items():
+            setattr(operator, name, value)
+        operator.replaces = cls.before.replaced_by()
 
-            def restore():
-                with in_view():
-                    bpy.ops.ed.redo()
 
-            bpy.app.timers.register(restore, first_interval=0.0)
+class Before:
+    """What was selected and what there was before an operation."""
+
+    def __init__(self, context):
+        self.selected = [obj.name for obj in context.selected_objects]
+        self.active = context.object.name if context.object is not None else None
+        self.objects, self.collections = set(bpy.data.objects.keys()), set(bpy.data.collections.keys())
+        self.made = self.made_in = ()
+
+    def replaced_by(self):
+        """This, with the names of what has come since."""
+        self.made = sorted(set(bpy.data.objects.keys()) - self.objects)
+        self.made_in = sorted(set(bpy.data.collections.keys()) - self.collections)
+        return self
+
+    def there(self):
+        """Whether what was made is in the file: the operation that replaced it was undone."""
+        return all(name in bpy.data.objects for name in self.made)
+
+    def select(self, context):
+        """Selects what was selected then."""
+        for obj in context.selected_objects:
+            obj.select_set(False)
+        for name in self.selected:
+            if name in context.view_layer.objects:
+                context.view_layer.objects[name].select_set(True)
+        context.view_layer.objects.active = context.view_layer.objects.get(self.active or "")
+
+    def replace(self):
+        """Removes what was made then; what was made now takes its names."""
+        for kind, names in ((bpy.data.objects, self.made), (bpy.data.collections, self.made_in)):
+            for name in names:
+                old = kind.get(name)
+                if old is None:
+                    continue
+                data = getattr(old, "data", None)
+                kind.remove(old)
+                label = data.name if data is not None else ""
+                if data is not None and data.users == 0:
+                    bpy.data.batch_remove([data])
+                successor = kind.get(f"{name}.001")
+                if successor is not None:
+                    successor.name = name
+                    if data is not None:
+                        successor.data.name = label
 
 
 def in_view():
     """The context of a 3D view, which timers lack."""
     manager = bpy.context.window_manager
-    window = manager.windows[0]
-    for candidate in manager.windows:
-        for area in candidate.screen.areas:
+    for window in manager.windows:
+        for area in window.screen.areas:
             if area.type == "VIEW_3D":
                 region = next(region for region in area.regions if region.type == "WINDOW")
-                return bpy.context.temp_override(window=candidate, area=area, region=region)
-    return bpy.context.temp_override(window=window)
+                return bpy.context.temp_override(window=window, area=area, region=region)
+    return bpy.context.temp_override(window=manager.windows[0])
 
 
 class SURFRECON_OT_cancel(bpy.types.Operator):

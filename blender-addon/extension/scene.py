@@ -4,6 +4,8 @@
 import colorsys
 
 import bpy
+import mathutils.kdtree
+import numpy as np
 
 from . import convert
 
@@ -58,14 +60,41 @@ def select_only(context, objects):
     context.view_layer.objects.active = objects[0]
 
 
-def dress(made, source):
-    """Gives an object the materials of the one it was made from, or, without any, one that shows its colours."""
-    for slot in source.material_slots if source is not None else ():
-        # The error map's colours are those of the object, not of its mesh.
-        material = source.data.materials[slot.slot_index]
-        if material is not None:
-            made.data.materials.append(material)
+def dress(made, sources, depsgraph):
+    """Gives an object the materials of the ones it was made from, each face that of the nearest face there; without
+    any materials, one that shows its colours.
+    """
+    sources = [obj for obj in sources if obj is not None and hasattr(obj.data, "materials")]
+    materials = []
+    # The error map's colours are those of the object, not of its mesh.
+    for obj in sources:
+        materials += [m for m in obj.data.materials if m is not None and m not in materials]
+    for material in materials:
+        made.data.materials.append(material)
+    if len(materials) > 1 and made.type == "MESH" and len(made.data.polygons) > 0:
+        number = {material.name_full: k for k, material in enumerate(materials)}
+        mesh = made.data
+        known = [found for obj in sources if (found := convert.faces_of(obj, depsgraph, number)) is not None]
+        if known:
+            convert.store(mesh, "material_index", nearest(known, convert.centres(mesh, made.matrix_world)), "FACE")
     show_colours(made)
+
+
+# Faces whose places are looked up among; of more, every so many.
+MOST_FACES = 300_000
+
+
+def nearest(known, centres):
+    """For each centre the number that belongs to the nearest place of (places, numbers) pairs."""
+    places = np.concatenate([places for places, _ in known])
+    numbers = np.concatenate([numbers for _, numbers in known]).astype(np.int32)
+    step = -(-len(places) // MOST_FACES)
+    places, numbers = places[::step], numbers[::step]
+    tree = mathutils.kdtree.KDTree(len(places))
+    for k, place in enumerate(places.tolist()):
+        tree.insert(place, k)
+    tree.balance()
+    return numbers[[tree.find(centre)[1] for centre in centres.tolist()]]
 
 
 def show_colours(obj):

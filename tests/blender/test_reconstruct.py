@@ -41,7 +41,7 @@ def check(obj):
 
 @pytest.fixture
 def kept(extension):
-    found = import_module(f"{extension.__name__}.operators.reconstruct").Kept
+    found = import_module(f"{extension.__name__}.kept").Kept
     found.forget()
     return found
 
@@ -64,15 +64,15 @@ def test_another_factor_carves_the_same_tetrahedra(kept):
     cut = sphere(2000)
     points = add_points("points", cut[cut[:, 2] < 0.9])
     bpy.ops.surfrecon.reconstruct(closure="open")
-    first = kept.reconstructor
+    first = kept.value
     assert check(bpy.context.object)["boundary_loops"] == 1
     select(points)
     bpy.ops.surfrecon.reconstruct(closure="closed", factor=1.5)
-    assert kept.reconstructor is first and check(bpy.context.object)["is_closed"]
+    assert kept.value is first and check(bpy.context.object)["is_closed"]
     points.data.vertices[5].co.z += 0.01
     select(points)
     bpy.ops.surfrecon.reconstruct()
-    assert kept.reconstructor is not first
+    assert kept.value is not first
 
 
 def test_several_objects_meet_in_the_world():

@@ -22,7 +22,7 @@ def scan(tmp_path):
 
 @pytest.fixture
 def kept(extension):
-    found = import_module(f"{extension.__name__}.operators.sculpt").Kept
+    found = import_module(f"{extension.__name__}.kept").Kept
     found.forget()
     return found
 
@@ -55,17 +55,17 @@ def test_the_mesh_stays_within_the_tolerance(scan):
 
 def test_another_tolerance_digs_with_the_same_sculptor(scan, kept):
     bpy.ops.surfrecon.sculpt(tolerance=0.004)
-    first, coarse = kept.sculptor, len(bpy.context.object.data.polygons)
+    first, coarse = kept.value, len(bpy.context.object.data.polygons)
     assert first is not None
     bpy.context.view_layer.objects.active = scan
     bpy.ops.surfrecon.sculpt(tolerance=0.001)
-    assert kept.sculptor is first
+    assert kept.value is first
     assert len(bpy.context.object.data.polygons) > coarse
     # A scan that has changed is another one.
     scan.data.vertices[7].co.z += 0.01
     bpy.context.view_layer.objects.active = scan
     bpy.ops.surfrecon.sculpt(tolerance=0.001)
-    assert kept.sculptor is not first
+    assert kept.value is not first
 
 
 def test_zero_takes_the_share_of_the_depth(scan):

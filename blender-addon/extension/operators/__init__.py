@@ -47,8 +47,6 @@ def register():
 
 def unregister():
     """Unregisters them."""
-    sculpt.Kept.forget()
-    reconstruct.Kept.forget()
     cluster.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

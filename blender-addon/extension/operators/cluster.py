@@ -10,9 +10,10 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntPropert
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator, Known, Refused
+from ..kept import Kept, fingerprint
 from ..properties import LARGEST, description, option, threads
-from ..scene import link, select_only
+from ..scene import dress, link, select_only
 
 REPORT = "surfrecon_cluster"
 
@@ -95,19 +96,24 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers the surface, or the points of what has no faces."""
-        obj = context.object
+        obj = convert.active(context)
         mesh, matrix = dense(obj, context.evaluated_depsgraph_get())
         self.surface, self.pose = obj.name, Matrix(matrix)
         options = {}
         for name in OPTIONS:
             parameter, value = PARAMETERS[name], getattr(self, name)
             options[name] = None if math.isclose(value, parameter.default, rel_tol=1e-6) else value
+        self.kept = Kept.get(self.bl_idname, (content(mesh), tuple(options.items())), dict)
         options["threads"] = threads(self)
+        self.counts = ()
         if self.resolution == "VERTICES":
             positions = getattr(mesh, "positions", mesh)
             count = self.vertices or max(len(positions) // 10, 1)
-            counts = [max(count // 4**level, 1) for level in range(self.levels)]
-            return surfrecon.Job.cluster(mesh, levels=counts, **options)
+            self.counts = tuple(max(count // 4**level, 1) for level in range(self.levels))
+            # Each level is made from the one before: the first few of a chain are that shorter chain.
+            if self.kept.get("counts", ())[: self.levels] == self.counts:
+                return Known(self.kept["chain"][: self.levels])
+            return surfrecon.Job.cluster(mesh, levels=list(self.counts), **options)
         if self.resolution == "PATCHES":
             return surfrecon.Job.cluster(mesh, patches=self.patches or None, **options)
         if self.max_error == 0:
@@ -119,13 +125,14 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
     def finish(self, context, result):
         """Puts the meshes beside the surface."""
         chain = result if isinstance(result, list) else [result]
-        source = bpy.data.objects.get(self.surface)
+        if len(self.counts) >= len(self.kept.get("counts", ())):
+            self.kept.update(counts=self.counts, chain=chain)
+        self.kept = None
+        source, depsgraph = bpy.data.objects.get(self.surface), context.evaluated_depsgraph_get()
         meshes = []
         for number, level in enumerate(chain):
             name = f"{self.surface} clustered" + (f" {number}" if len(chain) > 1 else "")
             mesh = convert.mesh_from_result(name, level.mesh)
-            for material in source.data.materials if source is not None else ():
-                mesh.materials.append(material)
             meshes.append(mesh)
         one = not self.separate or len(chain) == 1
         made = []
@@ -139,6 +146,12 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             for mesh, level in zip(meshes, chain, strict=True):
                 mesh[REPORT] = convert.plain(figures(level))
                 made[0].surfrecon_levels.add().mesh = mesh
+                made[0].data = mesh
+                dress(made[0], [source], depsgraph)
+            made[0].data = meshes[0]
+        else:
+            for obj in made:
+                dress(obj, [source], depsgraph)
         select_only(context, made)
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
@@ -153,6 +166,13 @@ def dense(obj, depsgraph):
             return content.triangulate(), content.world_from_sensor
         return content[0], content[1]
     return convert.points_of_object(obj, depsgraph, False)[0], np.array(obj.matrix_world, np.float64)
+
+
+def content(mesh):
+    """A key for a surface, or for points."""
+    if isinstance(mesh, surfrecon.Mesh):
+        return fingerprint(mesh.positions, mesh.triangles, *mesh.vertex_attributes.values())
+    return fingerprint(mesh)
 
 
 def figures(level):

@@ -49,12 +49,8 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers the vertices and what they are measured against."""
-        measured = context.object
-        if measured.data.library is not None:
-            raise Refused(
-                f'"{measured.name}" is linked from another file, which is left as it is: make it local with '
-                "Object > Relations > Make Local"
-            )
+        measured = convert.active(context)
+        convert.writable(measured)
         references = [obj for obj in context.selected_objects if obj is not measured]
         if not references:
             names = measured.get(SCANS, "").split("\n")

@@ -133,7 +133,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
 
     def invoke(self, context, event):
         """A dropped file opens a small dialog, the menu a file browser."""
-        if Adjusting.operator is not None:
+        if Adjusting.handed is not None:
             return self.watch(context)
         self.by_hand = True
         return self.invoke_popup(context)

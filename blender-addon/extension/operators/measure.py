@@ -43,7 +43,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers both surfaces in the world."""
-        active = context.object
+        active = convert.active(context)
         others = [obj for obj in context.selected_objects if obj is not active]
         if not others:
             raise Refused(f'Select what "{active.name}" is to be measured against as well')

@@ -8,7 +8,7 @@ import surfrecon
 from .. import convert
 from ..job import JobOperator, Refused
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
-from ..scene import SCANS, link, select_only, show_colours
+from ..scene import SCANS, dress, link, select_only
 
 REPORT = "surfrecon_report"
 
@@ -72,7 +72,8 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         # Custom properties can't hold a list of strings.
         merged[SCANS] = "\n".join(self.names)
         link(context, merged)
-        show_colours(merged)
+        sources = [bpy.data.objects.get(name) for name in self.names]
+        dress(merged, sources, context.evaluated_depsgraph_get())
         select_only(context, [merged])
         self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")
 

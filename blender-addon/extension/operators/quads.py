@@ -114,7 +114,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers the scan."""
-        obj = scan_behind(context.object)
+        obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
@@ -143,7 +143,8 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
                 modifier.levels = modifier.render_levels = self.subdivision
         link(context, made)
         if self.kind != "SURFACE":
-            dress(made, bpy.data.objects.get(self.scan))
+            made.matrix_world = self.pose
+            dress(made, [bpy.data.objects.get(self.scan)], context.evaluated_depsgraph_get())
             if self.show_error:
                 show(made, max(figures["max_error"], 1e-9))
         made.matrix_world = self.pose

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make a surface through the vertices or points of the selected objects."""
 
-import hashlib
-
 import bpy
 import numpy as np
 import surfrecon
@@ -11,8 +9,9 @@ from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
+from ..kept import Kept, fingerprint
 from ..properties import option, threads
-from ..scene import SCANS, link, select_only, show_colours
+from ..scene import SCANS, dress, link, select_only
 
 REPORT = "surfrecon_reconstruct"
 
@@ -20,30 +19,6 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("reconstruct")}
 
 # Points that the preview goes through.
 PREVIEW_POINTS = 10_000
-
-
-class Kept:
-    """The last reconstructor, by what it was made from: the redo panel's sliders carve anew the same tetrahedra."""
-
-    key = None
-    reconstructor = None
-
-    @classmethod
-    def get(cls, points, colour, sensor):
-        """The reconstructor of points (n, 3) with colours (n, 4) or `None`, and of the sensor's place or `None`."""
-        content = hashlib.sha256(np.ascontiguousarray(points).tobytes())
-        for values in (colour, sensor):
-            content.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
-        if content.digest() != cls.key:
-            cls.forget()
-            cls.reconstructor = surfrecon.Reconstructor(points, colour=colour, sensors=sensor)
-            cls.key = content.digest()
-        return cls.reconstructor
-
-    @classmethod
-    def forget(cls):
-        """Gives its memory back."""
-        cls.key = cls.reconstructor = None
 
 
 class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
@@ -118,7 +93,12 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         self.names = [obj.name for obj in objects]
         colour = None if any(c is None for c in colours) else np.concatenate(colours)
         self.points, self.sensor = np.concatenate(parts), self.camera(context)
-        reconstructor = Kept.get(self.points, colour, self.sensor)
+        # The redo panel's sliders carve anew the same tetrahedra.
+        reconstructor = Kept.get(
+            self.bl_idname,
+            fingerprint(self.points, colour, self.sensor),
+            lambda: surfrecon.Reconstructor(self.points, colour=colour, sensors=self.sensor),
+        )
         return surfrecon.Job.surface(
             reconstructor,
             threshold=self.threshold,
@@ -157,7 +137,8 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         made[REPORT] = convert.plain(result.report | {k: len(v) for k, v in result.dropped.items()})
         made[SCANS] = "\n".join(self.names)
         link(context, made)
-        show_colours(made)
+        sources = [bpy.data.objects.get(name) for name in self.names]
+        dress(made, sources, context.evaluated_depsgraph_get())
         select_only(context, [made])
         used, points = result.report["used"], result.report["points"]
         self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points")

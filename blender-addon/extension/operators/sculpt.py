@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sculpt the active scan: few triangles, none farther from a sample than a tolerance."""
 
-import hashlib
-
 import bpy
 import numpy as np
 import surfrecon
@@ -11,6 +9,7 @@ from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
+from ..kept import Kept, fingerprint
 from ..properties import description, given, option
 from ..scene import SCANS, dress, link, scan_behind, select_only
 from .error_map import show
@@ -25,29 +24,11 @@ MAKING = ("effort", "interpolate", "min_angle", "simplify_borders", "edge_limit"
 PREVIEW_PIXELS = 20_000
 
 
-class Kept:
-    """The last sculptor, by what it was made from: the redo panel's sliders dig again without a new start."""
-
-    key = None
-    sculptor = None
-
-    @classmethod
-    def get(cls, image, options):
-        """The sculptor of an image (a `surfrecon.RangeImage`) with some of the library's keyword arguments."""
-        content = hashlib.sha256(np.ascontiguousarray(image.points).tobytes())
-        for values in (image.colour, image.confidence):
-            content.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
-        key = (content.digest(), repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
-        if key != cls.key:
-            cls.forget()
-            cls.sculptor = surfrecon.Sculptor(image, **options)
-            cls.key = key
-        return cls.sculptor
-
-    @classmethod
-    def forget(cls):
-        """Gives its memory back."""
-        cls.key = cls.sculptor = None
+def sculptor_of(owner, image, options):
+    """The sculptor of an image with some of the library's options: the redo panel's sliders dig again with it."""
+    content = fingerprint(image.points, image.colour, image.confidence)
+    key = (content, repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
+    return Kept.get(owner, key, lambda: surfrecon.Sculptor(image, **options))
 
 
 class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
@@ -95,13 +76,13 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
 
     def start(self, context):
         """Gathers the scan; the sculptor of the same scan is used again."""
-        obj = scan_behind(context.object)
+        obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         options = given(self, {name: PARAMETERS[name] for name in MAKING})
-        sculptor = Kept.get(image, options)
+        sculptor = sculptor_of(self.bl_idname, image, options)
         self.image = image
         if self.tolerance > 0:
             return surfrecon.Job.refine(sculptor, tolerance=self.tolerance)
@@ -131,7 +112,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
         link(context, made)
-        dress(made, bpy.data.objects.get(self.scan))
+        dress(made, [bpy.data.objects.get(self.scan)], context.evaluated_depsgraph_get())
         if self.show_error:
             show(made, result.tolerance or max(result.max_error, 1e-9))
         select_only(context, [made])

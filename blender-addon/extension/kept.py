@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an operator computed and needs again when it is adjusted: sculptors, tetrahedra, chains of levels.
+
+One thing is kept at most, for as long as its operator is the last one: it goes when another operator runs, when another
+file is read, and a few seconds after the panel of the last operation is no longer the operator's.
+"""
+
+import hashlib
+
+import bpy
+import numpy as np
+
+LOOK_SECONDS = 10.0
+
+
+class Kept:
+    """The one thing, its key and the operator it belongs to."""
+
+    owner = key = value = None
+
+    @classmethod
+    def get(cls, owner, key, make):
+        """The thing kept under that key by the operator, else what `make()` returns, kept from now on."""
+        if (owner, key) != (cls.owner, cls.key):
+            cls.forget()
+            cls.value = make()
+            cls.owner, cls.key = owner, key
+            if not bpy.app.background and not bpy.app.timers.is_registered(look):
+                bpy.app.timers.register(look, first_interval=LOOK_SECONDS, persistent=True)
+        return cls.value
+
+    @classmethod
+    def only_of(cls, owner):
+        """Forgets what belongs to another operator."""
+        if cls.owner != owner:
+            cls.forget()
+
+    @classmethod
+    def forget(cls):
+        """Gives its memory back."""
+        cls.owner = cls.key = cls.value = None
+
+
+def fingerprint(*arrays):
+    """A key for the contents of arrays, or of `None`."""
+    content = hashlib.sha256()
+    for values in arrays:
+        content.update(b"-" if values is None else np.ascontiguousarray(values).tobytes())
+    return content.digest()
+
+
+def look():
+    """Forgets what can't be adjusted any more; as a timer, returns when to look again."""
+    operators = bpy.context.window_manager.operators
+    if Kept.owner is not None and (not operators or operators[-1].bl_idname != Kept.owner):
+        Kept.forget()
+    return None if Kept.owner is None else LOOK_SECONDS
+
+
+@bpy.app.handlers.persistent
+def forget(*_):
+    """Another file is read."""
+    Kept.forget()
+
+
+def register():
+    """Listens for other files."""
+    bpy.app.handlers.load_pre.append(forget)
+
+
+def unregister():
+    """Forgets, and listens no more."""
+    bpy.app.handlers.load_pre.remove(forget)
+    if bpy.app.timers.is_registered(look):
+        bpy.app.timers.unregister(look)
+    Kept.forget()
