@@ -2,7 +2,7 @@
 
 Each tool reads each file in a fresh process, three times; the median counts. MB/s are megabytes of the file by CPU
 second, so that another load on the machine doesn't count; the peak is what the process holds beyond its imports. Into
-Blender both ways take turns in one process, whose whole peak is given.
+Blender both ways take turns in one process; the peak is what ours needs beyond the other. See blender.py.
 """
 
 import json
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import blender
 import measured
 import table
 
@@ -77,76 +78,20 @@ print(json.dumps([statistics.median(times), statistics.median(walls), peak / 102
 """
 
 
-# A mesh of the library into Blender, beside the fewest calls of Blender that make the same mesh from arrays at hand.
-INTO_BLENDER = """
-import importlib, json, os, resource, statistics, sys, time
-sys.path.insert(0, sys.argv[1])
-import bpy, numpy as np, surfrecon
-convert = importlib.import_module("extension.convert")
-side = 709
-x, y = np.meshgrid(np.arange(side), np.arange(side))
-vertices = np.dstack([x, y, np.sin(x / 9) + np.cos(y / 7)]).reshape(-1, 3)
-a = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
-triangles = np.concatenate([np.stack([a, a + 1, a + side], 1), np.stack([a + 1, a + side + 1, a + side], 1)])
-content = surfrecon.Mesh(vertices, triangles)
-coordinates = vertices.astype(np.float32).reshape(-1)
-corners = triangles.astype(np.int32).reshape(-1)
-starts = np.arange(0, len(corners), 3, dtype=np.uint32)
-
-def surfrecon_():
-    return convert.object_from_mesh("a", content, 1.0)[0].data
-
-def minimum():
-    mesh = bpy.data.meshes.new("a")
-    mesh.vertices.add(len(vertices))
-    mesh.loops.add(len(corners))
-    mesh.polygons.add(len(starts))
-    mesh.attributes["position"].data.foreach_set("vector", coordinates)
-    mesh.attributes[".corner_vert"].data.foreach_set("value", corners)
-    mesh.polygons.foreach_set("loop_start", starts)
-    mesh.update(calc_edges=True)
-    return mesh
-
-def used():
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
-
-figures = {"surfrecon": [], "bpy": []}
-for turn in range(1 + int(sys.argv[2])):
-    for tool, call in (("surfrecon", surfrecon_), ("bpy", minimum)):
-        start, wall = used(), time.perf_counter()
-        mesh = call()
-        cpu, wall = used() - start, time.perf_counter() - wall
-        assert len(mesh.polygons) == len(triangles) and len(mesh.edges) > len(triangles)
-        bpy.data.meshes.remove(mesh)
-        # The first turn fills caches.
-        if turn:
-            figures[tool].append((cpu, wall))
-megabytes = (coordinates.nbytes + corners.nbytes) / 1e6
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-for tool, runs in figures.items():
-    cpu, wall = (statistics.median(run[k] for run in runs) for k in range(2))
-    print(json.dumps({"tool": tool, "mb_per_s": megabytes / cpu, "wall_s": wall, "peak_mb": peak}))
-sys.stdout.flush()
-# The module's own way out hangs.
-os._exit(0)
-"""
-
-
 def into_blender(repeats):
     """The rows of a million triangles into Blender; none without its module."""
-    root = Path(__file__).resolve().parent.parent
-    python = subprocess.run([root / "tools" / "venv.sh", "blender-4.5"], stdout=subprocess.PIPE, text=True, check=False)
-    if python.returncode != 0:
-        print("SKIPPED into Blender: its Python environment could not be prepared")
-        return []
-    command = [f"{python.stdout.strip()}/bin/python", "-c", INTO_BLENDER, root / "blender-addon", str(3 * repeats)]
     head = {"case": "into Blender", "format": "bpy"}
     try:
-        lines = measured.run(command, timeout=900)[1].splitlines()
+        found = blender.hand_over(repeats)
     except measured.Failed as problem:
         return [head | {"tool": "surfrecon", "failed": str(problem)[:60]}]
-    return [head | json.loads(line) for line in lines if line.startswith("{")]
+    if found is None:
+        return []
+    plain = next(row for row in found if row["case"] == "plain")
+    return [
+        head | {"tool": tool, "mb_per_s": plain["megabytes"] / cpu, "wall_s": wall, "peak_mb": plain["peak_mb"]}
+        for tool, (cpu, wall) in (("surfrecon", plain["ours"]), ("bpy", plain["minimum"]))
+    ]
 
 
 def made(folder):

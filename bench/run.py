@@ -13,7 +13,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "meshlab"]
+BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "blender", "meshlab"]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
 OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
@@ -63,7 +63,9 @@ def main():
         file = OUT / f"{name}.json"
         file.write_text(json.dumps({"benchmark": name, "machine": where} | results, indent=1) + "\n")
         print(f"\nwritten: {file.relative_to(OUT.parent.parent)}")
-        failed |= any("failed" in row for row in results["rows"] if row["tool"].startswith("surfrecon"))
+        failed |= any(
+            "failed" in row for row in results["rows"] if row.get("tool", "surfrecon").startswith("surfrecon")
+        )
     return 1 if failed else 0
 
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs the extension in the window of a real Blender, under a virtual display. Pictures: out/gui/.
+# Runs the extension in the window of a real Blender, under a virtual display: tools/test_gui.sh [SCRIPT], a script of this
+# tree instead of the tests. Pictures: out/gui/.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
@@ -7,11 +8,12 @@ cd "$root"
 folder=$(tools/gui_root.sh)
 zip=$(ls out/extension/surfrecon-*-linux-x64.zip 2>/dev/null | head -1)
 [ -n "$zip" ] || die "there is no extension in out/extension: run \`make extension\`"
-rm -rf out/gui
+script=${1:-tests/gui/window.py}
+[ -n "${1:-}" ] || rm -rf out/gui
 mkdir -p out/gui
 timeout 900 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
     BLENDER_USER_RESOURCES="/var/profile-$$" LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=llvmpipe \
     SURFRECON_ZIP="/tree/$zip" SURFRECON_PICTURES=/tree/out/gui \
     xvfb-run -a -s '-screen 0 1440x1000x24 -nolisten tcp' \
     blender --enable-event-simulate --factory-startup --window-geometry 0 0 1440 1000 --python-exit-code 7 \
-    --python /tree/tests/gui/window.py
+    --python "/tree/$script"

@@ -54,14 +54,29 @@ def store(mesh, name, values, domain="POINT"):
     if older is not None:
         mesh.attributes.remove(older)
     if values.dtype == np.uint8:
-        layer = mesh.attributes.new(name, "BYTE_COLOR", domain)
-        layer.data.foreach_set("color_srgb", (values.reshape(-1) / np.float32(255)).astype(np.float32))
+        layer = mesh.attributes.new(name, "FLOAT_COLOR", domain)
+        layer.data.foreach_set("color", linear(values).reshape(-1))
         mesh.color_attributes.active_color = mesh.color_attributes[name]
         mesh.color_attributes.render_color_index = mesh.color_attributes.active_color_index
         return
     kind = {"float32": "FLOAT", "int32": "INT", "bool": "BOOLEAN"}[values.dtype.name]
     layer = mesh.attributes.new(name, kind, domain)
     layer.data.foreach_set("value", np.ascontiguousarray(values))
+
+
+def linear(colours):
+    """(n, 4) float32 of linear light, as Blender stores colours, from uint8 sRGB with its alpha.
+
+    Colours of a byte a channel would take a quarter of the memory, but Blender converts these one by one, which for a
+    million triangles takes as long as a fifth of all else.
+    """
+    found = np.take(LINEAR, colours)
+    found[:, 3] = colours[:, 3] / np.float32(255)
+    return found
+
+
+LINEAR = np.arange(256) / 255
+LINEAR = np.where(LINEAR <= 0.04045, LINEAR / 12.92, ((LINEAR + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def mesh_from_result(name, result, origin=(0.0, 0.0, 0.0), scale=1.0):

@@ -241,7 +241,7 @@ def test_colours_are_carried():
     layer.data.foreach_set("color_srgb", np.tile(np.float32([1, 0, 0.2, 1]), len(obj.data.vertices)))
     bpy.ops.surfrecon.merge(voxel=0.05)
     merged = bpy.context.object.data.attributes["colour"]
-    assert merged.data_type == "BYTE_COLOR"
+    assert merged.data_type == "FLOAT_COLOR"
     assert np.allclose([c.color_srgb for c in merged.data], [1, 0, 0.2, 1], atol=0.005)
 
 

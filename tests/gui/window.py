@@ -371,9 +371,6 @@ def steps():
     yield from leaving(scans)
 
 
-script = steps()
-
-
 def tick():
     """Called by Blender's timer; an exception there would not end Blender."""
     try:
@@ -388,5 +385,7 @@ def tick():
     os._exit(1 if failed else 0)
 
 
-# Reading another file takes away all others.
-bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+if __name__ == "__main__":
+    script = steps()
+    # Reading another file takes away all others.
+    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

@@ -1,0 +1,175 @@
+"""A mesh of the library into Blender, beside the fewest calls of Blender that make the same mesh from arrays at hand.
+
+Runs under the Python of a Blender module: into_blender.py ADDON_FOLDER REPEATS. A line of JSON a case: seconds of the
+CPU and of the clock for us and for the minimum, their medians; and megabytes of the process's heap that are ours while
+the mesh is made (`peak_mb`) and after it (`left_mb`), beyond the same of the minimum.
+"""
+
+import ctypes
+import gc
+import importlib
+import json
+import os
+import resource
+import statistics
+import sys
+import threading
+import time
+
+sys.path.insert(0, sys.argv[1])
+import bpy
+import numpy as np
+import surfrecon
+
+convert = importlib.import_module("extension.convert")
+SIDE = 709
+
+
+class Heap(ctypes.Structure):
+    """What glibc's `mallinfo2` returns."""
+
+    _fields_ = [
+        (name, ctypes.c_size_t)
+        for name in (
+            "arena",
+            "ordblks",
+            "smblks",
+            "hblks",
+            "hblkhd",
+            "usmblks",
+            "fsmblks",
+            "uordblks",
+            "fordblks",
+            "keep",
+        )
+    ]
+
+
+libc = ctypes.CDLL("libc.so.6")
+libc.mallinfo2.restype = Heap
+
+
+def heap():
+    """Bytes in use on the heap that the library, NumPy and Python share; Blender keeps meshes on it too."""
+    found = libc.mallinfo2()
+    return found.uordblks + found.hblkhd
+
+
+class Peak:
+    """The most bytes in use while a block runs, looked at every half millisecond."""
+
+    def __enter__(self):
+        """Starts to look."""
+        self.most, self.running = heap(), True
+        self.thread = threading.Thread(target=self.look)
+        self.thread.start()
+        return self
+
+    def look(self):
+        """Until the block ends."""
+        while self.running:
+            self.most = max(self.most, heap())
+            time.sleep(0.0005)
+
+    def __exit__(self, *_):
+        """Looks no more."""
+        self.running = False
+        self.thread.join()
+
+
+def shape():
+    """Vertices and a million triangles of a wavy sheet."""
+    x, y = np.meshgrid(np.arange(SIDE), np.arange(SIDE))
+    vertices = np.dstack([x, y, np.sin(x / 9) + np.cos(y / 7)]).reshape(-1, 3)
+    a = (np.arange(SIDE - 1)[:, None] * SIDE + np.arange(SIDE - 1)).ravel()
+    return vertices, np.concatenate([np.stack([a, a + 1, a + SIDE], 1), np.stack([a + 1, a + SIDE + 1, a + SIDE], 1)])
+
+
+VERTICES, TRIANGLES = shape()
+COORDINATES, CORNERS = VERTICES.astype(np.float32).reshape(-1), TRIANGLES.astype(np.int32).reshape(-1)
+STARTS = np.arange(0, len(CORNERS), 3, dtype=np.uint32)
+ERROR = np.linspace(0, 1, len(VERTICES), dtype=np.float32)
+COLOUR = np.random.default_rng(1).integers(0, 256, (len(VERTICES), 4), dtype=np.uint8)
+LINEAR = np.linspace(0, 1, 4 * len(VERTICES), dtype=np.float32)
+
+
+def minimum(attributes):
+    """The fewest calls, all arrays as Blender wants them."""
+    mesh = bpy.data.meshes.new("a")
+    mesh.vertices.add(len(VERTICES))
+    mesh.loops.add(len(CORNERS))
+    mesh.polygons.add(len(STARTS))
+    mesh.attributes["position"].data.foreach_set("vector", COORDINATES)
+    mesh.attributes[".corner_vert"].data.foreach_set("value", CORNERS)
+    mesh.polygons.foreach_set("loop_start", STARTS)
+    mesh.update(calc_edges=True)
+    if attributes:
+        mesh.attributes.new("error", "FLOAT", "POINT").data.foreach_set("value", ERROR)
+        mesh.attributes.new("colour", "FLOAT_COLOR", "POINT").data.foreach_set("color", LINEAR)
+    return mesh
+
+
+def ours(content):
+    """What the operators call for a result."""
+    return convert.object_from_mesh("a", content, 1.0)[0].data
+
+
+def used():
+    """CPU seconds."""
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+
+def median(call, repeats):
+    """CPU and wall seconds of a call that returns a mesh; the first one, which fills caches, doesn't count."""
+    runs = []
+    for turn in range(1 + repeats):
+        start, wall = used(), time.perf_counter()
+        mesh = call()
+        runs.append((used() - start, time.perf_counter() - wall))
+        assert len(mesh.polygons) == len(TRIANGLES) and len(mesh.edges) > len(TRIANGLES)
+        bpy.data.meshes.remove(mesh)
+        if turn == 0:
+            runs.clear()
+    return [statistics.median(run[k] for run in runs) for k in range(2)]
+
+
+def memory(call):
+    """Megabytes on the heap beyond what was there before: the most while a mesh is made, and what stays with it."""
+    gc.collect()
+    before = heap()
+    with Peak() as peak:
+        mesh = call()
+    gc.collect()
+    after = heap()
+    bpy.data.meshes.remove(mesh)
+    return (peak.most - before) / 1e6, (after - before) / 1e6
+
+
+def main():
+    """Measures both cases."""
+    repeats = int(sys.argv[2])
+    for case, attributes in (("plain", False), ("colour and error", True)):
+        content = surfrecon.Mesh(VERTICES, TRIANGLES, colour=COLOUR, confidence=ERROR) if attributes else None
+        content = content or surfrecon.Mesh(VERTICES, TRIANGLES)
+        calls = (lambda content=content: ours(content), lambda attributes=attributes: minimum(attributes))
+        # In turns, so that another load on the machine meets both.
+        rounds = [[median(call, 3) for call in calls] for _ in range(repeats)]
+        best = [[statistics.median(each[k][i] for each in rounds) for i in range(2)] for k in range(2)]
+        (peak, left), (least_peak, least_left) = (memory(call) for call in calls)
+        row = {
+            "case": case,
+            "ours": best[0],
+            "minimum": best[1],
+            "peak_mb": peak - least_peak,
+            "left_mb": left - least_left,
+            "megabytes": (COORDINATES.nbytes + CORNERS.nbytes) / 1e6,
+        }
+        print(json.dumps(row))
+    sys.stdout.flush()
+    # The module's own way out hangs.
+    os._exit(0)
+
+
+if __name__ == "__main__":
+    main()
