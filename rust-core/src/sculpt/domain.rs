@@ -11,7 +11,7 @@ use super::folds;
 use super::view::Sight;
 use crate::error::{Error, Result};
 use crate::range_image::{Projection, RangeImage};
-use crate::triangulate::{RangeSurface, TriangulateParams, triangulate};
+use crate::triangulate::{TriangulateParams, triangles_over_pixels};
 
 /// The part of the image plane that the mesh covers, over pixel indices.
 pub(super) struct Domain {
@@ -37,7 +37,7 @@ impl Domain {
     /// Triangulates the image. O(pixels).
     ///
     /// # Errors
-    /// As [`triangulate`].
+    /// As [`crate::triangulate::triangulate`].
     pub fn new(image: &RangeImage, params: &TriangulateParams) -> Result<Self> {
         if image.rows() > u32::MAX as usize || image.cols() > u32::MAX as usize {
             return Err(Error::input(format!(
@@ -47,7 +47,7 @@ impl Domain {
                 image.cols()
             )));
         }
-        let RangeSurface { pixels, triangles, isolated_pixels, .. } = triangulate(image, params)?;
+        let (mut over_pixels, mut pixels) = triangles_over_pixels(image, params)?;
         let (rows, cols) = (image.rows() as u32, image.cols() as u32);
         let cell_cols = cols.saturating_sub(1) as usize;
         let mut domain = Domain {
@@ -66,11 +66,7 @@ impl Domain {
             Projection::Pinhole { .. } | Projection::Spherical { .. } => image.range(pixel as usize) > 0.0,
             _ => true,
         };
-        let mut over_pixels: Vec<[u32; 3]> = triangles
-            .iter()
-            .map(|triangle| triangle.map(|k| pixels[k as usize]))
-            .filter(|&[a, b, c]| ahead(a) && ahead(b) && ahead(c))
-            .collect();
+        over_pixels.retain(|&[a, b, c]| ahead(a) && ahead(b) && ahead(c));
         domain.mirrored = over_pixels.first().is_some_and(|&t| turns_back(t, cols));
         if domain.mirrored {
             over_pixels.iter_mut().for_each(|t| t.swap(1, 2));
@@ -84,15 +80,20 @@ impl Domain {
             };
             let mut hidden = hidden.into_iter();
             over_pixels.retain(|_| !hidden.next().unwrap_or(false));
-            over_pixels.shrink_to_fit();
         }
+        over_pixels.shrink_to_fit();
         domain.hidden = seen_triangles - over_pixels.len();
-        over_pixels.iter().for_each(|&t| domain.add(t));
         let mut used = vec![false; image.len()];
-        over_pixels.iter().flatten().for_each(|&p| used[p as usize] = true);
+        let mut row = 0;
+        for &triangle in &over_pixels {
+            domain.add(triangle, &mut row);
+            triangle.iter().for_each(|&p| used[p as usize] = true);
+        }
         domain.triangles = over_pixels;
-        domain.pixels = pixels.iter().copied().filter(|&p| used[p as usize]).collect();
-        domain.isolated = isolated_pixels + pixels.len() - domain.pixels.len();
+        domain.isolated = pixels.len();
+        pixels.retain(|&p| used[p as usize]);
+        domain.isolated -= pixels.len();
+        domain.pixels = pixels;
         for &p in &domain.pixels {
             let range = image.range(p as usize);
             domain.range = [domain.range[0].min(range), domain.range[1].max(range)];
@@ -100,19 +101,27 @@ impl Domain {
         Ok(domain)
     }
 
-    /// Notes the half cell of a triangle.
-    fn add(&mut self, triangle: [u32; 3]) {
-        let cols = self.cols;
-        let [(ax, ay), (bx, by), (cx, cy)] = triangle.map(|p| (p % cols, p / cols));
-        let (col, row) = (ax.min(bx).min(cx), ay.min(by).min(cy));
-        let corner = |x: u32, y: u32| match (x - col, y - row) {
-            (0, 0) => 0,
-            (1, 0) => 1,
-            (1, 1) => 2,
-            _ => 3_u8,
+    /// Notes the half cell of a triangle. `row` is that of the cell before: triangles come cell by cell, which spares most
+    /// divisions.
+    fn add(&mut self, triangle: [u32; 3], row: &mut u32) {
+        let first = triangle[0].min(triangle[1]).min(triangle[2]);
+        if first.checked_sub(*row * self.cols).is_none_or(|col| col >= self.cols) {
+            *row = first / self.cols;
+        }
+        let col = first - *row * self.cols;
+        let has = |offset: u32| triangle.contains(&(first + offset));
+        // The first pixel is corner a, or b if the one below its left neighbour belongs to the triangle. In an image of two
+        // columns that one is its right neighbour, too.
+        let (col, missing) = if col > 0 && has(self.cols - 1) && (self.cols > 2 || col == 1) {
+            (col - 1, 0)
+        } else if !has(1) {
+            (col, 1)
+        } else if has(self.cols) {
+            (col, 2)
+        } else {
+            (col, 3)
         };
-        let missing = 6 - corner(ax, ay) - corner(bx, by) - corner(cx, cy);
-        self.cells[row as usize * (cols as usize - 1) + col as usize] |= 1 << missing;
+        self.cells[*row as usize * (self.cols as usize - 1) + col as usize] |= 1 << missing;
     }
 
     /// Difference between the farthest and the nearest range, 0 without any.

@@ -5,7 +5,7 @@
 //! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
 //! | 2 | `seams` | domain -> pixels that must be vertices |
 //! | 3 | `dig`, `delaunay` | a tile and its required pixels -> a mesh within the tolerance |
-//! | 4 | `polish`, `patch`, `borders`, `star`, `search` | mesh -> mesh of fewer triangles within the tolerance |
+//! | 4 | `polish`, `patch`, `borders`, `star`, `sides`, `search` | mesh -> mesh of fewer triangles within the tolerance |
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
 //! | 6 | `certify` | mesh and image -> distances, measured anew |
 //!
@@ -43,6 +43,7 @@ mod borders;
 mod patch;
 mod polish;
 mod search;
+mod sides;
 mod star;
 
 // 5. the mesh

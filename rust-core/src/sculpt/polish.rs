@@ -25,8 +25,11 @@ const PATCH: u32 = if cfg!(test) { 12 } else { 128 };
 /// Checks for cancelling come once in this many vertices.
 const CHECK: usize = 256;
 
-/// Triangles that one patch may well have: below it, patches grow until they have as many or all.
+/// Triangles that one patch may well have where it is searched: below it, patches grow until they have as many or all.
 const FEW: usize = if cfg!(test) { 64 } else { 4096 };
+
+/// The same where vertices are removed only, which gains little on seams.
+const FEWER: usize = if cfg!(test) { 64 } else { 512 };
 
 /// Sides and shifts of the patches of each pass over a mesh of `triangles` triangles: two cuts that avoid each other's
 /// seams, and the first of them also the lines between tiles; then larger ones while they have few triangles.
@@ -35,7 +38,7 @@ pub(super) fn next_cut(pass: u32, domain: &Domain, triangles: usize, gained: boo
         return Some([PATCH, if pass == 0 { PATCH / 2 } else { 0 }]);
     }
     let longest = domain.rows.max(domain.cols);
-    let side = side_for(domain, triangles);
+    let side = side_for(domain, triangles, FEWER);
     // Once; and once more across the seams that are left.
     match pass {
         2 if side > PATCH => Some([side, 0]),
@@ -54,17 +57,17 @@ pub(super) fn next_search(round: u32, domain: &Domain, triangles: usize, gained:
     if round >= ROUNDS || (round >= 2 && gained < 0.002) {
         return None;
     }
-    let side = side_for(domain, triangles);
+    let side = side_for(domain, triangles, FEW);
     // Seams elsewhere each time.
     let eighths = [0, 4, 2, 6, 1, 5, 3, 7][round as usize % 8];
     Some([side, if side >= domain.rows.max(domain.cols) { 0 } else { side / 8 * eighths }])
 }
 
-/// Side of patches that have a good number of triangles each.
-fn side_for(domain: &Domain, triangles: usize) -> u32 {
+/// Side of patches that have at least about so many triangles each.
+fn side_for(domain: &Domain, triangles: usize, few: usize) -> u32 {
     let mut side = u64::from(PATCH);
     let area = f64::from(domain.rows) * f64::from(domain.cols);
-    while side < u64::from(domain.rows.max(domain.cols)) && triangles as f64 * (side * side) as f64 / area < FEW as f64
+    while side < u64::from(domain.rows.max(domain.cols)) && triangles as f64 * (side * side) as f64 / area < few as f64
     {
         side *= 2;
     }
@@ -133,15 +136,16 @@ struct Entry {
     /// Bits of a number >= 0, which sort as the number does.
     cost: u64,
     vertex: u32,
+    filling: Filling,
 }
 
 /// What is known of a vertex.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     /// Its star can't be filled, or could not when looked at last.
     Stuck,
-    /// In the queue with this filling.
-    Ready(Filling),
+    /// In the queue with its filling.
+    Ready,
     /// In the queue, but its star has changed since.
     Stale,
     /// Gone.
@@ -163,30 +167,30 @@ fn remove_vertices<S: super::view::Site>(
         }
         if patch.out[v as usize] != NONE
             && !patch.settled[v as usize]
-            && let Some(filling) = surgeon.find(patch, v, rules)
+            && let Some((cost, filling)) = surgeon.find(patch, v, rules)
         {
-            states[v as usize] = State::Ready(filling);
-            queue.push(Reverse(Entry { cost: filling.cost.to_bits(), vertex: v }));
+            states[v as usize] = State::Ready;
+            queue.push(Reverse(Entry { cost, vertex: v, filling }));
         }
     }
     let mut looked_at = 0;
-    while let Some(Reverse(Entry { vertex, cost })) = queue.pop() {
+    // Each vertex is in the queue once at most.
+    while let Some(Reverse(Entry { vertex, filling, .. })) = queue.pop() {
         looked_at += 1;
         if looked_at % CHECK == 0 {
             progress.check()?;
         }
         let v = vertex as usize;
         let filling = match states[v] {
-            State::Ready(filling) if filling.cost.to_bits() == cost => filling,
+            State::Ready => filling,
             State::Stale => {
-                let Some(filling) = surgeon.find(patch, vertex, rules) else {
+                let Some((cost, filling)) = surgeon.find(patch, vertex, rules) else {
                     states[v] = State::Stuck;
                     continue;
                 };
-                let cost = filling.cost.to_bits();
                 if queue.peek().is_some_and(|Reverse(next)| next.cost < cost) {
-                    states[v] = State::Ready(filling);
-                    queue.push(Reverse(Entry { cost, vertex }));
+                    states[v] = State::Ready;
+                    queue.push(Reverse(Entry { cost, vertex, filling }));
                     continue;
                 }
                 filling
@@ -199,11 +203,12 @@ fn remove_vertices<S: super::view::Site>(
             let state = &mut states[corner as usize];
             patch.settled[corner as usize] = false;
             match state {
-                State::Ready(_) => *state = State::Stale,
+                State::Ready => *state = State::Stale,
                 State::Stuck if patch.out[corner as usize] != NONE => {
                     // Its star is smaller now: once more, after all others.
                     *state = State::Stale;
-                    queue.push(Reverse(Entry { cost: f64::INFINITY.to_bits(), vertex: corner }));
+                    let cost = f64::INFINITY.to_bits();
+                    queue.push(Reverse(Entry { cost, vertex: corner, filling: Filling::default() }));
                 }
                 _ => {}
             }

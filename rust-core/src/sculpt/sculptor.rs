@@ -40,8 +40,10 @@ const MOST_TRIALS: u64 = 24;
 /// ... which is content with this share of the triangles allowed.
 const CLOSE: f64 = 0.98;
 
-/// A mesh is coarse if it has fewer triangles than all samples make by this factor.
-const COARSE: usize = 8;
+/// A mesh is coarse if it has fewer triangles than all samples make by this factor ...
+const COARSE: usize = 16;
+/// ... and small if it has fewer than this.
+const SMALL: usize = 8192;
 
 /// A mesh not yet measured.
 struct Dug {
@@ -220,9 +222,9 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let (mut pass, mut gained) = (0, true);
         while wanted && let Some(cut) = polish::next_cut(pass, &self.domain, pieces.triangles.len(), gained) {
             let before = pieces.triangles.len();
-            // A coarse mesh gains most, and has few edges to look at.
-            let coarse = pass == 1 && COARSE * triangles < self.domain.triangles.len();
-            let search = if coarse { Search::Light } else { Search::None };
+            // A coarse mesh gains most, and a small one costs little.
+            let gains = COARSE * triangles < self.domain.triangles.len() || triangles < SMALL;
+            let search = if pass == 1 && gains { Search::Light } else { Search::None };
             pieces = polish::pass(view, region, &pieces, cut, &rules, search, progress)?;
             gained = pieces.triangles.len() < before;
             pass += 1;

@@ -66,6 +66,8 @@ pub(super) struct Searcher<S> {
     /// The polygon's pixels, its vertices first.
     members: Vec<u32>,
     member_sites: Vec<S>,
+    /// The corner with which the triangle of the fan begins in which each pixel is seen, or is likely to be.
+    likely: Vec<u8>,
     /// The pixel that failed last: likely to fail again.
     spoiler: usize,
     /// Share and offset of each pixel that is seen in a fan, while its centre's value is sought.
@@ -85,6 +87,7 @@ impl<S: Site> Searcher<S> {
             slots: Vec::new(),
             members: Vec::new(),
             member_sites: Vec::new(),
+            likely: Vec::new(),
             spoiler: 0,
             shares: Vec::new(),
             free: false,
@@ -233,6 +236,7 @@ impl<S: Site> Searcher<S> {
         self.slots.clear();
         self.members.clear();
         self.member_sites.clear();
+        self.likely.clear();
         self.spoiler = 0;
     }
 
@@ -246,10 +250,20 @@ impl<S: Site> Searcher<S> {
 
     fn add_members(&mut self, patch: &Patch<'_, S>, vertices: &[u32]) {
         self.members.extend(vertices);
-        for &t in &self.slots {
+        self.likely.resize(vertices.len(), 0);
+        // Of two stars' triangles those of the first one begin at its second corner, and two of each meet at the edge.
+        let (corners, first_star) = (self.ring.len(), self.half_edges.len());
+        let before = |slot: usize| match vertices {
+            [_, _] if slot < first_star => 1,
+            [_, _] => 2,
+            _ => 0,
+        };
+        for (slot, &t) in self.slots.iter().enumerate() {
+            let likely = slot.saturating_sub(before(slot)).min(corners.saturating_sub(1)) as u8;
             let mut p = patch.first[t as usize];
             while p != NONE {
                 self.members.push(p);
+                self.likely.push(likely);
                 p = patch.next[p as usize];
             }
         }
@@ -293,7 +307,7 @@ impl<S: Site> Searcher<S> {
             if other == m {
                 continue;
             }
-            let i = self.wedge(&apex, p);
+            let i = self.wedge(&apex, p, self.likely[other]);
             let (a, b) = (&self.ring_sites[i], &self.ring_sites[(i + 1) % k]);
             let (level, lifted) = planes[i].get_or_insert_with(|| (S::plane(a, b, &apex), S::plane(a, b, &raised)));
             let offset = S::offset(level, p);
@@ -327,7 +341,10 @@ impl<S: Site> Searcher<S> {
         let k = self.ring.len();
         let plane = |i: usize| S::plane(&self.ring_sites[i], &self.ring_sites[(i + 1) % k], apex);
         let spoiler = &self.member_sites[self.spoiler];
-        if self.spoiler != m && !(S::error(&plane(self.wedge(apex, spoiler)), spoiler).abs() <= rules.tolerance) {
+        if self.spoiler != m
+            && !(S::error(&plane(self.wedge(apex, spoiler, self.likely[self.spoiler])), spoiler).abs()
+                <= rules.tolerance)
+        {
             return f64::INFINITY;
         }
         let mut planes = [None; MOST];
@@ -336,7 +353,7 @@ impl<S: Site> Searcher<S> {
             if other == m && !self.free {
                 continue;
             }
-            let i = if other == m { 0 } else { self.wedge(apex, p) };
+            let i = if other == m { 0 } else { self.wedge(apex, p, self.likely[other]) };
             let error = S::error(planes[i].get_or_insert_with(|| plane(i)), p);
             if !(error.abs() <= rules.tolerance) {
                 self.spoiler = other;
@@ -350,10 +367,15 @@ impl<S: Site> Searcher<S> {
         sum
     }
 
-    /// The triangle of the fan around `apex` in which a pixel of the polygon is seen.
+    /// The triangle of the fan around `apex` in which a pixel of the polygon is seen, `likely` if it is seen there.
     #[inline]
-    fn wedge(&self, apex: &S, p: &S) -> usize {
+    fn wedge(&self, apex: &S, p: &S, likely: u8) -> usize {
         let k = self.ring.len();
+        let i = usize::from(likely);
+        let next = if i + 1 == k { 0 } else { i + 1 };
+        if S::turn(apex, &self.ring_sites[i], p) >= 0.0 && S::turn(apex, &self.ring_sites[next], p) <= 0.0 {
+            return i;
+        }
         let mut before = S::turn(apex, &self.ring_sites[0], p);
         for i in 0..k {
             let after = S::turn(apex, &self.ring_sites[(i + 1) % k], p);
@@ -388,7 +410,7 @@ impl<S: Site> Searcher<S> {
             patch.set(self.slots[i], corners, [self.outer[i], next * 3 + 2, before * 3 + 1]);
         }
         for other in (0..self.members.len()).filter(|&other| other != m) {
-            let t = self.slots[self.wedge(&site, &self.member_sites[other])];
+            let t = self.slots[self.wedge(&site, &self.member_sites[other], self.likely[other])];
             patch.list(t, self.members[other]);
         }
     }

@@ -6,10 +6,11 @@
 //! the smallest sum of squared errors is taken.
 //!
 //! On which side of each diagonal the pixels are seen is found once a diagonal, 64 pixels a word; the pixels of a triangle
-//! are the words of its three edges, joined bit by bit.
+//! are the words of its three edges, joined bit by bit. As most triangles fail, words are found when they are asked for.
 
 use super::delaunay::{NONE, next_of, previous_of};
 use super::patch::{Fan, Patch, SEAM};
+use super::sides::Lanes;
 use super::view::Site;
 
 /// Most corners of a star.
@@ -52,10 +53,8 @@ impl Rules {
 }
 
 /// How to fill a star without its vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Filling {
-    /// Sum of squared errors of its triangles' pixels, world units.
-    pub cost: f64,
     /// The third corner of each triangle, in the order in which polygons are split, 4 bits each, the first one lowest.
     code: u64,
 }
@@ -70,13 +69,16 @@ pub(super) struct Surgeon<S: Site> {
     /// The star's pixels, the vertex first.
     members: Vec<u32>,
     member_sites: Vec<S>,
+    lanes: Lanes,
     words: usize,
     /// For each pair of corners i < j, `words` words each: pixels seen on the positive side of the edge from i to j, and
     /// on the positive side or on the edge.
     positive: Vec<u64>,
     not_negative: Vec<u64>,
-    /// Whether the sides of a pair are known.
-    known: [u16; MOST],
+    /// Words known of each pair.
+    known: [[u32; MOST]; MOST],
+    /// On which side of the edge from corner i to j > i the vertex is seen, as a sign.
+    vertex_side: [[i8; MOST]; MOST],
     /// The best filling of the polygon from corner i to corner j: its cost, negative where not known yet, infinite where
     /// there is none; and the third corner of the triangle over (i, j).
     cost: [[f64; MOST]; MOST],
@@ -96,10 +98,12 @@ impl<S: Site> Surgeon<S> {
             corner_sites: Vec::new(),
             members: Vec::new(),
             member_sites: Vec::new(),
+            lanes: Lanes::default(),
             words: 0,
             positive: Vec::new(),
             not_negative: Vec::new(),
-            known: [0; MOST],
+            known: [[0; MOST]; MOST],
+            vertex_side: [[0; MOST]; MOST],
             cost: [[0.0; MOST]; MOST],
             third: [[0; MOST]; MOST],
             spoiler: 0,
@@ -113,8 +117,9 @@ impl<S: Site> Surgeon<S> {
         &self.ring
     }
 
-    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled.
-    pub fn find(&mut self, patch: &mut Patch<'_, S>, v: u32, rules: &Rules) -> Option<Filling> {
+    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled. Before it
+    /// the sum of squared errors of its triangles' pixels, world units, as bits: they sort as the sums do.
+    pub fn find(&mut self, patch: &mut Patch<'_, S>, v: u32, rules: &Rules) -> Option<(u64, Filling)> {
         if !self.gather(patch, v) {
             return None;
         }
@@ -123,7 +128,7 @@ impl<S: Site> Surgeon<S> {
         filling
     }
 
-    fn fill(&mut self, rules: &Rules) -> Option<Filling> {
+    fn fill(&mut self, rules: &Rules) -> Option<(u64, Filling)> {
         let k = self.ring.len();
         self.spoiler = 0;
         if !self.vertex_can_be_covered(rules) {
@@ -139,7 +144,7 @@ impl<S: Site> Surgeon<S> {
         }
         let (mut code, mut shift) = (0, 0);
         self.encode(0, k - 1, &mut code, &mut shift);
-        Some(Filling { cost, code })
+        Some((cost.to_bits(), Filling { code }))
     }
 
     /// Collects the star of `v`; `false` if it must stay.
@@ -181,10 +186,10 @@ impl<S: Site> Surgeon<S> {
     }
 
     /// Whether some triangle of the ring covers the vertex itself within the tolerance: most stars fail here.
-    fn vertex_can_be_covered(&self, rules: &Rules) -> bool {
+    fn vertex_can_be_covered(&mut self, rules: &Rules) -> bool {
         let (c, v) = (&self.corner_sites, &self.member_sites[0]);
         let k = c.len();
-        let mut side = [[0_i8; MOST]; MOST];
+        let side = &mut self.vertex_side;
         for i in 0..k {
             for j in i + 1..k {
                 let turn = S::turn(&c[i], &c[j], v);
@@ -215,27 +220,23 @@ impl<S: Site> Surgeon<S> {
         self.words = self.member_sites.len().div_ceil(64);
         self.positive.resize(k * k * self.words, 0);
         self.not_negative.resize(k * k * self.words, 0);
-        self.known[..k].fill(0);
+        for row in &mut self.known[..k] {
+            row[..k].fill(0);
+        }
+        self.lanes.set(&self.corner_sites, &self.member_sites);
     }
 
-    /// Finds on which side of the edge from corner `i` to `j` the pixels are seen, once.
-    fn sort_sides(&mut self, i: usize, j: usize) {
-        if self.known[i] & 1 << j != 0 {
+    /// Finds on which side of the edge from corner `i` to `j` the pixels of `word` are seen, once. Words are asked for in
+    /// order.
+    #[inline(always)]
+    fn sort_sides(&mut self, i: usize, j: usize, word: usize) {
+        if self.known[i][j] as usize > word {
             return;
         }
-        self.known[i] |= 1 << j;
-        let (a, b) = (self.corner_sites[i], self.corner_sites[j]);
-        let start = (i * self.ring.len() + j) * self.words;
-        for (word, sites) in self.member_sites.chunks(64).enumerate() {
-            let (mut positive, mut not_negative) = (0_u64, 0_u64);
-            for (bit, site) in sites.iter().enumerate() {
-                let turn = S::turn(&a, &b, site);
-                positive |= u64::from(turn > 0.0) << bit;
-                not_negative |= u64::from(turn >= 0.0) << bit;
-            }
-            self.positive[start + word] = positive;
-            self.not_negative[start + word] = not_negative;
-        }
+        self.known[i][j] = word as u32 + 1;
+        let at = (i * self.ring.len() + j) * self.words + word;
+        [self.positive[at], self.not_negative[at]] =
+            self.lanes.sides(&self.corner_sites, &self.member_sites, i, j, word);
     }
 
     /// Smallest cost of the polygon of corners `i` to `j`.
@@ -271,21 +272,29 @@ impl<S: Site> Surgeon<S> {
             return f64::INFINITY;
         }
         let plane = S::plane(&a, &b, &c);
-        self.sort_sides(i, m);
-        self.sort_sides(m, j);
-        self.sort_sides(i, j);
-        let (k, words) = (self.ring.len(), self.words);
-        let (im, mj, ij) = ((i * k + m) * words, (m * k + j) * words, (i * k + j) * words);
-        let inside =
-            |word: usize| self.not_negative[im + word] & self.not_negative[mj + word] & !self.positive[ij + word];
-        if inside(self.spoiler / 64) >> (self.spoiler % 64) & 1 != 0
-            && !(S::error(&plane, &self.member_sites[self.spoiler]).abs() <= rules.tolerance)
-        {
+        let fails = |site: &S| !(S::error(&plane, site).abs() <= rules.tolerance);
+        let side = &self.vertex_side;
+        if side[i][m] >= 0 && side[m][j] >= 0 && side[i][j] <= 0 && fails(&self.member_sites[0]) {
             return f64::INFINITY;
         }
+        if self.spoiler != 0 {
+            let spoiler = &self.member_sites[self.spoiler];
+            if fails(spoiler)
+                && S::turn(&a, &b, spoiler) >= 0.0
+                && S::turn(&b, &c, spoiler) >= 0.0
+                && S::turn(&a, &c, spoiler) <= 0.0
+            {
+                return f64::INFINITY;
+            }
+        }
+        let (k, words) = (self.ring.len(), self.words);
+        let (im, mj, ij) = ((i * k + m) * words, (m * k + j) * words, (i * k + j) * words);
         let mut sum = 0.0;
         for word in 0..words {
-            let mut bits = inside(word);
+            self.sort_sides(i, m, word);
+            self.sort_sides(m, j, word);
+            self.sort_sides(i, j, word);
+            let mut bits = self.not_negative[im + word] & self.not_negative[mj + word] & !self.positive[ij + word];
             if word + 1 == words && !self.member_sites.len().is_multiple_of(64) {
                 bits &= (1 << (self.member_sites.len() % 64)) - 1;
             }

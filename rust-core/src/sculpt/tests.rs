@@ -228,6 +228,33 @@ proptest! {
     }
 
     #[test]
+    fn half_cells_are_those_of_the_triangles(
+        scene in scenes(), narrow in prop_oneof![Just(45_usize), Just(2), Just(3)], kind in 0..32_usize,
+    ) {
+        let scene = Scene { cols: scene.cols.min(narrow), ..scene };
+        let domain = Domain::new(&seen(&scene, kind), &TriangulateParams::default()).unwrap();
+        let (rows, cols) = (i64::from(domain.rows), i64::from(domain.cols));
+        for row in 0..rows {
+            for col in 0..cols {
+                let corners = [[row, col], [row, col + 1], [row + 1, col + 1], [row + 1, col]];
+                let mut halves = 0;
+                for triangle in &domain.triangles {
+                    let places = triangle.map(|p| [i64::from(p) / cols, i64::from(p) % cols]);
+                    if places.iter().all(|place| corners.contains(place)) {
+                        let missing = corners.iter().position(|corner| !places.contains(corner));
+                        halves |= 1 << missing.unwrap();
+                    }
+                }
+                prop_assert_eq!(domain.halves(row, col), halves);
+            }
+        }
+        let mut pixels: Vec<u32> = domain.triangles.iter().flatten().copied().collect();
+        pixels.sort_unstable();
+        pixels.dedup();
+        prop_assert_eq!(&domain.pixels, &pixels);
+    }
+
+    #[test]
     fn threads_and_order_of_tolerances_change_nothing(
         scene in scenes(), kind in 0..32_usize, tolerance in tolerances(), effort in 0..3_u32,
         [interpolate, simplify_borders] in any::<[bool; 2]>(),

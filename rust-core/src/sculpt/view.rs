@@ -42,6 +42,12 @@ pub(super) trait Site: Copy + Send + Sync {
     /// meets the triangle's plane.
     fn error(plane: &Self::Plane, p: &Self) -> f64;
 
+    /// Column and row, where pixels lie on a lattice.
+    #[inline(always)]
+    fn place(&self) -> Option<[f64; 2]> {
+        None
+    }
+
     /// Where the pixel is seen, for angles; rows of a lattice lie `aspect` columns apart.
     fn seen(&self, aspect: f64) -> DVec3;
 
@@ -99,6 +105,7 @@ pub(super) struct LinearPlane {
 }
 
 impl LinearPlane {
+    #[inline(always)]
     fn through(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> Self {
         let (bx, by, cx, cy) = (b[0] - a[0], b[1] - a[1], c[0] - a[0], c[1] - a[1]);
         let (bw, cw) = (b[2] - a[2], c[2] - a[2]);
@@ -133,6 +140,11 @@ impl Site for FlatSite {
     #[inline(always)]
     fn error(plane: &LinearPlane, p: &Self) -> f64 {
         plane.above(p.x, p.y, p.value)
+    }
+
+    #[inline(always)]
+    fn place(&self) -> Option<[f64; 2]> {
+        Some([self.x, self.y])
     }
 
     fn seen(&self, aspect: f64) -> DVec3 {
@@ -218,6 +230,11 @@ impl Site for PinholeSite {
     #[inline(always)]
     fn error(plane: &LinearPlane, p: &Self) -> f64 {
         p.error_of(plane.above(p.x, p.y, 0.0))
+    }
+
+    #[inline(always)]
+    fn place(&self) -> Option<[f64; 2]> {
+        Some([self.x, self.y])
     }
 
     fn seen(&self, aspect: f64) -> DVec3 {
@@ -479,4 +496,14 @@ fn across(toward: DVec3) -> (DVec3, DVec3) {
     let axis = if toward.x.abs() < 0.5 { DVec3::X } else { DVec3::Y };
     let right = (axis - toward * toward.dot(axis)).normalize();
     (right, toward.cross(right))
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::FlatSite;
+
+    /// A sample of value 0 at a column and row.
+    pub fn flat_site(col: i64, row: i64) -> FlatSite {
+        FlatSite { x: col as f64, y: row as f64, value: 0.0 }
+    }
 }

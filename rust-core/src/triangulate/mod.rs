@@ -98,6 +98,30 @@ pub struct RangeSurface {
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
+    let (grid, cells, spacing) = grid_and_cells(image, params)?;
+    let spacing = spacing.unwrap_or_else(|| spacing::median_spacing(&grid));
+    let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
+    confidence::weigh(image, &grid, &mut weights);
+    Ok(keep_used(grid, cells, weights, spacing))
+}
+
+/// The triangles of [`triangulate`] over pixel indices, without what else it finds; and the valid pixels, rising.
+///
+/// # Errors
+/// As [`triangulate`].
+pub(crate) fn triangles_over_pixels(
+    image: &RangeImage,
+    params: &TriangulateParams,
+) -> Result<(Vec<[u32; 3]>, Vec<u32>)> {
+    let (SampleGrid { pixels, .. }, cells::Cells { mut triangles, .. }, _) = grid_and_cells(image, params)?;
+    for triangle in &mut triangles {
+        *triangle = triangle.map(|k| pixels[k as usize]);
+    }
+    Ok((triangles, pixels))
+}
+
+/// The samples, their triangles and, where the edge limit comes from it, their median spacing.
+fn grid_and_cells(image: &RangeImage, params: &TriangulateParams) -> Result<(SampleGrid, cells::Cells, Option<f64>)> {
     params.validate()?;
     image.validate()?;
     memory::expect(
@@ -106,15 +130,15 @@ pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<Ran
         "use fewer",
     )?;
     let grid = SampleGrid::new(image)?;
-    let spacing = spacing::median_spacing(&grid);
-    let limit = match params.edge_limit {
-        Some(length) => EdgeLimit::Length(length),
-        None => EdgeLimit::from_data(image, &grid, spacing),
+    let (limit, spacing) = match params.edge_limit {
+        Some(length) => (EdgeLimit::Length(length), None),
+        None => {
+            let spacing = spacing::median_spacing(&grid);
+            (EdgeLimit::from_data(image, &grid, spacing), Some(spacing))
+        }
     };
     let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit);
-    let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
-    confidence::weigh(image, &grid, &mut weights);
-    Ok(keep_used(grid, cells, weights, spacing))
+    Ok((grid, cells, spacing))
 }
 
 impl TriangulateParams {
