@@ -254,7 +254,10 @@ impl QuadGrid {
     /// Raises:
     ///     InputError: another order, fewer control points than the order, more than vertices.
     #[pyo3(signature = (*, order = 4, rows = None, columns = None))]
-    fn spline(&self, py: Python<'_>, order: usize, rows: Option<usize>, columns: Option<usize>) -> PyResult<Spline> {
+    fn spline(&self, py: Python<'_>, order: i64, rows: Option<i64>, columns: Option<i64>) -> PyResult<Spline> {
+        let order = count("order", order)?;
+        let rows = rows.map(|rows| count("rows", rows)).transpose()?;
+        let columns = columns.map(|columns| count("columns", columns)).transpose()?;
         let core = self.core.clone();
         let fit = detached(py, move || core.spline(&SplineParams { order, rows, cols: columns }))?;
         Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
@@ -416,7 +419,8 @@ impl Spline {
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf, rows: usize, columns: usize) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: PathBuf, rows: i64, columns: i64) -> PyResult<()> {
+        let (rows, columns) = (count("rows", rows)?, count("columns", columns)?);
         let (fit, mirrored) = (self.fit.clone(), self.mirrored);
         let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;
         write_quads(py, path, Arc::new(mesh))
@@ -427,4 +431,9 @@ impl Spline {
         let (rows, cols, order) = (spline.rows, spline.cols, spline.order);
         format!("<Spline of order {order}, {rows} x {cols} control points, max residual {:.6}>", self.fit.max_residual)
     }
+}
+
+/// A number that counts something.
+fn count(name: &str, given: i64) -> PyResult<usize> {
+    usize::try_from(given).map_err(|_| input_error(format!("{name} must be >= 2, got {given}")))
 }

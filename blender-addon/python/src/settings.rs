@@ -3,13 +3,22 @@
 use pyo3::prelude::*;
 use surfrecon::memory;
 
+use crate::errors::input_error;
+
 /// Sets the most memory that a call may take, in bytes, as far as it can be foreseen.
 ///
 /// What would need more, or more than is free, raises ``MemoryError`` before it begins. ``None``, the default, allows all
 /// that is free.
+///
+/// Raises:
+///     InputError: a negative number.
 #[pyfunction]
-pub fn set_memory_limit(bytes: Option<u64>) {
-    memory::set_limit(bytes);
+pub fn set_memory_limit(bytes: Option<i64>) -> PyResult<()> {
+    let limit = bytes.map(|given| {
+        u64::try_from(given).map_err(|_| input_error(format!("bytes must be >= 0, or None for no limit, got {given}")))
+    });
+    memory::set_limit(limit.transpose()?);
+    Ok(())
 }
 
 /// What ``set_memory_limit`` set: bytes, or ``None``.

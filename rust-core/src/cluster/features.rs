@@ -1,4 +1,5 @@
-//! Stage 6, last: nodes beside a crease of the surface go onto it, and edges that cross one are flipped along it. Ours.
+//! Stage 6, last: nodes beside a crease of the surface go onto it, and edges that cross one are flipped along it; nodes beside
+//! a corner of the border go there. Ours.
 //!
 //! A crease is a run of edges whose triangles turn by more than 40 degrees, at least as long as a few edges of the net: what is
 //! shorter is noise, or detail that the net can't show. Of an edge that crosses a crease, one end is within half its length of
@@ -37,11 +38,20 @@ const ROUNDS: usize = 2;
 const STEPS: usize = 20;
 const SWEEPS: usize = 6;
 
+/// Most edges of the border that are looked along for a corner.
+const LOOKED: usize = 512;
+
 /// Creases as segments between vertices of the surface, each with a triangle beside it, and their corners.
 struct Creases {
     segments: Vec<[u32; 3]>,
     beside: Vec<u32>,
     corners: Vec<(u32, u32)>,
+}
+
+/// A vertex where the border turns, and the half-edges of the border around it.
+struct BorderCorner {
+    vertex: u32,
+    rails: Vec<u32>,
 }
 
 /// Draws the net onto the creases.
@@ -53,13 +63,24 @@ pub fn keep(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result
     let lengths = mean_lengths(net, &links);
     let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
     let creases = Creases::of(surface, LEAST * mean, progress)?;
+    let corners = border_corners(surface, mean, progress)?;
     if creases.segments.is_empty() {
-        return Ok(());
+        if corners.is_empty() {
+            return Ok(());
+        }
+        let mut direct = net.clone();
+        direct.held = vec![false; net.points.len()];
+        if take_border_corners(surface, &mut direct, &links, &corners, &lengths, SHARP) == corners.len() {
+            *net = direct;
+            net.held = Vec::new();
+            return Ok(());
+        }
     }
     let tree = Bvh::build(&surface.points, &creases.segments, rayon::current_num_threads())?;
+    let creases = (&creases, &corners[..]);
     // With room to make way most nodes beside a crease reach it; where that costs an angle, they get none.
     let mut loose = net.clone();
-    draw(surface, &mut loose, &links, &creases, &tree, &lengths, LOOSE, progress)?;
+    draw(surface, &mut loose, &links, creases, &tree, &lengths, LOOSE, progress)?;
     for round in 0..ROUNDS {
         relax(surface, &mut loose, STEPS, progress)?;
         flips(&mut loose, Goal::Angle, progress)?;
@@ -71,7 +92,7 @@ pub fn keep(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result
         }
         if round + 1 < ROUNDS {
             let links = Links::of(&loose.triangles, loose.points.len(), progress)?;
-            draw(surface, &mut loose, &links, &creases, &tree, &lengths, SHARP, progress)?;
+            draw(surface, &mut loose, &links, creases, &tree, &lengths, SHARP, progress)?;
         }
     }
     let smallest = |net: &Net| {
@@ -81,7 +102,7 @@ pub fn keep(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result
     if smallest(&loose) >= smallest(net).min(SHARP) {
         *net = loose;
     } else {
-        draw(surface, net, &links, &creases, &tree, &lengths, SHARP, progress)?;
+        draw(surface, net, &links, creases, &tree, &lengths, SHARP, progress)?;
     }
     net.held = Vec::new();
     Ok(())
@@ -93,7 +114,7 @@ fn draw(
     surface: &Surface,
     net: &mut Net,
     links: &Links,
-    creases: &Creases,
+    (creases, corners): (&Creases, &[BorderCorner]),
     tree: &Bvh<'_>,
     lengths: &[f64],
     sharp: f64,
@@ -102,6 +123,7 @@ fn draw(
     if net.held.is_empty() {
         net.held = vec![false; net.points.len()];
         take_corners(surface, net, links, creases, lengths, sharp);
+        take_border_corners(surface, net, links, corners, lengths, sharp);
     }
     let mut near = Vec::new();
     for v in (0..net.points.len() as u32).filter(|&v| !net.on_rail(v) && !net.is_held(v)) {
@@ -174,6 +196,51 @@ impl Creases {
     }
 }
 
+/// Corners of the border, as seen by a net with edges of about `reach`: the sharpest turn first, no other within `reach` of it.
+fn border_corners(surface: &Surface, reach: f64, progress: &Progress<'_>) -> Result<Vec<BorderCorner>> {
+    // The border's half-edges from a vertex on, or up to it, as far as `reach`, and the point there.
+    let along = |vertex: u32, forward: bool, visit: &mut dyn FnMut(u32)| {
+        let (mut at, mut passed) = (vertex, 0.0);
+        for _ in 0..LOOKED {
+            let h = if forward { surface.first[at as usize] } else { surface.border_in[at as usize] };
+            visit(h);
+            let next = if forward { surface.to(h) } else { surface.from(h) };
+            passed += surface.points[at as usize].distance(surface.points[next as usize]);
+            at = next;
+            if passed >= reach || at == vertex {
+                break;
+            }
+        }
+        surface.points[at as usize]
+    };
+    let mut turns = Vec::new();
+    for v in (0..surface.points.len() as u32).filter(|&v| surface.border_in[v as usize] != NONE) {
+        looking(v, progress)?;
+        let here = surface.points[v as usize];
+        let (ahead, behind) = (along(v, true, &mut |_| ()), along(v, false, &mut |_| ()));
+        let turn = (ahead - here).normalize_or_zero().dot((here - behind).normalize_or_zero());
+        if turn < CORNER {
+            turns.push((turn, v));
+        }
+    }
+    turns.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    let mut near = vec![false; surface.points.len()];
+    let mut corners = Vec::new();
+    for (_, vertex) in turns {
+        if near[vertex as usize] {
+            continue;
+        }
+        let mut rails = Vec::new();
+        along(vertex, true, &mut |h| rails.push(h));
+        along(vertex, false, &mut |h| rails.push(h));
+        for &h in &rails {
+            (near[surface.from(h) as usize], near[surface.to(h) as usize]) = (true, true);
+        }
+        corners.push(BorderCorner { vertex, rails });
+    }
+    Ok(corners)
+}
+
 /// Mean length of the edges at each node.
 fn mean_lengths(net: &Net, links: &Links) -> Vec<f64> {
     let mean = |v: u32| {
@@ -197,6 +264,43 @@ fn take_corners(surface: &Surface, net: &mut Net, links: &Links, creases: &Creas
             net.held[v as usize] = try_move(net, links, v, Spot { point, place, rail: NONE }, sharp);
         }
     }
+}
+
+/// The nearest node of the border to each of its corners slides there, if it may; how many did.
+fn take_border_corners(
+    surface: &Surface,
+    net: &mut Net,
+    links: &Links,
+    corners: &[BorderCorner],
+    lengths: &[f64],
+    sharp: f64,
+) -> usize {
+    let mut sliding: Vec<(u32, u32)> =
+        net.rails.iter().zip(0..).filter(|slide| *slide.0 != NONE).map(|(&rail, v)| (rail, v)).collect();
+    sliding.sort_unstable();
+    let mut taken = 0;
+    for corner in corners {
+        let point = surface.points[corner.vertex as usize];
+        let on = |&rail: &u32| {
+            let start = sliding.partition_point(|s| s.0 < rail);
+            sliding[start..].iter().take_while(move |s| s.0 == rail).map(|s| s.1)
+        };
+        let nearest = corner
+            .rails
+            .iter()
+            .flat_map(on)
+            .map(|v| (net.points[v as usize].distance(point), v))
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if let Some((distance, v)) = nearest
+            && distance < lengths[v as usize]
+            && !net.is_held(v)
+        {
+            let rail = surface.first[corner.vertex as usize];
+            net.held[v as usize] = try_move(net, links, v, Spot { point, place: rail / 3, rail }, sharp);
+            taken += usize::from(net.held[v as usize]);
+        }
+    }
+    taken
 }
 
 /// Moves a node unless that spoils a triangle; whether it did.

@@ -3,6 +3,7 @@
 //! Half-edge `3 t + k` runs from corner k of triangle t to corner k + 1; its *twin* runs the other way in the neighbour.
 //! Where the input is no oriented manifold it is cut open: an edge joins triangles only if exactly two share it, run
 //! through it in opposite directions and have not all corners in common, and a vertex whose triangles fall into several fans becomes one vertex a fan.
+//! Of triangles with the same corners, whichever way they turn, the first is the only one: each copy would be cut free.
 
 use glam::{DMat3, DVec3};
 
@@ -16,6 +17,28 @@ pub const NONE: u32 = u32::MAX;
 
 /// Steps of a walk to a closest point; far more than one relaxation step crosses.
 const WALK: usize = 256;
+
+/// Leaves the first of all triangles with the same corners; whether there were more.
+fn drop_copies(triangles: &mut Vec<[u32; 3]>) -> bool {
+    let mut order: Vec<([u32; 3], u32)> = triangles
+        .iter()
+        .zip(0..)
+        .map(|(&corners, t)| {
+            let mut corners = corners;
+            corners.sort_unstable();
+            (corners, t)
+        })
+        .collect();
+    order.sort_unstable();
+    let mut copies = vec![false; triangles.len()];
+    for pair in order.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        copies[pair[1].1 as usize] = true;
+    }
+    let before = triangles.len();
+    let mut copies = copies.into_iter();
+    triangles.retain(|_| !copies.next().unwrap_or(false));
+    triangles.len() < before
+}
 
 /// Moves points into [-1, 1] and back, so that squares of any input's lengths stay ordinary numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +119,10 @@ impl Surface {
         }
         let mut triangles: Vec<[u32; 3]> = kept.iter().map(|&t| mesh.triangles[t as usize]).collect();
         progress.check()?;
-        let (twins, cut_edges) = link(&triangles, mesh.positions.len(), progress)?;
+        let (mut twins, mut cut_edges) = link(&triangles, mesh.positions.len(), progress)?;
+        if cut_edges > 0 && drop_copies(&mut triangles) {
+            (twins, cut_edges) = link(&triangles, mesh.positions.len(), progress)?;
+        }
         let (origins, first) = fans(&mut triangles, &twins, progress)?;
         let points: Vec<DVec3> = origins.iter().map(|&v| frame.inward(mesh.positions[v as usize])).collect();
         let mut border_in = vec![NONE; points.len()];

@@ -168,6 +168,45 @@ fn creases_are_kept() {
     }
 }
 
+/// A square of n x n vertices.
+fn square(n: usize) -> TriMesh {
+    let positions = (0..n * n).map(|i| DVec3::new((i / n) as f64, (i % n) as f64, 0.0)).collect();
+    let at = |i: usize, j: usize| (i * n + j) as u32;
+    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| (i, j)));
+    let triangles = cells
+        .flat_map(|(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]])
+        .collect();
+    TriMesh::new(positions, triangles)
+}
+
+#[test]
+fn corners_of_the_border_are_kept() {
+    let mesh = square(24);
+    let corners = [0, 23, 23 * 24, 24 * 24 - 1].map(|v: usize| mesh.positions[v]);
+    for vertices in [40, 60, 120, 300] {
+        let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
+        for corner in corners {
+            assert!(result.mesh.positions.contains(&corner), "{vertices}: {corner}");
+        }
+        assert!(result.report.after.smallest_angle.to_degrees() > 25.0, "{vertices}");
+        assert_same_topology(&mesh, &result, "square");
+    }
+    let result = cluster(&mesh, Resolution::MaxError(0.01)).unwrap();
+    assert!(!result.report.kept_input && result.mesh.positions.len() < 200, "{}", result.mesh.positions.len());
+}
+
+#[test]
+fn copies_of_triangles_count_once() {
+    let mesh = square(12);
+    let alone = cluster(&mesh, Resolution::Vertices(30)).unwrap();
+    for turned in [false, true] {
+        let mut doubled = mesh.clone();
+        doubled.triangles.extend(mesh.triangles.iter().map(|&[a, b, c]| if turned { [a, c, b] } else { [a, b, c] }));
+        let result = cluster(&doubled, Resolution::Vertices(30)).unwrap();
+        assert!(result.mesh == alone.mesh && result.report.cut_edges == 0);
+    }
+}
+
 #[test]
 fn a_largest_error_is_kept() {
     for (mesh, name) in [(sphere(), "sphere"), (open_cylinder(), "cylinder"), (thin_plate(), "plate")] {

@@ -3,13 +3,23 @@
 //! out of it is refused unless the options allow it. Triangle strips and fans are triangles; points and lines are passed
 //! over.
 //!
+//! The `gltf` crate knows the schema. Three things are ours: chunks, as its reader of them panics on short lengths; nodes'
+//! transforms, which it rounds to 32 bits where surveyed coordinates have more digits; and elements, whose bounds it trusts.
+//!
 //! Cost: the file and its buffers in memory, and the result.
 
 use std::io::Read;
 use std::path::Path;
 
 use glam::{DMat4, DQuat, DVec3};
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::mesh::{Mode, Primitive};
+use gltf::json::scene::Node;
+use gltf::json::validation::Checked;
+use gltf::json::{Accessor, Index, Mesh, Root, deserialize};
+use gltf::mesh::Semantic;
 use serde_json::Value;
+use serde_json::value::RawValue;
 
 use super::file::{self, Input, reserve};
 use super::{Content, Scan, conf};
@@ -19,15 +29,6 @@ use crate::progress::Progress;
 
 /// Deepest tree of nodes.
 const DEEPEST: usize = 256;
-
-/// Numbers of the format: types of components, kinds of primitives.
-const U8: u64 = 5121;
-const U16: u64 = 5123;
-const U32: u64 = 5125;
-const F32: u64 = 5126;
-const TRIANGLES: u64 = 4;
-const STRIP: u64 = 5;
-const FAN: u64 = 6;
 
 /// Whether a file that starts like this is one.
 pub(super) fn sniff(start: &[u8]) -> bool {
@@ -46,39 +47,40 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
     let mut bytes = reserve(size, &scan.path)?;
     input.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
     let (json, mut blob) = chunks(&bytes, scan)?;
-    let root: Value = serde_json::from_slice(json).map_err(|e| {
+    let not_gltf = |e: serde_json::Error| {
         let problem = format!("this is neither glTF's JSON nor a binary glTF: {e}");
         Error::format(&scan.path, "start of file", problem)
-    })?;
+    };
+    let root: Root = deserialize::from_slice(json).map_err(not_gltf)?;
+    let transforms = transforms(json).map_err(not_gltf)?;
     let fail = |at: String, problem: String| Err(Error::format(&scan.path, at, problem));
-    if let Some(name) = list(&root, "extensionsRequired").first() {
+    if let Some(name) = root.extensions_required.first() {
         return fail("extensionsRequired".to_owned(), format!("it needs {name}, which is not read"));
     }
     let mut buffers = Vec::new();
-    for (index, buffer) in list(&root, "buffers").iter().enumerate() {
-        let data = match buffer.get("uri").and_then(Value::as_str) {
+    for (index, buffer) in root.buffers.iter().enumerate() {
+        let data = match &buffer.uri {
             Some(uri) => outside(uri, scan)?,
             None => std::mem::take(&mut blob).to_vec(),
         };
-        let wanted = number(buffer, "byteLength").unwrap_or(usize::MAX);
-        if data.len() < wanted {
+        let wanted = buffer.byte_length.0;
+        if (data.len() as u64) < wanted {
             return fail(format!("buffer {index}"), format!("it has {} bytes of {wanted}", data.len()));
         }
         buffers.push(data);
     }
-    let nodes = list(&root, "nodes").len();
+    let visited = vec![false; root.nodes.len()];
     let mut reader =
-        Reader { scan, root: &root, buffers, mesh: TriMesh::default(), colours: None, visited: vec![false; nodes] };
-    let scene = list(&root, "scenes").get(number(&root, "scene").unwrap_or(0));
-    match scene {
+        Reader { scan, root: &root, transforms, buffers, mesh: TriMesh::default(), colours: None, visited };
+    match root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
         Some(scene) => {
-            for node in list(scene, "nodes") {
-                reader.node(whole(node), DMat4::IDENTITY, 0)?;
+            for &node in &scene.nodes {
+                reader.node(node, DMat4::IDENTITY, 0)?;
             }
         }
         None => {
-            for index in 0..list(&root, "meshes").len() {
-                reader.mesh(index, DMat4::IDENTITY)?;
+            for index in 0..root.meshes.len() {
+                reader.mesh(Index::new(index as u32), DMat4::IDENTITY)?;
             }
         }
     }
@@ -120,19 +122,22 @@ fn chunks<'a>(bytes: &'a [u8], scan: &Scan) -> Result<(&'a [u8], &'a [u8])> {
     }
 }
 
-/// The entries of a list, none if there is no list.
-fn list<'a>(value: &'a Value, key: &str) -> &'a [Value] {
-    value.get(key).and_then(Value::as_array).map_or(&[], Vec::as_slice)
+/// The transforms of all nodes, with all their digits.
+fn transforms(json: &[u8]) -> serde_json::Result<Vec<DMat4>> {
+    let root: std::collections::BTreeMap<String, Box<RawValue>> = serde_json::from_slice(json)?;
+    let nodes: Vec<Value> = root.get("nodes").map_or(Ok(Vec::new()), |nodes| serde_json::from_str(nodes.get()))?;
+    Ok(nodes.iter().map(transform).collect())
 }
 
-/// A whole number, or one that is beyond every list.
-fn whole(value: &Value) -> usize {
-    value.as_u64().and_then(|number| usize::try_from(number).ok()).unwrap_or(usize::MAX)
-}
-
-/// A whole number by its key; anything else that stands there is beyond every list.
-fn number(value: &Value, key: &str) -> Option<usize> {
-    value.get(key).map(whole)
+fn transform(node: &Value) -> DMat4 {
+    match numbers::<16>(node, "matrix") {
+        Some(matrix) => DMat4::from_cols_array(&matrix),
+        None => DMat4::from_scale_rotation_translation(
+            DVec3::from_array(numbers(node, "scale").unwrap_or([1.0; 3])),
+            DQuat::from_array(numbers(node, "rotation").unwrap_or([0.0, 0.0, 0.0, 1.0])),
+            DVec3::from_array(numbers(node, "translation").unwrap_or([0.0; 3])),
+        ),
+    }
 }
 
 /// So many numbers by their key.
@@ -153,7 +158,7 @@ struct Elements<'a> {
     data: &'a [u8],
     stride: usize,
     count: usize,
-    component: u64,
+    component: ComponentType,
     channels: usize,
 }
 
@@ -225,7 +230,9 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 
 struct Reader<'a> {
     scan: &'a Scan,
-    root: &'a Value,
+    root: &'a Root,
+    /// Of the nodes, in their parents.
+    transforms: Vec<DMat4>,
     buffers: Vec<Vec<u8>>,
     mesh: TriMesh,
     colours: Option<Vec<[u8; 4]>>,
@@ -238,153 +245,150 @@ impl<'a> Reader<'a> {
         Err(Error::format(&self.scan.path, at, problem))
     }
 
-    fn node(&mut self, index: usize, world: DMat4, depth: usize) -> Result<()> {
+    fn node(&mut self, node: Index<Node>, world: DMat4, depth: usize) -> Result<()> {
+        let index = node.value();
         let at = format!("node {index}");
-        let Some(node) = list(self.root, "nodes").get(index) else { return self.fail(&at, "there is no such node") };
+        let Some(node) = self.root.nodes.get(index) else { return self.fail(&at, "there is no such node") };
         if depth > DEEPEST {
             return self.fail(&at, format!("the tree of nodes is deeper than {DEEPEST}"));
         }
         if std::mem::replace(&mut self.visited[index], true) {
             return self.fail(&at, "it has two parents");
         }
-        let local = match numbers::<16>(node, "matrix") {
-            Some(matrix) => DMat4::from_cols_array(&matrix),
-            None => DMat4::from_scale_rotation_translation(
-                DVec3::from_array(numbers(node, "scale").unwrap_or([1.0; 3])),
-                DQuat::from_array(numbers(node, "rotation").unwrap_or([0.0, 0.0, 0.0, 1.0])),
-                DVec3::from_array(numbers(node, "translation").unwrap_or([0.0; 3])),
-            ),
-        };
-        let world = world * local;
+        let world = world * self.transforms[index];
         if !world.is_finite() {
             return self.fail(&at, "its transform is not finite");
         }
-        if let Some(mesh) = number(node, "mesh") {
+        if let Some(mesh) = node.mesh {
             self.mesh(mesh, world)?;
         }
-        for child in list(node, "children") {
-            self.node(whole(child), world, depth + 1)?;
+        for &child in node.children.iter().flatten() {
+            self.node(child, world, depth + 1)?;
         }
         Ok(())
     }
 
-    fn mesh(&mut self, index: usize, world: DMat4) -> Result<()> {
-        let Some(mesh) = list(self.root, "meshes").get(index) else {
+    fn mesh(&mut self, mesh: Index<Mesh>, world: DMat4) -> Result<()> {
+        let index = mesh.value();
+        let Some(mesh) = self.root.meshes.get(index) else {
             return self.fail(&format!("mesh {index}"), "there is no such mesh");
         };
-        for (k, primitive) in list(mesh, "primitives").iter().enumerate() {
-            let at = format!("mesh {index}, primitive {k}");
-            let mode = primitive.get("mode").map_or(Some(TRIANGLES), Value::as_u64);
-            let attribute = |name: &str| primitive.get("attributes").and_then(|a| number(a, name));
-            match mode {
-                Some(TRIANGLES | STRIP | FAN) => {}
-                Some(0..=3) => continue,
-                _ => return self.fail(&at, "its mode is unknown; there are 0 to 6"),
-            }
-            let Some(positions) = attribute("POSITION") else { continue };
-            let positions = self.elements(positions)?;
-            if (positions.component, positions.channels) != (F32, 3) {
-                return self.fail(&at, "positions must be three floats");
-            }
-            let (first, count) = (self.mesh.positions.len(), positions.count);
-            let limit = self.scan.options.max_decoded_bytes();
-            // Nodes may share a mesh: what they make of it together is checked as well.
-            if (first as u64 + count as u64).saturating_mul(24) > limit || first + count > u32::MAX as usize {
-                return self.fail(&at, "the vertices are more than max_decoded_gib allows; raise it");
-            }
-            let mut points: Vec<DVec3> = reserve(count, &self.scan.path)?;
-            for i in 0..count {
-                let [x, y, z] = [0, 1, 2].map(|k| positions.value(i, k));
-                points.push(world.transform_point3(DVec3::new(x, y, z)));
-            }
-            if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-                return self.fail(&at, format!("vertex {i} has a coordinate that is not finite"));
-            }
-            let colours = attribute("COLOR_0").map(|c| self.read_colours(c, count, &at)).transpose()?;
-            let corners: Vec<u32> = match number(primitive, "indices") {
-                Some(indices) => self.indices(indices, &at)?,
-                None => (0..count as u32).collect(),
-            };
-            if let Some(bad) = corners.iter().find(|&&i| i as usize >= count) {
-                return self.fail(&at, format!("an index is {bad}, but there are only {count} vertices"));
-            }
-            if (self.mesh.triangles.len() as u64 + corners.len() as u64).saturating_mul(12) > limit {
-                return self.fail(&at, "the triangles are more than max_decoded_gib allows; raise it");
-            }
-            if colours.is_some() || self.colours.is_some() {
-                let all = self.colours.get_or_insert_default();
-                all.resize(first, [255; 4]);
-                all.extend(colours.unwrap_or_default());
-                all.resize(first + count, [255; 4]);
-            }
-            self.mesh.positions.extend(points);
-            let mirrored = world.determinant() < 0.0;
-            let mut add = |a: u32, b: u32, c: u32| {
-                let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
-                self.mesh.triangles.push(triangle.map(|v| v + first as u32));
-            };
-            match mode {
-                Some(STRIP) => (2..corners.len()).for_each(|i| {
-                    let [a, b, c] = [corners[i - 2], corners[i - 1], corners[i]];
-                    let (a, b) = if i % 2 == 0 { (a, b) } else { (b, a) };
-                    // Strips turn corners by repeating vertices.
-                    if a != b && b != c && c != a {
-                        add(a, b, c);
-                    }
-                }),
-                Some(FAN) => (2..corners.len()).for_each(|i| add(corners[0], corners[i - 1], corners[i])),
-                _ => corners.as_chunks::<3>().0.iter().for_each(|&[a, b, c]| add(a, b, c)),
-            }
+        for (k, primitive) in mesh.primitives.iter().enumerate() {
+            self.primitive(primitive, world, &format!("mesh {index}, primitive {k}"))?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, world: DMat4, at: &str) -> Result<()> {
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
+        let mode = match primitive.mode {
+            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => mode,
+            Checked::Valid(_) => return Ok(()),
+            Checked::Invalid => return self.fail(at, "its mode is unknown; there are 0 to 6"),
+        };
+        let Some(positions) = attribute(Semantic::Positions) else { return Ok(()) };
+        let positions = self.elements(positions)?;
+        if (positions.component, positions.channels) != (ComponentType::F32, 3) {
+            return self.fail(at, "positions must be three floats");
+        }
+        let (first, count) = (self.mesh.positions.len(), positions.count);
+        let limit = self.scan.options.max_decoded_bytes();
+        // Nodes may share a mesh: what they make of it together is checked as well.
+        if (first as u64 + count as u64).saturating_mul(24) > limit || first + count > u32::MAX as usize {
+            return self.fail(at, "the vertices are more than max_decoded_gib allows; raise it");
+        }
+        let mut points: Vec<DVec3> = reserve(count, &self.scan.path)?;
+        for i in 0..count {
+            let [x, y, z] = [0, 1, 2].map(|k| positions.value(i, k));
+            points.push(world.transform_point3(DVec3::new(x, y, z)));
+        }
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            return self.fail(at, format!("vertex {i} has a coordinate that is not finite"));
+        }
+        let colours = attribute(Semantic::Colors(0)).map(|c| self.read_colours(c, count, at)).transpose()?;
+        let corners: Vec<u32> = match primitive.indices {
+            Some(indices) => self.indices(indices, at)?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(bad) = corners.iter().find(|&&i| i as usize >= count) {
+            return self.fail(at, format!("an index is {bad}, but there are only {count} vertices"));
+        }
+        if (self.mesh.triangles.len() as u64 + corners.len() as u64).saturating_mul(12) > limit {
+            return self.fail(at, "the triangles are more than max_decoded_gib allows; raise it");
+        }
+        if colours.is_some() || self.colours.is_some() {
+            let all = self.colours.get_or_insert_default();
+            all.resize(first, [255; 4]);
+            all.extend(colours.unwrap_or_default());
+            all.resize(first + count, [255; 4]);
+        }
+        self.mesh.positions.extend(points);
+        let mirrored = world.determinant() < 0.0;
+        let mut add = |a: u32, b: u32, c: u32| {
+            let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
+            self.mesh.triangles.push(triangle.map(|v| v + first as u32));
+        };
+        match mode {
+            Mode::TriangleStrip => (2..corners.len()).for_each(|i| {
+                let [a, b, c] = [corners[i - 2], corners[i - 1], corners[i]];
+                let (a, b) = if i % 2 == 0 { (a, b) } else { (b, a) };
+                // Strips turn corners by repeating vertices.
+                if a != b && b != c && c != a {
+                    add(a, b, c);
+                }
+            }),
+            Mode::TriangleFan => (2..corners.len()).for_each(|i| add(corners[0], corners[i - 1], corners[i])),
+            _ => corners.as_chunks::<3>().0.iter().for_each(|&[a, b, c]| add(a, b, c)),
         }
         Ok(())
     }
 
     /// The elements of an accessor, all within their buffer.
-    fn elements(&self, index: usize) -> Result<Elements<'_>> {
-        let at = format!("accessor {index}");
-        let Some(accessor) = list(self.root, "accessors").get(index) else {
+    fn elements(&self, accessor: Index<Accessor>) -> Result<Elements<'_>> {
+        let at = format!("accessor {}", accessor.value());
+        let Some(accessor) = self.root.accessors.get(accessor.value()) else {
             return self.fail(&at, "there is no such accessor");
         };
-        if accessor.get("sparse").is_some() {
+        if accessor.sparse.is_some() {
             return self.fail(&at, "sparse accessors are not read; write the mesh without");
         }
-        let view = number(accessor, "bufferView").and_then(|view| list(self.root, "bufferViews").get(view));
-        let component = accessor.get("componentType").and_then(Value::as_u64).unwrap_or(0);
-        let bytes = match component {
-            U8 => 1,
-            U16 => 2,
-            U32 | F32 => 4,
-            _ => return self.fail(&at, format!("components of type {component} are not read")),
+        let component = match accessor.component_type {
+            Checked::Valid(kind) if !matches!(kind.0, ComponentType::I8 | ComponentType::I16) => kind.0,
+            _ => return self.fail(&at, "components must be floats, or whole numbers without a sign"),
         };
-        let channels = match accessor.get("type").and_then(Value::as_str) {
-            Some("SCALAR") => 1,
-            Some("VEC3") => 3,
-            Some("VEC4") => 4,
+        let bytes = component.size();
+        let channels = match accessor.type_ {
+            Checked::Valid(Type::Scalar) => 1,
+            Checked::Valid(Type::Vec3) => 3,
+            Checked::Valid(Type::Vec4) => 4,
             _ => return self.fail(&at, "its type must be SCALAR, VEC3 or VEC4"),
         };
         let size = bytes * channels;
-        let (Some(view), Some(count)) = (view, number(accessor, "count")) else {
-            return self.fail(&at, "it needs a count and a buffer view");
+        let Some(view) = accessor.buffer_view.and_then(|view| self.root.buffer_views.get(view.value())) else {
+            return self.fail(&at, "it needs a buffer view");
         };
-        let stride = number(view, "byteStride").unwrap_or(size);
+        let count = accessor.count.0;
+        let stride = view.byte_stride.map_or(size, |stride| stride.0);
         let data = (|| {
-            let offset = number(accessor, "byteOffset").unwrap_or(0);
-            let length = count.checked_sub(1).map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size))?;
-            let end = offset.checked_add(length).filter(|end| *end <= number(view, "byteLength").unwrap_or(0))?;
-            let buffer = self.buffers.get(number(view, "buffer")?)?;
-            let start = number(view, "byteOffset").unwrap_or(0);
+            let whole = |number: u64| usize::try_from(number).ok();
+            let offset = whole(accessor.byte_offset.unwrap_or_default().0)?;
+            let last = whole(count)?.checked_sub(1);
+            let length = last.map_or(Some(0), |last| last.checked_mul(stride)?.checked_add(size))?;
+            let end = offset.checked_add(length).filter(|end| *end as u64 <= view.byte_length.0)?;
+            let start = whole(view.byte_offset.unwrap_or_default().0)?;
+            let buffer = self.buffers.get(view.buffer.value())?;
             buffer.get(start.checked_add(offset)?..start.checked_add(end)?)
         })();
         match data {
             // Elements in one place would make any number of them out of nothing.
-            Some(data) if stride >= size => Ok(Elements { data, stride, count, component, channels }),
+            Some(data) if stride >= size => Ok(Elements { data, stride, count: count as usize, component, channels }),
             _ => self.fail(&at, format!("its {count} elements don't fit their buffer")),
         }
     }
 
-    fn indices(&self, accessor: usize, at: &str) -> Result<Vec<u32>> {
+    fn indices(&self, accessor: Index<Accessor>, at: &str) -> Result<Vec<u32>> {
         let elements = self.elements(accessor)?;
-        if elements.component == F32 || elements.channels != 1 {
+        if elements.component == ComponentType::F32 || elements.channels != 1 {
             return self.fail(at, "indices must be whole numbers");
         }
         let mut all = reserve(elements.count, &self.scan.path)?;
@@ -393,17 +397,17 @@ impl<'a> Reader<'a> {
     }
 
     /// Linear colours of three or four channels, as sRGB.
-    fn read_colours(&self, accessor: usize, count: usize, at: &str) -> Result<Vec<[u8; 4]>> {
+    fn read_colours(&self, accessor: Index<Accessor>, count: usize, at: &str) -> Result<Vec<[u8; 4]>> {
         let elements = self.elements(accessor)?;
-        if elements.channels == 1 || elements.component == U32 {
+        if elements.channels == 1 || elements.component == ComponentType::U32 {
             return self.fail(at, "a colour has three or four channels of bytes, 16 bits or floats");
         }
         if elements.count != count {
             return self.fail(at, format!("{} colours for {count} vertices", elements.count));
         }
         let one = match elements.component {
-            U8 => 255.0,
-            U16 => 65535.0,
+            ComponentType::U8 => 255.0,
+            ComponentType::U16 => 65535.0,
             _ => 1.0,
         };
         let mut all = reserve(count, &self.scan.path)?;
@@ -430,11 +434,15 @@ impl Elements<'_> {
     fn value(&self, element: usize, channel: usize) -> f64 {
         let b = &self.data[element * self.stride..];
         match self.component {
-            U8 => b[channel].into(),
-            U16 => u16::from_le_bytes([b[2 * channel], b[2 * channel + 1]]).into(),
+            ComponentType::U8 => b[channel].into(),
+            ComponentType::U16 => u16::from_le_bytes([b[2 * channel], b[2 * channel + 1]]).into(),
             kind => {
                 let bits = [0, 1, 2, 3].map(|k| b[4 * channel + k]);
-                if kind == U32 { u32::from_le_bytes(bits).into() } else { f32::from_le_bytes(bits).into() }
+                if kind == ComponentType::U32 {
+                    u32::from_le_bytes(bits).into()
+                } else {
+                    f32::from_le_bytes(bits).into()
+                }
             }
         }
     }

@@ -75,8 +75,12 @@ pub(super) fn measure<const N: usize>(
     progress: &Progress<'_>,
 ) -> Result<[Measured; N]> {
     let cols = image.cols();
-    // A plane's grids may differ from it by rounding.
-    let most = if extent > 0.0 { extent } else { f64::MAX };
+    // Where all samples are equally far, a grid can't be farther off than they are.
+    let most = if extent > 0.0 {
+        extent
+    } else {
+        (0..image.len()).find_map(|i| image.is_valid(i).then(|| image.range(i).abs())).unwrap_or(0.0)
+    };
     match (image.samples(), *image.projection()) {
         (Samples::Values(values), Projection::Orthographic { .. }) => {
             with(&Flat { values, cols, most }, image, grids, judge, progress)
