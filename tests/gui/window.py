@@ -25,6 +25,8 @@ bpy.context.preferences.view.show_splash = False
 # Without a window manager a second window would cover everything.
 bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
 bpy.context.preferences.system.use_online_access = False
+# Views change at once.
+bpy.context.preferences.view.smooth_view = 0
 
 
 def check(text, holds):
@@ -89,6 +91,8 @@ def leave_panel():
 
 def picture(name):
     """Keeps a picture of the whole window; Blender's own screenshots are black under software rendering."""
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
     command = ["import", "-window", "root", "-display", os.environ["DISPLAY"], PICTURES / f"{name}.png"]
     subprocess.run(command, check=True)
 
@@ -136,6 +140,8 @@ def installing():
     area = place()["area"]
     area.spaces[0].show_region_ui = True
     area.spaces[0].overlay.show_floor = False
+    # Which would cover the colours.
+    area.spaces[0].overlay.show_outline_selected = False
     yield 0.5
     next(region for region in area.regions if region.type == "UI").active_panel_category = "Scans"
     yield 0.5
@@ -172,7 +178,7 @@ def dropping(folder):
     yield 0.5
     view_selected()
     run(bpy.ops.surfrecon.tint_scans)
-    yield 1.0
+    yield 3.0
     picture("3_scans")
 
 
@@ -224,7 +230,7 @@ def cancelling(scans):
         if route == "ESC":
             yield from until(lambda: preview.handle is not None or running.job is None, 60)
             check("a preview is drawn while a long merge runs", preview.handle is not None)
-            yield 0.3
+            yield 2.0
             picture("5_preview")
             check("and nothing of it is in the scene", names() == before)
         job, ended = running.job, []
@@ -286,15 +292,15 @@ def adjusting_long():
     same = len(bpy.data.objects) == count + 1 and len(bpy.context.object.data.vertices) == first
     check("ESC brings the first result back", same)
     yield from adjust("7_adjust_long", "30000")
-    yield from leave_panel()
     yield from until(lambda: running.job is None)
+    yield from leave_panel()
     yield 0.5
     made = bpy.context.object
     replaced = len(bpy.data.objects) == count + 1 and len(made.data.vertices) > first
     check(f"waiting replaces it: {first:,} to {len(made.data.vertices):,} vertices", replaced)
     yield from adjust("7_adjust_long", "20000")
-    yield from leave_panel()
     yield from until(lambda: running.job is None)
+    yield from leave_panel()
     yield 0.5
     again = len(bpy.context.object.data.vertices)
     replaced = len(bpy.data.objects) == count + 1 and first < again < 30000
@@ -313,11 +319,12 @@ def looking():
     for obj in bpy.data.objects:
         obj.hide_set(obj is not merged)
     view_selected()
-    yield 2.0
+    # Shaders are compiled first.
+    yield 15.0
     picture("8_error_map")
     space = place()["area"].spaces.active
     space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
-    yield 1.0
+    yield 3.0
     picture("9_error_map_solid")
     check("the colours for the solid view are there", merged.data.color_attributes.active_color.name == "error_colour")
 
@@ -347,7 +354,7 @@ def leaving(scans):
         bpy.data.objects[name].hide_set(False)
     select([bpy.data.objects[name] for name in scans])
     run(bpy.ops.surfrecon.merge, voxel=0.00008)
-    yield 0.5
+    yield from until(lambda: running.fraction > 0)
     job = running.job
     bpy.ops.wm.read_homefile(use_empty=True)
     yield 0.5

@@ -80,7 +80,10 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         show(measured, limit)
         for area in context.screen.areas if context.screen else ():
             if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
-                area.spaces.active.shading.type = "MATERIAL"
+                if context.scene.render.engine == "BLENDER_WORKBENCH":  # which has no view of materials
+                    area.spaces.active.shading.color_type = "VERTEX"
+                else:
+                    area.spaces.active.shading.type = "MATERIAL"
 
 
 def union(scans):
