@@ -24,6 +24,9 @@ FAR = 8
 # Pieces that Blender draws between two control points of a surface.
 RESOLUTION = 2
 
+# Custom properties can be changed by anyone: no grid is larger.
+MOST_PIXELS = 2**28
+
 # A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
 ROUNDING = 1e-5
 
@@ -447,7 +450,12 @@ def scan_of_object(obj, depsgraph):
 
 def range_image(obj, mesh, matrix):
     """The range image of an object, or `None` if the mesh is no longer one vertex a pixel."""
-    rows, columns = int(obj[ROWS]), int(obj[COLUMNS])
+    rows, columns = obj[ROWS], obj[COLUMNS]
+    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS):
+        raise Refused(
+            f'"{obj.name}" says it has {rows} x {columns} pixels, which can\'t be:'
+            f" correct its custom properties {ROWS} and {COLUMNS}, or delete them"
+        )
     row = vertex_values(mesh, "range_row", "INT", np.int32)
     column = vertex_values(mesh, "range_col", "INT", np.int32)
     if row is None or column is None or min(row.min(), column.min()) < 0:

@@ -182,6 +182,12 @@ class Running:
             cls.take().cancel()
 
 
+def sentence(problem):
+    """The text of an error as people read it: the library's begin in small letters."""
+    text = str(problem)
+    return text[:1].upper() + text[1:]
+
+
 def duration(seconds):
     """A time for people: no more digits than an estimate has."""
     seconds = max(int(seconds + 0.5), 1)
@@ -321,7 +327,7 @@ class JobOperator:
         try:
             Running.begin(self.start(context), self.bl_label)
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, sentence(problem))
             return False
         return True
 
@@ -336,7 +342,7 @@ class JobOperator:
             self.report({"WARNING"}, f"{self.bl_label}: cancelled")
             return {"CANCELLED"}
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         return {"FINISHED"}
 

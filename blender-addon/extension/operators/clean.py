@@ -6,7 +6,7 @@ import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
 from .. import convert
-from ..job import Refused, Running
+from ..job import Refused, Running, sentence
 
 REPORT = "surfrecon_clean"
 
@@ -50,7 +50,7 @@ class SURFRECON_OT_clean(bpy.types.Operator):
         try:
             kept = [(obj, *self.samples_kept(obj)) for obj in scans]
         except Refused as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         small = sum(figures["small"] for _, _, figures in kept)
         doubtful = sum(figures["doubtful"] for _, _, figures in kept)
@@ -63,8 +63,12 @@ class SURFRECON_OT_clean(bpy.types.Operator):
 
     def samples_kept(self, obj):
         """Which vertices stay, and the figures."""
-        if obj.data.library is not None or obj.library is not None:
-            raise Refused(f'"{obj.name}" is linked from another file, which is left as it is: make it local first')
+        convert.writable(obj)
+        if obj.data.users > 1:
+            raise Refused(
+                f'"{obj.name}" shares its samples with another object: give it its own with'
+                " Object > Relations > Make Single User"
+            )
         mesh = obj.data
         count = len(mesh.vertices)
         keep = np.ones(count, bool)

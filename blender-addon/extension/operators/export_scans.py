@@ -10,7 +10,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import convert
-from ..job import Refused
+from ..job import Refused, sentence
 
 FORMATS = (
     ("CONF", "Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
@@ -57,7 +57,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
             path = os.path.splitext(self.filepath)[0] + "." + self.file_format.lower()
             surfrecon.write_scans(path, [self.image(obj, depsgraph) for obj in objects])
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, str(problem))
+            self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{len(objects)} scans written to {os.path.basename(path)}")
         return {"FINISHED"}
