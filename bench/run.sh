@@ -3,7 +3,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --release --quiet -p surfrecon --examples
+case ${1:-} in
+    sculpt) cargo build --release --quiet -p surfrecon --example sculpt_reference ;;
+    *) cargo build --release --quiet -p surfrecon --examples ;;
+esac
 tools/build_wheel.sh >/dev/null
 case ${1:-meshlab} in
     # Without MeshLab's headers the benchmark says that it was skipped.

@@ -4,7 +4,8 @@ collapse, and the pipeline of the paper.
 meshoptimizer is told the tolerance, but measures otherwise: its largest error shows by how much it overshoots.
 
 Grids are scaled to a depth extent of 1, so that tolerances are shares of it. Every run is a fresh process; times are of
-the meshing alone, without imports and files. One checker measures all: triangles on valid pixels, largest error there.
+the meshing alone, without imports and files: medians for the tools in TIMED, of one run for the others. One checker
+measures all: triangles on valid pixels, largest error there.
 """
 
 import json
@@ -21,22 +22,28 @@ import table
 
 HERE = Path(__file__).resolve().parent
 TOLERANCES_PCT = [0.28, 0.14, 0.069, 0.041, 0.013]
-TOOLS = [
-    "surfrecon",
-    "surfrecon-dug",
-    "surfrecon-search",
-    "surfrecon-free",
-    "surfrecon-floor",
-    "surfrecon-borders",
-    "pydelatin",
-    "pymartini",
-    "meshoptimizer",
-]
-# The pipeline of the paper tetrahedralizes all pixels: for small grids.
-REFERENCE = "surfrecon-reference"
-# These collapse a grid of every sample a dozen times to find the bound: for small grids and one tolerance.
-SLOW_TOOLS = ["open3d-quadric", "meshlab-quadric"]
-SLOW_LIMIT = (320_000, 0.069)
+# Their times are compared.
+TIMED = ["surfrecon", "pydelatin"]
+BEST = ["surfrecon-search", "surfrecon-free"]
+OTHERS = ["surfrecon-dug", "surfrecon-floor", "surfrecon-borders", "pymartini", "meshoptimizer"]
+# The pipeline of the paper tetrahedralizes all pixels; the quadric collapses take away all that is too much a dozen
+# times to find the bound.
+REFERENCE = ["surfrecon-reference"]
+QUADRIC = ["open3d-quadric", "meshlab-quadric"]
+# Pixels of small grids, on which every tool runs; and the one tolerance of the slowest tools, and of most on large
+# grids.
+SMALL = 100_000
+SLOW_PCT = 0.069
+# Growth is measured at one tolerance.
+GROWTH_PCT = 0.041
+
+
+def tools_for(kind, pixels, tolerance_pct):
+    """The tools that run on a grid: all on those of the main cases, others are counted only."""
+    if kind != "main":
+        return TIMED
+    small, slow = pixels <= SMALL, tolerance_pct == SLOW_PCT
+    return TIMED + BEST + OTHERS * (small or slow) + REFERENCE * small + QUADRIC * (small and slow)
 
 
 def unit_extent(heights):
@@ -114,24 +121,32 @@ def scan(file):
 
 
 def cases(skipped):
-    """Name and maker of each grid; those that can't run are named in `skipped`."""
+    """Name, kind and maker of each grid; those that can't run are named in `skipped`."""
     data = os.environ.get("SURFRECON_DATA")
-    files = [
+    main = [
         ("bun000", "stanford_bunny/bun000.ply", scan),
         ("dragonStandRight_0", "stanford_dragon_stand/dragonStandRight_0.ply", scan),
         ("kinect", "rgbd_7scenes/frame-000150.depth.png", depth_image),
-        ("N37E014", "dem/N37E014.hgt", terrain),
         ("N37E015", "dem/N37E015.hgt", terrain),
     ]
-    for name, file, make in files:
-        if data and (Path(data) / file).is_file():
-            yield name, lambda make=make, path=Path(data) / file: make(path)
-        else:
-            skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
-    yield "paper's size", smooth_object
-    yield "synthetic 1024", lambda: synthetic(1024)
-    for side in (128, 256, 512, 2048, 4096):
-        yield f"growth {side}", lambda side=side: synthetic(side)
+    # On none of these was anything tuned.
+    others = [
+        ("N37E014", "dem/N37E014.hgt", terrain),
+        ("bun090", "stanford_bunny/bun090.ply", scan),
+        ("dragonStandRight_96", "stanford_dragon_stand/dragonStandRight_96.ply", scan),
+        ("happyStandRight_48", "stanford_happy_stand/happyStandRight_48.ply", scan),
+        ("kinect 170", "rgbd_7scenes/frame-000170.depth.png", depth_image),
+    ]
+    for kind, files in (("main", main), ("others", others)):
+        for name, file, make in files:
+            if data and (Path(data) / file).is_file():
+                yield name, kind, lambda make=make, path=Path(data) / file: make(path)
+            else:
+                skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+    yield "paper's size", "main", smooth_object
+    yield "synthetic 1024", "main", lambda: synthetic(1024)
+    for side in (128, 256, 512, 1024, 2048, 4096):
+        yield f"growth {side}", "growth", lambda side=side: synthetic(side)
 
 
 def check(heights, positions, triangles):
@@ -205,29 +220,45 @@ def measure(case, tool, grid, heights, tolerance_pct, repeats):
     return row | {key: statistics.median(run[key] for run in runs) for key in runs[0]}
 
 
+def against_greedy(rows):
+    """Prints how many triangles and how much time this library needs of those of greedy insertion."""
+    greedy = {(row["case"], row["tau_pct"]): row for row in rows if row["tool"] == "pydelatin" and "failed" not in row}
+    ratios = []
+    for row in rows:
+        other = greedy.get((row["case"], row["tau_pct"]))
+        if row["tool"].startswith("surfrecon") and "failed" not in row and other:
+            ratio = {"case": row["case"], "tool": row["tool"], "tau_pct": row["tau_pct"]}
+            ratio["triangles"] = row["triangles"] / other["triangles"]
+            ratio |= {key: row[key] / other["wall_s"] for key in ("wall_s", "redig_s") if key in row}
+            ratios.append(ratio | {"cpu_s": row["cpu_s"] / other["cpu_s"]})
+    print("\nOf pydelatin's triangles, wall time (first run and coming back to a tolerance) and CPU time")
+    columns = ["case", "tool", "tau_pct", "triangles", "wall_s", "redig_s", "cpu_s"]
+    table.show(ratios, {column: column for column in columns})
+
+
 def main(only_cases, repeats):
     """Runs all cases, prints a table a case."""
     peer = ["--manifest-path", HERE / "meshopt" / "Cargo.toml", "--target-dir", HERE.parent / "target"]
     subprocess.run(["cargo", "build", "--release", "--quiet", "--locked", *peer], check=True)
     rows, skipped = [], []
-    for name, make in cases(skipped):
+    for name, kind, make in cases(skipped):
         if only_cases not in name:
             continue
         heights = make()
-        growth = name.startswith("growth")
         with tempfile.TemporaryDirectory() as folder:
             grid = Path(folder) / "grid.npy"
             np.save(grid, heights)
-            for tolerance in [0.041] if growth else TOLERANCES_PCT:
-                slow = heights.size <= SLOW_LIMIT[0] and tolerance == SLOW_LIMIT[1]
-                small = [REFERENCE] * (heights.size <= SLOW_LIMIT[0]) + SLOW_TOOLS * slow
-                tools = ["surfrecon", "pydelatin"] if growth else TOOLS + small
-                found = [measure(name, tool, grid, heights, tolerance, repeats) for tool in tools]
+            for tolerance in [GROWTH_PCT] if kind == "growth" else TOLERANCES_PCT:
+                found = []
+                for tool in tools_for(kind, heights.size, tolerance):
+                    times = repeats if tool in TIMED and heights.size < 1 << 22 else 1
+                    found.append(measure(name, tool, grid, heights, tolerance, times))
                 rows += found
                 columns = ["tool", "tau_pct", "triangles", "pct_of_full", "max_err_pct", "rms_err_pct"]
                 columns += ["cpu_s", "wall_s", "redig_s", "peak_mb"]
                 print(f"\n{name}, {tolerance} %")
                 table.show(found, {column: column for column in columns})
+    against_greedy(rows)
     for text in skipped:
         print(f"SKIPPED {text}")
     return {"rows": rows, "skipped": skipped}

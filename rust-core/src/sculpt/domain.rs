@@ -10,6 +10,7 @@
 use super::folds;
 use super::view::Sight;
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 use crate::range_image::{Projection, RangeImage};
 use crate::triangulate::{TriangulateParams, triangles_over_pixels};
 
@@ -37,8 +38,8 @@ impl Domain {
     /// Triangulates the image. O(pixels).
     ///
     /// # Errors
-    /// As [`crate::triangulate::triangulate`].
-    pub fn new(image: &RangeImage, params: &TriangulateParams) -> Result<Self> {
+    /// As [`crate::triangulate::triangulate`]; [`Error::Cancelled`].
+    pub fn new(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<Self> {
         if image.rows() > u32::MAX as usize || image.cols() > u32::MAX as usize {
             return Err(Error::input(format!(
                 "{}: an image may have at most 2^32 - 2 rows and columns, but this one has {} x {}",
@@ -47,7 +48,7 @@ impl Domain {
                 image.cols()
             )));
         }
-        let (mut over_pixels, mut pixels) = triangles_over_pixels(image, params)?;
+        let (mut over_pixels, mut pixels) = triangles_over_pixels(image, params, progress)?;
         let (rows, cols) = (image.rows() as u32, image.cols() as u32);
         let cell_cols = cols.saturating_sub(1) as usize;
         let mut domain = Domain {
@@ -71,6 +72,7 @@ impl Domain {
         if domain.mirrored {
             over_pixels.iter_mut().for_each(|t| t.swap(1, 2));
         }
+        progress.check()?;
         let seen_triangles = over_pixels.len();
         if folds::possible(image) {
             let hidden = match Sight::new(image, domain.mirrored) {
@@ -83,12 +85,14 @@ impl Domain {
         }
         over_pixels.shrink_to_fit();
         domain.hidden = seen_triangles - over_pixels.len();
+        progress.check()?;
         let mut used = vec![false; image.len()];
         let mut row = 0;
         for &triangle in &over_pixels {
             domain.add(triangle, &mut row);
             triangle.iter().for_each(|&p| used[p as usize] = true);
         }
+        progress.check()?;
         domain.triangles = over_pixels;
         domain.isolated = pixels.len();
         pixels.retain(|&p| used[p as usize]);

@@ -122,7 +122,8 @@ pub struct Sculpted {
 ///
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {
-    Sculptor::new(image, params)?.refine(params.tolerance, progress)
+    progress.plan(&[("triangulating", 1.0)]);
+    progress.watch(|| Sculptor::prepare(image, params, progress))?.refine(params.tolerance, progress)
 }
 
 #[cfg(test)]

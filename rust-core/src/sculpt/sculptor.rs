@@ -59,11 +59,19 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// # Errors
     /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels.
     pub fn new(image: I, params: &SculptParams) -> Result<Self> {
+        Self::prepare(image, params, &Progress::none())
+    }
+
+    /// [`Sculptor::new`] that stops when it is cancelled.
+    ///
+    /// # Errors
+    /// As [`Sculptor::new`]; [`Error::Cancelled`].
+    pub fn prepare(image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
         params.validate()?;
         let pixels = image.borrow().len();
         memory::expect(BYTES_A_PIXEL * pixels as f64, || format!("sculpting {pixels} pixels"), "use fewer")?;
         let start = Instant::now();
-        let domain = Domain::new(image.borrow(), &params.triangulation)?;
+        let domain = Domain::new(image.borrow(), &params.triangulation, progress)?;
         Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64() })
     }
 

@@ -41,7 +41,7 @@ fn meetings(image: &RangeImage, mesh: &TriMesh, index: usize) -> Vec<f64> {
 /// Checks all that must hold of a result.
 fn assert_sound(image: &RangeImage, params: &SculptParams, sculpted: &Sculpted) {
     let Sculpted { mesh, certificate, report } = sculpted;
-    let domain = Domain::new(image, &params.triangulation).unwrap();
+    let domain = Domain::new(image, &params.triangulation, &Progress::none()).unwrap();
     let bound = slack(image, report.tolerance);
     assert!(certificate.max_error <= bound, "{} > {}", certificate.max_error, report.tolerance);
     assert_eq!(certificate.covered, domain.pixels.len());
@@ -232,7 +232,7 @@ proptest! {
         scene in scenes(), narrow in prop_oneof![Just(45_usize), Just(2), Just(3)], kind in 0..32_usize,
     ) {
         let scene = Scene { cols: scene.cols.min(narrow), ..scene };
-        let domain = Domain::new(&seen(&scene, kind), &TriangulateParams::default()).unwrap();
+        let domain = Domain::new(&seen(&scene, kind), &TriangulateParams::default(), &Progress::none()).unwrap();
         let (rows, cols) = (i64::from(domain.rows), i64::from(domain.cols));
         for row in 0..rows {
             for col in 0..cols {
@@ -506,6 +506,12 @@ fn cancelling_at_any_moment_ends_the_call() {
         }
     }
     assert!(checks > 3);
+    // Also before the first mesh; a large image is looked at in steps.
+    let image = flat(600, 600, |r, c| r + c);
+    for checks in 0..6 {
+        let cancelled = Sculptor::prepare(&image, &absolute(0.1), &Progress::cancel_after(checks));
+        assert!(matches!(cancelled, Err(crate::Error::Cancelled)), "{checks}");
+    }
 }
 
 #[test]

@@ -8,6 +8,8 @@
 
 use glam::DVec3;
 
+use crate::error::Result;
+use crate::progress::Progress;
 use crate::range_image::samples::{NO_SAMPLE, SampleGrid};
 use crate::range_image::spacing::EdgeLimit;
 use crate::range_image::{Projection, Viewing};
@@ -40,17 +42,26 @@ impl Cells {
 }
 
 /// The triangles within both limits.
-pub(super) fn triangulate(projection: &Projection, grid: &SampleGrid, limit: EdgeLimit, grazing_limit: f64) -> Cells {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn triangulate(
+    projection: &Projection,
+    grid: &SampleGrid,
+    limit: EdgeLimit,
+    grazing_limit: f64,
+    progress: &Progress<'_>,
+) -> Result<Cells> {
     match limit {
         EdgeLimit::Length(length) => {
             let limit = length * length;
-            with_limit(projection, grid, |squared, _, _| squared <= limit, grazing_limit)
+            with_limit(projection, grid, |squared, _, _| squared <= limit, grazing_limit, progress)
         }
         EdgeLimit::ShareOfRange { eye, share } => {
             let limit = share * share;
             let range: Vec<f64> = grid.positions.iter().map(|p| p.distance_squared(eye)).collect();
             let allows = |squared, a, b| squared <= limit * range[a as usize].min(range[b as usize]);
-            with_limit(projection, grid, allows, grazing_limit)
+            with_limit(projection, grid, allows, grazing_limit, progress)
         }
     }
 }
@@ -62,7 +73,8 @@ fn with_limit(
     grid: &SampleGrid,
     allows: impl Fn(f64, u32, u32) -> bool,
     grazing_limit: f64,
-) -> Cells {
+    progress: &Progress<'_>,
+) -> Result<Cells> {
     let p = &grid.positions;
     let from_above = |a: u32, b: u32, c: u32| {
         let (a, b, c) = (p[a as usize], p[b as usize], p[c as usize]);
@@ -85,23 +97,23 @@ fn with_limit(
     let turned = |steps: [f64; 2], unturned: bool| (steps[0].signum() == steps[1].signum()) == unturned;
     match *projection {
         Projection::Orthographic { step, .. } => {
-            fill(projection, grid, &allows, &from_above, turned(step, true), grazing_limit)
+            fill(projection, grid, &allows, &from_above, turned(step, true), grazing_limit, progress)
         }
         Projection::Pinhole { focal, .. } => {
-            fill(projection, grid, &allows, &from(DVec3::ZERO), turned(focal, false), grazing_limit)
+            fill(projection, grid, &allows, &from(DVec3::ZERO), turned(focal, false), grazing_limit, progress)
         }
         Projection::Spherical { step, .. } => {
-            fill(projection, grid, &allows, &from(DVec3::ZERO), turned(step, false), grazing_limit)
+            fill(projection, grid, &allows, &from(DVec3::ZERO), turned(step, false), grazing_limit, progress)
         }
         Projection::PointGrid(Viewing::Parallel(direction)) if direction.x == 0.0 && direction.y == 0.0 => {
             let sign = -direction.z.signum();
-            fill_as_most_turn(projection, grid, &allows, &|a, b, c| sign * from_above(a, b, c), grazing_limit)
+            fill_as_most_turn(projection, grid, &allows, &|a, b, c| sign * from_above(a, b, c), grazing_limit, progress)
         }
         Projection::PointGrid(Viewing::Parallel(direction)) => {
-            fill_as_most_turn(projection, grid, &allows, &along(direction), grazing_limit)
+            fill_as_most_turn(projection, grid, &allows, &along(direction), grazing_limit, progress)
         }
         Projection::PointGrid(Viewing::From(eye)) => {
-            fill_as_most_turn(projection, grid, &allows, &from(eye), grazing_limit)
+            fill_as_most_turn(projection, grid, &allows, &from(eye), grazing_limit, progress)
         }
     }
 }
@@ -114,14 +126,18 @@ fn fill_as_most_turn(
     allows: &impl Fn(f64, u32, u32) -> bool,
     side: &impl Fn(u32, u32, u32) -> f64,
     grazing_limit: f64,
-) -> Cells {
+    progress: &Progress<'_>,
+) -> Result<Cells> {
     let forward = guess_turn(grid, allows, side);
-    let cells = fill(projection, grid, allows, side, forward, grazing_limit);
+    let cells = fill(projection, grid, allows, side, forward, grazing_limit, progress)?;
     if cells.folds <= cells.triangles.len() {
-        return cells;
+        return Ok(cells);
     }
-    fill(projection, grid, allows, side, !forward, grazing_limit)
+    fill(projection, grid, allows, side, !forward, grazing_limit, progress)
 }
+
+/// Checks for cancelling come once in this many samples.
+const CHECK: usize = 1 << 18;
 
 /// Samples asked for the turn of a point grid. A wrong guess costs a second walk over the cells, no more.
 const VOTES: usize = 256;
@@ -155,7 +171,8 @@ fn fill(
     side: &impl Fn(u32, u32, u32) -> f64,
     forward: bool,
     grazing_limit: f64,
-) -> Cells {
+    progress: &Progress<'_>,
+) -> Result<Cells> {
     let positions = &grid.positions;
     let (right, below) = (&grid.right_squared, &grid.down_squared);
     let mut triangles: Vec<[u32; 3]> = Vec::with_capacity(2 * grid.len());
@@ -189,6 +206,9 @@ fn fill(
         true
     };
     for k in 0..grid.len() {
+        if k.is_multiple_of(CHECK) {
+            progress.check()?;
+        }
         let (a, d) = (k as u32, grid.down[k]);
         let b = a + 1;
         // The cell to the left has no upper left corner.
@@ -230,5 +250,5 @@ fn fill(
             (false, false) => {}
         }
     }
-    Cells { triangles, surroundings, folds }
+    Ok(Cells { triangles, surroundings, folds })
 }

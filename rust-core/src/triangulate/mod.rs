@@ -14,6 +14,7 @@ use glam::DVec3;
 use crate::error::Result;
 use crate::memory;
 use crate::params::{Default, ParamSpec, Unit};
+use crate::progress::Progress;
 use crate::range_image::samples::SampleGrid;
 use crate::range_image::spacing::{self, EdgeLimit};
 use crate::range_image::{RangeImage, confidence};
@@ -98,7 +99,7 @@ pub struct RangeSurface {
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
-    let (grid, cells, spacing) = grid_and_cells(image, params)?;
+    let (grid, cells, spacing) = grid_and_cells(image, params, &Progress::none())?;
     let spacing = spacing.unwrap_or_else(|| spacing::median_spacing(&grid));
     let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
     confidence::weigh(image, &grid, &mut weights);
@@ -108,12 +109,13 @@ pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<Ran
 /// The triangles of [`triangulate`] over pixel indices, without what else it finds; and the valid pixels, rising.
 ///
 /// # Errors
-/// As [`triangulate`].
+/// As [`triangulate`]; [`crate::Error::Cancelled`].
 pub(crate) fn triangles_over_pixels(
     image: &RangeImage,
     params: &TriangulateParams,
+    progress: &Progress<'_>,
 ) -> Result<(Vec<[u32; 3]>, Vec<u32>)> {
-    let (SampleGrid { pixels, .. }, cells::Cells { mut triangles, .. }, _) = grid_and_cells(image, params)?;
+    let (SampleGrid { pixels, .. }, cells::Cells { mut triangles, .. }, _) = grid_and_cells(image, params, progress)?;
     for triangle in &mut triangles {
         *triangle = triangle.map(|k| pixels[k as usize]);
     }
@@ -121,7 +123,11 @@ pub(crate) fn triangles_over_pixels(
 }
 
 /// The samples, their triangles and, where the edge limit comes from it, their median spacing.
-fn grid_and_cells(image: &RangeImage, params: &TriangulateParams) -> Result<(SampleGrid, cells::Cells, Option<f64>)> {
+fn grid_and_cells(
+    image: &RangeImage,
+    params: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<(SampleGrid, cells::Cells, Option<f64>)> {
     params.validate()?;
     image.validate()?;
     memory::expect(
@@ -129,7 +135,9 @@ fn grid_and_cells(image: &RangeImage, params: &TriangulateParams) -> Result<(Sam
         || format!("triangulating {} pixels", image.len()),
         "use fewer",
     )?;
+    progress.check()?;
     let grid = SampleGrid::new(image)?;
+    progress.check()?;
     let (limit, spacing) = match params.edge_limit {
         Some(length) => (EdgeLimit::Length(length), None),
         None => {
@@ -137,7 +145,7 @@ fn grid_and_cells(image: &RangeImage, params: &TriangulateParams) -> Result<(Sam
             (EdgeLimit::from_data(image, &grid, spacing), Some(spacing))
         }
     };
-    let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit);
+    let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit, progress)?;
     Ok((grid, cells, spacing))
 }
 

@@ -91,7 +91,7 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
     };
     let pixels = image.len();
     memory::expect(BYTES_A_PIXEL * pixels as f64, || format!("sculpting {pixels} pixels"), "use fewer")?;
-    let domain = Domain::new(image, &params.triangulation)?;
+    let domain = Domain::new(image, &params.triangulation, progress)?;
     let tolerance = params.tolerance.in_world(domain.extent())?;
     progress.plan(PLAN);
     let pool = crate::threads::pool(params.threads)?;
@@ -199,7 +199,7 @@ mod tests {
             let pixels: Vec<u32> = (0..48 * 60).collect();
             let points = curvature_space::points(&image, heights, &pixels);
             let delaunay = Delaunay3::new(&points, 1, &Progress::none()).unwrap();
-            let domain = Domain::new(&image, &params.triangulation).unwrap();
+            let domain = Domain::new(&image, &params.triangulation, &Progress::none()).unwrap();
             let judge = validation::Judge::new(&image, heights, &domain, tolerance);
             let dug = digging::dig(&delaunay, &pixels, &judge, &Progress::none()).unwrap();
             // Digging ends at tetrahedra that are all used up, or at triangles within the tolerance.
