@@ -6,7 +6,6 @@ import bpy
 from . import convert
 from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
-from .operators.merge import REPORT
 from .reports import LINES, length
 
 
@@ -42,9 +41,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             layout.operator("surfrecon.cancel", icon="CANCEL")
             return
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
-        others = [
-            obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans and REPORT not in obj
-        ]
+        others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
         layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
 
 

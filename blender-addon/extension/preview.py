@@ -11,6 +11,9 @@ import surfrecon
 # Who waits longer than this gets a preview.
 PATIENCE_SECONDS = 1.0
 
+# Pixels of an image, and cells along a surface, that a preview is made of.
+PIXELS, CELLS = 20_000, 64
+
 COLOUR = np.array((0.55, 0.65, 0.80), np.float32)
 
 
@@ -43,6 +46,25 @@ def step(operator, context, running):
         return
     show(mesh.positions @ matrix[:3, :3].T + matrix[:3, 3], mesh.triangles)
     redraw_views()
+
+
+def thinned(image):
+    """A range image of fewer pixels."""
+    points = image.points
+    step = max(int(np.ceil(np.sqrt(points.shape[0] * points.shape[1] / PIXELS))), 1)
+    return surfrecon.RangeImage.from_points(points[::step, ::step], viewing=image.projection["viewing"])
+
+
+def coarse(positions, triangles):
+    """Positions and triangles of a surface whose vertices are moved to the middles of large cells."""
+    low = positions.min(axis=0)
+    cell = max(np.ptp(positions, axis=0).max() / CELLS, 1e-300)
+    place = np.minimum((positions - low) / cell, CELLS).astype(np.int64)
+    number = (place[:, 0] * (CELLS + 1) + place[:, 1]) * (CELLS + 1) + place[:, 2]
+    _, first, cell_of = np.unique(number, return_index=True, return_inverse=True)
+    corners = cell_of.reshape(-1)[triangles]
+    a, b, c = corners.T
+    return positions[first], corners[(a != b) & (b != c) & (c != a)]
 
 
 def shaded(positions, triangles):

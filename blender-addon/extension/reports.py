@@ -71,6 +71,9 @@ def merge_lines(context, report):
     yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
+    if "rms_error" in report:
+        yield "RMS error", length(context, report["rms_error"])
+        yield "Largest error", length(context, report["max_error"])
     yield "Holes closed, left", f"{closed}, {left}"
     yield "Closed up to", length(context, report["max_hole_length"])
     yield "Small parts dropped", f"{parts}"

@@ -201,7 +201,9 @@ def merging():
             check("no second operation may begin meanwhile", not bpy.ops.surfrecon.merge.poll())
             picture("4_merging")
         yield 0.05
-    check(f"progress rose through {len(stages)} stages without falling", seen == sorted(seen) and len(stages) > 1)
+    # Merging, then measuring: each from 0 to 1.
+    falls = sum(after < before for before, after in zip(seen, seen[1:], strict=False))
+    check(f"progress rose through {len(stages)} stages, for merging and for measuring", falls <= 1 < len(stages))
     yield 0.3
     merged = bpy.data.objects.get("Merged")
     check("the surface is there", merged is not None and len(merged.data.polygons) > 10000)

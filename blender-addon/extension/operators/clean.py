@@ -6,12 +6,12 @@ import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
 from .. import convert
-from ..job import Refused, Running, sentence
+from ..job import JobOperator, Refused, Task
 
 REPORT = "surfrecon_clean"
 
 
-class SURFRECON_OT_clean(bpy.types.Operator):
+class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
     """Remove doubtful samples from the selected scans: small parts that hang on nothing, and low confidence"""
 
     bl_idname = "surfrecon.clean"
@@ -33,36 +33,37 @@ class SURFRECON_OT_clean(bpy.types.Operator):
         soft_max=1,
     )
 
+    # What is removed is told by the vertices that were there at the start.
+    may_be_handed_over = False
+
     @classmethod
     def poll(cls, context):
         """There must be scans, in object mode."""
-        if Running.job is not None:
-            cls.poll_message_set(f"{Running.title} is running")
+        if not super().poll(context):
             return False
-        if context.mode != "OBJECT" or not any(convert.is_range_image(obj) for obj in context.selected_objects):
+        if not any(convert.is_range_image(obj) for obj in context.selected_objects):
             cls.poll_message_set("Select imported scans in object mode")
             return False
         return True
 
-    def execute(self, context):
-        """Looks at all scans first, so that either all are cleaned or none."""
+    def start(self, context):
+        """Gathers the samples of all scans, so that either all are cleaned or none."""
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
-        try:
-            kept = [(obj, *self.samples_kept(obj)) for obj in scans]
-        except Refused as problem:
-            self.report({"ERROR"}, sentence(problem))
-            return {"CANCELLED"}
-        small = sum(figures["small"] for _, _, figures in kept)
-        doubtful = sum(figures["doubtful"] for _, _, figures in kept)
-        for obj, keep, figures in kept:
-            if not keep.all():
-                convert.keep_vertices(obj.data, keep)
-            obj[REPORT] = figures
-        self.report({"INFO"}, f"{small:,} samples in small parts and {doubtful:,} of low confidence removed")
-        return {"FINISHED"}
+        self.names = [obj.name for obj in scans]
+        samples = [self.samples(obj) for obj in scans]
+        limits = (self.smallest, self.confidence)
 
-    def samples_kept(self, obj):
-        """Which vertices stay, and the figures."""
+        def look(note):
+            found = []
+            for k, scan in enumerate(samples):
+                note(k / len(samples))
+                found.append(samples_kept(*scan, *limits))
+            return found
+
+        return Task("Finding the parts", look)
+
+    def samples(self, obj):
+        """The name of a scan, the number of its samples, their confidences or `None`, and its triangles' corners."""
         convert.writable(obj)
         if obj.data.users > 1:
             raise Refused(
@@ -70,23 +71,40 @@ class SURFRECON_OT_clean(bpy.types.Operator):
                 " Object > Relations > Make Single User"
             )
         mesh = obj.data
-        count = len(mesh.vertices)
-        keep = np.ones(count, bool)
+        if self.smallest > 1 and len(mesh.polygons) == 0:
+            raise Refused(f'"{obj.name}" has no triangles that tell its parts: import it with Triangulate')
         confidence = convert.vertex_values(mesh, "confidence", "FLOAT", np.float32)
-        if confidence is not None and self.confidence > 0:
-            keep &= confidence >= self.confidence
-        doubtful = count - int(keep.sum())
-        if self.smallest > 1:
-            if len(mesh.polygons) == 0:
-                raise Refused(f'"{obj.name}" has no triangles that tell its parts: import it with Triangulate')
-            corners = convert.triangles(mesh)
-            corners = corners[keep[corners].all(axis=1)]
-            parts = components(count, np.concatenate([corners[:, :2], corners[:, 1:]]))
-            keep &= np.bincount(parts, minlength=count)[parts] >= self.smallest
-        if not keep.any():
-            raise Refused(f'Nothing would be left of "{obj.name}": lower the limits')
-        left = int(keep.sum())
-        return keep, {"samples": left, "small": count - doubtful - left, "doubtful": doubtful}
+        return obj.name, len(mesh.vertices), confidence, convert.triangles(mesh) if self.smallest > 1 else None
+
+    def finish(self, context, kept):
+        """Removes what isn't kept."""
+        scans = [bpy.data.objects.get(name) for name in self.names]
+        for name, obj, (keep, _) in zip(self.names, scans, kept, strict=True):
+            if obj is None or len(obj.data.vertices) != len(keep):
+                raise Refused(f'"{name}" was changed meanwhile: try again')
+        for obj, (keep, figures) in zip(scans, kept, strict=True):
+            if not keep.all():
+                convert.keep_vertices(obj.data, keep)
+            obj[REPORT] = figures
+        small = sum(figures["small"] for _, figures in kept)
+        doubtful = sum(figures["doubtful"] for _, figures in kept)
+        self.report({"INFO"}, f"{small:,} samples in small parts and {doubtful:,} of low confidence removed")
+
+
+def samples_kept(name, count, confidence, corners, smallest, least):
+    """Which of so many samples stay, and the figures."""
+    keep = np.ones(count, bool)
+    if confidence is not None and least > 0:
+        keep &= confidence >= least
+    doubtful = count - int(keep.sum())
+    if smallest > 1:
+        corners = corners[keep[corners].all(axis=1)]
+        parts = components(count, np.concatenate([corners[:, :2], corners[:, 1:]]))
+        keep &= np.bincount(parts, minlength=count)[parts] >= smallest
+    if not keep.any():
+        raise Refused(f'Nothing would be left of "{name}": lower the limits')
+    left = int(keep.sum())
+    return keep, {"samples": left, "small": count - doubtful - left, "doubtful": doubtful}
 
 
 def components(count, edges):

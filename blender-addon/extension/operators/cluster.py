@@ -2,6 +2,7 @@
 """Remesh the active surface or points to well-shaped triangles, at one resolution or as a chain of levels of detail."""
 
 import math
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -10,8 +11,9 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntPropert
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Known, Refused
+from ..job import JobOperator, Known, Refused, Task
 from ..kept import Kept, fingerprint
+from ..preview import coarse
 from ..properties import LARGEST, description, option, threads
 from ..scene import dress, link, select_only
 
@@ -97,7 +99,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
     def start(self, context):
         """Gathers the surface, or the points of what has no faces."""
         obj = convert.active(context)
-        mesh, matrix = dense(obj, context.evaluated_depsgraph_get())
+        mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())
         self.surface, self.pose = obj.name, Matrix(matrix)
         options = {}
         for name in OPTIONS:
@@ -122,12 +124,24 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         stretch = np.linalg.svd(np.array(matrix)[:3, :3])[1][0]
         return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch, **options)
 
+    def preview(self, context):
+        """The surface in large cells; points have none yet."""
+        mesh, _ = self.input
+        if isinstance(mesh, surfrecon.Mesh):
+            return Task("preview", lambda note: SimpleNamespace(mesh=coarse(mesh.positions, mesh.triangles)))
+        return None
+
+    def preview_mesh(self, result):
+        """Its surface and where it is."""
+        positions, triangles = result.mesh
+        return SimpleNamespace(positions=positions, triangles=triangles), np.array(self.pose)
+
     def finish(self, context, result):
         """Puts the meshes beside the surface."""
         chain = result if isinstance(result, list) else [result]
         if len(self.counts) >= len(self.kept.get("counts", ())):
             self.kept.update(counts=self.counts, chain=chain)
-        self.kept = None
+        self.kept = self.input = None
         source, depsgraph = bpy.data.objects.get(self.surface), context.evaluated_depsgraph_get()
         meshes = []
         for number, level in enumerate(chain):

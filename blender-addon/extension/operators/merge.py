@@ -6,9 +6,10 @@ import numpy as np
 import surfrecon
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator, Refused, Task
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..scene import SCANS, dress, link, select_only
+from .error_map import ATTRIBUTE, union
 
 REPORT = "surfrecon_report"
 
@@ -22,6 +23,14 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
     bl_idname = "surfrecon.merge"
     bl_label = "Merge Scans"
     bl_options = {"UNDO", "PRESET"}
+
+    __annotations__ = MergeOptions.__annotations__ | {
+        "measure": bpy.props.BoolProperty(
+            name="Measure",
+            description="Measure how far the surface lies from the scans; the error map is then at hand",
+            default=True,
+        )
+    }
 
     @classmethod
     def poll(cls, context):
@@ -48,7 +57,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         for obj, scan in zip(objects, scans, strict=True):
             if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
                 self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
-        self.scans = scans
+        self.scans, self.merged = scans, None
         return surfrecon.Job.merge(scans, **arguments(self), threads=threads(self))
 
     def preview(self, context):
@@ -63,12 +72,29 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
 
     def finish(self, context, result):
         """Puts the surface into the scene."""
-        self.scans = None
+        distances = None
+        if self.merged is not None:
+            result, distances = self.merged, result
         if len(result.mesh.triangles) == 0:
             raise Refused("Nothing is left of the surface: choose a smaller voxel, or keep smaller components")
+        if self.measure and distances is None:
+            self.merged, scans = result, self.scans
+
+            def distance(note):
+                reference = union(scans)
+                return surfrecon.distances(
+                    result.mesh.positions, reference, progress=lambda _, share: note(share) is None
+                )
+
+            return Task("Measuring the surface", distance)
+        self.scans = self.merged = None
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
-        merged[REPORT] = convert.plain(result.report.as_dict())
+        figures = result.report.as_dict()
+        if distances is not None:
+            convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
+            figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
+        merged[REPORT] = convert.plain(figures)
         # Custom properties can't hold a list of strings.
         merged[SCANS] = "\n".join(self.names)
         link(context, merged)
@@ -76,6 +102,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         dress(merged, sources, context.evaluated_depsgraph_get())
         select_only(context, [merged])
         self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")
+        return None
 
 
 def box(scan):

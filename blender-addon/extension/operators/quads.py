@@ -2,12 +2,14 @@
 """Make a quad grid or a NURBS surface of the active scan: regular, and dense where the surface bends."""
 
 import bpy
+import numpy as np
 import surfrecon
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator, Refused
+from ..preview import thinned
 from ..properties import given, option
 from ..scene import SCANS, dress, link, scan_behind, select_only
 from .error_map import show
@@ -119,10 +121,20 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
+        self.image = image
         return surfrecon.Job.adaptive_quads(image, **given(self, PARAMETERS))
+
+    def preview(self, context):
+        """A grid of fewer pixels."""
+        return surfrecon.Job.adaptive_quads(thinned(self.image), threads=1)
+
+    def preview_mesh(self, result):
+        """Its quads, cut, and where they are."""
+        return result.triangles(), np.array(self.pose)
 
     def finish(self, context, result):
         """Puts the mesh or the surface beside the scan."""
+        self.image = None
         figures = result.report | {"rows": result.rows, "columns": result.columns}
         if self.kind == "SURFACE":
             spline = result.spline(

@@ -10,6 +10,7 @@ from mathutils import Matrix
 from .. import convert
 from ..job import JobOperator, Refused
 from ..kept import Kept, fingerprint
+from ..preview import thinned
 from ..properties import description, given, option
 from ..scene import SCANS, dress, link, scan_behind, select_only
 from .error_map import show
@@ -19,9 +20,6 @@ REPORT = "surfrecon_sculpt"
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 # What a sculptor is made with; the tolerance may change afterwards.
 MAKING = ("effort", "interpolate", "min_angle", "simplify_borders", "edge_limit", "grazing_limit", "threads")
-
-# Pixels that the preview is made of.
-PREVIEW_PIXELS = 20_000
 
 
 def sculptor_of(owner, image, options):
@@ -90,11 +88,8 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
 
     def preview(self, context):
         """The same of fewer pixels, quickly dug."""
-        points, viewing = self.image.points, self.image.projection["viewing"]
-        step = max(int(np.ceil(np.sqrt(points.shape[0] * points.shape[1] / PREVIEW_PIXELS))), 1)
-        fewer = surfrecon.RangeImage.from_points(points[::step, ::step], viewing=viewing)
         tolerance = {"tolerance": self.tolerance} if self.tolerance > 0 else {"relative_tolerance": 0.01}
-        return surfrecon.Job.refine(surfrecon.Sculptor(fewer, effort=0, threads=1), **tolerance)
+        return surfrecon.Job.refine(surfrecon.Sculptor(thinned(self.image), effort=0, threads=1), **tolerance)
 
     def preview_mesh(self, result):
         """Its mesh and where it is."""

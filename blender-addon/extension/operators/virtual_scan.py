@@ -2,14 +2,17 @@
 """Range scans of anything in the scene: what one camera sees, and what all cameras see with a scanner's noise."""
 
 import bpy
+import numpy as np
 import surfrecon
 from bpy.props import BoolProperty, EnumProperty, FloatProperty
 from mathutils import Matrix
 
 from .. import cameras, convert, surfaces
 from ..job import JobOperator, Refused
+from ..preview import PIXELS
 from ..properties import given, option
 from ..scene import into_collection, select_only, show_colours, tint
+from .error_map import union
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}
 
@@ -53,10 +56,22 @@ class ScanOperator(JobOperator):
         self.names = [camera.name for camera in chosen]
         objects = [obj for obj in context.selected_objects if obj.type != "CAMERA"]
         self.subject = objects[0].name if len(objects) == 1 else "the scene"
+        # The preview sees every few pixels.
+        few = [max(int(n / max((rows * columns / PIXELS) ** 0.5, 1)), 2) for n in (rows, columns)]
+        self.rough = surface, [cameras.scanner(camera, context.scene, depsgraph, *few) for camera in chosen]
         return surfrecon.Job.virtual_scan(surface, views, **options)
+
+    def preview(self, context):
+        """What the cameras see, with fewer pixels."""
+        return surfrecon.Job.virtual_scan(*self.rough, threads=1)
+
+    def preview_mesh(self, images):
+        """All images as one surface in the world."""
+        return union([image for image in images if image.valid.any()]), np.eye(4)
 
     def finish(self, context, images):
         """An object a camera that saw something, in a collection of their own."""
+        self.rough = None
         seen = [(name, image) for name, image in zip(self.names, images, strict=True) if image.valid.any()]
         if not seen:
             names = ", ".join(f'"{name}"' for name in self.names[:3])
