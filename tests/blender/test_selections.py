@@ -243,5 +243,7 @@ def test_each_operator_works_or_refuses_in_a_sentence(selection, tmp_path, exten
             assert extension.job.Running.job is None
         for mesh in bpy.data.meshes:
             if mesh.library is None:
-                assert not mesh.validate() or not np.isfinite([v.co[:] for v in mesh.vertices]).all(), name
+                # Blender 5.2 mends such vertices, which only an input has.
+                finite = np.isfinite([v.co[:] for v in mesh.vertices]).all()
+                assert not mesh.validate() or not finite, name
         prepare(selection, tmp_path)
