@@ -97,13 +97,9 @@ def dots(points, radius, colours=None):
     return made
 
 
-def select(objects, active):
-    """Selects these and no others."""
-    for obj in bpy.context.selected_objects:
-        obj.select_set(False)
-    for obj in objects:
-        obj.select_set(True)
-    bpy.context.view_layer.objects.active = active
+def select_only(objects):
+    """As the extension selects: these and no others, the first one active."""
+    sys.modules[f"{MODULE}.scene"].select_only(bpy.context, objects)
 
 
 def figures(obj):
@@ -157,7 +153,7 @@ def main():
     samples = sum(len(obj.data.vertices) for obj in scans)
     told = {}
 
-    select(scans, scans[0])
+    select_only(scans)
     bpy.ops.surfrecon.merge(voxel=0.0012)
     merged = bpy.context.object
     studio = Studio(merged, out)
@@ -174,7 +170,7 @@ def main():
     # What the camera of the pictures sees, as a scanner with a little noise would.
     truth = bpy.data.objects.new("Sculpture", convert.mesh_from_result("Sculpture", shape, scale=0.001))
     bpy.context.scene.collection.objects.link(truth)
-    select([truth], truth)
+    select_only([truth])
     bpy.ops.surfrecon.virtual_scan(cameras="ACTIVE", percent=150, noise=0.00003)
     front = bpy.context.object
     source = in_clay(front)
@@ -182,7 +178,7 @@ def main():
         ("sculpt", "Sculpt Scan", lambda: bpy.ops.surfrecon.sculpt(relative_tolerance=0.002, show_error=True)),
         ("quads", "Quad Grid", lambda: bpy.ops.surfrecon.quads(rows=20, columns=20, show_error=True)),
     ):
-        select([front], front)
+        select_only([front])
         run()
         made = bpy.context.object
         studio.picture(f"{name}-input", [source], "OBJECT")
@@ -196,36 +192,24 @@ def main():
             | {"RMS": values["RMS error"], "Largest": values["Largest error"]},
         }
 
-    select([merged], merged)
+    select_only([merged])
     bpy.ops.surfrecon.cluster(vertices=20_000)
     points = convert.positions(bpy.context.object.data)
     cloud = bpy.data.objects.new("Points", convert.new_mesh("Points", points.reshape(-1), np.empty(0, np.int32)))
     bpy.context.scene.collection.objects.link(cloud)
-    select([cloud], cloud)
+    select_only([cloud])
     bpy.ops.surfrecon.reconstruct(closure="open")
     through = bpy.context.object
     studio.picture("reconstruct-input", [dots(points, 0.00035)], "OBJECT")
-    far = distances_from(through, merged)
-    show(studio, "reconstruct", through, 0.0002, far)
-    told["reconstruct"] = {
-        "title": "Surface from Points",
-        "input": {"Points": f"{len(points):,}"},
-        "result": figures(through),
-        "error": error_figures(far, limit_of(far)),
-    }
+    points_told = {"Points": f"{len(points):,}"}
+    told["reconstruct"] = told_of(studio, "reconstruct", "Surface from Points", points_told, through, merged, 0.0002)
 
-    select([merged], merged)
+    select_only([merged])
     bpy.ops.surfrecon.cluster(vertices=5000)
     even = bpy.context.object
     studio.picture("cluster-input", [in_clay(merged)], "OBJECT")
-    far = distances_from(even, merged)
-    show(studio, "cluster", even, 0.0003, far)
-    told["cluster"] = {
-        "title": "Cluster Surface",
-        "input": {"Triangles": f"{len(merged.data.polygons):,}"},
-        "result": figures(even),
-        "error": error_figures(far, limit_of(far)),
-    }
+    dense_told = {"Triangles": f"{len(merged.data.polygons):,}"}
+    told["cluster"] = told_of(studio, "cluster", "Cluster Surface", dense_told, even, merged, 0.0003)
     ramp = sys.modules[f"{MODULE}.operators.error_map"].RAMP
     (out / "gallery.json").write_text(json.dumps({"rows": told, "ramp": ramp, "size": (WIDTH, HEIGHT)}, indent=1))
     sys.stdout.flush()
@@ -233,11 +217,18 @@ def main():
     os._exit(0)
 
 
+def told_of(studio, name, title, source, made, dense, thickness):
+    """Pictures and figures of a result whose error is that of the dense surface to it."""
+    far = distances_from(made, dense)
+    show(studio, name, made, thickness, far)
+    return {"title": title, "input": source, "result": figures(made), "error": error_figures(far, limit_of(far))}
+
+
 def distances_from(made, dense):
     """A copy of a dense surface that shows how far it is from what was made of it, whose own vertices lie on it."""
     copy = in_clay(dense)
     copy.name = "Distances"
-    select([copy, made], copy)
+    select_only([copy, made])
     bpy.ops.surfrecon.error_map()
     return copy
 

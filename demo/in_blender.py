@@ -84,15 +84,6 @@ def sample_distance(objects):
     return float(np.median(medians))
 
 
-def select(objects, active):
-    """Selects these and no others."""
-    for obj in bpy.context.selected_objects:
-        obj.select_set(False)
-    for obj in objects:
-        obj.select_set(True)
-    bpy.context.view_layer.objects.active = active
-
-
 def world_points(obj):
     """(n, 3) vertices in the world."""
     points = np.empty(3 * len(obj.data.vertices), np.float32)
@@ -147,12 +138,13 @@ def main():
     samples = sum(len(obj.data.vertices) for obj in scans)
     clock.done("import the scans")
 
-    bpy.ops.surfrecon.merge(voxel=sample_distance(scans))
+    # Its error is measured below, against the true surface.
+    bpy.ops.surfrecon.merge(voxel=sample_distance(scans), measure=False)
     merged = bpy.context.object
     report = merged["surfrecon_report"].to_dict()
     clock.done("merge")
 
-    convert = sys.modules[f"{MODULE}.convert"]
+    convert, select_only = sys.modules[f"{MODULE}.convert"], sys.modules[f"{MODULE}.scene"].select_only
     surface = surfrecon.Mesh(convert.positions(merged.data), convert.triangles(merged.data))
     check = surface.check()
     residual = surfrecon.distances(np.concatenate([world_points(obj) for obj in scans]), surface)
@@ -162,7 +154,7 @@ def main():
         reference.scale = (0.001, 0.001, 0.001)
         bpy.context.scene.collection.objects.link(reference)
         references = [reference]
-    select([merged, *references], merged)
+    select_only(bpy.context, [merged, *references])
     bpy.ops.surfrecon.error_map()
     error = merged["surfrecon_error"].to_dict()
     if truth is not None:
@@ -172,7 +164,7 @@ def main():
     azimuth = AZIMUTH["sculpture" if given is None else "other"]
     picture = stage.compose(merged, scans, azimuth)
     out.mkdir(exist_ok=True)
-    select([merged], merged)
+    select_only(bpy.context, [merged])
     bpy.ops.export_scene.gltf(
         filepath=str(out / "demo.glb"), export_format="GLB", use_selection=True, export_materials="NONE"
     )

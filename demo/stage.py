@@ -54,8 +54,10 @@ def compose(merged, scans, azimuth):
     """
     scene = bpy.context.scene
     stage = Stage(scene, *bounds(merged), azimuth)
-    for obj in scans:
-        obj.data.materials.append(material(obj.name, scan_colour(scans.index(obj))))
+    for k, obj in enumerate(scans):
+        # In place of the one that shows the colours the scans were read with.
+        obj.data.materials.clear()
+        obj.data.materials.append(material(obj.name, scan_colour(k)))
     group = scans[0].users_collection[0]
     instance = bpy.data.objects.new("Scans in the picture", None)
     instance.instance_type, instance.instance_collection = "COLLECTION", group
@@ -68,10 +70,11 @@ def compose(merged, scans, azimuth):
     errors = bpy.data.objects.new("Error map", merged.data)
     errors.location = stage.offset(1)
     scene.collection.objects.link(errors)
-    # Both share the mesh: the middle one has its material on the object.
-    slot = merged.material_slots[0]
-    slot.link = "OBJECT"
-    slot.material = material("Surface", "colour" if "colour" in merged.data.attributes else CLAY)
+    # Both share the mesh, so each has its materials on the object: the map takes those that the operator left there.
+    for there, here in zip(errors.material_slots, merged.material_slots, strict=True):
+        there.link = here.link = "OBJECT"
+        there.material = here.material
+        here.material = material("Surface", "colour" if "colour" in merged.data.attributes else CLAY)
     return stage.build()
 
 
