@@ -26,8 +26,13 @@ pub(super) trait Border: Sync {
     /// from the first to the last of them.
     fn may_pass(&self, from: u32, past: u32, to: u32) -> bool;
 
-    /// Whether the half edge of a triangle lies on the border.
+    /// Whether the half edge of a triangle may lie on the border: it does if no triangle lies beyond it.
     fn is_border(&self, from: u32, to: u32) -> bool;
+
+    /// Whether a triangle may lie beyond an edge of the domain's border: one under an edge that hugs the domain farther out.
+    fn reaches_out(&self) -> bool {
+        true
+    }
 }
 
 /// Where a mesh may be, and where its border may change.
@@ -52,6 +57,10 @@ impl Border for Straight<'_> {
 
     fn is_border(&self, from: u32, to: u32) -> bool {
         self.domain.is_border(from, to)
+    }
+
+    fn reaches_out(&self) -> bool {
+        false
     }
 }
 

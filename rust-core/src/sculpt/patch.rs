@@ -42,17 +42,24 @@ pub(super) struct Patch<'a, S> {
     pub pinched: Vec<bool>,
 }
 
+/// What is known of each pixel of the image; a list is empty where it would tell nothing.
+pub(super) struct Known {
+    /// [`Pieces::values`], where vertices may leave their samples.
+    pub values: Vec<f64>,
+    /// Whether it is one of [`Pieces::settled`].
+    pub settled: Vec<bool>,
+    /// Whether more than one patch has it, where triangles may lie beyond the domain's border.
+    pub shared: Vec<bool>,
+}
+
 impl<'a, S: Site> Patch<'a, S> {
-    /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so;
-    /// `values` are those of [`Pieces::values`], or none where all vertices stay samples; `settled` tells of each pixel whether it
-    /// is one of [`Pieces::settled`], or of none.
+    /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so.
     pub fn new<V: View<Site = S>>(
         view: &V,
         Region { domain, border }: Region<'a>,
         pieces: &Pieces,
         triangles: &[u32],
-        values: &[f64],
-        settled: &[bool],
+        Known { values, settled, shared }: &Known,
         scratch: &mut [u32],
     ) -> Self {
         let count = triangles.len();
@@ -105,12 +112,15 @@ impl<'a, S: Site> Patch<'a, S> {
             pinched: vec![false; vertices],
         };
         patch.settled = patch.pixels.iter().map(|&p| settled.get(p as usize).is_some_and(|&s| s)).collect();
-        patch.link(domain);
+        patch.link(domain, shared);
         patch
     }
 
     /// Finds the neighbours.
-    fn link(&mut self, domain: &Domain) {
+    fn link(&mut self, domain: &Domain, shared: &[bool]) {
+        // An edge with a triangle of another patch beyond it has both ends in that patch, too. One of the border whose ends
+        // happen to be shared may count as a seam: neither end can change.
+        let is_shared = |p: u32| shared.get(p as usize).is_some_and(|&s| s);
         // Half edges out of each vertex as lists.
         let mut out = vec![NONE; self.sites.len()];
         let mut following = vec![NONE; self.corners.len()];
@@ -133,7 +143,8 @@ impl<'a, S: Site> Patch<'a, S> {
                 self.twins[h as usize] = g;
                 self.twins[g as usize] = h;
             } else {
-                let border = self.border.is_border(self.pixels[from as usize], self.pixels[to as usize]);
+                let (p, q) = (self.pixels[from as usize], self.pixels[to as usize]);
+                let border = !(is_shared(p) && is_shared(q)) && self.border.is_border(p, q);
                 self.twins[h as usize] = if border { NONE } else { SEAM };
                 if !border {
                     self.on_seam[from as usize] = true;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::borders::Region;
 use super::delaunay::NONE;
 use super::domain::Domain;
-use super::patch::Patch;
+use super::patch::{Known, Patch};
 use super::pieces::Pieces;
 use super::search::{Search, Searcher};
 use super::star::{Filling, Rules, Surgeon};
@@ -95,12 +95,14 @@ pub(super) fn pass<V: View>(
         settled = vec![false; pixels];
         pieces.settled.iter().for_each(|&p| settled[p as usize] = true);
     }
+    let shared = if region.border.reaches_out() { shared(pixels, pieces, &groups) } else { Vec::new() };
+    let known = Known { values, settled, shared };
     let parts = groups
         .par_iter()
         .map_init(
             || (vec![0; pixels], Surgeon::new(), Searcher::new()),
             |(scratch, surgeon, searcher), triangles| {
-                let mut patch = Patch::new(view, region, pieces, triangles, &values, &settled, scratch);
+                let mut patch = Patch::new(view, region, pieces, triangles, &known, scratch);
                 searcher.improve(&mut patch, search, rules, progress)?;
                 remove_vertices(&mut patch, surgeon, rules, progress)?;
                 Ok(patch.into_pieces())
@@ -128,6 +130,19 @@ fn group(domain: &Domain, pieces: &Pieces, side: u32, shift: u32) -> Vec<Vec<u32
     }
     groups.retain(|g| !g.is_empty());
     groups
+}
+
+/// Whether the triangles of more than one group have a pixel as a corner.
+fn shared(pixels: usize, pieces: &Pieces, groups: &[Vec<u32>]) -> Vec<bool> {
+    let mut owner = vec![NONE; pixels];
+    let mut shared = vec![false; pixels];
+    for (group, triangles) in groups.iter().enumerate() {
+        for p in triangles.iter().flat_map(|&t| pieces.triangles[t as usize]).map(|p| p as usize) {
+            shared[p] |= owner[p] != NONE && owner[p] != group as u32;
+            owner[p] = group as u32;
+        }
+    }
+    shared
 }
 
 /// A vertex that can be removed; the smallest cost comes first.
