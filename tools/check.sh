@@ -25,6 +25,7 @@ ruff=$(tools/venv.sh lint)/bin/ruff || exit 1
 check "Rust formatting" cargo fmt --all --check
 check "Rust formatting of the fuzz targets" cargo fmt --manifest-path rust-core/fuzz/Cargo.toml --check
 check "Rust lints" cargo clippy --quiet --workspace --all-targets -- --deny warnings
+check "Rust lints without features" cargo clippy --quiet --package surfrecon --no-default-features --all-targets -- --deny warnings
 check "Rust documentation" env RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --workspace --no-deps
 check "Python formatting" "$ruff" format --no-cache --check .
 check "Python lints" "$ruff" check --no-cache --quiet .
