@@ -21,6 +21,8 @@ OURS = "surfrecon"
 # Tool and threads. Qhull takes minutes on lattices and is left to the small case.
 TOOLS = [(OURS, 1), (OURS, 2), ("cgal", 1), ("cgal", 2), ("tetgen", 1), ("gmsh", 1), ("qhull", 1)]
 QHULL_LIMIT = 200_000
+# For each run: ten times what the slowest tool takes for the largest set. Gmsh does not end on two layers of a lattice.
+CPU_LIMIT_S = 240
 
 
 def uniform(count, seed):
@@ -119,7 +121,7 @@ def run_case(name, points, repeats, program, missing):
             try:
                 if missing and tool[0] in ("cgal", "tetgen"):
                     raise measured.Failed(missing)
-                figures, printed = measured.run(command(*tool, file, program))
+                figures, printed = measured.run(command(*tool, file, program), cpu_limit=CPU_LIMIT_S)
                 runs[tool].append(figures | json.loads(printed.splitlines()[-1]))
             except measured.Failed as failed:
                 failures[tool] = str(failed)

@@ -122,8 +122,9 @@ pub unsafe extern "C" fn srf_scan_mesh(
         let projection = pointer::read("projection", projection)?.to_core()?;
         let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
         let camera = Camera { rows, cols, projection, world_from_sensor };
-        let bvh = Bvh::build(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads)?;
-        let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, &watched(progress))?;
+        let progress = watched(progress);
+        let bvh = Bvh::build_with(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads, &progress)?;
+        let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, &progress)?;
         handle::give("out_image", out_image, image.into())
     })
 }

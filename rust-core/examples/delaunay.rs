@@ -21,8 +21,8 @@ struct Options {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::parse();
-    let points: Vec<glam::DVec3> = pod_collect_to_vec(&std::fs::read(&options.points)?);
-    let delaunay = Delaunay3::new(&points, options.threads, &Progress::none())?;
+    let mut points: Vec<glam::DVec3> = pod_collect_to_vec(&std::fs::read(&options.points)?);
+    let delaunay = Delaunay3::in_place(&mut points, options.threads, &Progress::none())?;
     if options.check {
         delaunay.check(&points)?;
     }

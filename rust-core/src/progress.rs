@@ -4,7 +4,7 @@
 //! **calling** thread looks at the counts before the work begins and every 30 ms from then on, and hands them to the
 //! caller's function, which answers whether to go on. So a host's callback never runs on a foreign thread, and counting costs next to nothing.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
@@ -36,6 +36,8 @@ pub struct Progress<'a> {
     done: AtomicU64,
     total: AtomicU64,
     cancelled: AtomicBool,
+    /// Whether a check has answered that.
+    heard: AtomicBool,
     /// Checks left before the call is cancelled; `u64::MAX` for no limit.
     checks_left: AtomicU64,
 }
@@ -69,6 +71,7 @@ impl<'a> Progress<'a> {
             done: AtomicU64::new(0),
             total: AtomicU64::new(1),
             cancelled: AtomicBool::new(false),
+            heard: AtomicBool::new(false),
             checks_left: AtomicU64::new(u64::MAX),
         }
     }
@@ -112,7 +115,17 @@ impl<'a> Progress<'a> {
                 self.cancel();
             }
         }
-        if self.cancelled.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
+        if !self.cancelled.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        self.heard.store(true, Ordering::Relaxed);
+        Err(Error::Cancelled)
+    }
+
+    /// Whether the work has heard that it is cancelled: what remains is to give its memory back, which takes long for
+    /// gigabytes, and nobody need wait for it.
+    pub fn is_stopping(&self) -> bool {
+        self.heard.load(Ordering::Relaxed)
     }
 
     /// Asks the call to stop; it answers with [`Error::Cancelled`] within a tenth of a second.
@@ -187,6 +200,58 @@ impl<'a> Progress<'a> {
     }
 }
 
+/// Entries handled between two checks: a millisecond's work or so.
+pub(crate) const BLOCK: usize = 1 << 16;
+
+impl Progress<'_> {
+    /// `0..len` in blocks, with a check before each.
+    pub(crate) fn ranges(&self, len: usize) -> impl Iterator<Item = Result<Range<usize>>> {
+        (0..len).step_by(BLOCK).map(move |first| self.check().map(|()| first..len.min(first + BLOCK)))
+    }
+
+    /// The slice in blocks, with a check before each.
+    pub(crate) fn blocks<'s, T>(&'s self, entries: &'s [T]) -> impl Iterator<Item = Result<&'s [T]>> {
+        self.ranges(entries.len()).map(|range| range.map(|range| &entries[range]))
+    }
+}
+
+/// Checks once in so much work, where steps differ much in what they cost.
+pub(crate) struct Pace<'p> {
+    progress: &'p dyn Check,
+    done: usize,
+}
+
+/// A progress whoever watches it.
+trait Check: Sync {
+    fn check(&self) -> Result<()>;
+}
+
+impl Check for Progress<'_> {
+    fn check(&self) -> Result<()> {
+        Progress::check(self)
+    }
+}
+
+impl<'p> Pace<'p> {
+    pub fn new(progress: &'p Progress<'_>) -> Self {
+        Pace { progress, done: 0 }
+    }
+
+    /// Counts work, in entries looked at.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], and again from then on.
+    #[inline]
+    pub fn after(&mut self, entries: usize) -> Result<()> {
+        self.done += entries;
+        if self.done >= BLOCK {
+            self.progress.check()?;
+            self.done = 0;
+        }
+        Ok(())
+    }
+}
+
 struct SignalOnDrop<'a>(&'a (Mutex<bool>, Condvar));
 
 impl Drop for SignalOnDrop<'_> {
@@ -223,6 +288,7 @@ mod tests {
             }
         });
         assert!(matches!(outcome, Err(Error::Cancelled)));
+        assert!(progress.is_stopping());
         drop(progress);
         assert_eq!(ticks, 3);
     }

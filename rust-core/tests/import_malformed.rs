@@ -270,7 +270,8 @@ fn said(folder: &Path, name: &str, content: &[u8]) -> String {
 fn what_is_wrong_is_said_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     let mut wrong = Vec::new();
-    for (name, class, content, expected) in cases() {
+    let is_built = |name: &str| cfg!(feature = "las") || !name.starts_with("a.la");
+    for (name, class, content, expected) in cases().into_iter().filter(|case| is_built(case.0)) {
         let found = said(folder.path(), name, &content);
         let found = found.strip_prefix(&format!("{name}: ")).unwrap_or(&found);
         if found != expected {

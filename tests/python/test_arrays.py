@@ -223,3 +223,33 @@ def test_points_far_away_are_refused_before_they_lose_detail():
 def test_an_empty_mesh_is_a_mesh():
     mesh = surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert mesh.positions.shape == (0, 3) and mesh.triangles.shape == (0, 3) and mesh.positions_f32().shape == (0,)
+
+
+def test_colours_become_linear_light():
+    colours = np.random.default_rng(4).integers(0, 256, (1000, 4), np.uint8)
+    found = surfrecon.linear_colours(colours)
+    assert found.dtype == np.float32 and found.shape == (4000,)
+    share = colours / 255
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    light[:, 3] = share[:, 3]
+    assert np.allclose(found.reshape(-1, 4), light, rtol=0, atol=1e-7)
+    # Any layout of memory.
+    assert np.array_equal(surfrecon.linear_colours(colours[::2]), found.reshape(-1, 4)[::2].reshape(-1))
+    assert np.array_equal(surfrecon.linear_colours(np.asfortranarray(colours)), found)
+    assert len(surfrecon.linear_colours(colours[:0])) == 0
+    with pytest.raises(surfrecon.InputError, match=r"colours must have shape \(n, 4\), got \(1000, 3\)"):
+        surfrecon.linear_colours(colours[:, :3])
+    for wrong in (colours.astype(np.uint16), colours.astype(np.int8), colours / 255, "red"):
+        with pytest.raises((TypeError, surfrecon.InputError), match="colours must"):
+            surfrecon.linear_colours(wrong)
+
+
+def test_masked_entries_are_no_numbers():
+    heights = np.ma.masked_array(np.arange(20).reshape(4, 5), np.eye(4, 5))
+    image = surfrecon.RangeImage.orthographic(heights, step=(1.0, 1.0))
+    assert np.array_equal(image.valid, ~heights.mask)
+    plain = surfrecon.RangeImage.orthographic(np.ma.masked_array(heights.data), step=(1.0, 1.0))
+    assert plain.valid.all()
+    masked = np.ma.masked_array([[0, 1, 2]], [[False, False, True]])
+    with pytest.raises(TypeError, match="integers, got masked entries: leave these out"):
+        surfrecon.Mesh(np.eye(3), masked)

@@ -81,8 +81,8 @@ def test_options_are_those_of_the_table():
     triangulate = [p.name for p in surfrecon.parameters("triangulate")]
     scan = [p.name for p in surfrecon.parameters("scan")]
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
-    assert set(keyword_options(surfrecon.merge)) == {*merge, "progress"}
-    assert set(keyword_options(surfrecon.Job.merge)) == set(merge)
+    assert set(keyword_options(surfrecon.merge)) == {*merge, "measure", "progress"}
+    assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
     sculpt = [p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")]
     assert set(keyword_options(surfrecon.sculpt)) == {*sculpt, "progress"}
     assert set(keyword_options(surfrecon.Sculptor)) == set(sculpt) - {"tolerance", "relative_tolerance"}
@@ -102,7 +102,10 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
     # No default is written twice: None means the table's.
     for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):
-        assert set(keyword_options(function).values()) == {None}
+        defaults = keyword_options(function)
+        # Whether to measure is no parameter of the table.
+        assert defaults.pop("measure", False) is False
+        assert set(defaults.values()) == {None}
 
 
 @pytest.mark.parametrize("parameter", surfrecon.parameters(), ids=lambda p: f"{p.operation}.{p.name}")

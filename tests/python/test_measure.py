@@ -26,6 +26,30 @@ def test_a_job_measures_the_same():
     assert np.array_equal(job.result(), surfrecon.distances(points, torus(), threads=1))
 
 
+def test_distances_to_scans_are_those_to_their_surfaces():
+    far = np.eye(4)
+    far[2, 3] = 10
+    points = [[0.5, 0.5, 4], [0.5, 0.5, 8], [3, 0.5, 0.5]]
+    found = surfrecon.distances(points, [CUBE, (CUBE, far), (CUBE, far, "named")])
+    assert found == pytest.approx([3, 2, 2])
+    assert np.array_equal(surfrecon.Job.distances(points, [CUBE, (CUBE, far)]).result(), found)
+    with pytest.raises(surfrecon.InputError, match="no triangle"):
+        surfrecon.distances(points, [])
+    with pytest.raises(TypeError, match="scan 0 must be"):
+        surfrecon.distances(points, [7])
+
+
+def test_the_nearest_triangle_is_at_the_distance():
+    mesh = torus(60)
+    centres = np.asarray(mesh.positions)[mesh.triangles].mean(axis=1)
+    assert np.array_equal(surfrecon.nearest_triangles(centres, mesh, threads=1), np.arange(len(centres)))
+    assert surfrecon.nearest_triangles(np.zeros((0, 3)), mesh).shape == (0,)
+    with pytest.raises(surfrecon.InputError, match="point 1"):
+        surfrecon.nearest_triangles([[0, 0, 0], [np.nan, 0, 0]], mesh)
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.nearest_triangles(centres, mesh, progress=lambda stage, share: False)
+
+
 def test_distances_near_a_torus_are_known():
     points = torus().positions + np.random.default_rng(0).normal(scale=0.03, size=(4608, 3))
     measured = surfrecon.distances(points, torus(300), signed=True)

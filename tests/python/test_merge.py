@@ -188,6 +188,34 @@ def test_a_job_cancels_at_once(many):
     assert time.monotonic() - start < 0.5
 
 
+def test_a_merge_that_measures_is_one_call(images):
+    plain = surfrecon.merge(images, voxel=0.06)
+    assert plain.distances is None
+    ticks = []
+    measured = surfrecon.merge(images, voxel=0.06, measure=True, progress=lambda *tick: ticks.append(tick))
+    assert np.array_equal(measured.mesh.positions, plain.mesh.positions)
+    # To what the merge itself made of the scans.
+    expected = surfrecon.distances(plain.mesh.positions, images)
+    assert np.array_equal(measured.distances, expected)
+    shares = [share for _, share in ticks]
+    assert shares == sorted(shares)
+    job = surfrecon.Job.merge(images, voxel=0.06, measure=True)
+    seen = []
+    while not job.done():
+        seen.append(job.progress()[1])
+    assert seen == sorted(seen)
+    assert np.array_equal(job.result().distances, expected)
+
+
+def test_a_merge_is_cancelled_also_while_it_measures(images):
+    job = surfrecon.Job.merge(images, voxel=0.02, measure=True)
+    while not job.done() and job.progress()[0] not in {"reading the scans", "measuring"}:
+        pass
+    job.cancel()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+
+
 def test_a_dropped_job_stops(many):
     job = surfrecon.Job.merge(many, voxel=0.002)
     time.sleep(0.02)

@@ -46,6 +46,18 @@ def test_cameras_see_what_they_look_at():
         assert image.valid.any() and np.array_equal(image.world_from_sensor, camera.world_from_sensor)
 
 
+def test_vectors_may_be_tuples_lists_or_arrays():
+    cameras = [
+        surfrecon.Camera.pinhole(
+            4, 4, height_angle=0.9, eye=kind((3, 0, 4)), target=kind((0, 0, 0)), up=kind((0, 1, 0))
+        )
+        for kind in (tuple, list, np.array)
+    ]
+    assert all((camera.world_from_sensor == cameras[0].world_from_sensor).all() for camera in cameras)
+    with pytest.raises(surfrecon.InputError, match="target must have shape"):
+        surfrecon.Camera.pinhole(4, 4, height_angle=0.9, eye=(3, 0, 4), target=(0, 0))
+
+
 def test_the_triangulated_scan_keeps_its_grid():
     scan = torus_scans(pixels=60)[0]
     mesh = scan.triangulate()

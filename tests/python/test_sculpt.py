@@ -64,8 +64,51 @@ def test_what_cannot_be_done_is_named(image):
 def test_progress_reports_and_cancels(image):
     noise = np.random.default_rng(1).random((900, 900))
     rough = surfrecon.RangeImage.orthographic(noise, step=(1.0, 1.0))
-    with pytest.raises(surfrecon.Cancelled):
-        surfrecon.sculpt(rough, tolerance=0.1, threads=1, progress=lambda stage, fraction: False)
+    sculptor = surfrecon.Sculptor(rough, threads=1)
+    for no in (False, np.False_):
+        for call in (
+            lambda **watched: surfrecon.sculpt(rough, tolerance=0.1, threads=1, **watched),
+            lambda **watched: sculptor.refine(tolerance=0.1, **watched),
+            lambda **watched: sculptor.at_most(100_000, **watched),
+            lambda **watched: sculptor.levels([0.1, 0.2], **watched),
+        ):
+            with pytest.raises(surfrecon.Cancelled):
+                call(progress=lambda stage, fraction: no)  # noqa: B023
+
+
+def test_what_progress_raises_comes_back_and_the_sculptor_lives_on(image):
+    sculptor = surfrecon.Sculptor(image)
+    expected = surfrecon.sculpt(image, tolerance=0.05).mesh.triangles
+
+    def fail(stage, fraction):
+        raise LookupError("mine")
+
+    for call in (
+        lambda: sculptor.refine(tolerance=0.001, progress=fail),
+        lambda: sculptor.at_most(300, progress=fail),
+        lambda: sculptor.levels([0.05, 0.001], progress=fail),
+    ):
+        with pytest.raises(LookupError, match="mine"):
+            call()
+        assert np.array_equal(sculptor.refine(tolerance=0.05).mesh.triangles, expected)
+
+
+def test_any_array_of_real_numbers_is_an_image(image):
+    heights = np.random.default_rng(3).integers(0, 50, (40, 60))
+    read_only = heights.astype(float)
+    read_only.flags.writeable = False
+    meshes = [
+        surfrecon.sculpt(surfrecon.RangeImage.orthographic(same, step=(1.0, 1.0)), tolerance=5.0).mesh.triangles
+        for same in (
+            heights,
+            read_only,
+            np.asfortranarray(heights),
+            heights.astype(">f4"),
+            heights.tolist(),
+            np.repeat(heights, 2, 1)[:, ::2],
+        )
+    ]
+    assert all(np.array_equal(mesh, meshes[0]) for mesh in meshes[1:])
 
 
 def test_a_job_refines_on_its_own_thread(image):
@@ -136,3 +179,22 @@ def test_real_scans_and_terrain_stay_within_the_bound(file):
         assert result.mesh.check()["is_manifold"]
         full = full or result.report["full_triangles"]
         assert len(result.mesh.triangles) < 0.8 * full
+
+
+def test_a_sculptor_is_made_by_a_job(image):
+    options = {"effort": 0, "edge_limit": 0.2}
+    made = surfrecon.Job.sculptor(image, **options).result()
+    assert isinstance(made, surfrecon.Sculptor)
+    result, same = made.refine(tolerance=0.01), surfrecon.Sculptor(image, **options).refine(tolerance=0.01)
+    assert np.array_equal(result.mesh.triangles, same.mesh.triangles)
+    with pytest.raises(surfrecon.ParameterError, match="effort"):
+        surfrecon.Job.sculptor(image, effort=9)
+    job = surfrecon.Job.sculptor(surfrecon.RangeImage.from_points(sheet(700), viewing=("parallel", (0, 0, -1))))
+    job.cancel()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+
+
+def sheet(side):
+    y, x = np.mgrid[:side, :side].astype(float)
+    return np.dstack([x, -y, 5 * np.sin(x / 9)])

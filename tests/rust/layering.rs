@@ -40,10 +40,16 @@ const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "ext
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
+    "blender-addon/python/src/allocator.rs",
     "blender-addon/python/src/arrays.rs",
     "rust-core/tests/import_memory.rs",
     "rust-core/tests/memory.rs",
-    "tests/rust/c/calls.rs",
+    "tests/rust/c/calls/files.rs",
+    "tests/rust/c/calls/mod.rs",
+    "tests/rust/c/calls/objects.rs",
+    "tests/rust/c/calls/operations.rs",
+    "tests/rust/c/calls/refusals.rs",
+    "tests/rust/c/calls/threads.rs",
     "tests/rust/c/header.rs",
     "tests/rust/c/library.rs",
     "tests/rust/c/structs.rs",

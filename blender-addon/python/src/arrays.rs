@@ -1,4 +1,4 @@
-//! NumPy arrays <-> slices and vectors. All `unsafe` of this crate is here.
+//! NumPy arrays <-> slices and vectors. All `unsafe` of this crate but the allocator's is here.
 //!
 //! Out: read-only arrays that borrow from a Rust object and keep it alive. In: anything `numpy.asarray` takes, copied
 //! once, because the work runs without the interpreter lock.
@@ -105,10 +105,38 @@ pub fn colours(value: &Bound<'_, PyAny>, what: &str, elements: &[Extent]) -> PyR
     Ok(bytes.chunks_exact(channels).map(|c| [c[0], c[1], c[2], if channels == 4 { c[3] } else { 255 }]).collect())
 }
 
+/// Colours of shape (n, 4), uint8, looked up in a table of 256 values a channel, all channels in one flat array.
+///
+/// # Errors
+/// `TypeError` for other types, `InputError` for another shape.
+pub fn looked_up(value: &Bound<'_, PyAny>, what: &str, tables: [&[f32; 256]; 4]) -> PyResult<Vec<f32>> {
+    let array = numbers(value, what, "u", &[None, Some(4)])?;
+    let array = value.py().import("numpy")?.call_method1("ascontiguousarray", (array,))?;
+    let array = array
+        .cast_into::<PyArray2<u8>>()
+        .map_err(|refused| PyTypeError::new_err(format!("{what} must be uint8: {refused}")))?;
+    let entries = array.readonly();
+    let (colours, _) = entries.as_slice()?.as_chunks::<4>();
+    let found: Vec<[f32; 4]> =
+        colours.iter().map(|colour| std::array::from_fn(|k| tables[k][usize::from(colour[k])])).collect();
+    Ok(found.into_flattened())
+}
+
 /// `value` as an array whose kind is one of `kinds` (NumPy's letters) and whose shape fits `shape`.
 fn numbers<'py>(value: &Bound<'py, PyAny>, what: &str, kinds: &str, shape: &[Extent]) -> PyResult<Bound<'py, PyAny>> {
-    let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let numpy = value.py().import("numpy")?;
+    let mut array = numpy.call_method1("asarray", (value,))?;
     let kind = dtype_kind(&array)?;
+    // An array of numbers and a mask, as rasters are read: what is masked is no number.
+    if kinds.contains('i')
+        && kinds.contains(kind.as_str())
+        && numpy.getattr("ma")?.call_method1("is_masked", (value,))?.is_truthy()?
+    {
+        if !kinds.contains('f') {
+            return Err(PyTypeError::new_err(format!("{what} must be integers, got masked entries: leave these out")));
+        }
+        array = value.call_method1("astype", ("float64",))?.call_method1("filled", (f64::NAN,))?;
+    }
     if !kinds.contains(kind.as_str()) {
         let wanted = if kinds.contains('f') { "real numbers" } else { "integers" };
         return Err(PyTypeError::new_err(format!("{what} must be {wanted}, got {}", dtype_name(&array)?)));

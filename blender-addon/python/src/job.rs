@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
@@ -11,7 +12,6 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::cluster::Clustered as CoreClustered;
 use surfrecon::import::Content;
-use surfrecon::merge::Merged;
 use surfrecon::mesh::certify::Certified;
 use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
@@ -20,23 +20,24 @@ use surfrecon::{Progress, Tick};
 use crate::cluster::{ClusterCall, Clustered};
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
-use crate::merge::{MergeCall, MergeResult};
+use crate::merge::{Measured, MergeCall, MergeResult};
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::scan::{ScanCall, scanned};
 use crate::scans::{Scan, to_object};
-use crate::sculpt::{RefineCall, Sculpted, Sculptor};
+use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
-    Merged(Box<Merged>),
+    Merged(Box<Measured>),
     Distances(Vec<f64>),
     Certified(Box<Certified>),
     /// One or, as a list, any number.
     Scanned(Vec<surfrecon::RangeImage>, bool),
     Read(Vec<Content>),
+    Prepared(Box<Sculptor>),
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
     Reconstructed(Box<surfrecon::scattered::Reconstructed>),
@@ -48,26 +49,74 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
-    progress: Arc<Progress<'static>>,
+    watched: Arc<Calls>,
     /// The progress shown last: it never falls.
     highest: Mutex<f64>,
     thread: Mutex<Option<JoinHandle<Outcome>>>,
 }
 
+/// The calls that a job makes one after the other, each with a progress of its own and its share of the time.
+struct Calls {
+    list: Vec<(Progress<'static>, f64)>,
+    running: AtomicUsize,
+}
+
+impl Calls {
+    fn new(shares: &[f64]) -> Self {
+        let list = shares.iter().map(|&share| (Progress::none(), share)).collect();
+        Calls { list, running: AtomicUsize::new(0) }
+    }
+
+    /// The progress of a call that begins.
+    fn begin(&self, index: usize) -> &Progress<'static> {
+        self.running.store(index, Relaxed);
+        &self.list[index].0
+    }
+
+    /// Where the running call stands within all.
+    fn tick(&self) -> Tick {
+        let index = self.running.load(Relaxed);
+        let (whole, before) = (self.share_of(self.list.len()), self.share_of(index));
+        let (progress, share) = &self.list[index];
+        let tick = progress.tick();
+        Tick { fraction: (before + share * tick.fraction) / whole, ..tick }
+    }
+
+    fn share_of(&self, calls: usize) -> f64 {
+        self.list[..calls].iter().map(|(_, share)| share).sum()
+    }
+
+    fn cancel(&self) {
+        self.list.iter().for_each(|(progress, _)| progress.cancel());
+    }
+
+    fn is_stopping(&self) -> bool {
+        self.list.iter().any(|(progress, _)| progress.is_stopping())
+    }
+}
+
 impl Job {
     fn start(call: impl FnOnce(&Progress<'static>) -> surfrecon::Result<Made> + Send + 'static) -> PyResult<Self> {
-        let progress = Arc::new(Progress::none());
-        let watched = progress.clone();
-        let work = move || catch_unwind(AssertUnwindSafe(|| call(&watched)));
+        Job::start_calls(&[1.0], |calls| call(calls.begin(0)))
+    }
+
+    /// Starts a job of several calls with these shares of the time.
+    fn start_calls(
+        shares: &[f64],
+        work: impl FnOnce(&Calls) -> surfrecon::Result<Made> + Send + 'static,
+    ) -> PyResult<Self> {
+        let watched = Arc::new(Calls::new(shares));
+        let calls = watched.clone();
+        let work = move || catch_unwind(AssertUnwindSafe(|| work(&calls)));
         let thread = std::thread::Builder::new()
             .name("surfrecon-job".to_owned())
             .spawn(work)
             .map_err(|e| input_error(format!("the system refuses another thread: {e}")))?;
-        Ok(Job { progress, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)) })
+        Ok(Job { watched, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)) })
     }
 }
 
@@ -91,7 +140,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     #[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None,
-        min_component_share = None, edge_limit = None, grazing_limit = None, threads = None))]
+        min_component_share = None, edge_limit = None, grazing_limit = None, measure = false, threads = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn merge(
         scans: &Bound<'_, PyAny>,
@@ -101,6 +150,7 @@ impl Job {
         min_component_share: Option<f64>,
         edge_limit: Option<f64>,
         grazing_limit: Option<f64>,
+        measure: bool,
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let call = MergeCall::new(
@@ -111,9 +161,13 @@ impl Job {
             min_component_share,
             edge_limit,
             grazing_limit,
+            measure,
             threads,
         )?;
-        Job::start(move |progress| Ok(Made::Merged(Box::new(call.run(progress)?))))
+        Job::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
+            let merged = call.run(calls.begin(0))?;
+            Ok(Made::Merged(Box::new(call.measured(merged, calls.begin(1))?)))
+        })
     }
 
     /// Starts ``surfrecon.distances`` with the same arguments but ``progress``.
@@ -122,7 +176,12 @@ impl Job {
     ///     InputError, TypeError: like ``distances``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     #[pyo3(signature = (points, mesh, *, signed = false, threads = None))]
-    fn distances(points: &Bound<'_, PyAny>, mesh: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+    fn distances(
+        points: &Bound<'_, PyAny>,
+        mesh: &Bound<'_, PyAny>,
+        signed: bool,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
         let call = DistanceCall::new(points, mesh, signed, threads)?;
         Job::start(move |progress| Ok(Made::Distances(call.run(progress)?)))
     }
@@ -199,6 +258,40 @@ impl Job {
         })
     }
 
+    /// Starts ``Sculptor`` with the same arguments: the result is one.
+    ///
+    /// Raises:
+    ///     ParameterError: like ``Sculptor``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, simplify_borders = None,
+        edge_limit = None, grazing_limit = None, threads = None))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    fn sculptor(
+        image: &RangeImage,
+        effort: Option<i64>,
+        interpolate: Option<bool>,
+        min_angle: Option<f64>,
+        simplify_borders: Option<bool>,
+        edge_limit: Option<f64>,
+        grazing_limit: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let call = PrepareCall::new(
+            image,
+            effort,
+            interpolate,
+            min_angle,
+            simplify_borders,
+            edge_limit,
+            grazing_limit,
+            threads,
+        )?;
+        Job::start(move |progress| {
+            progress.plan(&[("preparing", 1.0)]);
+            Ok(Made::Prepared(Box::new(call.run(progress)?)))
+        })
+    }
+
     /// Starts ``Sculptor.refine`` with the same arguments but ``progress``.
     ///
     /// Raises:
@@ -222,7 +315,8 @@ impl Job {
         Job::start(move |progress| Ok(Made::Quads(Box::new(call.run(progress)?))))
     }
 
-    /// Starts ``reconstructor.surface`` with the same arguments but ``progress``.
+    /// Starts ``reconstructor.surface`` with the same arguments but ``progress``. While the reconstructor makes another
+    /// surface the job waits for its turn.
     ///
     /// Raises:
     ///     ParameterError, InputError: like ``surface``, at once. Other errors are raised by ``result``.
@@ -238,7 +332,7 @@ impl Job {
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let call = SurfaceCall::new(reconstructor, threshold, topology, closure, factor, threads)?;
-        Job::start(move |progress| Ok(Made::Reconstructed(Box::new(call.run(progress)?))))
+        Job::start(move |progress| Ok(Made::Reconstructed(Box::new(call.run_in_turn(progress)?))))
     }
 
     /// Starts ``surfrecon.cluster`` with the same arguments but ``progress``; with ``levels``, a list of numbers of vertices,
@@ -272,7 +366,7 @@ impl Job {
 
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
-        let tick = self.progress.tick();
+        let tick = self.watched.tick();
         let mut highest = self.highest.lock().unwrap_or_else(PoisonError::into_inner);
         *highest = highest.max(tick.fraction);
         (tick.stage, *highest)
@@ -280,13 +374,15 @@ impl Job {
 
     /// Asks the work to stop, which it does within a tenth of a second; ``result`` then raises ``Cancelled``.
     fn cancel(&self) {
-        self.progress.cancel();
+        self.watched.cancel();
     }
 
     /// Whether the work has ended, in whatever way. Also true once the result was fetched.
+    ///
+    /// A cancelled job has ended as soon as its work has; its thread may still be giving memory back.
     fn done(&self) -> bool {
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
-        thread.as_ref().is_none_or(JoinHandle::is_finished)
+        self.watched.is_stopping() || thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
     /// Waits for the end and hands out what the call returns; once only.
@@ -300,6 +396,10 @@ impl Job {
         let Some(thread) = thread else {
             return Err(PyRuntimeError::new_err("the result of this job was already fetched"));
         };
+        if self.watched.is_stopping() && !thread.is_finished() {
+            // Nobody waits for memory that is given back.
+            return Err(to_python(&surfrecon::Error::Cancelled));
+        }
         match py.detach(|| thread.join()) {
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),
@@ -311,6 +411,7 @@ impl Job {
                     contents.into_iter().map(|content| to_object(py, content)).collect::<PyResult<Vec<_>>>()?;
                 Ok(PyList::new(py, contents)?.into_any())
             }
+            Ok(Ok(Ok(Made::Prepared(sculptor)))) => Ok(Bound::new(py, *sculptor)?.into_any()),
             Ok(Ok(Ok(Made::Sculpted(made)))) => {
                 let (core, [rows, cols]) = *made;
                 Ok(Bound::new(py, Sculpted::new(py, core, rows, cols)?)?.into_any())
@@ -339,6 +440,6 @@ impl Job {
 
 impl Drop for Job {
     fn drop(&mut self) {
-        self.progress.cancel();
+        self.watched.cancel();
     }
 }

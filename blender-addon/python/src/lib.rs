@@ -2,10 +2,11 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate |
+//! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate but the allocator's |
 //! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
 //! | `progress` | a Python callback and Ctrl-C -> the core's progress |
 //! | `settings` | the most memory a call may take |
+//! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
@@ -18,6 +19,7 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+mod allocator;
 mod arrays;
 mod cluster;
 mod errors;
@@ -43,15 +45,17 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
+    use crate::allocator::{memory_in_use, memory_peak};
+    #[pymodule_export]
     use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]
-    use crate::measure::{distances, surface_distance};
+    use crate::measure::{distances, nearest_triangles, surface_distance};
     #[pymodule_export]
     use crate::merge::{MergeReport, MergeResult, merge};
     #[pymodule_export]
-    use crate::mesh::Mesh;
+    use crate::mesh::{Mesh, linear_colours};
     #[pymodule_export]
     use crate::params::{Parameter, parameters};
     #[pymodule_export]

@@ -7,19 +7,21 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::mesh::certify::{Certified, certify};
-use surfrecon::mesh::measure::{Side, deviation};
+use surfrecon::mesh::measure::{self, Side};
+use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
+use crate::merge::{Source, as_dyn, sources};
 use crate::mesh::Mesh;
 use crate::params::count_of;
 use crate::progress::Watch;
 
-/// Exact distances of points to the nearest points of a mesh.
+/// Exact distances of points to the nearest points of a mesh, or of scans.
 ///
 /// Args:
 ///     points: (n, 3) real numbers.
-///     mesh: the surface.
+///     mesh: the surface, or scans as ``merge`` takes them, with the points in the world.
 ///     signed: whether distances behind the surface are negative; right wherever the mesh is closed.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
 ///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
@@ -29,13 +31,14 @@ use crate::progress::Watch;
 ///
 /// Raises:
 ///     InputError: a mesh without triangles, a point that isn't finite.
+///     FormatError, FileError: a scan that can't be read.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (points, mesh, *, signed = false, threads = None, progress = None))]
 pub fn distances<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
-    mesh: &Mesh,
+    mesh: &Bound<'py, PyAny>,
     signed: bool,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
@@ -48,9 +51,15 @@ pub fn distances<'py>(
 /// A measurement with all it needs, free of Python.
 pub struct DistanceCall {
     points: Vec<DVec3>,
-    mesh: Arc<TriMesh>,
+    reference: Reference,
     side: Side,
     threads: usize,
+}
+
+/// What is measured against.
+enum Reference {
+    Mesh(Arc<TriMesh>),
+    Scans(Vec<Source>),
 }
 
 impl DistanceCall {
@@ -58,20 +67,68 @@ impl DistanceCall {
     ///
     /// # Errors
     /// `ParameterError`, `InputError`, `TypeError`.
-    pub fn new(points: &Bound<'_, PyAny>, mesh: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
+    pub fn new(
+        points: &Bound<'_, PyAny>,
+        mesh: &Bound<'_, PyAny>,
+        signed: bool,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
         let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
+        let reference = match mesh.cast::<Mesh>() {
+            Ok(mesh) => Reference::Mesh(mesh.get().mesh.clone()),
+            Err(_) => Reference::Scans(sources(mesh)?),
+        };
         let side = if signed { Side::Signed } else { Side::Ignored };
         let threads = count_of("merge", "threads", threads)?;
-        Ok(DistanceCall { points: arrays::vectors(&coordinates), mesh: mesh.mesh.clone(), side, threads })
+        Ok(DistanceCall { points: arrays::vectors(&coordinates), reference, side, threads })
     }
 
     /// Runs it.
     ///
     /// # Errors
-    /// See [`deviation`].
+    /// See [`measure::deviation`] and [`surfrecon::merge::deviation`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Vec<f64>> {
-        Ok(deviation(&self.points, &self.mesh, self.side, self.threads, progress)?.distances)
+        let DistanceCall { points, reference, side, threads } = self;
+        let found = match reference {
+            Reference::Mesh(mesh) => measure::deviation(points, mesh, *side, *threads, progress)?,
+            Reference::Scans(scans) => {
+                let triangulation = TriangulateParams::default();
+                surfrecon::merge::deviation(points, &as_dyn(scans), &triangulation, *side, *threads, progress)?
+            }
+        };
+        Ok(found.distances)
     }
+}
+
+/// For each point the triangle of a mesh that is nearest, of several as near the one of the smallest index.
+///
+/// Args:
+///     points: (n, 3) real numbers.
+///     mesh: the surface.
+///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
+///
+/// Returns:
+///     (n,) uint32, indices into ``mesh.triangles``.
+///
+/// Raises:
+///     InputError: a mesh without triangles, a point that isn't finite.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+#[pyo3(signature = (points, mesh, *, threads = None, progress = None))]
+pub fn nearest_triangles<'py>(
+    py: Python<'py>,
+    points: &Bound<'py, PyAny>,
+    mesh: &Mesh,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
+    let (points, mesh) = (arrays::vectors(&coordinates), mesh.mesh.clone());
+    let threads = count_of("merge", "threads", threads)?;
+    let found =
+        Watch::new(progress).run(py, move |progress| measure::nearest_triangles(&points, &mesh, threads, progress))?;
+    Ok(PyArray1::from_vec(py, found))
 }
 
 /// Distance of a whole surface to another, with a bound that holds between the vertices too.

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use glam::DAffine3;
+use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::merge::{MergeParams, Merged, OrientedSurface, ScanSource};
+use surfrecon::mesh::measure::Side;
 use surfrecon::triangulate::TriangulateParams;
-use surfrecon::{RangeImage as CoreImage, TriMesh, import};
+use surfrecon::{Progress, RangeImage as CoreImage, TriMesh, import};
 
 use crate::arrays;
 use crate::mesh::Mesh;
@@ -31,12 +33,13 @@ use crate::scans::Scan;
 ///         0 keeps all.
 ///     edge_limit: longest edge between neighbouring samples of a range image.
 ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+///     measure: whether to measure how far the surface lies from the scans, which then are all in memory at once.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A ``MergeResult`` with ``mesh`` (in the world) and ``report``.
+///     A ``MergeResult`` with ``mesh`` (in the world), ``report`` and, if asked for, ``distances``.
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
@@ -44,7 +47,7 @@ use crate::scans::Scan;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None, min_component_share = None,
-    edge_limit = None, grazing_limit = None, threads = None, progress = None))]
+    edge_limit = None, grazing_limit = None, measure = false, threads = None, progress = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn merge(
     py: Python<'_>,
@@ -55,6 +58,7 @@ pub fn merge(
     min_component_share: Option<f64>,
     edge_limit: Option<f64>,
     grazing_limit: Option<f64>,
+    measure: bool,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<MergeResult> {
@@ -66,17 +70,28 @@ pub fn merge(
         min_component_share,
         edge_limit,
         grazing_limit,
+        measure,
         threads,
     )?;
-    let merged = Watch::new(progress).run(py, |progress| call.run(progress))?;
+    let merged = Watch::new(progress).run_parts(py, |watch| {
+        let merged = call.run(&watch.span(0.0, call.merging()))?;
+        call.measured(merged, &watch.span(call.merging(), 1.0))
+    })?;
     MergeResult::new(py, merged)
 }
 
 /// A merge with all it needs, free of Python.
 pub struct MergeCall {
-    pub sources: Vec<Source>,
-    pub params: MergeParams,
+    sources: Vec<Source>,
+    params: MergeParams,
+    measure: bool,
 }
+
+/// A merged surface, and the distances of its vertices from the scans if they were asked for.
+pub type Measured = (Merged, Option<Vec<f64>>);
+
+/// Share of the time that the merge itself takes where the surface is measured afterwards.
+const MERGING: f64 = 0.8;
 
 impl MergeCall {
     /// Checks and takes the arguments of Python's `merge`.
@@ -92,6 +107,7 @@ impl MergeCall {
         min_component_share: Option<f64>,
         edge_limit: Option<f64>,
         grazing_limit: Option<f64>,
+        measure: bool,
         threads: Option<i64>,
     ) -> PyResult<Self> {
         let params = MergeParams {
@@ -103,17 +119,41 @@ impl MergeCall {
             triangulation: triangulation(edge_limit, grazing_limit)?,
             threads: count_of("merge", "threads", threads)?,
         };
-        Ok(MergeCall { sources: sources(scans)?, params })
+        Ok(MergeCall { sources: sources(scans)?, params, measure })
     }
 
-    /// Runs it.
+    /// Share of the whole that [`MergeCall::run`] takes; [`MergeCall::measured`] takes the rest.
+    pub fn merging(&self) -> f64 {
+        if self.measure { MERGING } else { 1.0 }
+    }
+
+    /// Merges.
     ///
     /// # Errors
     /// See [`surfrecon::merge::run`].
-    pub fn run(&self, progress: &surfrecon::Progress<'_>) -> surfrecon::Result<Merged> {
-        let sources: Vec<&dyn ScanSource> = self.sources.iter().map(|s| s as &dyn ScanSource).collect();
-        surfrecon::merge::run(&sources, &self.params, progress)
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
+        surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress)
     }
+
+    /// Measures what was merged, if that was asked for.
+    ///
+    /// # Errors
+    /// See [`surfrecon::merge::deviation`].
+    pub fn measured(&self, merged: Merged, progress: &Progress<'_>) -> surfrecon::Result<Measured> {
+        if !self.measure {
+            return Ok((merged, None));
+        }
+        let MergeParams { triangulation, threads, .. } = &self.params;
+        let sources = as_dyn(&self.sources);
+        let points = &merged.mesh.positions;
+        let found = surfrecon::merge::deviation(points, &sources, triangulation, Side::Ignored, *threads, progress)?;
+        Ok((merged, Some(found.distances)))
+    }
+}
+
+/// The scans as the core takes them.
+pub fn as_dyn(sources: &[Source]) -> Vec<&dyn ScanSource> {
+    sources.iter().map(|s| s as &dyn ScanSource).collect()
 }
 
 /// One scan to merge, owned: the caller's objects may change or vanish while the merge runs.
@@ -190,12 +230,16 @@ pub struct MergeResult {
     /// Figures of the run.
     #[pyo3(get)]
     report: Py<MergeReport>,
+    /// (n,) float64: the distance of each vertex from the nearest point of the scans; ``None`` unless it was asked for.
+    #[pyo3(get)]
+    distances: Option<Py<PyArray1<f64>>>,
 }
 
 impl MergeResult {
-    pub fn new(py: Python<'_>, merged: Merged) -> PyResult<Self> {
+    pub fn new(py: Python<'_>, (merged, distances): Measured) -> PyResult<Self> {
         let report = Py::new(py, MergeReport { report: merged.report })?;
-        Ok(MergeResult { mesh: Py::new(py, Mesh::from(merged.mesh))?, report })
+        let distances = distances.map(|distances| PyArray1::from_vec(py, distances).unbind());
+        Ok(MergeResult { mesh: Py::new(py, Mesh::from(merged.mesh))?, report, distances })
     }
 }
 

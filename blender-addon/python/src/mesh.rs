@@ -223,6 +223,29 @@ impl Mesh {
     }
 }
 
+/// Colours as hosts' shaders take them: linear light in single precision.
+///
+/// Args:
+///     colours: (n, 4) uint8, sRGB with alpha.
+///
+/// Returns:
+///     (4 n,) float32, newly made: red, green and blue of 0 to 1 in linear light, alpha as its share of 255.
+///
+/// Raises:
+///     InputError: another shape.
+///     TypeError: entries of another type.
+#[pyfunction]
+pub fn linear_colours<'py>(colours: &Bound<'py, PyAny>) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
+    let share: [f32; 256] = std::array::from_fn(|byte| (byte as f64 / 255.0) as f32);
+    // IEC 61966-2-1.
+    let light: [f32; 256] = std::array::from_fn(|byte| {
+        let x = byte as f64 / 255.0;
+        (if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }) as f32
+    });
+    let linear = arrays::looked_up(colours, "colours", [&light, &light, &light, &share])?;
+    Ok(numpy::PyArray1::from_vec(colours.py(), linear))
+}
+
 /// Refuses a name with another ending than the format's.
 ///
 /// # Errors

@@ -43,7 +43,13 @@ impl Watch {
 
     /// The progress of part `index` of `count` of equal length.
     pub fn part(&self, index: usize, count: usize) -> Progress<'_> {
-        Progress::new(move |tick| self.tick(Tick { fraction: (index as f64 + tick.fraction) / count as f64, ..tick }))
+        let place = |index: usize| index as f64 / count as f64;
+        self.span(place(index), place(index + 1))
+    }
+
+    /// The progress of what leads from one share of the whole to another.
+    pub fn span(&self, from: f64, to: f64) -> Progress<'_> {
+        Progress::new(move |tick| self.tick(Tick { fraction: from + (to - from) * tick.fraction, ..tick }))
     }
 
     fn tick(&self, tick: Tick) -> ControlFlow<()> {
@@ -51,8 +57,8 @@ impl Watch {
             py.check_signals()?;
             let Some(callback) = &self.callback else { return Ok(true) };
             let answer = callback.bind(py).call1((tick.stage, tick.fraction))?;
-            // Only False cancels: a callback without a return statement answers None.
-            Ok(!answer.is(pyo3::types::PyBool::new(py, false)))
+            // Only False cancels, numpy's, too: a callback without a return statement answers None.
+            Ok(answer.extract::<bool>().unwrap_or(true))
         });
         match go_on {
             Ok(true) => ControlFlow::Continue(()),

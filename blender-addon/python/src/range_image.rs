@@ -127,8 +127,8 @@ impl RangeImage {
     /// A range image of one point a pixel.
     ///
     /// Args:
-    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite: invalid pixel. Large
-    ///         offsets belong into ``world_from_sensor``.
+    ///     points: (rows, cols, 3) real numbers in the sensor's frame, kept as float32; not finite or masked: invalid
+    ///         pixel. Large offsets belong into ``world_from_sensor``.
     ///     viewing: ``("parallel", direction)`` or ``("from", origin)`` in the sensor's frame; by default parallel along
     ///         -z, the sensor at +z.
     ///     name: for messages and reports.
@@ -155,7 +155,7 @@ impl RangeImage {
     /// A height map: rays along -z, ``values`` are z.
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
     ///     step: x from column to column and y from row to row; negative y puts row 0 at the top.
     ///     first: x and y of pixel (0, 0).
     ///     name: for messages and reports.
@@ -177,7 +177,7 @@ impl RangeImage {
     /// A depth camera's image: x to the right, y down, z forward.
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
     ///     focal: fx and fy in pixels.
     ///     centre: cx and cy in pixels, pixel centres at whole numbers.
     ///     depth: what values measure: ``"planar"`` (z) or ``"ray"`` (distance along the ray).
@@ -201,7 +201,7 @@ impl RangeImage {
     /// A terrestrial scan: ``values`` are distances along the rays.
     ///
     /// Args:
-    ///     values: (rows, cols) real numbers; not finite: invalid pixel.
+    ///     values: (rows, cols) real numbers; not finite or masked: invalid pixel.
     ///     step: azimuth from column to column and elevation from row to row, radians.
     ///     first: azimuth and elevation of pixel (0, 0), radians; azimuth turns from +x toward +y, elevation toward +z.
     ///     name: for messages and reports.

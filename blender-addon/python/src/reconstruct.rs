@@ -1,6 +1,7 @@
 //! Scattered points -> surface.
 
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -148,17 +149,35 @@ impl SurfaceCall {
     /// Runs it.
     ///
     /// # Errors
-    /// See [`CoreReconstructor::surface`]; [`Error::Input`] while another surface is being made.
+    /// See [`CoreReconstructor::surface`]; [`Error::Input`] while another surface is being made: waiting for that could be
+    /// waiting for this very thread, from a progress callback.
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
-        // Waiting here could wait for ever: for this very thread, from a progress callback.
-        let mut reconstructor = match self.reconstructor.try_lock() {
-            Ok(reconstructor) => reconstructor,
-            Err(TryLockError::Poisoned(left)) => left.into_inner(),
-            Err(TryLockError::WouldBlock) => {
-                return Err(Error::input("the reconstructor is making another surface: wait for it, or make two"));
-            }
+        let Some(mut reconstructor) = self.take() else {
+            return Err(Error::input("the reconstructor is making another surface: wait for it, or make two"));
         };
         reconstructor.surface(&self.params, progress)
+    }
+
+    /// Runs it once the surface before is made, or a cancelled one's memory given back; for threads without callbacks.
+    ///
+    /// # Errors
+    /// See [`CoreReconstructor::surface`].
+    pub fn run_in_turn(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
+        loop {
+            if let Some(mut reconstructor) = self.take() {
+                return reconstructor.surface(&self.params, progress);
+            }
+            progress.check()?;
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    fn take(&self) -> Option<MutexGuard<'_, CoreReconstructor<Arc<CoreCloud>>>> {
+        match self.reconstructor.try_lock() {
+            Ok(reconstructor) => Some(reconstructor),
+            Err(TryLockError::Poisoned(left)) => Some(left.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
     }
 }
 

@@ -34,21 +34,28 @@ impl Camera {
     ///     spacing: distance of neighbouring pixels, in the unit of the mesh.
     ///     target: the point in the middle of the image.
     ///     toward: direction of view.
-    ///     up: direction of row 0.
+    ///     up: direction of row 0, z by default.
     ///
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = (0.0, 0.0, 1.0)))]
+    #[pyo3(signature = (rows, cols, *, spacing, target, toward, up = None))]
     fn orthographic(
         rows: usize,
         cols: usize,
         spacing: f64,
-        target: (f64, f64, f64),
-        toward: (f64, f64, f64),
-        up: (f64, f64, f64),
+        target: &Bound<'_, PyAny>,
+        toward: &Bound<'_, PyAny>,
+        up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        made(scan::Camera::orthographic(rows, cols, spacing, target.into(), toward.into(), up.into()))
+        made(scan::Camera::orthographic(
+            rows,
+            cols,
+            spacing,
+            arrays::vector(target, "target")?,
+            arrays::vector(toward, "toward")?,
+            vertical(up, DVec3::Z)?,
+        ))
     }
 
     /// A depth camera.
@@ -58,21 +65,28 @@ impl Camera {
     ///     height_angle: angle between the first and the last row, radians.
     ///     eye: centre of projection.
     ///     target: the point in the middle of the image.
-    ///     up: direction of row 0.
+    ///     up: direction of row 0, z by default.
     ///
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = (0.0, 0.0, 1.0)))]
+    #[pyo3(signature = (rows, cols, *, height_angle, eye, target, up = None))]
     fn pinhole(
         rows: usize,
         cols: usize,
         height_angle: f64,
-        eye: (f64, f64, f64),
-        target: (f64, f64, f64),
-        up: (f64, f64, f64),
+        eye: &Bound<'_, PyAny>,
+        target: &Bound<'_, PyAny>,
+        up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        made(scan::Camera::pinhole(rows, cols, height_angle, eye.into(), target.into(), up.into()))
+        made(scan::Camera::pinhole(
+            rows,
+            cols,
+            height_angle,
+            arrays::vector(eye, "eye")?,
+            arrays::vector(target, "target")?,
+            vertical(up, DVec3::Z)?,
+        ))
     }
 
     /// A depth camera by its intrinsics and pose.
@@ -105,21 +119,21 @@ impl Camera {
     ///     rows, cols: size of the image.
     ///     lowest, highest: elevations of the last and the first row, radians from the horizon.
     ///     eye: where it stands.
-    ///     up: its vertical.
+    ///     up: its vertical, z by default.
     ///
     /// Raises:
     ///     InputError: numbers that aren't usable.
     #[staticmethod]
-    #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = (0.0, 0.0, 1.0)))]
+    #[pyo3(signature = (rows, cols, *, lowest, highest, eye, up = None))]
     fn spherical(
         rows: usize,
         cols: usize,
         lowest: f64,
         highest: f64,
-        eye: (f64, f64, f64),
-        up: (f64, f64, f64),
+        eye: &Bound<'_, PyAny>,
+        up: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        made(scan::Camera::spherical(rows, cols, lowest, highest, eye.into(), up.into()))
+        made(scan::Camera::spherical(rows, cols, lowest, highest, arrays::vector(eye, "eye")?, vertical(up, DVec3::Z)?))
     }
 
     /// Number of rows.
@@ -143,6 +157,11 @@ impl Camera {
     fn __repr__(&self) -> String {
         format!("<Camera {} x {} pixels>", self.camera.rows, self.camera.cols)
     }
+}
+
+/// The direction given as `up`, or the usual one.
+fn vertical(up: Option<&Bound<'_, PyAny>>, usual: DVec3) -> PyResult<DVec3> {
+    up.map_or(Ok(usual), |up| arrays::vector(up, "up"))
 }
 
 fn made(camera: scan::Camera) -> PyResult<Camera> {
@@ -176,7 +195,7 @@ pub fn turntable(
     above: Option<usize>,
     below: Option<usize>,
     elevation: Option<f64>,
-    up: Option<(f64, f64, f64)>,
+    up: Option<&Bound<'_, PyAny>>,
     pixels: Option<usize>,
     height_angle: Option<f64>,
 ) -> PyResult<Vec<Camera>> {
@@ -186,7 +205,7 @@ pub fn turntable(
         above: above.unwrap_or(default.above),
         below: below.unwrap_or(default.below),
         elevation: elevation.unwrap_or(default.elevation),
-        up: up.map_or(default.up, DVec3::from),
+        up: vertical(up, default.up)?,
         pixels: pixels.unwrap_or(default.pixels),
         height_angle,
     };
@@ -338,7 +357,8 @@ impl ScanCall {
         &self,
         part: impl Fn(usize, usize) -> Progress<'a>,
     ) -> surfrecon::Result<Vec<surfrecon::RangeImage>> {
-        let bvh = Bvh::build(&self.mesh.positions, &self.mesh.triangles, self.params.threads)?;
+        let (positions, triangles) = (&self.mesh.positions, &self.mesh.triangles);
+        let bvh = Bvh::build_with(positions, triangles, self.params.threads, &part(0, self.cameras.len().max(1)))?;
         let scan = |(k, camera)| {
             let params = ScanParams { seed: self.params.seed.wrapping_add(k as u64), ..self.params };
             scan::scan(&self.mesh, &bvh, camera, &params, &part(k, self.cameras.len()))

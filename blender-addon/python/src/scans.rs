@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PySlice};
+use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
 use surfrecon::export::{PlyEncoding, write_points_ply, write_scan_list};
 use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
 
@@ -306,6 +306,10 @@ impl ScanSet {
             Some(scan) => Ok(scan.bind(py).clone().into_any()),
             None => Err(PyIndexError::new_err(format!("scan {index} of {length}"))),
         }
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, &self.scans)?.try_iter()
     }
 
     fn __repr__(&self) -> String {

@@ -128,6 +128,51 @@ pub struct Sculptor {
     cols: usize,
 }
 
+/// A sculptor to be made, free of Python.
+pub struct PrepareCall {
+    image: Arc<CoreImage>,
+    params: SculptParams,
+}
+
+impl PrepareCall {
+    /// Checks and takes the arguments of Python's `Sculptor`.
+    ///
+    /// # Errors
+    /// `ParameterError`.
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    pub fn new(
+        image: &RangeImage,
+        effort: Option<i64>,
+        interpolate: Option<bool>,
+        min_angle: Option<f64>,
+        simplify_borders: Option<bool>,
+        edge_limit: Option<f64>,
+        grazing_limit: Option<f64>,
+        threads: Option<i64>,
+    ) -> PyResult<Self> {
+        let params = SculptParams {
+            effort: count_of("sculpt", "effort", effort)? as u32,
+            interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
+            min_angle: number("min_angle", min_angle)?,
+            simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
+            triangulation: triangulation(edge_limit, grazing_limit)?,
+            threads: count_of("sculpt", "threads", threads)?,
+            ..SculptParams::default()
+        };
+        Ok(PrepareCall { image: image.image.clone(), params })
+    }
+
+    /// Finds where the mesh may be.
+    ///
+    /// # Errors
+    /// As [`CoreSculptor::prepare`].
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Sculptor> {
+        let (rows, cols) = (self.image.rows(), self.image.cols());
+        let sculptor = CoreSculptor::prepare(self.image.clone(), &self.params, progress)?;
+        Ok(Sculptor { sculptor: Arc::new(sculptor), rows, cols })
+    }
+}
+
 /// A call of ``Sculptor.refine`` with its arguments, to be run on any thread.
 pub struct RefineCall {
     sculptor: Arc<CoreSculptor<Arc<CoreImage>>>,
@@ -164,19 +209,17 @@ impl Sculptor {
         grazing_limit: Option<f64>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
-        let params = SculptParams {
-            effort: count_of("sculpt", "effort", effort)? as u32,
-            interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
-            min_angle: number("min_angle", min_angle)?,
-            simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
-            triangulation: triangulation(edge_limit, grazing_limit)?,
-            threads: count_of("sculpt", "threads", threads)?,
-            ..SculptParams::default()
-        };
-        let image = image.image.clone();
-        let (rows, cols) = (image.rows(), image.cols());
-        let sculptor = detached(py, || CoreSculptor::new(image, &params))?;
-        Ok(Sculptor { sculptor: Arc::new(sculptor), rows, cols })
+        let call = PrepareCall::new(
+            image,
+            effort,
+            interpolate,
+            min_angle,
+            simplify_borders,
+            edge_limit,
+            grazing_limit,
+            threads,
+        )?;
+        detached(py, || call.run(&Progress::none()))
     }
 
     /// Difference between the farthest and the nearest range of the covered samples.

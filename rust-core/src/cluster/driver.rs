@@ -420,7 +420,7 @@ impl<'a> Job<'a> {
             clock.lap("patches");
             let made = self.make(disks, None, &mut clock, progress)?;
             let points: Vec<_> = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
-            let deviation = measure::deviation_within(&points, &made.mesh, progress)?;
+            let deviation = measure::deviation_within(&points, &made.mesh, measure::Side::Ignored, 0, progress)?;
             clock.lap("measure");
             if deviation.summary.max <= bound {
                 return Ok(made.into_result(clock, Some(deviation.summary)));

@@ -76,7 +76,7 @@ pub fn keep(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result
             return Ok(());
         }
     }
-    let tree = Bvh::build(&surface.points, &creases.segments, rayon::current_num_threads())?;
+    let tree = Bvh::build_with(&surface.points, &creases.segments, rayon::current_num_threads(), progress)?;
     let creases = (&creases, &corners[..]);
     // With room to make way most nodes beside a crease reach it; where that costs an angle, they get none.
     let mut loose = net.clone();

@@ -103,7 +103,7 @@ fn normals(net: &Net) -> Vec<DVec3> {
 }
 
 fn terms(net: &Net, normals: &[DVec3], samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Term>> {
-    let bvh = Bvh::build(&net.points, &net.triangles, rayon::current_num_threads())?;
+    let bvh = Bvh::build_with(&net.points, &net.triangles, rayon::current_num_threads(), progress)?;
     let mut terms = vec![Term::default(); samples.len()];
     terms.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(terms, samples)| {
         for (term, sample) in terms.iter_mut().zip(samples) {

@@ -7,9 +7,11 @@
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
 //! | `triangles` | do two triangles cross |
+//! | `wide` | determinants of integers of 62 bits |
 
 pub mod bvh;
 pub mod delaunay3;
 pub mod neighbours;
 pub mod predicates;
 pub mod triangles;
+mod wide;

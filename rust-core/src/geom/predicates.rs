@@ -8,6 +8,8 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use num_bigint::{BigInt, Sign};
 use robust::{Coord, Coord3D};
 
+use super::wide;
+
 fn sign(x: f64) -> i8 {
     i8::from(x > 0.0) - i8::from(x < 0.0)
 }
@@ -29,13 +31,13 @@ pub fn orient3d(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> i8 {
 pub enum Arithmetic {
     /// Plain doubles: points of so small a lattice that no determinant is ever rounded.
     Double,
-    /// 128-bit integers, for coordinates that are integers once multiplied by `scale`.
-    Integer {
-        /// A power of two.
+    /// Integers of 320 bits where the differences of the coordinates, multiplied by `scale`, have at most 62 bits, as in
+    /// range images, single precision and wherever the points of one sign are close to each other; sums of doubles
+    /// elsewhere.
+    Adaptive {
+        /// A power of two that makes all coordinates integers.
         scale: f64,
     },
-    /// Sums of doubles.
-    Expansion,
     /// Integers of any length.
     Big {
         /// Whether doubles approximate the determinants at all, so that a filter may be put before.
@@ -43,8 +45,6 @@ pub enum Arithmetic {
     },
 }
 
-/// Bits that each relative coordinate may have for 128-bit integers to hold the determinant of a sphere.
-const INTEGER_BITS: i32 = 22;
 /// Exponents of the least bits between which the products of five doubles neither overflow nor underflow.
 const LEAST_BIT: i32 = -200;
 
@@ -63,8 +63,8 @@ impl Arithmetic {
         if least_bit == i32::MAX {
             return (Arithmetic::Double, 1.0);
         }
-        // Largest below 1 afterwards.
-        let shift = -exponent(largest) - 1;
+        // Largest below 1 afterwards, by a factor that is a number.
+        let shift = (-exponent(largest) - 1).min(1000);
         if least_bit + shift < -1074 {
             return (Arithmetic::Big { normal: false }, 1.0);
         }
@@ -75,10 +75,8 @@ impl Arithmetic {
             Arithmetic::Big { normal: true }
         } else if 24.0 * steps.x * steps.y * steps.z * steps.length_squared() < 9e15 {
             Arithmetic::Double
-        } else if steps.max_element() < f64::from(1 << INTEGER_BITS) {
-            Arithmetic::Integer { scale: lattice }
         } else {
-            Arithmetic::Expansion
+            Arithmetic::Adaptive { scale: lattice }
         };
         (arithmetic, factor)
     }
@@ -89,16 +87,16 @@ impl Arithmetic {
 pub fn volume_sign(points: [DVec3; 4], arithmetic: Arithmetic) -> i8 {
     let [a, b, c, d] = points;
     match arithmetic {
-        Arithmetic::Integer { scale } => {
-            let [a, b, c] = [a, b, c].map(|p| integers(p, d, scale));
-            (-determinant(&a, &b, &c)).signum() as i8
-        }
+        Arithmetic::Adaptive { scale } => match integers([a, b, c], d, scale) {
+            Some(relative) => -wide::determinant_sign(&relative),
+            None => -orient3d(a, b, c, d),
+        },
         Arithmetic::Big { .. } => {
             let [a, b, c, d] = points.map(big);
             let [a, b, c] = [a, b, c].map(|p| difference(&p, &d));
             -sign_of(&determinant(&a, &b, &c))
         }
-        _ => -orient3d(a, b, c, d),
+        Arithmetic::Double => -orient3d(a, b, c, d),
     }
 }
 
@@ -119,25 +117,45 @@ pub fn are_collinear(points: [DVec3; 3], arithmetic: Arithmetic) -> bool {
 /// if outside, 0 if on it.
 pub fn sphere_sign(points: [DVec3; 5], arithmetic: Arithmetic) -> i8 {
     match arithmetic {
-        Arithmetic::Integer { scale } => {
-            let [a, b, c, d] = [0, 1, 2, 3].map(|i| integers(points[i], points[4], scale));
-            lifted(&a, &b, &c, &d).signum() as i8
+        Arithmetic::Adaptive { scale } => {
+            let [a, b, c, d, p] = points;
+            match integers([a, b, c, d], p, scale) {
+                Some(relative) => wide::sphere_sign(&relative),
+                None => insphere(points),
+            }
         }
         Arithmetic::Big { .. } => {
             let p = big(points[4]);
             let [a, b, c, d] = [0, 1, 2, 3].map(|i| difference(&big(points[i]), &p));
             sign_of(&lifted(&a, &b, &c, &d))
         }
-        _ => {
-            let [a, b, c, d, p] = points.map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
-            -sign(robust::insphere(a, b, c, d, p))
-        }
+        Arithmetic::Double => insphere(points),
     }
 }
 
-/// `a - origin` in steps of the lattice; exact by the choice of [`Arithmetic::Integer`].
-fn integers(a: DVec3, origin: DVec3, scale: f64) -> [i128; 3] {
-    ((a - origin) * scale).to_array().map(|x| i128::from(x as i64))
+fn insphere(points: [DVec3; 5]) -> i8 {
+    let [a, b, c, d, p] = points.map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+    -sign(robust::insphere(a, b, c, d, p))
+}
+
+/// `points - origin` in steps of the lattice, exact; `None` if that takes more than 62 bits.
+fn integers<const N: usize>(points: [DVec3; N], origin: DVec3, scale: f64) -> Option<[wide::Vector; N]> {
+    const LIMIT: f64 = (1_i64 << (wide::BITS - 1)) as f64;
+    let mut largest = 0.0_f64;
+    let mut relative = [[0; 3]; N];
+    for (relative, p) in relative.iter_mut().zip(points) {
+        for (k, to) in relative.iter_mut().enumerate() {
+            // The difference and what its rounding took away (Shewchuk 1997, theorem 7): multiples of the lattice's step, both.
+            let (a, b) = (p[k], origin[k]);
+            let difference = a - b;
+            let b_part = a - difference;
+            let rounded_away = (a - (difference + b_part)) + (b_part - b);
+            largest = largest.max((difference * scale).abs());
+            // Overflows only where the limit is passed, and nothing is returned.
+            *to = ((difference * scale) as i64).wrapping_add((rounded_away * scale) as i64);
+        }
+    }
+    (largest < LIMIT).then_some(relative)
 }
 
 /// The coordinates as integers, in units of the smallest double.

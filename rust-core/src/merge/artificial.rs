@@ -6,8 +6,13 @@
 use rayon::prelude::*;
 
 use super::lattice::Lattice;
+use super::passes;
 use super::reconstruct::{Artificial, AtNode, Surface};
+use crate::error::Result;
+use crate::progress::Progress;
 
+/// Elements handled between two looks at the progress.
+const BLOCK: usize = 1 << 14;
 /// Rounds in which artificial vertices follow each other.
 const ROUNDS: usize = 4;
 /// Artificial vertices keep this distance, in cells, from the nodes of their edge.
@@ -19,21 +24,24 @@ const UNITS: f64 = (1_u64 << 32) as f64;
 const APART: f64 = 1.0 / 4096.0;
 
 /// Places the artificial vertices and gives them the mean trust and colour of their neighbours.
-pub fn place(surface: &mut Surface, lattice: &Lattice) {
+pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<()> {
     let slots = surface.artificial.len();
     if slots == 0 {
-        return;
+        return Ok(());
     }
-    let mut slot_of = vec![u32::MAX; surface.positions.len()];
+    let mut slot_of = passes::filled(u32::MAX, surface.positions.len(), progress)?;
     for (slot, a) in surface.artificial.iter().enumerate() {
         slot_of[a.vertex as usize] = slot as u32;
     }
-    let (starts, neighbours) = neighbours(surface, &slot_of);
+    let (starts, neighbours) = neighbours(surface, &slot_of, progress)?;
     let of = |slot: usize| &neighbours[starts[slot] as usize..starts[slot + 1] as usize];
     for round in 0..=ROUNDS {
         let placed: Vec<_> = (0..slots)
             .into_par_iter()
             .map(|slot| {
+                if slot % BLOCK == 0 {
+                    progress.check()?;
+                }
                 let Artificial { vertex, axis, node } = surface.artificial[slot];
                 let known = |v: &&u32| round > 0 || slot_of[**v as usize] == u32::MAX;
                 let base = lattice.world(node, axis as usize, 0.0)[axis as usize];
@@ -48,28 +56,28 @@ pub fn place(surface: &mut Surface, lattice: &Lattice) {
                 }
                 if count == 0 {
                     let v = vertex as usize;
-                    return (surface.positions[v], surface.confidence[v], surface.colour[v]);
+                    return Ok((surface.positions[v], surface.confidence[v], surface.colour[v]));
                 }
                 let mean = |sum: i64| sum as f64 / f64::from(count) / UNITS;
                 let position = lattice.world(node, axis as usize, mean(along).clamp(INSET, 1.0 - INSET));
-                (position, mean(trust) as f32, colour.map(|c| ((c + count / 2) / count) as u8))
+                Ok((position, mean(trust) as f32, colour.map(|c| ((c + count / 2) / count) as u8)))
             })
-            .collect();
-        for (slot, (position, trust, colour)) in placed.into_iter().enumerate() {
+            .collect::<Result<_>>()?;
+        passes::each(slots, progress, |slot| {
             let v = surface.artificial[slot].vertex as usize;
-            surface.positions[v] = position;
-            surface.confidence[v] = trust;
-            surface.colour[v] = colour;
-        }
+            (surface.positions[v], surface.confidence[v], surface.colour[v]) = placed[slot];
+        })?;
     }
+    Ok(())
 }
 
 /// The vertices around each artificial vertex, as starts and a flat list.
-fn neighbours(surface: &Surface, slot_of: &[u32]) -> (Vec<u32>, Vec<u32>) {
+fn neighbours(surface: &Surface, slot_of: &[u32], progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<u32>)> {
     let pairs: Vec<Vec<(u32, u32)>> = surface
         .triangles
-        .par_chunks(1 << 14)
+        .par_chunks(BLOCK)
         .map(|triangles| {
+            progress.check()?;
             let mut pairs = Vec::new();
             for &[a, b, c] in triangles {
                 for (v, others) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
@@ -79,23 +87,27 @@ fn neighbours(surface: &Surface, slot_of: &[u32]) -> (Vec<u32>, Vec<u32>) {
                     }
                 }
             }
-            pairs
+            Ok(pairs)
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let mut starts = vec![0_u32; surface.artificial.len() + 1];
-    for &(slot, _) in pairs.iter().flatten() {
-        starts[slot as usize + 1] += 1;
+    for pairs in &pairs {
+        progress.check()?;
+        pairs.iter().for_each(|&(slot, _)| starts[slot as usize + 1] += 1);
     }
     for slot in 1..starts.len() {
         starts[slot] += starts[slot - 1];
     }
     let mut next = starts.clone();
     let mut list = vec![0; starts[starts.len() - 1] as usize];
-    for (slot, vertex) in pairs.into_iter().flatten() {
-        list[next[slot as usize] as usize] = vertex;
-        next[slot as usize] += 1;
+    for pairs in pairs {
+        progress.check()?;
+        for (slot, vertex) in pairs {
+            list[next[slot as usize] as usize] = vertex;
+            next[slot as usize] += 1;
+        }
     }
-    (starts, list)
+    Ok((starts, list))
 }
 
 /// Moves vertices that meet exactly in a node a little way down their edges, or triangles between them would have no area.

@@ -9,6 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::components::parts;
 use super::holes::{self, Reason};
 use super::lattice::Lattice;
+use super::passes;
 use super::pinches;
 use super::reconstruct::Surface;
 use crate::error::Result;
@@ -44,7 +45,7 @@ pub enum Limit {
 /// # Errors
 /// Cancelled.
 pub fn close_holes(surface: &mut Surface, limit: Limit, lattice: &Lattice, progress: &Progress<'_>) -> Result<Closed> {
-    let limits = Limits::new(surface, limit);
+    let limits = Limits::new(surface, limit, progress)?;
     let boundary = std::mem::take(&mut surface.boundary);
     let report = holes::close(
         &mut surface.positions,
@@ -68,7 +69,7 @@ pub fn close_holes(surface: &mut Surface, limit: Limit, lattice: &Lattice, progr
         if stuck.is_empty() {
             break;
         }
-        let mut trial = Trial::new(surface.clone(), &stuck);
+        let mut trial = Trial::new(surface.copied(progress)?, &stuck);
         trial.run(&limits, lattice, progress)?;
         if trial.failed.is_empty() {
             result.closed += trial.closed;
@@ -95,23 +96,23 @@ struct Limits {
 }
 
 impl Limits {
-    fn new(surface: &Surface, limit: Limit) -> Self {
+    fn new(surface: &Surface, limit: Limit, progress: &Progress<'_>) -> Result<Self> {
         let (length, share) = match limit {
-            Limit::Length(length) => return Limits { length, parts: Vec::new(), of_part: FxHashMap::default() },
+            Limit::Length(length) => return Ok(Limits { length, parts: Vec::new(), of_part: FxHashMap::default() }),
             Limit::OfPart(length, share) => (length, share),
         };
-        let parts = parts(surface.positions.len(), &surface.triangles);
+        let parts = parts(surface.positions.len(), &surface.triangles, progress)?;
         let empty = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
         let mut boxes: FxHashMap<u32, _> = surface.boundary.iter().map(|s| (parts[s[0] as usize], empty)).collect();
-        for (part, &position) in parts.iter().zip(&surface.positions) {
-            if let Some((low, high)) = boxes.get_mut(part) {
-                *low = low.min(position);
-                *high = high.max(position);
+        passes::each(parts.len(), progress, |v| {
+            if let Some((low, high)) = boxes.get_mut(&parts[v]) {
+                *low = low.min(surface.positions[v]);
+                *high = high.max(surface.positions[v]);
             }
-        }
+        })?;
         let within = |(low, high): (glam::DVec3, glam::DVec3)| length.min(share * low.distance(high));
         let of_part = boxes.into_iter().map(|(part, bounds)| (part, within(bounds))).collect();
-        Limits { length, parts, of_part }
+        Ok(Limits { length, parts, of_part })
     }
 
     fn of(&self, vertices: &[u32]) -> f64 {
@@ -148,8 +149,8 @@ impl Trial {
         let mut stuck: FxHashSet<u32> = self.hole_of.iter().filter(|at| *at.1 != OTHER).map(|at| *at.0).collect();
         for round in 1..=PEEL_ROUNDS {
             let peeled: FxHashSet<usize> = stuck.iter().filter_map(|v| self.hole_of.get(v).copied()).collect();
-            self.peel(&stuck);
-            pinches::split(&mut self.surface, lattice);
+            self.peel(&stuck, progress)?;
+            pinches::split(&mut self.surface, lattice, progress)?;
             let wanted = self.take_loops(peeled);
             if !self.failed.is_empty() {
                 return Ok(());
@@ -209,12 +210,21 @@ impl Trial {
     }
 
     /// Removes all triangles at these vertices and brings the boundary up to date.
-    fn peel(&mut self, vertices: &FxHashSet<u32>) {
+    fn peel(&mut self, vertices: &FxHashSet<u32>, progress: &Progress<'_>) -> Result<()> {
         let surface = &mut self.surface;
-        let mut marked = vec![false; surface.positions.len()];
+        let mut marked = passes::filled(false, surface.positions.len(), progress)?;
         vertices.iter().for_each(|&v| marked[v as usize] = true);
-        let goes = |t: &[u32; 3]| t.iter().any(|&v| marked[v as usize]);
-        let removed: Vec<[u32; 3]> = surface.triangles.iter().copied().filter(goes).collect();
+        let goes = passes::made(surface.triangles.len(), progress, |t| {
+            surface.triangles[t].iter().any(|&v| marked[v as usize])
+        })?;
+        let mut removed = Vec::new();
+        passes::retain(&mut surface.cases, progress, |t, _| !goes[t])?;
+        passes::retain(&mut surface.triangles, progress, |t, triangle| {
+            if goes[t] {
+                removed.push(triangle);
+            }
+            !goes[t]
+        })?;
         let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
         let gone: FxHashSet<[u32; 2]> = removed.iter().flat_map(sides).collect();
         let open: FxHashSet<[u32; 2]> = surface.boundary.iter().copied().collect();
@@ -231,13 +241,7 @@ impl Trial {
                 }
             }
         }
-        let mut t = 0;
-        let keep: Vec<bool> = surface.triangles.iter().map(|t| !goes(t)).collect();
-        surface.cases.retain(|_| {
-            t += 1;
-            keep[t - 1]
-        });
-        surface.triangles.retain(|t| !goes(t));
+        Ok(())
     }
 }
 

@@ -1,6 +1,9 @@
 //! Stage 8: connected parts of the surface; the small ones, mostly stray borders of scans, are dropped.
 
+use super::passes;
 use super::reconstruct::Surface;
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// Parts and faces that were dropped.
 pub struct Dropped {
@@ -11,12 +14,12 @@ pub struct Dropped {
 }
 
 /// Drops connected parts with fewer than `min_share` of the triangles of the largest part, and vertices without a triangle.
-pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
-    let part_of = parts(surface.positions.len(), &surface.triangles);
-    let mut faces = vec![0_u32; surface.positions.len()];
-    for t in &surface.triangles {
-        faces[part_of[t[0] as usize] as usize] += 1;
-    }
+pub fn drop_small(surface: &mut Surface, min_share: f64, progress: &Progress<'_>) -> Result<Dropped> {
+    let part_of = parts(surface.positions.len(), &surface.triangles, progress)?;
+    let mut faces = passes::filled(0_u32, surface.positions.len(), progress)?;
+    passes::each(surface.triangles.len(), progress, |t| {
+        faces[part_of[surface.triangles[t][0] as usize] as usize] += 1;
+    })?;
     let largest = faces.iter().copied().max().unwrap_or(0);
     let least = min_share * f64::from(largest);
     let mut dropped = Dropped { components: 0, faces: 0 };
@@ -26,48 +29,41 @@ pub fn drop_small(surface: &mut Surface, min_share: f64) -> Dropped {
             dropped.faces += u64::from(f);
         }
     }
-    let keep: Vec<bool> = part_of
-        .iter()
-        .map(|&part| {
-            let f = faces[part as usize];
-            f > 0 && f64::from(f) >= least
-        })
-        .collect();
+    let keep = passes::made(part_of.len(), progress, |v| {
+        let f = faces[part_of[v] as usize];
+        f > 0 && f64::from(f) >= least
+    })?;
     if keep.iter().any(|&k| !k) {
-        compact(surface, &keep);
+        compact(surface, &keep, progress)?;
     }
-    dropped
+    Ok(dropped)
 }
 
-fn compact(surface: &mut Surface, keep: &[bool]) {
-    let mut number = vec![u32::MAX; keep.len()];
-    for (next, (v, _)) in (0..).zip(keep.iter().enumerate().filter(|k| *k.1)) {
-        number[v] = next;
-    }
-    fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
-        let mut v = 0;
-        list.retain(|_| {
-            v += 1;
-            keep[v - 1]
-        });
-    }
-    retain(&mut surface.positions, keep);
-    retain(&mut surface.confidence, keep);
-    retain(&mut surface.colour, keep);
-    retain(&mut surface.scan, keep);
-    let kept: Vec<bool> = surface.triangles.iter().map(|t| keep[t[0] as usize]).collect();
-    retain(&mut surface.cases, &kept);
-    surface.triangles.retain(|t| keep[t[0] as usize]);
-    surface.triangles.iter_mut().for_each(|t| *t = t.map(|v| number[v as usize]));
+fn compact(surface: &mut Surface, keep: &[bool], progress: &Progress<'_>) -> Result<()> {
+    let mut next = 0;
+    let number = passes::made(keep.len(), progress, |v| {
+        next += u32::from(keep[v]);
+        // Of those that go nobody asks.
+        next.wrapping_sub(1)
+    })?;
+    passes::retain(&mut surface.positions, progress, |v, _| keep[v])?;
+    passes::retain(&mut surface.confidence, progress, |v, _| keep[v])?;
+    passes::retain(&mut surface.colour, progress, |v, _| keep[v])?;
+    passes::retain(&mut surface.scan, progress, |v, _| keep[v])?;
+    let Surface { triangles, cases, .. } = surface;
+    passes::retain(cases, progress, |t, _| keep[triangles[t][0] as usize])?;
+    passes::retain(triangles, progress, |_, t| keep[t[0] as usize])?;
+    passes::each(triangles.len(), progress, |t| triangles[t] = triangles[t].map(|v| number[v as usize]))?;
     surface.boundary.retain(|side| keep[side[0] as usize]);
     surface.boundary.iter_mut().for_each(|side| *side = side.map(|v| number[v as usize]));
     surface.artificial.retain(|a| keep[a.vertex as usize]);
     surface.artificial.iter_mut().for_each(|a| a.vertex = number[a.vertex as usize]);
+    Ok(())
 }
 
 /// The lowest vertex of each vertex's part: union by lower index with path halving.
-pub fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut parent: Vec<u32> = (0..vertices as u32).collect();
+pub fn parts(vertices: usize, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<u32>> {
+    let mut parent = passes::made(vertices, progress, |v| v as u32)?;
     fn find(parent: &mut [u32], mut v: u32) -> u32 {
         while parent[v as usize] != v {
             let up = parent[parent[v as usize] as usize];
@@ -76,20 +72,19 @@ pub fn parts(vertices: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
         }
         v
     }
-    for &[a, b, c] in triangles {
+    passes::each(triangles.len(), progress, |t| {
+        let [a, b, c] = triangles[t];
         let up = [parent[a as usize], parent[b as usize], parent[c as usize]];
         if up[0] == up[1] && up[1] == up[2] {
-            continue;
+            return;
         }
         let roots = [find(&mut parent, a), find(&mut parent, b), find(&mut parent, c)];
         let lowest = roots[0].min(roots[1]).min(roots[2]);
         for root in roots {
             parent[root as usize] = lowest;
         }
-    }
+    })?;
     // Parents have lower indices, so one pass upward finds every root.
-    for v in 0..vertices {
-        parent[v] = parent[parent[v] as usize];
-    }
-    parent
+    passes::each(vertices, progress, |v| parent[v] = parent[parent[v] as usize])?;
+    Ok(parent)
 }

@@ -77,11 +77,15 @@ pub struct OverlapDistances {
 
 impl OverlapDistances {
     /// Measures all lines.
-    pub fn measure(bundles: &[RawBundle]) -> Self {
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn measure(bundles: &[RawBundle], progress: &Progress<'_>) -> Result<Self> {
         let empty = || vec![0_u64; (REACH * BINS_PER_CELL) as usize];
         let counts = bundles
             .par_iter()
-            .fold(empty, |mut counts, raw| {
+            .try_fold(empty, |mut counts, raw| {
+                progress.check()?;
                 for_each_line(raw, |_, line| {
                     for i in 1..line.len() {
                         let (a, b) = (&line[i - 1], &line[i]);
@@ -96,10 +100,10 @@ impl OverlapDistances {
                         }
                     }
                 });
-                counts
+                Ok(counts)
             })
-            .reduce(empty, |a, b| a.iter().zip(&b).map(|(a, b)| a + b).collect());
-        OverlapDistances { counts }
+            .try_reduce(empty, |a, b| Ok(a.iter().zip(&b).map(|(a, b)| a + b).collect()))?;
+        Ok(OverlapDistances { counts })
     }
 
     /// The distance in cells that this share of the pairs stays below; `None` without a pair.

@@ -15,6 +15,8 @@ mod defaults;
 
 mod budget;
 
+mod passes;
+
 // 2. initial removal
 mod remove;
 
@@ -42,6 +44,9 @@ mod components;
 // 9. holes
 mod close;
 
+// afterwards: how far the surface lies from the scans
+mod deviation;
+
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -56,6 +61,7 @@ use lattice::Lattice;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+pub use deviation::deviation;
 pub use source::{OrientedSurface, PlacedMesh, ScanSource};
 
 use crate::error::{Error, Result, Shown};
@@ -269,7 +275,7 @@ fn merge(
     let merge_distance = match params.merge_distance {
         Some(distance) => distance / report.voxel,
         None => {
-            let distances = defaults::OverlapDistances::measure(&raw);
+            let distances = defaults::OverlapDistances::measure(&raw, progress)?;
             report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
             distances.quantile(0.95).unwrap_or(1.0).max(1.0)
         }
@@ -299,16 +305,16 @@ fn merge(
     drop(bricks);
     drop(bundles);
     report.artificial_intersections = surface.artificial.len() as u64;
-    artificial::place(&mut surface, &lattice);
+    artificial::place(&mut surface, &lattice, progress)?;
     artificial::separate_at_nodes(&mut surface, &lattice);
     clock.lap("artificial");
-    pinches::split(&mut surface, &lattice);
+    pinches::split(&mut surface, &lattice, progress)?;
     clock.lap("pinches");
-    let dropped = components::drop_small(&mut surface, params.min_component_share);
+    let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
     report.dropped_components = [dropped.components, dropped.faces];
     clock.lap("components");
     refuse_nothing(&surface, report.voxel)?;
-    let size = surface.extent();
+    let size = surface.extent(progress)?;
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
 
@@ -324,15 +330,16 @@ fn merge(
     let holes = close::close_holes(&mut surface, limit, &lattice, progress)?;
     report.holes = [holes.closed, holes.open];
     if holes.peeled {
-        let dropped = components::drop_small(&mut surface, params.min_component_share);
+        let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
         report.dropped_components[0] += dropped.components;
         report.dropped_components[1] += dropped.faces;
         refuse_nothing(&surface, report.voxel)?;
     }
-    report.faces = surface.count_cases();
+    report.faces = surface.count_cases(progress)?;
+    let mesh = surface.into_mesh(scans.coloured, progress)?;
     clock.lap("holes");
     report.seconds = clock.laps;
-    Ok(Merged { mesh: surface.into_mesh(scans.coloured), report })
+    Ok(Merged { mesh, report })
 }
 
 /// By default holes are closed up to a boundary of this many voxels ...

@@ -7,32 +7,36 @@
 use rustc_hash::FxHashMap;
 
 use super::lattice::Lattice;
+use super::passes;
 use super::reconstruct::Surface;
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// Distance, in cells, between the vertices of the fans along their edge of the grid.
 const APART: f64 = 1.0 / 1024.0;
 
 /// Splits all pinched vertices; returns how many.
-pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
+pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<usize> {
     // Every fan that isn't closed has one boundary side starting at its vertex.
     let mut starting: Vec<u32> = surface.boundary.iter().map(|side| side[0]).collect();
     starting.sort_unstable();
     let mut pinched: Vec<u32> = starting.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]).collect();
     pinched.dedup();
     if pinched.is_empty() {
-        return 0;
+        return Ok(0);
     }
-    let mut is_pinched = vec![false; surface.positions.len()];
+    let mut is_pinched = passes::filled(false, surface.positions.len(), progress)?;
     pinched.iter().for_each(|&v| is_pinched[v as usize] = true);
     let mut around: FxHashMap<u32, Vec<usize>> = pinched.iter().map(|&v| (v, Vec::new())).collect();
-    for (t, triangle) in surface.triangles.iter().enumerate() {
-        for v in triangle.iter().filter(|v| is_pinched[**v as usize]) {
+    passes::each(surface.triangles.len(), progress, |t| {
+        for v in surface.triangles[t].iter().filter(|v| is_pinched[**v as usize]) {
             if let Some(list) = around.get_mut(v) {
                 list.push(t);
             }
         }
-    }
+    })?;
     for &vertex in &pinched {
+        progress.check()?;
         let mut left = around.remove(&vertex).expect("every pinched vertex has its list");
         let mut fans = Vec::new();
         while let Some(t) = left.pop() {
@@ -53,7 +57,7 @@ pub fn split(surface: &mut Surface, lattice: &Lattice) -> usize {
         }
         separate(surface, lattice, vertex, fans);
     }
-    pinched.len()
+    Ok(pinched.len())
 }
 
 /// Gives each fan at `vertex` a vertex of its own, in a row along the grid line it lies on, in the order in which the fans

@@ -12,6 +12,7 @@ use super::artificial::NEAR_NODE;
 use super::classify::Bundles;
 use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
+use super::passes;
 use super::table::{EDGE_CORNERS, INTERIOR, TABLE};
 use crate::error::Result;
 use crate::mesh::{Attribute, TriMesh};
@@ -42,7 +43,7 @@ pub struct AtNode {
 }
 
 /// The surface of all valid cells, before holes are closed.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub struct Surface {
     /// Vertices in the world.
     pub positions: Vec<DVec3>,
@@ -65,11 +66,34 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// A copy.
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn copied(&self, progress: &Progress<'_>) -> Result<Surface> {
+        Ok(Surface {
+            positions: passes::copied(&self.positions, progress)?,
+            confidence: passes::copied(&self.confidence, progress)?,
+            colour: passes::copied(&self.colour, progress)?,
+            scan: passes::copied(&self.scan, progress)?,
+            triangles: passes::copied(&self.triangles, progress)?,
+            artificial: passes::copied(&self.artificial, progress)?,
+            at_nodes: passes::copied(&self.at_nodes, progress)?,
+            boundary: passes::copied(&self.boundary, progress)?,
+            cases: passes::copied(&self.cases, progress)?,
+        })
+    }
+
     /// Size of the bounding box.
-    pub fn extent(&self) -> DVec3 {
-        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = self.positions.iter().fold(empty, |(low, high), &p| (low.min(p), high.max(p)));
-        (high - low).max(DVec3::ZERO)
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn extent(&self, progress: &Progress<'_>) -> Result<DVec3> {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        passes::each(self.positions.len(), progress, |v| {
+            (low, high) = (low.min(self.positions[v]), high.max(self.positions[v]));
+        })?;
+        Ok((high - low).max(DVec3::ZERO))
     }
 
     /// Whether there is no triangle.
@@ -97,16 +121,22 @@ impl Surface {
     }
 
     /// Number of triangles of each case.
-    pub fn count_cases(&self) -> [u64; 3] {
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn count_cases(&self, progress: &Progress<'_>) -> Result<[u64; 3]> {
         let mut counts = [0; 3];
-        self.cases.iter().for_each(|&case| counts[case as usize] += 1);
-        counts
+        passes::each(self.cases.len(), progress, |t| counts[self.cases[t] as usize] += 1)?;
+        Ok(counts)
     }
 
     /// The mesh with its attributes.
-    pub fn into_mesh(self, coloured: bool) -> TriMesh {
-        let hole_fill = self.cases.iter().map(|&case| case == Case::Fill).collect();
-        let interpolated = self.scan.iter().map(|&scan| scan < 0).collect();
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn into_mesh(self, coloured: bool, progress: &Progress<'_>) -> Result<TriMesh> {
+        let hole_fill = passes::made(self.cases.len(), progress, |t| self.cases[t] == Case::Fill)?;
+        let interpolated = passes::made(self.scan.len(), progress, |v| self.scan[v] < 0)?;
         let mut mesh = TriMesh::new(self.positions, self.triangles);
         mesh.vertex_attributes = vec![
             Attribute::f32("confidence", self.confidence),
@@ -117,7 +147,7 @@ impl Surface {
             mesh.vertex_attributes.push(Attribute::colour("colour", self.colour));
         }
         mesh.face_attributes = vec![Attribute::bool("hole_fill", hole_fill)];
-        mesh
+        Ok(mesh)
     }
 }
 
@@ -174,20 +204,25 @@ impl Bricks<'_> {
 }
 
 /// Counts the triangles of a brick; `inside` of its upper neighbours is needed for the cells on its upper faces.
-pub fn count_triangles(bricks: &mut [Box<BrickSurface>]) {
+///
+/// # Errors
+/// Cancelled.
+pub fn count_triangles(bricks: &mut [Box<BrickSurface>], progress: &Progress<'_>) -> Result<()> {
     let index: FxHashMap<[i32; 3], u32> = bricks.iter().enumerate().map(|(i, b)| (b.brick, i as u32)).collect();
     let counts: Vec<u32> = bricks
         .par_iter()
         .map(|surface| {
+            progress.check()?;
             let inside = corner_rows(surface, |brick| index.get(&brick).map(|&i| &bricks[i as usize].inside));
             let mut count = 0;
             for_each_cell(surface, |cell| count += TABLE.count(configuration(&inside, cell)) as u32);
-            count
+            Ok(count)
         })
-        .collect();
+        .collect::<Result<_>>()?;
     for (surface, count) in bricks.iter_mut().zip(counts) {
         surface.triangles = count;
     }
+    Ok(())
 }
 
 const CORNER_WIDTH: usize = BRICK as usize + 2;
@@ -230,7 +265,7 @@ pub fn reconstruct(
     lattice: &Lattice,
     progress: &Progress<'_>,
 ) -> Result<Surface> {
-    count_triangles(bricks);
+    count_triangles(bricks, progress)?;
     let mut first_vertex = Vec::with_capacity(bricks.len());
     let (mut vertices, mut triangles) = (0_usize, 0_usize);
     for surface in bricks.iter() {
@@ -246,12 +281,12 @@ pub fn reconstruct(
     let index = bricks.iter().enumerate().map(|(i, b)| (b.brick, i as u32)).collect();
     let bricks = Bricks { list: bricks, first_vertex, index };
     let mut surface = Surface {
-        positions: vec![DVec3::ZERO; vertices],
+        positions: passes::filled(DVec3::ZERO, vertices, progress)?,
         confidence: vec![0.0; vertices],
-        colour: vec![[255; 4]; vertices],
-        scan: vec![-1; vertices],
+        colour: passes::filled([255; 4], vertices, progress)?,
+        scan: passes::filled(-1, vertices, progress)?,
         triangles: vec![[0; 3]; triangles],
-        cases: vec![Case::Direct; triangles],
+        cases: passes::filled(Case::Direct, triangles, progress)?,
         ..Surface::default()
     };
     let parts = split(&bricks, &mut surface);
@@ -264,6 +299,7 @@ pub fn reconstruct(
         })
         .collect::<Result<Vec<_>>>()?;
     for (artificial, at_nodes, boundary) in rest {
+        progress.check()?;
         surface.artificial.extend(artificial);
         surface.at_nodes.extend(at_nodes);
         surface.boundary.extend(boundary);

@@ -112,8 +112,7 @@ pub fn certify(
     progress.stage(0, points.len().div_ceil(CHUNK) as u64);
     let pool = crate::threads::pool(threads)?;
     progress.run(&pool, || {
-        let bvh = Bvh::build(&reference.positions, &reference.triangles, threads)?;
-        progress.check()?;
+        let bvh = Bvh::build_with(&reference.positions, &reference.triangles, threads, progress)?;
         let mut distances = vec![0.0; points.len()];
         measure_points(points, reference, &bvh, side, &mut distances, 1, progress)?;
         let vertices = Deviation { summary: Summary::of(&distances), distances };

@@ -13,6 +13,8 @@ use crate::progress::Progress;
 
 /// Points that are measured between two looks at the progress.
 pub(super) const CHUNK: usize = 1024;
+/// Triangles handled between two looks at the progress.
+const BLOCK: usize = 1 << 16;
 
 /// Whether distances say on which side of the surface a point is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,22 +93,64 @@ pub fn deviation(
 ) -> Result<Deviation> {
     check_measurable(points, mesh)?;
     progress.plan(&[("measuring", 1.0)]);
-    progress.stage(0, points.len().div_ceil(CHUNK) as u64);
+    progress.stage(0, chunks(points.len()));
     let pool = crate::threads::pool(threads)?;
     progress.run(&pool, || distances(points, mesh, side, threads, 1, progress))
 }
 
-/// The same as part of another operation's work, within its pool: its progress is only asked whether to go on.
+/// The same as part of another operation's work, within its pool. Each of the [`chunks`] advances the progress by
+/// `counts`.
 ///
 /// # Errors
 /// As [`deviation`].
-pub(crate) fn deviation_within(points: &[DVec3], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Deviation> {
+pub(crate) fn deviation_within(
+    points: &[DVec3],
+    mesh: &TriMesh,
+    side: Side,
+    counts: u64,
+    progress: &Progress<'_>,
+) -> Result<Deviation> {
     check_measurable(points, mesh)?;
-    distances(points, mesh, Side::Ignored, rayon::current_num_threads(), 0, progress)
+    distances(points, mesh, side, rayon::current_num_threads(), counts, progress)
+}
+
+/// Steps in which so many points are measured.
+pub(crate) fn chunks(points: usize) -> u64 {
+    points.div_ceil(CHUNK) as u64
+}
+
+/// For each of `points` the triangle of `mesh` that is nearest, of several as near the one of the smallest index.
+///
+/// # Cost
+/// As [`deviation`].
+///
+/// # Errors
+/// As [`deviation`].
+pub fn nearest_triangles(
+    points: &[DVec3],
+    mesh: &TriMesh,
+    threads: usize,
+    progress: &Progress<'_>,
+) -> Result<Vec<u32>> {
+    check_measurable(points, mesh)?;
+    progress.plan(&[("measuring", 1.0)]);
+    progress.stage(0, chunks(points.len()));
+    let pool = crate::threads::pool(threads)?;
+    progress.run(&pool, || {
+        let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
+        let mut nearest = vec![0; points.len()];
+        nearest.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(nearest, points)| {
+            for (nearest, &point) in nearest.iter_mut().zip(points) {
+                *nearest = bvh.closest_point(point).expect("there is a triangle and the point is finite").triangle;
+            }
+            progress.advance(1)
+        })?;
+        Ok(nearest)
+    })
 }
 
 fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
-    if let Some(i) = points.iter().position(|p| !(p.abs().max_element() <= LARGEST)) {
+    if let Some(i) = points.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST) {
         let [x, y, z] = points[i].to_array().map(Shown);
         return Err(Error::input(format!(
             "point {i} lies at ({x}, {y}, {z}): coordinates must be finite and at most {LARGEST:e}"
@@ -128,8 +172,7 @@ fn distances(
     progress: &Progress<'_>,
 ) -> Result<Deviation> {
     let mut distances = vec![0.0; points.len()];
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, threads)?;
-    progress.check()?;
+    let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, threads, progress)?;
     measure_points(points, mesh, &bvh, side, &mut distances, counts, progress)?;
     Ok(Deviation { summary: Summary::of(&distances), distances })
 }
@@ -144,7 +187,7 @@ pub(super) fn measure_points(
     counts: u64,
     progress: &Progress<'_>,
 ) -> Result<()> {
-    let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh));
+    let normals = (side == Side::Signed).then(|| PseudoNormals::new(mesh, progress)).transpose()?;
     distances.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).try_for_each(|(distances, points)| {
         for (distance, &point) in distances.iter_mut().zip(points) {
             let closest = bvh.closest_point(point).expect("there is a triangle and the point is finite");
@@ -162,31 +205,51 @@ pub(super) fn measure_points(
 /// Normals of edges and vertices that tell the side of a point. \[BA05\]
 struct PseudoNormals {
     vertices: Vec<DVec3>,
-    /// Both ends, the smaller first, and the sum of the unit normals of the faces; sorted.
-    edges: Vec<([u32; 2], DVec3)>,
+    /// The edges whose smaller end is vertex v are `starts[v]..starts[v + 1]` of `edges`.
+    starts: Vec<usize>,
+    /// The larger end and the triangle, sorted.
+    edges: Vec<[u32; 2]>,
 }
 
 impl PseudoNormals {
-    fn new(mesh: &TriMesh) -> Self {
+    fn new(mesh: &TriMesh, progress: &Progress<'_>) -> Result<Self> {
         let mut vertices = vec![DVec3::ZERO; mesh.positions.len()];
-        let mut edges = Vec::with_capacity(3 * mesh.triangles.len());
-        for t in 0..mesh.triangles.len() {
-            let (normal, angles) = (face_normal(mesh, t), angles(mesh.corners(t)));
-            for k in 0..3 {
-                let corners = mesh.triangles[t];
-                vertices[corners[k] as usize] += normal * angles[k];
-                edges.push((edge(corners, k), normal));
+        let mut starts = vec![0_usize; mesh.positions.len() + 1];
+        let blocks = || (0..mesh.triangles.len()).step_by(BLOCK).map(|t| t..(t + BLOCK).min(mesh.triangles.len()));
+        for block in blocks() {
+            progress.check()?;
+            for t in block {
+                let (corners, normal, angles) = (mesh.triangles[t], face_normal(mesh, t), angles(mesh.corners(t)));
+                for k in 0..3 {
+                    vertices[corners[k] as usize] += normal * angles[k];
+                    starts[edge(corners, k)[0] as usize + 1] += 1;
+                }
             }
         }
-        edges.sort_by_key(|e| e.0);
-        edges.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 += next.1;
+        for v in 1..starts.len() {
+            starts[v] += starts[v - 1];
+        }
+        let mut next = starts.clone();
+        let mut edges = vec![[0; 2]; 3 * mesh.triangles.len()];
+        for block in blocks() {
+            progress.check()?;
+            for t in block {
+                for k in 0..3 {
+                    let [low, high] = edge(mesh.triangles[t], k);
+                    let slot = &mut next[low as usize];
+                    edges[*slot] = [high, t as u32];
+                    *slot += 1;
+                }
             }
-            same
-        });
-        PseudoNormals { vertices, edges }
+        }
+        for (v, range) in starts.windows(2).enumerate() {
+            if v % BLOCK == 0 {
+                progress.check()?;
+            }
+            // Around one vertex: a handful.
+            edges[range[0]..range[1]].sort_unstable();
+        }
+        Ok(PseudoNormals { vertices, starts, edges })
     }
 
     fn at(&self, mesh: &TriMesh, closest: &Closest) -> DVec3 {
@@ -195,8 +258,11 @@ impl PseudoNormals {
             Feature::Inside => face_normal(mesh, closest.triangle as usize),
             Feature::Corner(k) => self.vertices[corners[k as usize] as usize],
             Feature::Edge(k) => {
-                let place = self.edges.binary_search_by_key(&edge(corners, k as usize), |e| e.0);
-                place.map_or(DVec3::ZERO, |i| self.edges[i].1)
+                let [low, high] = edge(corners, k as usize);
+                let edges = &self.edges[self.starts[low as usize]..self.starts[low as usize + 1]];
+                let first = edges.partition_point(|edge| edge[0] < high);
+                let shared = edges[first..].iter().take_while(|edge| edge[0] == high);
+                shared.fold(DVec3::ZERO, |sum, edge| sum + face_normal(mesh, edge[1] as usize))
             }
         }
     }
@@ -414,6 +480,21 @@ mod tests {
     }
 
     #[test]
+    fn the_nearest_triangle_is_the_one_at_the_least_distance() {
+        let mesh = Shape::Torus { major: 2.0, minor: 0.5 }.mesh(4);
+        let points: Vec<DVec3> =
+            (0..300).map(|i| DVec3::new((i % 17) as f64, (i % 13) as f64, 1.0) * 0.3 - 2.0).collect();
+        let found = nearest_triangles(&points, &mesh, 2, &Progress::none()).unwrap();
+        for (point, &found) in points.iter().zip(&found) {
+            let distance = |t: usize| Closest::on_triangle(*point, &mesh.corners(t), 0).distance_squared;
+            let least = (0..mesh.triangles.len()).map(distance).fold(f64::INFINITY, f64::min);
+            assert_eq!(distance(found as usize), least);
+        }
+        let cancelled = nearest_triangles(&points, &mesh, 1, &Progress::cancel_after(1));
+        assert!(matches!(cancelled, Err(Error::Cancelled)));
+    }
+
+    #[test]
     fn angles_areas_and_volumes_are_known() {
         let right = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let expected = [FRAC_PI_2, FRAC_PI_4, FRAC_PI_4];
@@ -442,7 +523,13 @@ mod tests {
         let text = |points: &[DVec3], mesh: &TriMesh| {
             deviation(points, mesh, Side::Ignored, 1, &Progress::none()).unwrap_err().to_string()
         };
-        assert!(text(&[DVec3::ZERO, DVec3::NAN], &mesh).contains("point 1"));
+        // The largest of a number and of what is none is the number.
+        let nan = DVec3::new(f64::NAN, 0.0, 0.0);
+        for bad in [DVec3::NAN, DVec3::INFINITY, nan, DVec3::new(0.0, f64::NAN, 1.0), DVec3::splat(2.0 * LARGEST)] {
+            assert!(text(&[DVec3::ZERO, bad], &mesh).contains("point 1"), "{bad}");
+        }
+        let broken = TriMesh::new(vec![nan, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
+        assert!(text(&[DVec3::ZERO], &broken).contains("vertex 0"));
         assert!(text(&[DVec3::ZERO], &TriMesh::default()).contains("no triangle"));
         assert!(text(&[DVec3::ZERO], &TriMesh::new(vec![DVec3::ZERO], vec![[0, 0, 9]])).contains("vertex 9"));
         assert_eq!(measure(&[], &TriMesh::default(), Side::Signed), Deviation::default());

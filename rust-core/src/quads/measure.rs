@@ -255,7 +255,7 @@ mod tests {
                 (state >> 33) as f64 / (1_u64 << 31) as f64 * top as f64
             };
             let places = (0..layout.rows() * layout.cols()).map(|_| [random(pixels[0]), random(pixels[1])]).collect();
-            let (net, _) = stitch(&Placed { places }, &layout, pixels);
+            let (net, _) = stitch(&Placed { places }, &layout, pixels, &Progress::none()).unwrap();
             let mut owner = vec![None; pixels[0] * pixels[1]];
             for i in 0..net.rows - 1 {
                 for j in 0..net.cols - 1 {

@@ -294,7 +294,7 @@ impl Source<'_> {
         let window = smoothing * (size[0] - 1) as f64 / (layout.rows() - 1) as f64;
         let curves = curves::sample(&self.density, size[1], layout, window as usize, floor, progress)?;
         let placed = rows::sample(&self.density, size[1], layout, &curves, smoothing > 0.0, floor, progress)?;
-        let (mut net, unfolded) = stitch::stitch(&placed, layout, size);
+        let (mut net, unfolded) = stitch::stitch(&placed, layout, size, progress)?;
         let snapped = snap::snap(self.filled, &mut net, progress)?;
         Ok((net, unfolded, snapped))
     }

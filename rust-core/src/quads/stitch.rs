@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 use super::rows::Placed;
 use super::tiles::{Layout, evenly};
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// A grid of vertices on pixels, row by row: [row, column].
 ///
@@ -63,10 +65,17 @@ impl Net {
 
 /// Levels between the uniform grid (0) and the wanted places.
 const LEVELS: u32 = 8;
+/// Quads or vertices handled between two looks at the progress.
+const BLOCK: usize = 4096;
 
 /// Rounds to pixels and mends. Returns the grid and how many of its vertices are not where they were wanted.
 /// O(vertices).
-pub(super) fn stitch(placed: &Placed, layout: &Layout, pixels: [usize; 2]) -> (Net, usize) {
+pub(super) fn stitch(
+    placed: &Placed,
+    layout: &Layout,
+    pixels: [usize; 2],
+    progress: &Progress<'_>,
+) -> Result<(Net, usize)> {
     let (rows, cols) = (layout.rows(), layout.cols());
     let mut wanted = Net { rows, cols, sites: vec![[0; 2]; rows * cols] };
     // Rows rise down each column ...
@@ -88,7 +97,8 @@ pub(super) fn stitch(placed: &Placed, layout: &Layout, pixels: [usize; 2]) -> (N
             }
         },
     );
-    unfold(wanted, pixels)
+    progress.check()?;
+    unfold(wanted, pixels, progress)
 }
 
 /// Rounds places to pixels that rise strictly; places on tiles' borders are there already.
@@ -108,24 +118,36 @@ fn rising(places: impl Iterator<Item = f64>, lines: &[usize], steps: usize, out:
 
 /// Moves the corners of quads that are not sound toward the uniform grid, whose quads are: an eighth of the way at a time, all
 /// corners of a quad together. It ends, at the latest with the uniform grid.
-fn unfold(wanted: Net, pixels: [usize; 2]) -> (Net, usize) {
+fn unfold(wanted: Net, pixels: [usize; 2], progress: &Progress<'_>) -> Result<(Net, usize)> {
     let uniform = Net::uniform(wanted.rows, wanted.cols, pixels);
     let mut levels = vec![LEVELS; wanted.sites.len()];
     let mut net = wanted.clone();
     let quads = (net.rows - 1, net.cols - 1);
-    let mut suspects: Vec<[usize; 2]> = (0..quads.0).flat_map(|i| (0..quads.1).map(move |j| [i, j])).collect();
+    // Quads to look at, and vertices of those that are not sound: each once.
+    let mut suspects: Vec<usize> = (0..quads.0 * quads.1).collect();
+    let mut moved: Vec<usize> = Vec::new();
+    let mut is_suspect = vec![false; quads.0 * quads.1];
+    let mut is_moved = vec![false; net.sites.len()];
     while !suspects.is_empty() {
-        let unsound: Vec<[usize; 2]> = suspects
-            .par_iter()
-            .copied()
-            .with_min_len(1024)
-            .filter(|&[i, j]| !Net::is_sound(net.corners(i, j).map(|v| net.sites[v])))
-            .collect();
-        let mut moved: Vec<usize> = unsound.iter().flat_map(|&[i, j]| net.corners(i, j)).collect();
-        moved.sort_unstable();
-        moved.dedup();
+        let unsound = suspects
+            .par_chunks(BLOCK)
+            .map(|some| {
+                progress.check()?;
+                let sound = |q: usize| Net::is_sound(net.corners(q / quads.1, q % quads.1).map(|v| net.sites[v]));
+                Ok(some.iter().copied().filter(|&q| !sound(q)).collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>>>()?;
+        moved.clear();
+        for q in unsound.into_iter().flatten() {
+            let corners = net.corners(q / quads.1, q % quads.1);
+            moved.extend(corners.into_iter().filter(|&v| !std::mem::replace(&mut is_moved[v], true)));
+        }
         suspects.clear();
-        for &v in &moved {
+        for (k, &v) in moved.iter().enumerate() {
+            if k % BLOCK == 0 {
+                progress.check()?;
+            }
+            is_moved[v] = false;
             let level = levels[v].saturating_sub(1);
             levels[v] = level;
             let between = |axis: usize| {
@@ -136,16 +158,14 @@ fn unfold(wanted: Net, pixels: [usize; 2]) -> (Net, usize) {
             net.sites[v] = [between(0), between(1)];
             let (i, j) = (v / net.cols, v % net.cols);
             for qi in i.saturating_sub(1)..(i + 1).min(quads.0) {
-                for qj in j.saturating_sub(1)..(j + 1).min(quads.1) {
-                    suspects.push([qi, qj]);
-                }
+                let around = (j.saturating_sub(1)..(j + 1).min(quads.1)).map(|qj| qi * quads.1 + qj);
+                suspects.extend(around.filter(|&q| !std::mem::replace(&mut is_suspect[q], true)));
             }
         }
-        suspects.sort_unstable();
-        suspects.dedup();
+        suspects.iter().for_each(|&q| is_suspect[q] = false);
     }
     let moved = net.sites.iter().zip(&wanted.sites).filter(|(a, b)| a != b).count();
-    (net, moved)
+    Ok((net, moved))
 }
 
 #[cfg(test)]
@@ -184,7 +204,7 @@ mod tests {
                 (state >> 33) as f64 / (1_u64 << 31) as f64 * top as f64
             };
             let places = (0..layout.rows() * layout.cols()).map(|_| [random(pixels[0]), random(pixels[1])]).collect();
-            let (net, _) = stitch(&Placed { places }, &layout, pixels);
+            let (net, _) = stitch(&Placed { places }, &layout, pixels, &Progress::none()).unwrap();
             assert_sound(&net, pixels);
             prop_assert_eq!((net.rows, net.cols), (layout.rows(), layout.cols()));
         }
@@ -195,7 +215,7 @@ mod tests {
         let layout = Layout::new([100, 80], [4, 3], [5, 6]).unwrap();
         let uniform = Net::uniform(layout.rows(), layout.cols(), [100, 80]);
         let places = uniform.sites.iter().map(|s| s.map(f64::from)).collect();
-        let (net, moved) = stitch(&Placed { places }, &layout, [100, 80]);
+        let (net, moved) = stitch(&Placed { places }, &layout, [100, 80], &Progress::none()).unwrap();
         assert_eq!((net, moved), (uniform, 0));
         // Each quad lies on its own side of its diagonals; turned over it doesn't.
         assert!(Net::is_sound([[0, 0], [0, 9], [9, 9], [9, 0]]));

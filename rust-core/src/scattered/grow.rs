@@ -105,22 +105,46 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             patience: Patience::Strict,
         };
         for part in front.parts() {
-            progress.check()?;
-            if part.iter().flat_map(|seed| seed.0).any(|vertex| front.border.is_used(vertex)) {
-                // Grown over meanwhile, from a larger part.
-                continue;
+            front.grow_from(&part, progress)?;
+        }
+        // Where opposite walls are nearer than their samples are to each other, too few facets are agreed on.
+        let samples = complex.points.len();
+        if 2 * (0..samples as u32).filter(|&vertex| front.border.is_used(vertex)).count() < samples {
+            for seed in front.disputed() {
+                front.grow_from(&[seed], progress)?;
             }
-            let first = front.triangles.len();
-            for &(triangle, cell) in &part {
-                front.add(triangle, cell);
-            }
-            for triangle in &part {
-                front.border.enter(triangle.0, |edge| front.edges.contains_key(&edge));
-            }
-            front.run(first, progress)?;
         }
         front.close_small_holes();
         Ok(front.triangles)
+    }
+
+    /// Enters a part, unless it was grown over meanwhile, from a larger one, and grows on from it.
+    fn grow_from(&mut self, part: &[([u32; 3], u32)], progress: &Progress<'_>) -> Result<()> {
+        progress.check()?;
+        if part.iter().flat_map(|seed| seed.0).any(|vertex| self.border.is_used(vertex)) {
+            return Ok(());
+        }
+        let first = self.triangles.len();
+        for &(triangle, cell) in part {
+            self.add(triangle, cell);
+        }
+        for triangle in part {
+            self.border.enter(triangle.0, |edge| self.edges.contains_key(&edge));
+        }
+        self.run(first, progress)
+    }
+
+    /// The facets that two of their vertices chose, the smallest first.
+    fn disputed(&mut self) -> Vec<([u32; 3], u32)> {
+        let choices = self.choices;
+        let mut seeds: Vec<_> = choices
+            .iter()
+            .filter(|choice| choice.votes == 2 && choice.vertices[2] != INFINITE)
+            .map(|choice| (self.complex.perimeter(choice.vertices), choice.vertices, choice.cell))
+            .filter(|&(perimeter, facet, _)| perimeter <= (self.allowed)(facet))
+            .collect();
+        seeds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        seeds.into_iter().map(|(_, facet, cell)| (facet, cell)).collect()
     }
 
     /// Closes holes of three or four edges whose facets are none of the tetrahedralization's, as there are where the surface

@@ -37,6 +37,7 @@ pub(super) struct Separated {
 }
 
 /// The cells with their sides.
+#[derive(Clone)]
 pub(super) struct Solid<'a> {
     pub(super) complex: Complex<'a>,
     sides: Vec<u8>,

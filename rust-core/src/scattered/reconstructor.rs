@@ -24,6 +24,10 @@ use crate::progress::{Plan, Progress};
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
 
+/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
+/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
+const ENCLOSED: f64 = 0.99;
+
 /// Stages with their shares of the time ...
 pub(crate) const PLAN: Plan =
     &[("tetrahedralizing", 0.6), ("finding inside and outside", 0.25), ("building the surface", 0.15)];
@@ -189,16 +193,27 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             let mut solid = Solid::again(complex, separated);
             let on_surface = solid.on_surface();
             let missed = on_surface.iter().filter(|is_on| !**is_on).count();
-            report.closed = params.closure == Closure::Closed || 2 * missed < complex.points.len();
+            let certain = params.closure == Closure::Closed || 2 * missed < complex.points.len();
+            let possible = params.closure == Closure::Auto && missed < complex.points.len();
+            let fallback = (!certain && possible).then(|| (solid.clone(), report.clone()));
+            report.closed = certain || possible;
+            let mut found = Vec::new();
             if report.closed {
-                triangles = close(&mut solid, on_surface, params, &mut report, progress)?;
-            } else {
+                found = close(&mut solid, on_surface, params, &mut report, progress)?;
+            }
+            if let Some(before) = fallback
+                && used(&found, complex.points.len()) < ENCLOSED * complex.points.len() as f64
+            {
+                (solid, report) = before;
+            }
+            if !report.closed {
                 if cells.choices.is_none() {
                     cells.choices = Some(choices(complex, &solid.incident, progress)?);
                 }
                 let choices = cells.choices.as_ref().expect("just made");
-                triangles = open(complex, &solid.incident, choices, params, &mut report, progress)?;
+                found = open(complex, &solid.incident, choices, params, &mut report, progress)?;
             }
+            triangles = found;
             inside = solid.inside();
         }
         progress.check()?;
@@ -289,6 +304,13 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     }
 }
 
+/// Number of vertices that triangles have, of `count`.
+fn used(triangles: &[[u32; 3]], count: usize) -> f64 {
+    let mut is_used = vec![false; count];
+    triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
+    is_used.into_iter().filter(|is| *is).count() as f64
+}
+
 impl Reconstructor<PointCloud> {
     /// Like [`Reconstructor::into_surface`], and gives back the places of the points as soon as they are sorted.
     pub(super) fn into_surface_of_its_own(
@@ -303,7 +325,7 @@ impl Reconstructor<PointCloud> {
 
 impl Cells {
     /// `started`: when the sorting of the samples did.
-    fn new(samples: Samples, started: Instant, threads: usize, progress: &Progress<'_>) -> Result<Self> {
+    fn new(mut samples: Samples, started: Instant, threads: usize, progress: &Progress<'_>) -> Result<Self> {
         if samples.points.len() < 4 {
             return Err(Error::input(format!(
                 "a surface needs at least 4 different points with finite coordinates; of {} given, {} are",
@@ -314,7 +336,7 @@ impl Cells {
         progress.check()?;
         progress.stage(0, samples.points.len() as u64);
         let sorted = started.elapsed().as_secs_f64();
-        let delaunay = Delaunay3::new(&samples.points, threads, progress)?;
+        let delaunay = Delaunay3::in_place(&mut samples.points, threads, progress)?;
         let seconds = vec![("sort", sorted), ("tetrahedralize", started.elapsed().as_secs_f64() - sorted)];
         Ok(Cells { samples, delaunay, separated: None, choices: None, seconds })
     }

@@ -156,6 +156,40 @@ fn a_thin_plate() {
     assert!(made.report.used >= 5998, "{:?}", made.report);
 }
 
+/// A beaker with a round bottom, 1 wide and 2 high, its wall's two sides in rings of `around` samples that are `spacing`
+/// apart.
+fn beaker(wall: f64, around: usize, spacing: f64) -> Vec<DVec3> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let bottom = (quarter / spacing) as usize;
+    let side = (1.0 / spacing) as usize;
+    let mut points = vec![-DVec3::Z, DVec3::Z * (wall - 1.0)];
+    for radius in [1.0, 1.0 - wall] {
+        let round = (1..=bottom).map(|i| quarter * i as f64 / bottom as f64).map(|a| (a.sin(), -a.cos()));
+        let profile = round.map(|(x, z)| DVec2::new(x, z) * radius);
+        let profile = profile.chain((1..=side).map(|i| DVec2::new(radius, i as f64 * spacing)));
+        for (ring, at) in profile.enumerate() {
+            points.extend((0..around).map(|i| {
+                let angle = std::f64::consts::TAU * (i as f64 + 0.5 * (ring % 2) as f64) / around as f64;
+                DVec2::from_angle(angle).extend(0.0) * at.x + DVec3::Z * at.y
+            }));
+        }
+    }
+    points
+}
+
+#[test]
+fn walls_thinner_than_their_samples_are_apart() {
+    let (made, report) = reconstruct(beaker(0.4, 14, 0.2), &ReconstructParams::default());
+    assert!(made.report.closed && report.is_closed() && report.genus() == Some(0), "{report}");
+    assert_eq!((made.report.used, report.components), (made.report.points, 1));
+    // Which side of its wall a sample is of can't be told any more: it must not be lost for that.
+    for wall in [0.05, 0.1] {
+        let (made, report) = reconstruct(beaker(wall, 20, 0.2), &ReconstructParams::default());
+        assert!(report.is_manifold(), "{report}");
+        assert_eq!(made.report.used, made.report.points, "{wall}");
+    }
+}
+
 fn waves(count: usize) -> Vec<DVec3> {
     let mut random = random(7);
     (0..count)

@@ -49,7 +49,7 @@ pub enum Topology {
 /// Whether the samples are of a closed surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Closure {
-    /// Closed if a closed surface goes through more than half of the samples, else open.
+    /// Closed if a closed surface goes through more than half of the samples at once, or through 99 % in the end; else open.
     Auto,
     /// Closed: gaps in the sampling are spanned by large facets.
     Closed,

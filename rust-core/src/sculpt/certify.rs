@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 use crate::error::Result;
 use crate::geom::bvh::{Bvh, Ray};
 use crate::mesh::TriMesh;
-use crate::progress::Progress;
+use crate::progress::{Pace, Progress};
 use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 
 /// Distances between samples and mesh along the samples' rays, in world units.
@@ -64,24 +64,30 @@ pub(super) fn certify_pixels(
         }
         _ => along_rays(image, pixels, mesh, progress)?,
     };
-    Ok(summarize(image.cols(), errors, face_errors))
+    summarize(image.cols(), errors, face_errors, progress)
 }
 
-fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>) -> Certificate {
-    let mut sizes: Vec<f64> = errors.iter().filter(|e| !e.is_nan()).map(|e| e.abs()).collect();
+fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>, progress: &Progress<'_>) -> Result<Certificate> {
+    let mut sizes: Vec<f64> = Vec::with_capacity(errors.len());
+    for block in progress.blocks(&errors) {
+        sizes.extend(block?.iter().filter(|e| !e.is_nan()).map(|e| e.abs()));
+    }
     let covered = sizes.len();
     let max_error = sizes.iter().copied().fold(0.0, f64::max);
     let worst = errors.iter().position(|e| e.abs() == max_error);
     // Scaled, so that squares neither overflow nor vanish.
     let scale = if max_error > 0.0 { max_error } else { 1.0 };
+    progress.check()?;
     let squares: f64 = sizes.iter().map(|e| (e / scale) * (e / scale)).sum();
+    progress.check()?;
     let p95_error = if covered == 0 {
         0.0
     } else {
         let rank = (covered * 95).div_ceil(100) - 1;
         *sizes.select_nth_unstable_by(rank, f64::total_cmp).1
     };
-    Certificate {
+    progress.check()?;
+    Ok(Certificate {
         max_error,
         rms_error: if covered == 0 { 0.0 } else { scale * (squares / covered as f64).sqrt() },
         p95_error,
@@ -89,7 +95,7 @@ fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>) -> Certificat
         covered,
         error_image: errors.into_iter().map(|e| e as f32).collect(),
         face_errors,
-    }
+    })
 }
 
 /// A vertex as a pixel image sees it.
@@ -133,7 +139,9 @@ fn on_lattice(
     }
     let projected: Vec<Projected> = mesh.positions.par_iter().map(|&p| project(image.projection(), p)).collect();
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); rows.div_ceil(BAND)];
+    let mut pace = Pace::new(progress);
     for (t, triangle) in mesh.triangles.iter().enumerate() {
+        pace.after(1)?;
         let r = triangle.map(|v| projected[v as usize].row);
         let low = r[0].min(r[1]).min(r[2]).ceil().max(0.0) as usize;
         let high = (r[0].max(r[1]).max(r[2]).floor().max(0.0) as usize).min(rows - 1);
@@ -172,6 +180,7 @@ fn on_lattice(
         })
         .collect::<Result<Vec<_>>>()?;
     for (triangles, faces) in bands.iter().zip(per_band) {
+        pace.after(faces.len())?;
         for (&t, error) in triangles.iter().zip(faces) {
             face_errors[t as usize] = face_errors[t as usize].max(error);
         }
@@ -239,7 +248,7 @@ fn along_rays(
     // Rounding may let the ray of a vertex on the border miss its own triangles and meet what lies behind them.
     let vertices: FxHashSet<[u64; 3]> =
         mesh.triangles.iter().flatten().map(|&v| bits(mesh.positions[v as usize])).collect();
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, rayon::current_num_threads())?;
+    let bvh = Bvh::build_with(&mesh.positions, &mesh.triangles, rayon::current_num_threads(), progress)?;
     let nearest_edge = 1e-6 * mesh.median_edge();
     // The triangle that the ray of a pixel meets, and the signed distance to it.
     let meet = |pixel: u32| -> Option<(Option<u32>, f64)> {

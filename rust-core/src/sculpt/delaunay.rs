@@ -26,6 +26,7 @@ pub(super) fn row_col(spot: Spot) -> (u32, u32) {
 }
 
 /// The triangulation.
+#[derive(Clone)]
 pub(super) struct Delaunay {
     /// Columns of the rectangle.
     pub cols: u32,

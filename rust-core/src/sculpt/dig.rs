@@ -1,60 +1,19 @@
 //! Digging by greedy insertion: each tile starts with its border and gets the pixel that lies farthest from the mesh,
-//! until none lies farther than the tolerance. A pixel enters when the digging reaches it, none before.
+//! until none lies farther than the tolerance. A pixel enters when the digging reaches it, none before. A tile dug to one
+//! tolerance can be dug on to a smaller one.
 
 use std::collections::BinaryHeap;
 
 use super::delaunay::{Delaunay, NONE, Spot, next_of, row_col, spot, turn};
 use super::domain::Domain;
 use super::pieces::Pieces;
-use super::seams::{TILE, lone_diagonal};
+use super::seams::{Required, TILE, lone_diagonal};
 use super::view::{LatticeSite, Site, View};
 use crate::error::Result;
 use crate::progress::Progress;
 
 /// Checks for cancelling come once in this many insertions.
 const CHECK: u32 = 1024;
-
-/// The mesh of the tile whose upper left pixel is `origin` (row, column), within `tolerance` (world units), over pixel
-/// indices; `required` tells which pixels start as vertices.
-pub(super) fn dig_tile<V: View>(
-    view: &V,
-    domain: &Domain,
-    required: &[bool],
-    tolerance: f64,
-    origin: [u32; 2],
-    progress: &Progress<'_>,
-) -> Result<Pieces>
-where
-    V::Site: LatticeSite,
-{
-    let last = [0, 1].map(|axis| {
-        let count = if axis == 0 { domain.rows } else { domain.cols };
-        TILE.min(count - 1 - origin[axis])
-    });
-    let any = (0..last[0])
-        .any(|r| (0..last[1]).any(|c| domain.halves(i64::from(origin[0] + r), i64::from(origin[1] + c)) != 0));
-    if !any {
-        return Ok(Pieces::default());
-    }
-    let mut tile = Tile {
-        view,
-        domain,
-        tolerance,
-        origin,
-        last,
-        mesh: Delaunay::new(last[0], last[1]),
-        sites: Vec::new(),
-        worst: Vec::new(),
-        heap: BinaryHeap::new(),
-        inside: Vec::new(),
-    };
-    tile.insert_required(required);
-    tile.settle_border();
-    tile.classify();
-    tile.list_pixels();
-    tile.refine(progress)?;
-    Ok(tile.finish())
-}
 
 /// A triangle to be refined; the largest error comes first, then the first pixel, so that ties have one outcome.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
@@ -65,29 +24,60 @@ struct Entry {
     triangle: u32,
 }
 
-struct Tile<'a, V: View> {
-    view: &'a V,
-    domain: &'a Domain,
-    tolerance: f64,
+/// The pixel of a triangle that lies farthest from it.
+#[derive(Clone, Copy)]
+struct Worst {
+    error: f64,
+    pixel: Spot,
+}
+
+impl Worst {
+    const NONE: Worst = Worst { error: 0.0, pixel: NONE };
+
+    fn entry(self, triangle: u32) -> Entry {
+        Entry { error: self.error.to_bits(), pixel: self.pixel, triangle }
+    }
+}
+
+/// The mesh of a tile, dug to some tolerance, from which it can be dug on.
+#[derive(Clone)]
+pub(super) struct Tile {
+    /// Row and column of the upper left pixel, and of the lower right one from there.
     origin: [u32; 2],
     last: [u32; 2],
+    /// Columns of the image.
+    cols: u32,
     mesh: Delaunay,
-    /// By index; of pixels outside of the domain they mean nothing.
-    sites: Vec<V::Site>,
-    /// The worst pixel of each triangle, [`NONE`] where none is beyond the tolerance.
-    worst: Vec<Spot>,
-    heap: BinaryHeap<Entry>,
+    worst: Vec<Worst>,
     /// Whether each triangle lies in the domain.
     inside: Vec<bool>,
 }
 
-impl<V: View> Tile<'_, V>
-where
-    V::Site: LatticeSite,
-{
+impl Tile {
+    /// The tile whose upper left pixel is `origin` (row, column), with the pixels that are required for the first tolerance;
+    /// none if there is nothing of the domain.
+    pub fn new(domain: &Domain, required: &Required, origin: [u32; 2]) -> Option<Self> {
+        let last = [0, 1].map(|axis| {
+            let count = if axis == 0 { domain.rows } else { domain.cols };
+            TILE.min(count - 1 - origin[axis])
+        });
+        let any = (0..last[0])
+            .any(|r| (0..last[1]).any(|c| domain.halves(i64::from(origin[0] + r), i64::from(origin[1] + c)) != 0));
+        if !any {
+            return None;
+        }
+        let mesh = Delaunay::new(last[0], last[1]);
+        let mut tile = Tile { origin, last, cols: domain.cols, mesh, worst: Vec::new(), inside: Vec::new() };
+        tile.insert_required(required);
+        tile.settle_border(domain);
+        tile.classify(domain);
+        tile.list_pixels();
+        Some(tile)
+    }
+
     fn pixel(&self, spot: Spot) -> u32 {
         let (row, col) = row_col(spot);
-        (self.origin[0] + row) * self.domain.cols + self.origin[1] + col
+        (self.origin[0] + row) * self.cols + self.origin[1] + col
     }
 
     fn is_on_border(&self, spot: Spot) -> bool {
@@ -96,13 +86,13 @@ where
     }
 
     /// Inserts the required pixels in an order that looks random, which takes n log n time, expected.
-    fn insert_required(&mut self, required: &[bool]) {
+    fn insert_required(&mut self, required: &Required) {
         let mut spots = Vec::new();
         for row in 0..=self.last[0] {
             for col in 0..=self.last[1] {
                 let corner = (row == 0 || row == self.last[0]) && (col == 0 || col == self.last[1]);
                 let spot = spot(row, col);
-                if !corner && required[self.pixel(spot) as usize] {
+                if !corner && required.has(self.pixel(spot), 0) {
                     spots.push(spot);
                 }
             }
@@ -124,11 +114,11 @@ where
     }
 
     /// Makes the diagonals on the border of the domain edges.
-    fn settle_border(&mut self) {
+    fn settle_border(&mut self, domain: &Domain) {
         let mut at_vertex = Vec::new();
         for row in 0..self.last[0] {
             for col in 0..self.last[1] {
-                let halves = self.domain.halves(i64::from(self.origin[0] + row), i64::from(self.origin[1] + col));
+                let halves = domain.halves(i64::from(self.origin[0] + row), i64::from(self.origin[1] + col));
                 if let Some([from, to]) = lone_diagonal(halves) {
                     if at_vertex.is_empty() {
                         at_vertex = vec![NONE; self.mesh.next.len()];
@@ -146,7 +136,7 @@ where
 
     /// Finds the triangles that lie in the domain. As its whole border consists of edges, a triangle lies in it if its
     /// centroid does.
-    fn classify(&mut self) {
+    fn classify(&mut self, domain: &Domain) {
         self.inside = (0..self.mesh.len() as usize)
             .map(|t| {
                 let corners: [Spot; 3] = std::array::from_fn(|i| self.mesh.corners[3 * t + i]);
@@ -154,7 +144,7 @@ where
                     corners.iter().map(|&c| row_col(c)).fold((0, 0), |sum, place| (sum.0 + place.0, sum.1 + place.1));
                 // A centroid on the edge of a cell or on a diagonal lies inside of the triangle, as do both sides then.
                 let ([row, col], [down, right]) = ([row / 3, col / 3], [row % 3, col % 3]);
-                let halves = self.domain.halves(i64::from(self.origin[0] + row), i64::from(self.origin[1] + col));
+                let halves = domain.halves(i64::from(self.origin[0] + row), i64::from(self.origin[1] + col));
                 match halves {
                     0b0001 => right + down >= 3,
                     0b0010 => down >= right,
@@ -188,75 +178,36 @@ where
         }
     }
 
-    /// Inserts the worst pixel until all are within the tolerance.
-    fn refine(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let (rows, cols) = (self.last[0] + 1, self.last[1] + 1);
-        self.sites.reserve_exact(rows as usize * cols as usize);
-        for row in 0..rows {
-            let start = (self.origin[0] + row) * self.domain.cols + self.origin[1];
-            self.sites.extend((start..start + cols).map(|pixel| self.view.site(pixel)));
-        }
-        self.worst = vec![NONE; self.mesh.len() as usize];
-        for t in 0..self.mesh.len() {
-            self.judge(t);
-        }
-        let mut inserted = 0;
-        while let Some(Entry { pixel, triangle, .. }) = self.heap.pop() {
-            if self.worst[triangle as usize] != pixel {
+    /// Inserts the pixels on the lines between tiles that are required for a tolerance after the first one. Returns the
+    /// triangles that changed.
+    fn split_lines(&mut self, required: &Required, level: u8) -> Vec<u32> {
+        let mut changed = Vec::new();
+        let mut open: Vec<u32> = (0..self.mesh.len()).filter(|&t| self.inside[t as usize]).collect();
+        while let Some(t) = open.pop() {
+            if !self.mesh.twins[3 * t as usize..][..3].contains(&NONE) {
                 continue;
             }
-            inserted += 1;
-            if inserted % CHECK == 0 {
-                progress.check()?;
+            let mut spot = self.mesh.first[t as usize];
+            while spot != NONE && !(self.is_on_border(spot) && required.has(self.pixel(spot), level)) {
+                spot = self.mesh.next[self.mesh.index(spot)];
             }
-            self.mesh.insert(pixel, triangle);
-            // Edges on the border never flip, so that all new triangles lie in the domain.
-            self.inside.resize(self.mesh.len() as usize, true);
-            self.worst.resize(self.mesh.len() as usize, NONE);
-            let mut touched = std::mem::take(&mut self.mesh.touched);
-            for &t in &touched {
-                self.worst[t as usize] = NONE;
+            if spot != NONE {
+                self.mesh.insert(spot, t);
+                self.inside.resize(self.mesh.len() as usize, true);
+                changed.extend(&self.mesh.touched);
+                open.append(&mut self.mesh.touched);
             }
-            touched.sort_unstable();
-            touched.dedup();
-            for &t in &touched {
-                self.judge(t);
-            }
-            touched.clear();
-            self.mesh.touched = touched;
         }
-        Ok(())
-    }
-
-    /// Finds the worst pixel of a triangle.
-    fn judge(&mut self, t: u32) {
-        let mut pixel = self.mesh.first[t as usize];
-        if pixel == NONE {
-            return;
-        }
-        let [a, b, c] = [0, 1, 2].map(|i| self.sites[self.mesh.index(self.mesh.corners[3 * t as usize + i])]);
-        let plane = Site::plane(&a, &b, &c);
-        let mut worst = (self.tolerance, NONE);
-        while pixel != NONE {
-            let index = self.mesh.index(pixel);
-            let error = Site::error(&plane, &self.sites[index]).abs();
-            // The line between two tiles is settled for both.
-            if error > worst.0 && !self.is_on_border(pixel) {
-                worst = (error, pixel);
-            }
-            pixel = self.mesh.next[index];
-        }
-        if worst.1 != NONE {
-            self.worst[t as usize] = worst.1;
-            self.heap.push(Entry { error: worst.0.to_bits(), pixel: worst.1, triangle: t });
-        }
+        changed.sort_unstable();
+        changed.dedup();
+        changed
     }
 
     /// The triangles in the domain with their pixels. A pixel on a line between tiles goes to one of them only.
-    fn finish(&self) -> Pieces {
+    pub fn pieces(&self, domain: &Domain) -> Pieces {
         let mut pieces = Pieces::default();
         let in_last = [0, 1].map(|axis| {
-            let count = if axis == 0 { self.domain.rows } else { self.domain.cols };
+            let count = if axis == 0 { domain.rows } else { domain.cols };
             self.origin[axis] + self.last[axis] == count - 1
         });
         let ours = |spot: Spot| {
@@ -269,9 +220,9 @@ where
                 let (row, col) = row_col(spot);
                 let (row, col) = (i64::from(self.origin[0] + row), i64::from(self.origin[1] + col));
                 if row_col(spot).0 == self.last[0] && !in_last[0] {
-                    self.domain.beside_horizontal(row, col)[1]
+                    domain.beside_horizontal(row, col)[1]
                 } else {
-                    self.domain.beside_vertical(row, col)[1]
+                    domain.beside_vertical(row, col)[1]
                 }
             }
         };
@@ -286,6 +237,113 @@ where
             pieces.push(std::array::from_fn(|i| self.pixel(self.mesh.corners[3 * t + i])));
         }
         pieces
+    }
+}
+
+/// A tile while pixels are inserted.
+pub(super) struct Digging<'a, V: View> {
+    view: &'a V,
+    pub tile: Tile,
+    /// By index in the tile, once there is need for one; of pixels outside of the domain they mean nothing.
+    sites: Vec<V::Site>,
+    tolerance: f64,
+    heap: BinaryHeap<Entry>,
+}
+
+impl<'a, V: View> Digging<'a, V>
+where
+    V::Site: LatticeSite,
+{
+    pub fn new(view: &'a V, tile: Tile) -> Self {
+        Digging { view, tile, sites: Vec::new(), tolerance: 0.0, heap: BinaryHeap::new() }
+    }
+
+    /// Inserts what is required for the tolerance of number `level`, then the worst pixel until all are within `tolerance`
+    /// (world units). Levels come one after the other.
+    pub fn dig(&mut self, required: &Required, level: u8, tolerance: f64, progress: &Progress<'_>) -> Result<()> {
+        // A smooth image has many tiles with few pixels to insert.
+        progress.check()?;
+        let tile = &mut self.tile;
+        let mut changed = tile.split_lines(required, level);
+        if tile.worst.is_empty() {
+            changed = (0..tile.mesh.len()).collect();
+        }
+        tile.worst.resize(tile.mesh.len() as usize, Worst::NONE);
+        for &t in &changed {
+            tile.worst[t as usize] = Worst::NONE;
+        }
+        let open = |(t, worst): (usize, &Worst)| (worst.error > tolerance).then(|| worst.entry(t as u32));
+        self.heap = tile.worst.iter().enumerate().filter_map(open).collect();
+        self.tolerance = tolerance;
+        if self.heap.is_empty() && changed.is_empty() {
+            return Ok(());
+        }
+        if self.sites.is_empty() {
+            let [rows, cols] = tile.last.map(|last| last + 1);
+            self.sites.reserve_exact(rows as usize * cols as usize);
+            for row in 0..rows {
+                let start = tile.pixel(spot(row, 0));
+                self.sites.extend((start..start + cols).map(|pixel| self.view.site(pixel)));
+            }
+        }
+        changed.into_iter().for_each(|t| self.judge(t));
+        self.run(progress)
+    }
+
+    /// Inserts the worst pixel until all are within the tolerance.
+    fn run(&mut self, progress: &Progress<'_>) -> Result<()> {
+        let mut inserted = 0;
+        while let Some(Entry { pixel, triangle, .. }) = self.heap.pop() {
+            if self.tile.worst[triangle as usize].pixel != pixel {
+                continue;
+            }
+            inserted += 1;
+            if inserted % CHECK == 0 {
+                progress.check()?;
+            }
+            let tile = &mut self.tile;
+            tile.mesh.insert(pixel, triangle);
+            // Edges on the border never flip, so that all new triangles lie in the domain.
+            tile.inside.resize(tile.mesh.len() as usize, true);
+            tile.worst.resize(tile.mesh.len() as usize, Worst::NONE);
+            let mut touched = std::mem::take(&mut tile.mesh.touched);
+            for &t in &touched {
+                tile.worst[t as usize] = Worst::NONE;
+            }
+            touched.sort_unstable();
+            touched.dedup();
+            for &t in &touched {
+                self.judge(t);
+            }
+            touched.clear();
+            self.tile.mesh.touched = touched;
+        }
+        Ok(())
+    }
+
+    /// Finds the worst pixel of a triangle.
+    fn judge(&mut self, t: u32) {
+        let mesh = &self.tile.mesh;
+        let mut pixel = mesh.first[t as usize];
+        if pixel == NONE {
+            return;
+        }
+        let [a, b, c] = [0, 1, 2].map(|i| self.sites[mesh.index(mesh.corners[3 * t as usize + i])]);
+        let plane = Site::plane(&a, &b, &c);
+        let mut worst = Worst::NONE;
+        while pixel != NONE {
+            let index = mesh.index(pixel);
+            let error = Site::error(&plane, &self.sites[index]).abs();
+            // The line between two tiles is settled for both.
+            if error > worst.error && !self.tile.is_on_border(pixel) {
+                worst = Worst { error, pixel };
+            }
+            pixel = mesh.next[index];
+        }
+        self.tile.worst[t as usize] = worst;
+        if worst.error > self.tolerance {
+            self.heap.push(worst.entry(t));
+        }
     }
 }
 

@@ -76,8 +76,8 @@ impl Domain {
         let seen_triangles = over_pixels.len();
         if folds::possible(image) {
             let hidden = match Sight::new(image, domain.mirrored) {
-                Sight::Parallel(view) => folds::hidden(&view, &over_pixels),
-                Sight::Central(view) => folds::hidden(&view, &over_pixels),
+                Sight::Parallel(view) => folds::hidden(&view, &over_pixels, progress)?,
+                Sight::Central(view) => folds::hidden(&view, &over_pixels, progress)?,
                 Sight::Flat(_) | Sight::Pinhole(_) => vec![false; over_pixels.len()],
             };
             let mut hidden = hidden.into_iter();
@@ -88,9 +88,11 @@ impl Domain {
         progress.check()?;
         let mut used = vec![false; image.len()];
         let mut row = 0;
-        for &triangle in &over_pixels {
-            domain.add(triangle, &mut row);
-            triangle.iter().for_each(|&p| used[p as usize] = true);
+        for block in progress.blocks(&over_pixels) {
+            for &triangle in block? {
+                domain.add(triangle, &mut row);
+                triangle.iter().for_each(|&p| used[p as usize] = true);
+            }
         }
         progress.check()?;
         domain.triangles = over_pixels;
@@ -98,9 +100,11 @@ impl Domain {
         pixels.retain(|&p| used[p as usize]);
         domain.isolated -= pixels.len();
         domain.pixels = pixels;
-        for &p in &domain.pixels {
-            let range = image.range(p as usize);
-            domain.range = [domain.range[0].min(range), domain.range[1].max(range)];
+        for block in progress.blocks(&domain.pixels) {
+            for &p in block? {
+                let range = image.range(p as usize);
+                domain.range = [domain.range[0].min(range), domain.range[1].max(range)];
+            }
         }
         Ok(domain)
     }

@@ -5,14 +5,22 @@ use glam::DVec3;
 use super::domain::Domain;
 use super::pieces::Pieces;
 use super::view::Sight;
+use crate::error::Result;
 use crate::mesh::{Attribute, TriMesh};
+use crate::progress::Progress;
 use crate::range_image::RangeImage;
 
 /// The mesh in the sensor's frame, without errors; triangles turn counter-clockwise seen from the sensor. Where the domain
 /// touches itself in a pixel, each fan of triangles gets a vertex of its own.
-pub(super) fn mesh(image: &RangeImage, domain: &Domain, pieces: &Pieces) -> TriMesh {
-    let (pixels, triangles) = number_vertices(image.len(), domain, &pieces.triangles);
-    let mut positions: Vec<DVec3> = pixels.iter().map(|&p| image.point_in_sensor(p as usize)).collect();
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn mesh(image: &RangeImage, domain: &Domain, pieces: &Pieces, progress: &Progress<'_>) -> Result<TriMesh> {
+    let (pixels, triangles) = number_vertices(image.len(), domain, &pieces.triangles, progress)?;
+    let mut positions: Vec<DVec3> = Vec::with_capacity(pixels.len());
+    for block in progress.blocks(&pixels) {
+        positions.extend(block?.iter().map(|&p| image.point_in_sensor(p as usize)));
+    }
     if !pieces.moved.is_empty() {
         let (sight, values) = (Sight::new(image, domain.mirrored), pieces.values(image.len()));
         for (position, &p) in positions.iter_mut().zip(&pixels) {
@@ -25,37 +33,52 @@ pub(super) fn mesh(image: &RangeImage, domain: &Domain, pieces: &Pieces) -> TriM
     let mut mesh = TriMesh::new(positions, triangles);
     let cols = domain.cols;
     let attributes = &mut mesh.vertex_attributes;
+    progress.check()?;
     attributes.push(Attribute::i32("range_row", pixels.iter().map(|&p| (p / cols) as i32).collect()));
     attributes.push(Attribute::i32("range_col", pixels.iter().map(|&p| (p % cols) as i32).collect()));
     let floats = [("confidence", &image.confidence), ("intensity", &image.intensity)];
     for (name, values) in floats {
         if let Some(values) = values {
+            progress.check()?;
             attributes.push(Attribute::f32(name, pixels.iter().map(|&p| values[p as usize]).collect()));
         }
     }
     if let Some(colours) = &image.colour {
+        progress.check()?;
         attributes.push(Attribute::colour("colour", pixels.iter().map(|&p| colours[p as usize]).collect()));
     }
-    mesh
+    Ok(mesh)
 }
 
 /// Adds the errors of the faces, and to each vertex the largest one of its faces.
-pub(super) fn add_errors(mesh: &mut TriMesh, face_errors: &[f32]) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn add_errors(mesh: &mut TriMesh, face_errors: &[f32], progress: &Progress<'_>) -> Result<()> {
     let mut of_vertices = vec![0.0_f32; mesh.positions.len()];
-    for (triangle, &error) in mesh.triangles.iter().zip(face_errors) {
-        for &v in triangle {
-            of_vertices[v as usize] = of_vertices[v as usize].max(error);
+    let mut errors = face_errors.iter();
+    for block in progress.blocks(&mesh.triangles) {
+        for (triangle, &error) in block?.iter().zip(&mut errors) {
+            for &v in triangle {
+                of_vertices[v as usize] = of_vertices[v as usize].max(error);
+            }
         }
     }
     mesh.vertex_attributes.push(Attribute::f32("error", of_vertices));
     mesh.face_attributes.push(Attribute::f32("error", face_errors.to_vec()));
+    Ok(())
 }
 
 /// The pixel of each vertex, rising, and the triangles over vertices.
-fn number_vertices(count: usize, domain: &Domain, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 3]>) {
+fn number_vertices(
+    count: usize,
+    domain: &Domain,
+    triangles: &[[u32; 3]],
+    progress: &Progress<'_>,
+) -> Result<(Vec<u32>, Vec<[u32; 3]>)> {
     let mut number = vec![0_u32; count];
-    for triangle in triangles {
-        triangle.iter().for_each(|&p| number[p as usize] = 1);
+    for block in progress.blocks(triangles) {
+        block?.iter().flatten().for_each(|&p| number[p as usize] = 1);
     }
     let mut pixels = Vec::new();
     for (p, slot) in number.iter_mut().enumerate() {
@@ -65,16 +88,22 @@ fn number_vertices(count: usize, domain: &Domain, triangles: &[[u32; 3]]) -> (Ve
         }
     }
     let turn = |[a, b, c]: [u32; 3]| if domain.mirrored { [a, c, b] } else { [a, b, c] };
-    let mut numbered: Vec<[u32; 3]> =
-        triangles.iter().map(|&triangle| turn(triangle.map(|p| number[p as usize]))).collect();
+    let mut numbered: Vec<[u32; 3]> = Vec::with_capacity(triangles.len());
+    for block in progress.blocks(triangles) {
+        numbered.extend(block?.iter().map(|&triangle| turn(triangle.map(|p| number[p as usize]))));
+    }
     // Triangles at pixels where the domain touches itself, in order of pixel.
     let mut at_pinches: Vec<(u32, u32)> = Vec::new();
-    let pinched: Vec<bool> = pixels.iter().map(|&p| domain.fans(p) > 1).collect();
+    let mut pinched: Vec<bool> = Vec::with_capacity(pixels.len());
+    for block in progress.blocks(&pixels) {
+        pinched.extend(block?.iter().map(|&p| domain.fans(p) > 1));
+    }
     if pinched.contains(&true) {
         for (t, triangle) in numbered.iter().enumerate() {
             at_pinches.extend(triangle.iter().filter(|&&v| pinched[v as usize]).map(|&v| (v, t as u32)));
         }
     }
+    progress.check()?;
     at_pinches.sort_unstable();
     for group in at_pinches.chunk_by(|a, b| a.0 == b.0) {
         let v = group[0].0;
@@ -108,5 +137,5 @@ fn number_vertices(count: usize, domain: &Domain, triangles: &[[u32; 3]]) -> (Ve
             }
         }
     }
-    (pixels, numbered)
+    Ok((pixels, numbered))
 }

@@ -1,15 +1,18 @@
 //! Where an image hides part of itself (a point grid folds as seen along its rays, a scan goes around more than once): of
 //! triangles that cover the same rays the nearest one stays, so that each ray meets the surface once.
 //!
-//! Nearest first, a triangle stays if it is seen beside all that stay so far. These are found by a grid of windows; the
+//! Nearest first, a triangle stays if it is seen beside all that stay so far. Others near it are found by a grid of windows; the
 //! decision is exact: two triangles are seen beside each other if an edge of one of them has the other one on its outer
 //! side and they touch in pixels that they share at most.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::view::{CentralSite, ParallelSite, Site, View};
+use crate::error::Result;
+use crate::progress::Progress;
 use crate::range_image::{Projection, RangeImage, Samples};
 
 /// Whether pixels of the image can hide one another at all.
@@ -147,6 +150,12 @@ impl Grid {
         (top..=bottom).flat_map(move |row| (left..=right).map(move |col| row * cols + col % cols))
     }
 
+    /// Removes all numbers.
+    fn clear(&mut self) {
+        self.first.fill(END);
+        self.entries.clear();
+    }
+
     /// Adds a number to all cells of a window.
     pub fn add(&mut self, window: &[[f64; 2]; 2], number: u32) {
         for cell in self.cells_of(window) {
@@ -172,41 +181,84 @@ impl Grid {
     }
 }
 
+/// Triangles handled by one thread at a time, and between two looks at the progress.
+const BLOCK: usize = 4096;
+
 /// Whether each triangle hides behind others, or is seen edge-on. The triangles turn like columns toward rows. O(n log n) time.
-pub(super) fn hidden<V: View>(view: &V, triangles: &[[u32; 3]]) -> Vec<bool>
+///
+/// Being beside each other goes both ways, so a triangle that is beside all others stays and hides none: order counts only
+/// among the rest, which mostly is empty.
+pub(super) fn hidden<V: View>(view: &V, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<bool>>
 where
     V::Site: Windowed,
 {
     let sites = |t: u32| triangles[t as usize].map(|p| (p, view.site(p)));
-    let mut windows = Vec::with_capacity(triangles.len());
-    let mut order = Vec::with_capacity(triangles.len());
-    for t in 0..triangles.len() as u32 {
+    let mut windows = vec![[[0.0; 2]; 2]; triangles.len()];
+    let mut hidden = vec![false; triangles.len()];
+    windows.par_chunks_mut(BLOCK).zip(hidden.par_chunks_mut(BLOCK)).enumerate().try_for_each(
+        |(block, (windows, hidden))| {
+            for (k, (window, hidden)) in windows.iter_mut().zip(hidden).enumerate() {
+                let [a, b, c] = sites((block * BLOCK + k) as u32).map(|s| s.1);
+                *window = V::Site::window([&a, &b, &c]);
+                // What the triangulation took for seen from the front by a rounding is edge-on.
+                *hidden = V::Site::turn(&a, &b, &c) <= 0.0;
+            }
+            progress.check()
+        },
+    )?;
+    let are_apart = |one: u32, other: u32| {
+        let [one, other] = [one, other].map(|t| &windows[t as usize]);
+        let apart = |axis: usize| one[axis][1] < other[axis][0] || other[axis][1] < one[axis][0];
+        // Places beyond 1 may be places before it.
+        (!V::Site::AROUND && apart(0)) || apart(1)
+    };
+    let is_beside_all = |t: u32, grid: &Grid| {
+        let own = sites(t);
+        grid.all(&windows[t as usize], |other| other == t || are_apart(t, other) || are_beside(&own, &sites(other)))
+    };
+    let mut grid = Grid::new(&windows, V::Site::AROUND);
+    for t in 0..triangles.len() {
+        if t % BLOCK == 0 {
+            progress.check()?;
+        }
+        if !hidden[t] {
+            grid.add(&windows[t], t as u32);
+        }
+    }
+    let in_doubt = |block: &[bool], first: usize| {
+        progress.check()?;
+        let doubtful = |(k, hidden): (usize, &bool)| {
+            let t = (first + k) as u32;
+            (!hidden && !is_beside_all(t, &grid)).then_some(t)
+        };
+        Ok(block.iter().enumerate().filter_map(doubtful).collect::<Vec<_>>())
+    };
+    let in_doubt = hidden
+        .par_chunks(BLOCK)
+        .enumerate()
+        .map(|(block, hidden)| in_doubt(hidden, block * BLOCK))
+        .collect::<Result<Vec<_>>>()?;
+    let mut order: Vec<(f64, u32)> = Vec::new();
+    for t in in_doubt.into_iter().flatten() {
         let [a, b, c] = sites(t).map(|s| s.1);
-        windows.push(V::Site::window([&a, &b, &c]));
         order.push((a.depth() / 3.0 + b.depth() / 3.0 + c.depth() / 3.0, t));
     }
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut grid = Grid::new(&windows, V::Site::AROUND);
-    let mut hidden = vec![false; triangles.len()];
-    for (_, t) in order {
-        let window = &windows[t as usize];
-        let own = sites(t);
-        let [(_, a), (_, b), (_, c)] = &own;
-        let is_beside = |other: u32| {
-            let [ours, theirs] = [window, &windows[other as usize]];
-            let apart = |axis: usize| ours[axis][1] < theirs[axis][0] || theirs[axis][1] < ours[axis][0];
-            // Places beyond 1 may be places before it.
-            (!V::Site::AROUND && apart(0)) || apart(1) || are_beside(&own, &sites(other))
-        };
-        let beside_all = grid.all(window, is_beside);
-        // What the triangulation took for seen from the front by a rounding is edge-on.
-        if !beside_all || V::Site::turn(a, b, c) <= 0.0 {
-            hidden[t as usize] = true;
-            continue;
-        }
-        grid.add(window, t);
+    if order.is_empty() {
+        return Ok(hidden);
     }
-    hidden
+    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    grid.clear();
+    for (k, &(_, t)) in order.iter().enumerate() {
+        if k % BLOCK == 0 {
+            progress.check()?;
+        }
+        if is_beside_all(t, &grid) {
+            grid.add(&windows[t as usize], t);
+        } else {
+            hidden[t as usize] = true;
+        }
+    }
+    Ok(hidden)
 }
 
 /// A triangle's pixels as the sensor sees them.
@@ -256,8 +308,8 @@ mod tests {
             .map(|viewing| {
                 let image = RangeImage::from_points(1, points.len(), points.clone(), viewing).unwrap();
                 match Sight::new(&image, false) {
-                    Sight::Parallel(view) => hidden(&view, &corners),
-                    Sight::Central(view) => hidden(&view, &corners),
+                    Sight::Parallel(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
+                    Sight::Central(view) => hidden(&view, &corners, &Progress::none()).unwrap(),
                     _ => unreachable!("point grids are seen along parallel rays or from a point"),
                 }
             })
@@ -291,7 +343,7 @@ mod tests {
             .map(cell)
             .flat_map(|a| [[a, a + 1, a + down + 1], [a, a + down + 1, a + down]])
             .collect();
-        assert!(hidden(&view, &triangles).iter().all(|h| !h));
+        assert!(hidden(&view, &triangles, &Progress::none()).unwrap().iter().all(|h| !h));
     }
 
     #[test]
@@ -321,7 +373,7 @@ mod tests {
                 };
                 let fan = |i: u32, start: u32| turned([start + 8, start + i, start + (i + 1) % 8]);
                 let corners: Vec<[u32; 3]> = (0..8).flat_map(|i| [fan(i, 0), fan(i, 9)]).collect();
-                assert_eq!(hidden(&view, &corners), [false, true].repeat(8));
+                assert_eq!(hidden(&view, &corners, &Progress::none()).unwrap(), [false, true].repeat(8));
             }
         }
     }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
 //! | 2 | `seams` | domain -> pixels that must be vertices |
-//! | 3 | `dig`, `delaunay` | a tile and its required pixels -> a mesh within the tolerance |
+//! | 3 | `ladder`, `dig`, `delaunay` | tiles and their required pixels -> a mesh within the tolerance |
 //! | 4 | `polish`, `patch`, `borders`, `star`, `sides`, `search` | mesh -> mesh of fewer triangles within the tolerance |
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
 //! | 6 | `certify` | mesh and image -> distances, measured anew |
@@ -34,6 +34,7 @@ mod seams;
 // 3. digging
 mod delaunay;
 mod dig;
+mod ladder;
 
 // between the stages
 mod pieces;
@@ -115,7 +116,9 @@ pub struct Sculpted {
 /// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
 ///
 /// # Cost
-/// n pixels: O(n log n) expected time; about 0.6 microseconds of CPU a pixel and 30 bytes a pixel beside the image.
+/// n pixels: O(n log n) expected time. From 128 x 128 to 4096 x 4096 pixels of made terrain, at 0.041 % of its depth extent,
+/// the CPU time falls from 1.7 to 0.4 microseconds a pixel, as the share of them that the mesh needs falls, and memory stays
+/// near 100 bytes a pixel beside the image.
 ///
 /// # Errors
 /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels; [`crate::Error::Cancelled`].
@@ -123,7 +126,7 @@ pub struct Sculpted {
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {
     progress.plan(&[("triangulating", 1.0)]);
-    progress.watch(|| Sculptor::prepare(image, params, progress))?.refine(params.tolerance, progress)
+    Sculptor::prepare_for(false, image, params, progress)?.refine(params.tolerance, progress)
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub const PARAMS: &[ParamSpec] = &[
         min: 0.0,
         min_excluded: false,
         max: 2.0,
-        text: "Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about three times the time, 2 searches for fewer yet, for about ten times the time.",
+        text: "Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about twice the time, 2 searches for fewer yet, for about ten times the time.",
     },
     ParamSpec {
         operation: "sculpt",
@@ -44,7 +44,7 @@ pub const PARAMS: &[ParamSpec] = &[
         min: 0.0,
         min_excluded: false,
         max: 1.0,
-        text: "1 makes every vertex a sample; 0 lets vertices leave their samples along the ray within the tolerance, for about a tenth fewer triangles and the time of effort 2.",
+        text: "1 makes every vertex a sample; 0 lets vertices leave their samples along the ray within the tolerance, for about a sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect.",
     },
     ParamSpec {
         operation: "sculpt",

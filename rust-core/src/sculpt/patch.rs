@@ -8,6 +8,8 @@ use super::delaunay::{NONE, next_of, previous_of};
 use super::domain::Domain;
 use super::pieces::Pieces;
 use super::view::{Site, View};
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// In place of a neighbour: it belongs to another patch.
 pub(super) const SEAM: u32 = NONE - 1;
@@ -46,22 +48,33 @@ pub(super) struct Patch<'a, S> {
 pub(super) struct Known {
     /// [`Pieces::values`], where vertices may leave their samples.
     pub values: Vec<f64>,
-    /// Whether it is one of [`Pieces::settled`].
+    /// [`Pieces::settled`].
     pub settled: Vec<bool>,
     /// Whether more than one patch has it, where triangles may lie beyond the domain's border.
     pub shared: Vec<bool>,
 }
 
+impl Known {
+    fn is_settled(&self, pixel: u32) -> bool {
+        self.settled.get(pixel as usize).is_some_and(|&settled| settled)
+    }
+}
+
 impl<'a, S: Site> Patch<'a, S> {
     /// The patch of some triangles of a mesh. `scratch` has one entry a pixel of the image, all 0, and is returned so.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
     pub fn new<V: View<Site = S>>(
         view: &V,
         Region { domain, border }: Region<'a>,
         pieces: &Pieces,
         triangles: &[u32],
-        Known { values, settled, shared }: &Known,
+        known: &Known,
         scratch: &mut [u32],
-    ) -> Self {
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        let Known { values, .. } = known;
         let count = triangles.len();
         let mut pixels = Vec::with_capacity(count);
         let mut corners = Vec::with_capacity(3 * count);
@@ -88,7 +101,10 @@ impl<'a, S: Site> Patch<'a, S> {
                 first[t] = k;
             }
         }
-        let sites: Vec<S> = pixels.iter().map(|&p| view.site(p)).collect();
+        let mut sites: Vec<S> = Vec::with_capacity(pixels.len());
+        for block in progress.blocks(&pixels) {
+            sites.extend(block?.iter().map(|&p| view.site(p)));
+        }
         let value = |(&p, site): (&u32, &S)| {
             let moved = values[p as usize];
             if moved.is_nan() { site.value() } else { moved }
@@ -111,9 +127,12 @@ impl<'a, S: Site> Patch<'a, S> {
             settled: Vec::new(),
             pinched: vec![false; vertices],
         };
-        patch.settled = patch.pixels.iter().map(|&p| settled.get(p as usize).is_some_and(|&s| s)).collect();
-        patch.link(domain, shared);
-        patch
+        patch.settled.reserve_exact(patch.pixels.len());
+        for block in progress.blocks(&patch.pixels) {
+            patch.settled.extend(block?.iter().map(|&p| known.is_settled(p)));
+        }
+        patch.link(domain, &known.shared);
+        Ok(patch)
     }
 
     /// Finds the neighbours.
@@ -161,6 +180,11 @@ impl<'a, S: Site> Patch<'a, S> {
     #[inline(always)]
     pub fn to(&self, h: u32) -> u32 {
         self.corners[next_of(h) as usize]
+    }
+
+    /// Whether triangles at `v` belong to another patch.
+    pub fn is_on_seam(&self, v: u32) -> bool {
+        self.on_seam.get(v as usize).is_some_and(|&on_seam| on_seam)
     }
 
     /// Where vertex `v` is.
@@ -241,8 +265,12 @@ impl<'a, S: Site> Patch<'a, S> {
         Some(fan)
     }
 
-    /// What is left of the patch.
-    pub fn into_pieces(self) -> Pieces {
+    /// What is left of the patch, and the pixels that are settled now, or are no more.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn into_pieces(self, known: &Known, progress: &Progress<'_>) -> Result<(Pieces, Vec<(u32, bool)>)> {
+        progress.check()?;
         let mut pieces = Pieces::default();
         for t in (0..self.alive.len()).filter(|&t| self.alive[t]) {
             let mut p = self.first[t];
@@ -256,10 +284,9 @@ impl<'a, S: Site> Patch<'a, S> {
             let moved = |v: &usize| self.out[*v] != NONE && self.values[*v] != self.sites[*v].value();
             pieces.moved = (0..self.sites.len()).filter(moved).map(|v| (self.pixels[v], self.values[v])).collect();
         }
-        // What happens to the star of a vertex on a seam, no patch knows.
-        let settled = |v: &usize| self.settled[*v] && self.out[*v] != NONE && !self.on_seam.get(*v).is_some_and(|&s| s);
-        pieces.settled = (0..self.sites.len()).filter(settled).map(|v| self.pixels[v]).collect();
-        pieces
+        let news = self.pixels.iter().zip(&self.settled).zip(&self.out).map(|((&p, &s), &h)| (p, s && h != NONE));
+        let news = news.filter(|&(p, settled)| known.is_settled(p) != settled).collect();
+        Ok((pieces, news))
     }
 }
 

@@ -10,8 +10,9 @@ pub(super) struct Pieces {
     pub pixels: Vec<u32>,
     /// Vertices that have left their samples: pixels with their values, [`super::view::Site::value`]. Some come twice.
     pub moved: Vec<(u32, f64)>,
-    /// Vertices that can't be removed from the triangles that they have: no need to try again before those change.
-    pub settled: Vec<u32>,
+    /// Whether each pixel of the image is a vertex that can't be removed from the triangles that it has: no need to try again
+    /// before those change. Empty where nothing is known.
+    pub settled: Vec<bool>,
 }
 
 impl Pieces {
@@ -41,6 +42,16 @@ impl Pieces {
         values
     }
 
+    /// Some of the triangles.
+    pub fn some(&self, triangles: &[u32]) -> Self {
+        let mut some = Pieces { moved: self.moved.clone(), ..Pieces::default() };
+        for &t in triangles {
+            some.pixels.extend(self.pixels_of(t as usize));
+            some.push(self.triangles[t as usize]);
+        }
+        some
+    }
+
     /// All parts one after the other.
     pub fn join(parts: Vec<Pieces>) -> Self {
         let mut all = Pieces::default();
@@ -53,7 +64,6 @@ impl Pieces {
             all.triangles.extend(part.triangles);
             all.pixels.extend(part.pixels);
             all.moved.extend(part.moved);
-            all.settled.extend(part.settled);
         }
         all
     }

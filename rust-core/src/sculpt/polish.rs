@@ -1,7 +1,7 @@
 //! Fewer triangles at the same tolerance: vertices are removed as long as what remains can be triangulated within it.
 //!
 //! The mesh is cut into patches of a fixed size along its triangles; a patch is polished by one thread, its seams stay.
-//! The next pass cuts elsewhere. Patches, not threads, order the work, so any number of threads gives the same mesh.
+//! The next pass cuts elsewhere, and takes up only what lies around vertices that may still go. Patches, not threads, order the work, so any number of threads gives the same mesh.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -17,13 +17,10 @@ use super::search::{Search, Searcher};
 use super::star::{Filling, Rules, Surgeon};
 use super::view::View;
 use crate::error::Result;
-use crate::progress::Progress;
+use crate::progress::{Pace, Progress};
 
 /// Side of a patch in pixels. Tests look across many seams.
 const PATCH: u32 = if cfg!(test) { 12 } else { 128 };
-
-/// Checks for cancelling come once in this many vertices.
-const CHECK: usize = 256;
 
 /// Triangles that one patch may well have where it is searched: below it, patches grow until they have as many or all.
 const FEW: usize = if cfg!(test) { 64 } else { 4096 };
@@ -86,63 +83,98 @@ pub(super) fn pass<V: View>(
     progress: &Progress<'_>,
 ) -> Result<Pieces> {
     let domain = region.domain;
-    let groups = group(domain, pieces, side, shift);
+    let (groups, rest) = group(domain, pieces, side, shift, search, progress)?;
     let pixels = domain.rows as usize * domain.cols as usize;
     let values = if search == Search::Free { pieces.values(pixels) } else { Vec::new() };
-    // A search changes all triangles.
-    let mut settled = Vec::new();
-    if search == Search::None && !pieces.settled.is_empty() {
-        settled = vec![false; pixels];
-        pieces.settled.iter().for_each(|&p| settled[p as usize] = true);
-    }
-    let shared = if region.border.reaches_out() { shared(pixels, pieces, &groups) } else { Vec::new() };
-    let known = Known { values, settled, shared };
+    let shared =
+        if region.border.reaches_out() { shared(pixels, pieces, &groups, &rest, progress)? } else { Vec::new() };
+    let known = Known { values, settled: pieces.settled.clone(), shared };
     let parts = groups
         .par_iter()
         .map_init(
-            || (vec![0; pixels], Surgeon::new(), Searcher::new()),
+            || (vec![0; pixels], Surgeon::new(progress), Searcher::new(progress)),
             |(scratch, surgeon, searcher), triangles| {
-                let mut patch = Patch::new(view, region, pieces, triangles, &known, scratch);
-                searcher.improve(&mut patch, search, rules, progress)?;
-                remove_vertices(&mut patch, surgeon, rules, progress)?;
-                Ok(patch.into_pieces())
+                let mut patch = Patch::new(view, region, pieces, triangles, &known, scratch, progress)?;
+                searcher.improve(&mut patch, search, rules)?;
+                remove_vertices(&mut patch, surgeon, rules)?;
+                patch.into_pieces(&known, progress)
             },
         )
         .collect::<Result<Vec<_>>>()?;
-    Ok(Pieces::join(parts))
+    let mut settled = known.settled;
+    settled.resize(pixels, false);
+    let mut join = vec![pieces.some(&rest)];
+    for (part, news) in parts {
+        progress.check()?;
+        join.push(part);
+        news.into_iter().for_each(|(pixel, now)| settled[pixel as usize] = now);
+    }
+    Ok(Pieces { settled, ..Pieces::join(join) })
 }
 
-/// The triangles of each patch, in order. A triangle belongs where its first pixel lies.
-fn group(domain: &Domain, pieces: &Pieces, side: u32, shift: u32) -> Vec<Vec<u32>> {
+/// The triangles of each patch, in order, and those of none. A triangle belongs where its first pixel lies. Where vertices
+/// are only removed, those belong to none that lie two triangles or more from all vertices that may go.
+fn group(
+    domain: &Domain,
+    pieces: &Pieces,
+    side: u32,
+    shift: u32,
+    search: Search,
+    progress: &Progress<'_>,
+) -> Result<(Vec<Vec<u32>>, Vec<u32>)> {
     let place = |i: u32| (u64::from(i) + u64::from(shift)) / u64::from(side);
     let (across, down) = (place(domain.cols) as usize + 1, place(domain.rows) as usize + 1);
     let patch_of = |triangle: &[u32; 3]| {
         let p = triangle[0].min(triangle[1]).min(triangle[2]);
         place(p / domain.cols) as usize * across + place(p % domain.cols) as usize
     };
+    let mut near = Vec::new();
+    if search == Search::None && !pieces.settled.is_empty() {
+        near = vec![false; pieces.settled.len()];
+        for block in progress.blocks(&pieces.triangles) {
+            for triangle in block? {
+                if triangle.iter().any(|&p| !pieces.settled[p as usize]) {
+                    triangle.iter().for_each(|&p| near[p as usize] = true);
+                }
+            }
+        }
+    }
+    let rests = |triangle: &[u32; 3]| !near.is_empty() && triangle.iter().all(|&p| !near[p as usize]);
     let mut counts = vec![0_usize; across * down];
-    for triangle in &pieces.triangles {
-        counts[patch_of(triangle)] += 1;
+    for block in progress.blocks(&pieces.triangles) {
+        block?.iter().filter(|t| !rests(t)).for_each(|triangle| counts[patch_of(triangle)] += 1);
     }
     let mut groups: Vec<Vec<u32>> = counts.iter().map(|&n| Vec::with_capacity(n)).collect();
+    let mut rest = Vec::new();
+    let mut pace = Pace::new(progress);
     for (t, triangle) in pieces.triangles.iter().enumerate() {
-        groups[patch_of(triangle)].push(t as u32);
+        pace.after(1)?;
+        let list = if rests(triangle) { &mut rest } else { &mut groups[patch_of(triangle)] };
+        list.push(t as u32);
     }
     groups.retain(|g| !g.is_empty());
-    groups
+    Ok((groups, rest))
 }
 
 /// Whether the triangles of more than one group have a pixel as a corner.
-fn shared(pixels: usize, pieces: &Pieces, groups: &[Vec<u32>]) -> Vec<bool> {
+fn shared(
+    pixels: usize,
+    pieces: &Pieces,
+    groups: &[Vec<u32>],
+    rest: &Vec<u32>,
+    progress: &Progress<'_>,
+) -> Result<Vec<bool>> {
     let mut owner = vec![NONE; pixels];
     let mut shared = vec![false; pixels];
-    for (group, triangles) in groups.iter().enumerate() {
-        for p in triangles.iter().flat_map(|&t| pieces.triangles[t as usize]).map(|p| p as usize) {
-            shared[p] |= owner[p] != NONE && owner[p] != group as u32;
-            owner[p] = group as u32;
+    for (group, triangles) in groups.iter().chain([rest]).enumerate() {
+        for block in progress.blocks(triangles) {
+            for p in block?.iter().flat_map(|&t| pieces.triangles[t as usize]).map(|p| p as usize) {
+                shared[p] |= owner[p] != NONE && owner[p] != group as u32;
+                owner[p] = group as u32;
+            }
         }
     }
-    shared
+    Ok(shared)
 }
 
 /// A vertex that can be removed; the smallest cost comes first.
@@ -170,36 +202,27 @@ enum State {
 /// Removes vertices, those whose stars are filled with the smallest errors first.
 fn remove_vertices<S: super::view::Site>(
     patch: &mut Patch<'_, S>,
-    surgeon: &mut Surgeon<S>,
+    surgeon: &mut Surgeon<'_, S>,
     rules: &Rules,
-    progress: &Progress<'_>,
 ) -> Result<()> {
     let mut queue = BinaryHeap::with_capacity(patch.vertices);
     let mut states = vec![State::Stuck; patch.sites.len()];
     for v in 0..patch.sites.len() as u32 {
-        if (v as usize).is_multiple_of(CHECK) {
-            progress.check()?;
-        }
         if patch.out[v as usize] != NONE
             && !patch.settled[v as usize]
-            && let Some((cost, filling)) = surgeon.find(patch, v, rules)
+            && let Some((cost, filling)) = surgeon.find(patch, v, rules)?
         {
             states[v as usize] = State::Ready;
             queue.push(Reverse(Entry { cost, vertex: v, filling }));
         }
     }
-    let mut looked_at = 0;
     // Each vertex is in the queue once at most.
     while let Some(Reverse(Entry { vertex, filling, .. })) = queue.pop() {
-        looked_at += 1;
-        if looked_at % CHECK == 0 {
-            progress.check()?;
-        }
         let v = vertex as usize;
         let filling = match states[v] {
             State::Ready => filling,
             State::Stale => {
-                let Some((cost, filling)) = surgeon.find(patch, vertex, rules) else {
+                let Some((cost, filling)) = surgeon.find(patch, vertex, rules)? else {
                     states[v] = State::Stuck;
                     continue;
                 };
@@ -212,7 +235,7 @@ fn remove_vertices<S: super::view::Site>(
             }
             _ => continue,
         };
-        surgeon.make(patch, vertex, filling);
+        surgeon.make(patch, vertex, filling)?;
         states[v] = State::Removed;
         for &corner in surgeon.ring() {
             let state = &mut states[corner as usize];

@@ -3,16 +3,15 @@
 use std::borrow::Borrow;
 use std::time::Instant;
 
-use rayon::prelude::*;
-
 use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
 use super::folds::Windowed;
+use super::ladder::Ladder;
 use super::pieces::Pieces;
 use super::search::Search;
 use super::star::Rules;
 use super::view::{LatticeSite, Sight, View, aspect};
-use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, dig, finish, polish, seams};
+use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
 use crate::error::{Error, Result};
 use crate::memory;
 use crate::progress::{Plan, Progress};
@@ -23,12 +22,14 @@ const BYTES_A_PIXEL: f64 = 120.0;
 
 /// An image ready to be sculpted to one tolerance after the other; `I` is a reference to it, or shares it.
 ///
-/// The result of a tolerance does not depend on the tolerances before.
+/// The result of a tolerance does not depend on the tolerances before, but comes sooner: the digging starts from the last
+/// rung of its ladder above it, which is kept (about 6 bytes a pixel).
 pub struct Sculptor<I> {
     image: I,
     params: SculptParams,
     domain: Domain,
     seconds: f64,
+    ladder: Ladder,
 }
 
 /// Stages with their shares of the time.
@@ -62,17 +63,25 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         Self::prepare(image, params, &Progress::none())
     }
 
-    /// [`Sculptor::new`] that stops when it is cancelled.
+    /// [`Sculptor::new`] that reports and stops when it is cancelled.
     ///
     /// # Errors
     /// As [`Sculptor::new`]; [`Error::Cancelled`].
     pub fn prepare(image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
+        Self::prepare_for(true, image, params, progress)
+    }
+
+    /// For one tolerance, or for `many`: to these it comes back with a part of the digging done.
+    pub(super) fn prepare_for(many: bool, image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
         params.validate()?;
         let pixels = image.borrow().len();
         memory::expect(BYTES_A_PIXEL * pixels as f64, || format!("sculpting {pixels} pixels"), "use fewer")?;
         let start = Instant::now();
-        let domain = Domain::new(image.borrow(), &params.triangulation, progress)?;
-        Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64() })
+        let pool = crate::threads::pool(params.threads)?;
+        let triangulation = &params.triangulation;
+        let domain = progress.watch(|| pool.install(|| Domain::new(image.borrow(), triangulation, progress)))?;
+        let ladder = Ladder::new(domain.extent(), many);
+        Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64(), ladder })
     }
 
     /// Difference between the farthest and the nearest range of the covered samples.
@@ -116,9 +125,11 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
                     "" => "the image",
                     name => name,
                 };
+                // Borders as they are in the image may take most of them.
+                let borders = if self.params.simplify_borders { "" } else { "simplify_borders, " };
                 return Err(Error::input(format!(
-                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it: allow more, or \
-                     raise edge_limit so that jumps tear fewer borders open"
+                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it: allow more, \
+                     {borders}or raise edge_limit so that jumps tear fewer borders open"
                 )));
             }
             let mut low = high * (-40.0_f64).exp2();
@@ -174,15 +185,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     {
         let domain = &self.domain;
         let mut clock = Clock::start(self.seconds);
-        let required = seams::required(view, domain, tolerance);
-        let cols = seams::tile_origins(domain.cols);
-        let origins: Vec<[u32; 2]> =
-            seams::tile_origins(domain.rows).into_iter().flat_map(|r| cols.iter().map(move |&c| [r, c])).collect();
-        let tiles = origins
-            .into_par_iter()
-            .map(|origin| dig::dig_tile(view, domain, &required, tolerance, origin, progress))
-            .collect::<Result<Vec<_>>>()?;
-        let pieces = Pieces::join(tiles);
+        let pieces = self.ladder.dig(view, domain, tolerance, progress)?;
         clock.lap("dig");
         dug();
         if self.params.simplify_borders {
@@ -262,10 +265,10 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     fn finish(&self, dug: Dug, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted> {
         let Dug { pieces, triangles: dug_triangles, mut clock } = dug;
         let image = self.image.borrow();
-        let mut mesh = finish::mesh(image, &self.domain, &pieces);
+        let mut mesh = finish::mesh(image, &self.domain, &pieces, progress)?;
         clock.lap("mesh");
         let certificate = certify::certify_pixels(image, &self.domain.pixels, &mesh, progress)?;
-        finish::add_errors(&mut mesh, &certificate.face_errors);
+        finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
         clock.lap("certify");
         let report = SculptReport {
             tolerance,

@@ -12,31 +12,55 @@ pub(super) fn tile_origins(count: u32) -> Vec<u32> {
     if count < 2 { Vec::new() } else { (0..count - 1).step_by(TILE as usize).collect() }
 }
 
-/// A flag a pixel: whether it must be a vertex.
-pub(super) fn required<V: View>(view: &V, domain: &Domain, tolerance: f64) -> Vec<bool>
-where
-    V::Site: LatticeSite,
-{
-    let mut required = vec![false; domain.rows as usize * domain.cols as usize];
-    if domain.rows < 2 || domain.cols < 2 {
-        return required;
+/// The first of a falling row of tolerances for which each pixel must be a vertex.
+#[derive(Clone)]
+pub(super) struct Required {
+    from: Vec<u8>,
+    tolerances: u8,
+}
+
+/// Must be a vertex for no tolerance yet.
+const NEVER: u8 = u8::MAX;
+
+impl Required {
+    /// For any tolerance: the border of the domain.
+    pub fn new(domain: &Domain) -> Self {
+        let mut from = vec![NEVER; domain.rows as usize * domain.cols as usize];
+        if domain.rows > 1 && domain.cols > 1 {
+            mark_border(domain, &mut from);
+        }
+        Required { from, tolerances: 0 }
     }
-    mark_border(domain, &mut required);
-    let (rows, cols) = (i64::from(domain.rows), i64::from(domain.cols));
-    let mut seam = Seam { view, tolerance, stack: Vec::new() };
-    for row in tile_origins(domain.rows).into_iter().chain([domain.rows - 1]).map(i64::from) {
-        let pixel = |col: i64| (row * cols + col) as usize;
-        seam.simplify(cols, |col| domain.beside_horizontal(row, col), pixel, &mut required);
+
+    /// Adds a tolerance below those before, 254 of them at most.
+    pub fn add<V: View>(&mut self, view: &V, domain: &Domain, tolerance: f64)
+    where
+        V::Site: LatticeSite,
+    {
+        let level = self.tolerances;
+        self.tolerances += 1;
+        if domain.rows < 2 || domain.cols < 2 {
+            return;
+        }
+        let (rows, cols) = (i64::from(domain.rows), i64::from(domain.cols));
+        let mut seam = Seam { view, tolerance, level, from: &mut self.from, stack: Vec::new() };
+        for row in tile_origins(domain.rows).into_iter().chain([domain.rows - 1]).map(i64::from) {
+            seam.simplify(cols, |col| domain.beside_horizontal(row, col), |col| (row * cols + col) as usize);
+        }
+        for col in tile_origins(domain.cols).into_iter().chain([domain.cols - 1]).map(i64::from) {
+            seam.simplify(rows, |row| domain.beside_vertical(row, col), |row| (row * cols + col) as usize);
+        }
     }
-    for col in tile_origins(domain.cols).into_iter().chain([domain.cols - 1]).map(i64::from) {
-        let pixel = |row: i64| (row * cols + col) as usize;
-        seam.simplify(rows, |row| domain.beside_vertical(row, col), pixel, &mut required);
+
+    /// Whether a pixel must be a vertex for the tolerance of that number.
+    #[inline]
+    pub fn has(&self, pixel: u32, tolerance: u8) -> bool {
+        self.from[pixel as usize] <= tolerance
     }
-    required
 }
 
 /// Marks both ends of every unit edge and diagonal that lies on the border of the domain but not on a line between tiles.
-fn mark_border(domain: &Domain, required: &mut [bool]) {
+fn mark_border(domain: &Domain, from: &mut [u8]) {
     let (rows, cols) = (i64::from(domain.rows), i64::from(domain.cols));
     let on_line = |i: i64, count: i64| i % i64::from(TILE) == 0 || i == count - 1;
     for row in 0..rows {
@@ -46,20 +70,20 @@ fn mark_border(domain: &Domain, required: &mut [bool]) {
             if col + 1 < cols && !row_on_line {
                 let [above, below] = domain.beside_horizontal(row, col);
                 if above != below {
-                    required[p] = true;
-                    required[p + 1] = true;
+                    from[p] = 0;
+                    from[p + 1] = 0;
                 }
             }
             if row + 1 < rows && !on_line(col, cols) {
                 let [left, right] = domain.beside_vertical(row, col);
                 if left != right {
-                    required[p] = true;
-                    required[p + cols as usize] = true;
+                    from[p] = 0;
+                    from[p + cols as usize] = 0;
                 }
             }
-            if let Some([from, to]) = lone_diagonal(domain.halves(row, col)) {
-                required[p + from.0 + from.1 * cols as usize] = true;
-                required[p + to.0 + to.1 * cols as usize] = true;
+            if let Some([start, end]) = lone_diagonal(domain.halves(row, col)) {
+                from[p + start.0 + start.1 * cols as usize] = 0;
+                from[p + end.0 + end.1 * cols as usize] = 0;
             }
         }
     }
@@ -78,6 +102,8 @@ pub(super) fn lone_diagonal(halves: u8) -> Option<[(usize, usize); 2]> {
 struct Seam<'a, V> {
     view: &'a V,
     tolerance: f64,
+    level: u8,
+    from: &'a mut [u8],
     stack: Vec<[i64; 2]>,
 }
 
@@ -87,32 +113,34 @@ where
 {
     /// Marks enough pixels of a line of `count` pixels. `beside` tells on which sides the edge from a pixel to the next
     /// one has the domain.
-    fn simplify(
-        &mut self,
-        count: i64,
-        beside: impl Fn(i64) -> [bool; 2],
-        pixel: impl Fn(i64) -> usize,
-        required: &mut [bool],
-    ) {
+    fn simplify(&mut self, count: i64, beside: impl Fn(i64) -> [bool; 2], pixel: impl Fn(i64) -> usize) {
         let mut start = 0;
         while start + 1 < count {
             let sides = beside(start);
             let mut end = start + 1;
             // A run ends where the domain changes, at the corners of tiles and where the border leaves the line.
-            while end + 1 < count && end % i64::from(TILE) != 0 && !required[pixel(end)] && beside(end) == sides {
+            while end + 1 < count
+                && end % i64::from(TILE) != 0
+                && self.from[pixel(end)] == NEVER
+                && beside(end) == sides
+            {
                 end += 1;
             }
             if sides[0] || sides[1] {
-                required[pixel(start)] = true;
-                required[pixel(end)] = true;
-                self.split(start, end, &pixel, required);
+                self.mark(pixel(start));
+                self.mark(pixel(end));
+                self.split(start, end, &pixel);
             }
             start = end;
         }
     }
 
+    fn mark(&mut self, pixel: usize) {
+        self.from[pixel] = self.from[pixel].min(self.level);
+    }
+
     /// Marks the worst pixel between two vertices until all are within the tolerance.
-    fn split(&mut self, start: i64, end: i64, pixel: impl Fn(i64) -> usize, required: &mut [bool]) {
+    fn split(&mut self, start: i64, end: i64, pixel: impl Fn(i64) -> usize) {
         self.stack.push([start, end]);
         while let Some([start, end]) = self.stack.pop() {
             let site = |i: i64| self.view.site(pixel(i) as u32);
@@ -126,7 +154,7 @@ where
                 }
             }
             if let (_, Some(middle)) = worst {
-                required[pixel(middle)] = true;
+                self.mark(pixel(middle));
                 self.stack.push([start, middle]);
                 self.stack.push([middle, end]);
             }

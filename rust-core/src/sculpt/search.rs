@@ -14,10 +14,10 @@ use super::patch::{Fan, Patch};
 use super::star::{MOST, Rules};
 use super::view::Site;
 use crate::error::Result;
-use crate::progress::Progress;
+use crate::progress::{Pace, Progress};
 
-/// Checks for cancelling come once in this many edges.
-const CHECK: usize = 256;
+/// What looking at an edge or a vertex costs besides its pixels, in pixels.
+const LOOK: usize = 256;
 
 /// Pixels from the middle of an edge to the farthest pixel to which it may collapse, along both axes.
 const REACH: i64 = 2;
@@ -33,7 +33,7 @@ const BETTER: f64 = 1.0 - 1e-9;
 pub(super) enum Search {
     /// Nothing.
     None,
-    /// Flips and moves.
+    /// Flips, and moves along rows and columns.
     Light,
     /// Collapses, too.
     Full,
@@ -54,7 +54,8 @@ struct Centre {
 }
 
 /// Searches and makes changes; keeps its memory between them.
-pub(super) struct Searcher<S> {
+pub(super) struct Searcher<'p, S> {
+    pace: Pace<'p>,
     half_edges: Vec<u32>,
     others: Vec<u32>,
     /// Corners of the polygon in turning order, and what lies beyond the edge from each to the next.
@@ -76,9 +77,10 @@ pub(super) struct Searcher<S> {
     free: bool,
 }
 
-impl<S: Site> Searcher<S> {
-    pub fn new() -> Self {
+impl<'p, S: Site> Searcher<'p, S> {
+    pub fn new(progress: &'p Progress<'_>) -> Self {
         Searcher {
+            pace: Pace::new(progress),
             half_edges: Vec::new(),
             others: Vec::new(),
             ring: Vec::new(),
@@ -98,44 +100,36 @@ impl<S: Site> Searcher<S> {
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn improve(
-        &mut self,
-        patch: &mut Patch<'_, S>,
-        search: Search,
-        rules: &Rules,
-        progress: &Progress<'_>,
-    ) -> Result<()> {
+    pub fn improve(&mut self, patch: &mut Patch<'_, S>, search: Search, rules: &Rules) -> Result<()> {
         if search == Search::None {
             return Ok(());
         }
         self.free = search == Search::Free;
         if let Some(seed) = rules.shake {
-            self.shake(patch, seed, rules, progress)?;
+            self.shake(patch, seed, rules)?;
         }
-        self.flip_edges(patch, rules, progress)?;
-        let most = if search == Search::Light { LIGHT } else { usize::MAX };
-        self.move_vertices(patch, most, rules, progress)?;
+        self.flip_edges(patch, rules)?;
+        self.move_vertices(patch, search == Search::Light, rules)?;
         if search != Search::Light {
-            self.collapse_edges(patch, rules, progress)?;
-            self.flip_edges(patch, rules, progress)?;
+            self.collapse_edges(patch, rules)?;
+            self.flip_edges(patch, rules)?;
         }
         Ok(())
     }
 
-    fn collapse_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn collapse_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
-            if (h as usize).is_multiple_of(CHECK) {
-                progress.check()?;
-            }
             if !patch.alive[h as usize / 3] || !self.gather_pair(patch, h) {
                 continue;
             }
+            self.pace.after(LOOK + self.members.len())?;
             let [a, b] = [patch.place(patch.corners[h as usize]), patch.place(patch.to(h))];
             let near = |place: [i64; 2]| (0..2).all(|i| (2 * place[i] - a[i] - b[i]).abs() <= 2 * REACH + 1);
             let mut best = Centre { cost: f64::INFINITY, member: 0, value: f64::NAN };
             for m in 0..self.members.len() {
                 if m < 2 || near(patch.place(self.members[m])) {
                     self.try_centre(m, &mut best, rules);
+                    self.pace.after(self.members.len())?;
                 }
             }
             if best.cost < f64::INFINITY {
@@ -145,28 +139,28 @@ impl<S: Site> Searcher<S> {
         Ok(())
     }
 
-    fn move_vertices(
-        &mut self,
-        patch: &mut Patch<'_, S>,
-        most: usize,
-        rules: &Rules,
-        progress: &Progress<'_>,
-    ) -> Result<()> {
+    fn move_vertices(&mut self, patch: &mut Patch<'_, S>, light: bool, rules: &Rules) -> Result<()> {
+        let most = if light { LIGHT } else { usize::MAX };
         for v in 0..patch.sites.len() as u32 {
-            if (v as usize).is_multiple_of(CHECK) {
-                progress.check()?;
+            if patch.out[v as usize] == NONE || !self.gather_star(patch, v) {
+                continue;
             }
-            if patch.out[v as usize] == NONE || !self.gather_star(patch, v) || self.members.len() > most {
+            self.pace.after(LOOK + self.members.len())?;
+            if self.members.len() > most {
                 continue;
             }
             let from = patch.place(v);
-            let near = |place: [i64; 2]| (0..2).all(|i| (place[i] - from[i]).abs() <= 1);
+            let near = |place: [i64; 2]| {
+                let [right, down] = [0, 1].map(|i| (place[i] - from[i]).abs());
+                right <= 1 && down <= 1 && (!light || right + down <= 1)
+            };
             let now = patch.vertex(v);
             let cost = BETTER * self.fan_cost(0, &now, f64::INFINITY, rules);
             let mut best = Centre { cost, member: 0, value: f64::NAN };
             for m in 0..self.members.len() {
                 if near(patch.place(self.members[m])) && (m > 0 || self.free) {
                     self.try_centre(m, &mut best, rules);
+                    self.pace.after(self.members.len())?;
                 }
             }
             if best.cost < cost {
@@ -400,6 +394,9 @@ impl<S: Site> Searcher<S> {
         for &v in &self.members[..vertices] {
             patch.out[v as usize] = NONE;
         }
+        for &v in self.ring.iter().chain([&apex]) {
+            patch.settled[v as usize] = false;
+        }
         for (i, &t) in self.slots.iter().enumerate() {
             patch.alive[t as usize] = i < k;
             patch.first[t as usize] = NONE;
@@ -415,14 +412,12 @@ impl<S: Site> Searcher<S> {
         }
     }
 
-    fn flip_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn flip_edges(&mut self, patch: &mut Patch<'_, S>, rules: &Rules) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
-            if (h as usize).is_multiple_of(CHECK) {
-                progress.check()?;
-            }
             let g = patch.twins[h as usize];
             if patch.alive[h as usize / 3] && g < h {
                 self.flip(patch, h, g, BETTER, rules);
+                self.pace.after(LOOK + self.members.len())?;
             }
         }
         Ok(())
@@ -430,11 +425,8 @@ impl<S: Site> Searcher<S> {
 
     /// Flips half of the edges, better or not: where no change lowers the sum of squares, another mesh may have room. A hash
     /// chooses them, so that the same image gives the same mesh.
-    fn shake(&mut self, patch: &mut Patch<'_, S>, seed: u32, rules: &Rules, progress: &Progress<'_>) -> Result<()> {
+    fn shake(&mut self, patch: &mut Patch<'_, S>, seed: u32, rules: &Rules) -> Result<()> {
         for h in 0..patch.corners.len() as u32 {
-            if (h as usize).is_multiple_of(CHECK) {
-                progress.check()?;
-            }
             let g = patch.twins[h as usize];
             if patch.alive[h as usize / 3] && g < h {
                 let [from, to] = [patch.corners[h as usize], patch.to(h)].map(|v| u64::from(patch.pixels[v as usize]));
@@ -442,6 +434,7 @@ impl<S: Site> Searcher<S> {
                 x = (x ^ x >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
                 if x >> 63 == 0 {
                     self.flip(patch, h, g, f64::INFINITY, rules);
+                    self.pace.after(LOOK + self.members.len())?;
                 }
             }
         }
@@ -474,6 +467,9 @@ impl<S: Site> Searcher<S> {
         }
         if !(after < limit * before) {
             return;
+        }
+        for v in [a, b, c, d] {
+            patch.settled[v as usize] = false;
         }
         let (t, u) = (h / 3, g / 3);
         let [bc, ca] = [next_of(h), previous_of(h)].map(|h| patch.twins[h as usize]);

@@ -12,9 +12,17 @@ use super::delaunay::{NONE, next_of, previous_of};
 use super::patch::{Fan, Patch, SEAM};
 use super::sides::Lanes;
 use super::view::Site;
+use crate::error::Result;
+use crate::progress::{Pace, Progress};
 
 /// Most corners of a star.
 pub(super) const MOST: usize = 16;
+
+/// What looking at a vertex costs besides its pixels, in pixels.
+const LOOK: usize = 256;
+
+/// Words of a star from which on each triangle is worth a look at the progress.
+const MANY: usize = 256;
 
 /// What triangles must keep to.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +68,8 @@ pub(super) struct Filling {
 }
 
 /// Finds and makes fillings; keeps its memory between stars.
-pub(super) struct Surgeon<S: Site> {
+pub(super) struct Surgeon<'p, S: Site> {
+    pace: Pace<'p>,
     half_edges: Vec<u32>,
     fan: Fan,
     /// Corners of the star in turning order.
@@ -89,9 +98,10 @@ pub(super) struct Surgeon<S: Site> {
     slots: Vec<u32>,
 }
 
-impl<S: Site> Surgeon<S> {
-    pub fn new() -> Self {
+impl<'p, S: Site> Surgeon<'p, S> {
+    pub fn new(progress: &'p Progress<'_>) -> Self {
         Surgeon {
+            pace: Pace::new(progress),
             half_edges: Vec::new(),
             fan: Fan::Closed,
             ring: Vec::new(),
@@ -117,15 +127,21 @@ impl<S: Site> Surgeon<S> {
         &self.ring
     }
 
-    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled. Before it
-    /// the sum of squared errors of its triangles' pixels, world units, as bits: they sort as the sums do.
-    pub fn find(&mut self, patch: &mut Patch<'_, S>, v: u32, rules: &Rules) -> Option<(u64, Filling)> {
+    /// The best filling of the star of `v` without it, if there is one; if there is none, the vertex is settled, but on a seam,
+    /// where its star is not all here. Before it the sum of squared errors of its triangles' pixels, world units, as bits: they sort as the sums do.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn find(&mut self, patch: &mut Patch<'_, S>, v: u32, rules: &Rules) -> Result<Option<(u64, Filling)>> {
         if !self.gather(patch, v) {
-            return None;
+            patch.settled[v as usize] = !patch.is_on_seam(v);
+            self.pace.after(LOOK)?;
+            return Ok(None);
         }
         let filling = self.fill(rules);
+        self.pace.after(LOOK + self.members.len())?;
         patch.settled[v as usize] = filling.is_none();
-        filling
+        Ok(filling)
     }
 
     fn fill(&mut self, rules: &Rules) -> Option<(u64, Filling)> {
@@ -288,6 +304,10 @@ impl<S: Site> Surgeon<S> {
             }
         }
         let (k, words) = (self.ring.len(), self.words);
+        // Cancelled: whoever asked for the filling hears it, too.
+        if words >= MANY && self.pace.after(words * 64).is_err() {
+            return f64::INFINITY;
+        }
         let (im, mj, ij) = ((i * k + m) * words, (m * k + j) * words, (i * k + j) * words);
         let mut sum = 0.0;
         for word in 0..words {
@@ -328,7 +348,10 @@ impl<S: Site> Surgeon<S> {
 
     /// Removes `v`, whose star has not changed since `filling` was found. The corners that were around it are in
     /// [`Surgeon::ring`] afterwards.
-    pub fn make(&mut self, patch: &mut Patch<'_, S>, v: u32, filling: Filling) {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn make(&mut self, patch: &mut Patch<'_, S>, v: u32, filling: Filling) -> Result<()> {
         let gathered = self.gather(patch, v);
         assert!(gathered, "a filling was found for this star");
         let k = self.ring.len();
@@ -356,7 +379,9 @@ impl<S: Site> Surgeon<S> {
             });
             let holder = *holder.expect("a triangulation of the star covers its pixels");
             patch.list(holder, p);
+            self.pace.after(1)?;
         }
+        Ok(())
     }
 
     /// Fills the polygon of corners `i` to `j`; `across` is the half edge beyond its edge from `j` to `i`.

@@ -20,7 +20,7 @@ class FormatError(SurfreconError, ValueError):
 class FileError(SurfreconError, OSError):
     """Reading or writing a file failed; ``filename`` and ``errno`` are set where known."""
 
-    def __str__(self):
+    def __str__(self) -> str:
         # That of OSError is made of its attributes, and lacks what only the text says.
         return str(self.args[0]) if self.args else ""
 

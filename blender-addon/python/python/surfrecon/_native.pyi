@@ -7,19 +7,63 @@ from typing import Any, Literal, TypeAlias, final, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Camera",
+    "Clustered",
+    "Job",
+    "MergeReport",
+    "MergeResult",
+    "Mesh",
+    "Parameter",
+    "PointCloud",
+    "QuadGrid",
+    "RangeImage",
+    "Reconstructed",
+    "Reconstructor",
+    "Scan",
+    "ScanSet",
+    "Sculpted",
+    "Sculptor",
+    "Spline",
+    "__version__",
+    "adaptive_quads",
+    "cluster",
+    "cluster_levels",
+    "distances",
+    "formats",
+    "linear_colours",
+    "memory_in_use",
+    "memory_limit",
+    "memory_peak",
+    "merge",
+    "nearest_triangles",
+    "open",
+    "parameters",
+    "read",
+    "reconstruct",
+    "sculpt",
+    "sculpture",
+    "set_memory_limit",
+    "surface_distance",
+    "turntable",
+    "virtual_scan",
+    "write",
+    "write_scans",
+]
+
 __version__: str
 
-Vector: TypeAlias = tuple[float, float, float]
-Matrix: TypeAlias = NDArray[np.float64]
-PathLike: TypeAlias = str | Path
-Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
-Attributes: TypeAlias = dict[str, NDArray[Any]]
-Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
-Progress: TypeAlias = Callable[[str, float], bool | None]
-Content: TypeAlias = RangeImage | Mesh | PointCloud
-Threshold: TypeAlias = Literal["local", "global"]
-Topology: TypeAlias = Literal["manifold", "free"]
-Closure: TypeAlias = Literal["auto", "closed", "open"]
+_Vector: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
+_Matrix: TypeAlias = NDArray[np.float64]
+_PathLike: TypeAlias = str | Path
+_Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
+_Attributes: TypeAlias = dict[str, NDArray[Any]]
+_Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
+_Progress: TypeAlias = Callable[[str, float], bool | None]
+_Content: TypeAlias = RangeImage | Mesh | PointCloud
+_Threshold: TypeAlias = Literal["local", "global"]
+_Topology: TypeAlias = Literal["manifold", "free"]
+_Closure: TypeAlias = Literal["auto", "closed", "open"]
 
 @final
 class Parameter:
@@ -57,21 +101,21 @@ class Mesh:
     @property
     def triangles(self) -> NDArray[np.uint32]: ...
     @property
-    def vertex_attributes(self) -> Attributes: ...
+    def vertex_attributes(self) -> _Attributes: ...
     @property
-    def face_attributes(self) -> Attributes: ...
+    def face_attributes(self) -> _Attributes: ...
     def positions_f32(self, origin: tuple[float, float, float] = ..., scale: float = 1.0) -> NDArray[np.float32]: ...
     @property
     def bounds(self) -> NDArray[np.float64] | None: ...
     def write(
         self,
-        path: PathLike,
+        path: _PathLike,
         *,
         metres_per_unit: float = 1.0,
         up: Literal["y", "z"] = "y",
-        coarser: Sequence[Mesh] = (),
+        coarser: Sequence[Mesh] = ...,
         encoding: Literal["binary", "ascii"] = "binary",
-        progress: Progress | None = None,
+        progress: _Progress | None = None,
     ) -> None: ...
     def check(self) -> dict[str, int | bool | None]: ...
 
@@ -86,19 +130,19 @@ class PointCloud:
     @property
     def intensity(self) -> NDArray[np.float32] | None: ...
     @property
-    def world_from_cloud(self) -> Matrix: ...
+    def world_from_cloud(self) -> _Matrix: ...
 
 @final
 class RangeImage:
     name: str
     @staticmethod
-    def from_points(points: ArrayLike, *, viewing: Viewing | None = None, name: str | None = None) -> RangeImage: ...
+    def from_points(points: ArrayLike, *, viewing: _Viewing | None = None, name: str | None = None) -> RangeImage: ...
     @staticmethod
     def orthographic(
         values: ArrayLike,
         *,
         step: tuple[float, float],
-        first: tuple[float, float] = (0.0, 0.0),
+        first: tuple[float, float] = ...,
         name: str | None = None,
     ) -> RangeImage: ...
     @staticmethod
@@ -115,7 +159,7 @@ class RangeImage:
         values: ArrayLike,
         *,
         step: tuple[float, float],
-        first: tuple[float, float] = (0.0, 0.0),
+        first: tuple[float, float] = ...,
         name: str | None = None,
     ) -> RangeImage: ...
     @property
@@ -131,7 +175,7 @@ class RangeImage:
     @property
     def valid(self) -> NDArray[np.bool_]: ...
     @property
-    def world_from_sensor(self) -> Matrix: ...
+    def world_from_sensor(self) -> _Matrix: ...
     @world_from_sensor.setter
     def world_from_sensor(self, pose: ArrayLike) -> None: ...
     @property
@@ -146,7 +190,7 @@ class RangeImage:
     def confidence(self) -> NDArray[np.float32] | None: ...
     @confidence.setter
     def confidence(self, confidence: ArrayLike | None) -> None: ...
-    def write(self, path: PathLike, *, progress: Progress | None = None) -> None: ...
+    def write(self, path: _PathLike, *, progress: _Progress | None = None) -> None: ...
     def world_points(self) -> NDArray[np.float64]: ...
     def triangulate(self, *, edge_limit: float | None = None, grazing_limit: float | None = None) -> Mesh: ...
 
@@ -159,8 +203,8 @@ class Scan:
     @property
     def part(self) -> int: ...
     @property
-    def world_from_sensor(self) -> Matrix: ...
-    def read(self, *, progress: Progress | None = None) -> Content: ...
+    def world_from_sensor(self) -> _Matrix: ...
+    def read(self, *, progress: _Progress | None = None) -> _Content: ...
 
 @final
 class ScanSet(Sequence[Scan]):
@@ -168,9 +212,9 @@ class ScanSet(Sequence[Scan]):
     def notes(self) -> list[str]: ...
     def __len__(self) -> int: ...
     @overload
-    def __getitem__(self, index: int) -> Scan: ...
+    def __getitem__(self, key: int, /) -> Scan: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Scan]: ...
+    def __getitem__(self, key: slice, /) -> list[Scan]: ...
     def __iter__(self) -> Iterator[Scan]: ...
 
 @final
@@ -215,17 +259,32 @@ class MergeResult:
     def mesh(self) -> Mesh: ...
     @property
     def report(self) -> MergeReport: ...
+    @property
+    def distances(self) -> NDArray[np.float64] | None: ...
 
 @final
 class Job:
     @staticmethod
     def merge(
-        scans: Iterable[Mergeable],
+        scans: Iterable[_Mergeable],
         *,
         voxel: float | None = None,
         merge_distance: float | None = None,
         max_hole_length: float | None = None,
         min_component_share: float | None = None,
+        edge_limit: float | None = None,
+        grazing_limit: float | None = None,
+        measure: bool = False,
+        threads: int | None = None,
+    ) -> Job: ...
+    @staticmethod
+    def sculptor(
+        image: RangeImage,
+        *,
+        effort: int | None = None,
+        interpolate: bool | None = None,
+        min_angle: float | None = None,
+        simplify_borders: bool | None = None,
         edge_limit: float | None = None,
         grazing_limit: float | None = None,
         threads: int | None = None,
@@ -238,14 +297,20 @@ class Job:
     def surface(
         reconstructor: Reconstructor,
         *,
-        threshold: Threshold | None = None,
-        topology: Topology | None = None,
-        closure: Closure | None = None,
+        threshold: _Threshold | None = None,
+        topology: _Topology | None = None,
+        closure: _Closure | None = None,
         factor: float | None = None,
         threads: int | None = None,
     ) -> Job: ...
     @staticmethod
-    def distances(points: ArrayLike, mesh: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
+    def distances(
+        points: ArrayLike,
+        mesh: Mesh | Iterable[_Mergeable],
+        *,
+        signed: bool = False,
+        threads: int | None = None,
+    ) -> Job: ...
     @staticmethod
     def surface_distance(mesh: Mesh, reference: Mesh, *, signed: bool = False, threads: int | None = None) -> Job: ...
     @staticmethod
@@ -293,11 +358,11 @@ class Job:
 class Camera:
     @staticmethod
     def orthographic(
-        rows: int, cols: int, *, spacing: float, target: Vector, toward: Vector, up: Vector = (0.0, 0.0, 1.0)
+        rows: int, cols: int, *, spacing: float, target: _Vector, toward: _Vector, up: _Vector | None = None
     ) -> Camera: ...
     @staticmethod
     def pinhole(
-        rows: int, cols: int, *, height_angle: float, eye: Vector, target: Vector, up: Vector = (0.0, 0.0, 1.0)
+        rows: int, cols: int, *, height_angle: float, eye: _Vector, target: _Vector, up: _Vector | None = None
     ) -> Camera: ...
     @staticmethod
     def intrinsic(
@@ -310,17 +375,17 @@ class Camera:
     ) -> Camera: ...
     @staticmethod
     def spherical(
-        rows: int, cols: int, *, lowest: float, highest: float, eye: Vector, up: Vector = (0.0, 0.0, 1.0)
+        rows: int, cols: int, *, lowest: float, highest: float, eye: _Vector, up: _Vector | None = None
     ) -> Camera: ...
     @property
     def rows(self) -> int: ...
     @property
     def cols(self) -> int: ...
     @property
-    def world_from_sensor(self) -> Matrix: ...
+    def world_from_sensor(self) -> _Matrix: ...
 
 def open(
-    paths: PathLike | Sequence[PathLike],
+    paths: _PathLike | Sequence[_PathLike],
     *,
     camera: tuple[float, float, float, float] | None = None,
     depth: str = "planar",
@@ -332,17 +397,20 @@ def open(
     max_decoded_gib: float | None = None,
     allow_outside: bool = False,
 ) -> ScanSet: ...
-def read(path: PathLike, **options: Any) -> Content: ...
+def read(path: _PathLike, **options: Any) -> _Content: ...
 def write(
-    path: PathLike, content: Content | Sequence[RangeImage], *, progress: Progress | None = None, **options: Any
+    path: _PathLike, content: _Content | Sequence[RangeImage], *, progress: _Progress | None = None, **options: Any
 ) -> None: ...
-def write_scans(path: PathLike, images: Sequence[RangeImage], *, progress: Progress | None = None) -> None: ...
+def write_scans(path: _PathLike, images: Sequence[RangeImage], *, progress: _Progress | None = None) -> None: ...
 def formats() -> dict[str, list[str]]: ...
 def set_memory_limit(bytes: int | None) -> None: ...
 def memory_limit() -> int | None: ...
+def memory_in_use() -> int: ...
+def memory_peak(*, restart: bool = False) -> int: ...
+def linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.float32]: ...
 def parameters(operation: str | None = None) -> list[Parameter]: ...
 def merge(
-    scans: Iterable[Mergeable],
+    scans: Iterable[_Mergeable],
     *,
     voxel: float | None = None,
     merge_distance: float | None = None,
@@ -350,8 +418,9 @@ def merge(
     min_component_share: float | None = None,
     edge_limit: float | None = None,
     grazing_limit: float | None = None,
+    measure: bool = False,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> MergeResult: ...
 
 @final
@@ -375,7 +444,7 @@ def cluster(
     fitting: int | None = None,
     seed: int | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> Clustered: ...
 def cluster_levels(
     mesh: Mesh | PointCloud | ArrayLike,
@@ -387,9 +456,10 @@ def cluster_levels(
     fitting: int | None = None,
     seed: int | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> list[Clustered]: ...
 
+@final
 class QuadGrid:
     @property
     def rows(self) -> int: ...
@@ -409,12 +479,12 @@ class QuadGrid:
     @property
     def uvs(self) -> NDArray[np.float32]: ...
     @property
-    def vertex_attributes(self) -> Attributes: ...
+    def vertex_attributes(self) -> _Attributes: ...
     @property
-    def face_attributes(self) -> Attributes: ...
+    def face_attributes(self) -> _Attributes: ...
     def triangles(self) -> Mesh: ...
     def spline(self, *, order: int = 4, rows: int | None = None, columns: int | None = None) -> Spline: ...
-    def write(self, path: PathLike) -> None: ...
+    def write(self, path: _PathLike) -> None: ...
     @property
     def report(self) -> dict[str, Any]: ...
 
@@ -433,7 +503,7 @@ class Spline:
     @property
     def rms_residual(self) -> float: ...
     def evaluate(self, u: ArrayLike, v: ArrayLike) -> NDArray[np.float64]: ...
-    def write(self, path: PathLike, rows: int, columns: int) -> None: ...
+    def write(self, path: _PathLike, rows: int, columns: int) -> None: ...
 
 def adaptive_quads(
     image: RangeImage,
@@ -454,7 +524,7 @@ def adaptive_quads(
     background_curvature: int | None = None,
     coverage: float | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> QuadGrid: ...
 
 @final
@@ -497,10 +567,10 @@ class Sculptor:
         *,
         tolerance: float | None = None,
         relative_tolerance: float | None = None,
-        progress: Progress | None = None,
+        progress: _Progress | None = None,
     ) -> Sculpted: ...
-    def at_most(self, triangles: int, *, progress: Progress | None = None) -> Sculpted: ...
-    def levels(self, tolerances: Sequence[float], *, progress: Progress | None = None) -> list[Sculpted]: ...
+    def at_most(self, triangles: int, *, progress: _Progress | None = None) -> Sculpted: ...
+    def levels(self, tolerances: Sequence[float], *, progress: _Progress | None = None) -> list[Sculpted]: ...
 
 def sculpt(
     image: RangeImage,
@@ -514,7 +584,7 @@ def sculpt(
     edge_limit: float | None = None,
     grazing_limit: float | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> Sculpted: ...
 
 @final
@@ -539,12 +609,12 @@ class Reconstructor:
     def surface(
         self,
         *,
-        threshold: Threshold | None = None,
-        topology: Topology | None = None,
-        closure: Closure | None = None,
+        threshold: _Threshold | None = None,
+        topology: _Topology | None = None,
+        closure: _Closure | None = None,
         factor: float | None = None,
         threads: int | None = None,
-        progress: Progress | None = None,
+        progress: _Progress | None = None,
     ) -> Reconstructed: ...
 
 def reconstruct(
@@ -553,12 +623,12 @@ def reconstruct(
     normals: ArrayLike | None = None,
     colour: ArrayLike | None = None,
     sensors: ArrayLike | None = None,
-    threshold: Threshold | None = None,
-    topology: Topology | None = None,
-    closure: Closure | None = None,
+    threshold: _Threshold | None = None,
+    topology: _Topology | None = None,
+    closure: _Closure | None = None,
     factor: float | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> Reconstructed: ...
 def sculpture(*, cell: float | None = None, threads: int | None = None) -> Mesh: ...
 def turntable(
@@ -568,7 +638,7 @@ def turntable(
     above: int | None = None,
     below: int | None = None,
     elevation: float | None = None,
-    up: Vector | None = None,
+    up: _Vector | None = None,
     pixels: int | None = None,
     height_angle: float | None = None,
 ) -> list[Camera]: ...
@@ -588,7 +658,7 @@ def virtual_scan(
     pose_turn: float | None = None,
     seed: int | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> RangeImage: ...
 @overload
 def virtual_scan(
@@ -606,15 +676,18 @@ def virtual_scan(
     pose_turn: float | None = None,
     seed: int | None = None,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> list[RangeImage]: ...
+def nearest_triangles(
+    points: ArrayLike, mesh: Mesh, *, threads: int | None = None, progress: _Progress | None = None
+) -> NDArray[np.uint32]: ...
 def distances(
     points: ArrayLike,
-    mesh: Mesh,
+    mesh: Mesh | Iterable[_Mergeable],
     *,
     signed: bool = False,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> NDArray[np.float64]: ...
 def surface_distance(
     mesh: Mesh,
@@ -622,5 +695,5 @@ def surface_distance(
     *,
     signed: bool = False,
     threads: int | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> dict[str, Any]: ...

@@ -134,9 +134,11 @@ def mesh(
         ax.figure.colorbar(scale, ax=ax, label=label, extend="max")
     # From back to front; what is behind is painted over.
     order = np.argsort(corners.mean(axis=1) @ -toward)
-    seen = np.stack([corners @ right, corners @ up], axis=-1)[order]
+    seen: Any = np.stack([corners @ right, corners @ up], axis=-1)[order]
     faces = (colours * shade[:, None])[order]
-    line = {"edgecolors": (0, 0, 0, 0.4), "linewidths": 0.2} if edges else {"edgecolors": faces, "linewidths": 0.15}
+    line: dict[str, Any] = (
+        {"edgecolors": (0, 0, 0, 0.4), "linewidths": 0.2} if edges else {"edgecolors": faces, "linewidths": 0.15}
+    )
     ax.add_collection(PolyCollection(seen, facecolors=faces, **line))
     ax.autoscale_view()
     ax.set_aspect("equal")

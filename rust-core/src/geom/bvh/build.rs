@@ -7,6 +7,8 @@ use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{Frame, GROWTH, HEURISTIC_DEPTH, Node, Slot};
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// Bins an axis.
 const BINS: usize = 16;
@@ -61,7 +63,11 @@ impl Item {
     }
 }
 
-pub(super) fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Frame, Vec<Node>, Vec<Slot>) {
+pub(super) fn build(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    progress: &Progress<'_>,
+) -> Result<(Frame, Vec<Node>, Vec<Slot>)> {
     let corners = |t: &[u32; 3]| t.map(|v| positions[v as usize]);
     let (lo, hi) = triangles
         .par_iter()
@@ -71,7 +77,7 @@ pub(super) fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Frame, Vec<
         })
         .reduce(|| (DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
     if triangles.is_empty() {
-        return (Frame { centre: DVec3::ZERO, scale: 1.0 }, Vec::new(), Vec::new());
+        return Ok((Frame { centre: DVec3::ZERO, scale: 1.0 }, Vec::new(), Vec::new()));
     }
     let frame = Frame::around(lo, hi);
     let mut items: Vec<Item> = triangles
@@ -86,32 +92,36 @@ pub(super) fn build(positions: &[DVec3], triangles: &[[u32; 3]]) -> (Frame, Vec<
             }
         })
         .collect();
-    let mut nodes = subtree(&mut items, 0, 0);
+    progress.check()?;
+    let mut nodes = subtree(&mut items, 0, 0, progress)?;
     nodes.shrink_to_fit();
     let slots = items.iter().map(|i| Slot { corners: triangles[i.triangle as usize], triangle: i.triangle }).collect();
-    (frame, nodes, slots)
+    Ok((frame, nodes, slots))
 }
 
 /// The nodes over `items`, whose first will be slot `first`; links to nodes count from the subtree's own root.
-fn subtree(items: &mut [Item], first: u32, depth: usize) -> Vec<Node> {
+fn subtree(items: &mut [Item], first: u32, depth: usize, progress: &Progress<'_>) -> Result<Vec<Node>> {
     let mut nodes = Vec::new();
     if items.len() < PARALLEL {
         sequential(items, first, depth, &mut nodes);
-        return nodes;
+        return Ok(nodes);
     }
+    progress.check()?;
     let (bounds, middles) = extents(items);
     let Some(split) = split(items, bounds, middles, depth) else {
-        return vec![leaf(bounds, first, items.len())];
+        return Ok(vec![leaf(bounds, first, items.len())]);
     };
     let (left, right) = items.split_at_mut(split);
     let right_first = first + split as u32;
-    let (left, right) = rayon::join(|| subtree(left, first, depth + 1), || subtree(right, right_first, depth + 1));
+    let (left, right) =
+        rayon::join(|| subtree(left, first, depth + 1, progress), || subtree(right, right_first, depth + 1, progress));
+    let (left, right) = (left?, right?);
     nodes.reserve_exact(1 + left.len() + right.len());
     nodes.push(inner(bounds, 1 + left.len()));
     for (part, shift) in [(&left, 1), (&right, 1 + left.len())] {
         nodes.extend(part.iter().map(|n| Node { link: n.link + if n.count == 0 { shift as u32 } else { 0 }, ..*n }));
     }
-    nodes
+    Ok(nodes)
 }
 
 fn sequential(items: &mut [Item], first: u32, depth: usize, nodes: &mut Vec<Node>) {

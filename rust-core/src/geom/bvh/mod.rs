@@ -28,6 +28,7 @@ use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result, Shown};
 use crate::memory;
+use crate::progress::Progress;
 
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 115.0;
@@ -114,6 +115,19 @@ impl<'a> Bvh<'a> {
     /// # Errors
     /// [`Error::Input`] for a coordinate that isn't finite or a corner out of range; [`Error::OutOfMemory`].
     pub fn build(positions: &'a [DVec3], triangles: &[[u32; 3]], threads: usize) -> Result<Self> {
+        Self::build_with(positions, triangles, threads, &Progress::none())
+    }
+
+    /// [`Bvh::build`] that stops when it is cancelled; it counts nothing.
+    ///
+    /// # Errors
+    /// As [`Bvh::build`]; [`Error::Cancelled`].
+    pub fn build_with(
+        positions: &'a [DVec3],
+        triangles: &[[u32; 3]],
+        threads: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         if let Some(v) = positions.iter().position(|p| !p.is_finite()) {
             return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", positions[v])));
         }
@@ -138,7 +152,7 @@ impl<'a> Bvh<'a> {
         let bytes = BYTES_A_TRIANGLE * triangles.len() as f64;
         memory::expect(bytes, || format!("searching among {} triangles", triangles.len()), "use fewer")?;
         let pool = crate::threads::pool(threads)?;
-        let (frame, nodes, slots) = pool.install(|| build::build(positions, triangles));
+        let (frame, nodes, slots) = progress.watch(|| pool.install(|| build::build(positions, triangles, progress)))?;
         Ok(Bvh { positions, nodes, slots, frame })
     }
 

@@ -5,6 +5,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use rayon::prelude::*;
+
 use crate::error::{Error, Result};
 
 /// The vertex at infinity, always in slot 3 of its cells, which are outside the convex hull.
@@ -128,75 +130,106 @@ impl Cells {
     }
 
     /// Closes the gaps that the cells in `free` leave, and hands out the rest: finite cells first, ghosts after them,
-    /// neighbours as cell numbers.
-    pub(super) fn compact(mut self, free: &[u32]) -> (Vec<super::Cell>, usize) {
+    /// neighbours as cell numbers, vertices as numbered by `ids`.
+    pub(super) fn compact(mut self, free: &[u32], ids: &[u32]) -> (Vec<super::Cell>, usize) {
         for &cell in free {
             self.release(cell);
         }
         let taken = *self.taken.get_mut() as usize;
-        // Rank among cells: 0 finite, 1 ghost, 2 unused. Two pointers close in on each other for each border.
-        let rank = |data: &[Cell], cell: usize| match (data[cell][0].load(Relaxed), data[cell][3].load(Relaxed)) {
-            (UNUSED, _) => 2,
-            (_, GHOST) => 1,
-            _ => 0,
-        };
+        let ranks: Vec<[u8; 2]> = self.data[..taken].par_chunks(CHUNK).map(|cells| hand_out(cells, ids)).collect();
         let mut start = 0;
         let mut ends = [0; 2];
+        // Two pointers close in on each other for each border; at first past chunks at a time.
         for (border, end) in ends.iter_mut().enumerate() {
             let mut stop = taken;
+            let is_chunk = |at: usize| border == 0 && at.is_multiple_of(CHUNK);
             loop {
-                while start < stop && rank(&self.data, start) <= border {
-                    start += 1;
+                while start < stop {
+                    if is_chunk(start) && start + CHUNK <= stop && ranks[start / CHUNK][1] == 0 {
+                        start += CHUNK;
+                    } else if usize::from(rank(&self.data[start])) <= border {
+                        start += 1;
+                    } else {
+                        break;
+                    }
                 }
-                while start < stop && rank(&self.data, stop - 1) > border {
-                    stop -= 1;
+                while start < stop {
+                    if is_chunk(stop) && start + CHUNK <= stop && ranks[stop / CHUNK - 1][0] > 0 {
+                        stop -= CHUNK;
+                    } else if usize::from(rank(&self.data[stop - 1])) > border {
+                        stop -= 1;
+                    } else {
+                        break;
+                    }
                 }
                 if start == stop {
                     break;
                 }
-                self.exchange(start, stop - 1);
+                self.exchange(start as u32, stop as u32 - 1);
             }
             *end = stop;
         }
         self.data.truncate(ends[1]);
         // Same size and alignment: the standard library converts in place.
         let cells = self.data.into_iter().map(|c| {
-            let [a, b, c, d, e, f, g, h] = c;
-            super::Cell {
-                vertices: [a.into_inner(), b.into_inner(), c.into_inner(), d.into_inner()],
-                neighbours: [e.into_inner() >> 2, f.into_inner() >> 2, g.into_inner() >> 2, h.into_inner() >> 2],
-            }
+            let [a, b, c, d, e, f, g, h] = c.map(AtomicU32::into_inner);
+            super::Cell { vertices: [a, b, c, d], neighbours: [e, f, g, h] }
         });
         (cells.collect(), ends[0])
     }
 
-    /// Exchanges two cells, of which the second may be unused.
-    fn exchange(&mut self, a: usize, b: usize) {
-        let is_used = |data: &[Cell], cell: usize| data[cell][0].load(Relaxed) != UNUSED;
-        let (a_used, b_used) = (is_used(&self.data, a), is_used(&self.data, b));
-        self.data.swap(a, b);
-        let renumber = |facet: u32| match (facet >> 2) as usize {
-            cell if cell == a => (b as u32) << 2 | facet & 3,
-            cell if cell == b => (a as u32) << 2 | facet & 3,
-            _ => facet,
+    /// Exchanges two cells that are handed out already.
+    fn exchange(&mut self, a: u32, b: u32) {
+        self.data.swap(a as usize, b as usize);
+        let renumber = |neighbour: &mut AtomicU32| match neighbour.get_mut() {
+            cell if *cell == a => *cell = b,
+            cell if *cell == b => *cell = a,
+            _ => {}
         };
-        for (cell, used) in [(b, a_used), (a, b_used)] {
-            if used {
-                for slot in 0..4 {
-                    let facet = self.data[cell][4 + slot].get_mut();
-                    *facet = renumber(*facet);
-                }
+        let mut done = [u32::MAX; 4];
+        for cell in [a, b] {
+            if rank(&self.data[cell as usize]) == UNUSED_RANK {
+                continue;
             }
-        }
-        for (cell, used) in [(b, a_used), (a, b_used)] {
-            if used {
-                for slot in 0..4 {
-                    let across = self.neighbour(cell as u32, slot);
-                    self.set_neighbour(across, (cell << 2 | slot) as u32);
-                }
+            self.data[cell as usize][4..].iter_mut().for_each(renumber);
+            let beside = self.neighbours(cell);
+            for other in beside.into_iter().filter(|&other| other != a && other != b && !done.contains(&other)) {
+                self.data[other as usize][4..].iter_mut().for_each(renumber);
             }
+            done = beside;
         }
     }
+}
+
+/// Rank of a cell that is not in use.
+const UNUSED_RANK: u8 = 2;
+
+/// Place of a cell handed out among others: 0 finite, 1 at infinity, 2 unused.
+fn rank(cell: &Cell) -> u8 {
+    if cell[0].load(Relaxed) == UNUSED {
+        return UNUSED_RANK;
+    }
+    u8::from(cell[3].load(Relaxed) == super::INFINITE)
+}
+
+/// Gives the vertices their numbers before sorting, and takes the slots from the neighbours. Returns the least and the
+/// greatest rank.
+fn hand_out(cells: &[Cell], ids: &[u32]) -> [u8; 2] {
+    let mut ranks = [UNUSED_RANK, 0];
+    for cell in cells {
+        if cell[0].load(Relaxed) != UNUSED {
+            for vertex in &cell[..4] {
+                let v = vertex.load(Relaxed);
+                vertex.store(if v == GHOST { super::INFINITE } else { ids[v as usize] }, Relaxed);
+            }
+            for neighbour in &cell[4..] {
+                neighbour.store(neighbour.load(Relaxed) >> 2, Relaxed);
+            }
+        }
+        let rank = rank(cell);
+        ranks = [ranks[0].min(rank), ranks[1].max(rank)];
+    }
+    ranks
 }
 
 fn out_of_memory(cells: usize) -> Error {

@@ -1,5 +1,5 @@
 //! The order in which points are inserted: randomized rounds, each about eight times the one before, along a Hilbert
-//! curve within each \[ACR03, Ski04\].
+//! curve within each \[ACR03, Ham06\].
 //!
 //! Neighbours on the curve are neighbours in space, so the walk to the next point is short and its cells are in the
 //! cache; the rounds keep any input, however sorted, from building long slivers that later points must destroy.
@@ -14,8 +14,9 @@ const RATIO: u32 = 3;
 /// Points that the first round holds at least.
 const FIRST: usize = 512;
 
-/// Indices of the points in the order of insertion, and where each round starts.
-pub(super) fn insertion_order(points: &[DVec3], lowest: DVec3, extent: f64) -> (Vec<u32>, Vec<usize>) {
+/// Indices of the points in the order of insertion, and where each round starts. `lowest` and `extent` are those of the
+/// points multiplied by `factor`.
+pub(super) fn insertion_order(points: &[DVec3], factor: f64, lowest: DVec3, extent: f64) -> (Vec<u32>, Vec<usize>) {
     let scale = f64::from(1_u32 << BITS) / extent;
     let last = (0..).find(|round| points.len() >> (RATIO * (round + 1)) < FIRST).unwrap_or(0);
     let mut keys: Vec<(u64, u32)> = points
@@ -23,7 +24,7 @@ pub(super) fn insertion_order(points: &[DVec3], lowest: DVec3, extent: f64) -> (
         .enumerate()
         .map(|(i, &p)| {
             let back = (random(i as u64).trailing_zeros() / RATIO).min(last);
-            let at = (p - lowest) * scale;
+            let at = (p * factor - lowest) * scale;
             (u64::from(last - back) << (3 * BITS) | hilbert([at.x, at.y, at.z]), i as u32)
         })
         .collect();
@@ -43,24 +44,63 @@ fn random(i: u64) -> u64 {
 /// The place on the curve of a point of the cube of side `2^BITS`; what lies outside is taken to its border.
 fn hilbert(at: [f64; 3]) -> u64 {
     // A cast saturates, and takes NaN to 0.
-    let cell = |x: f64| (x as u32).min((1 << BITS) - 1);
-    let mut x = [cell(at[0]), cell(at[1]), cell(at[2])];
-    for bit in (1..BITS).rev() {
-        let below = (1 << bit) - 1;
-        for i in 0..3 {
-            let is_set = 0_u32.wrapping_sub(x[i] >> bit & 1);
-            let exchanged = (x[0] ^ x[i]) & below & !is_set;
-            x[0] ^= below & is_set ^ exchanged;
-            x[i] ^= exchanged;
+    let [x, y, z] = at.map(|x| spread((x as u32).min((1 << BITS) - 1)));
+    let octants = x << 2 | y << 1 | z;
+    let (mut place, mut turned) = (0, 0);
+    for level in (0..BITS / LEVELS).rev() {
+        let step = STEPS[turned][(octants >> (3 * LEVELS * level)) as usize & (STEPS[0].len() - 1)];
+        place = place << (3 * LEVELS) | u64::from(step) & (STEPS[0].len() as u64 - 1);
+        turned = usize::from(step >> (3 * LEVELS));
+    }
+    place
+}
+
+/// Levels of the curve that one look into the table goes down.
+const LEVELS: u32 = 2;
+/// Ways the curve may run through a cube: three axes along which, eight corners from which.
+const WAYS: usize = 24;
+/// For each way through a cube and each of its parts: that part's place along the curve, and above it the way through it.
+static STEPS: [[u16; 1 << (3 * LEVELS)]; WAYS] = steps();
+
+/// \[Ham06\], algorithm 2: the way is 3 corner + axis; octants along the curve differ in one bit, as in a Gray code.
+const fn steps() -> [[u16; 1 << (3 * LEVELS)]; WAYS] {
+    let mut steps = [[0; 1 << (3 * LEVELS)]; WAYS];
+    let mut way = 0;
+    while way < WAYS {
+        let mut octants = 0;
+        while octants < steps[way].len() {
+            let (mut corner, mut axis) = (way as u32 / 3, way as u32 % 3);
+            let mut place = 0;
+            let mut level = LEVELS;
+            while level > 0 {
+                level -= 1;
+                let gray = rotate_right((octants as u32 >> (3 * level) & 7) ^ corner, axis + 1);
+                let along = gray ^ gray >> 1 ^ gray >> 2;
+                let (entry, direction) = if along == 0 {
+                    (0, 0)
+                } else {
+                    let even = (along - 1) & !1;
+                    (
+                        even ^ even >> 1,
+                        if along & 1 == 0 { (along - 1).trailing_ones() } else { along.trailing_ones() } % 3,
+                    )
+                };
+                corner ^= rotate_right(entry, 3 - (axis + 1) % 3);
+                axis = (axis + direction + 1) % 3;
+                place = place << 3 | along;
+            }
+            steps[way][octants] = ((corner * 3 + axis) << (3 * LEVELS) | place) as u16;
+            octants += 1;
         }
+        way += 1;
     }
-    x[1] ^= x[0];
-    x[2] ^= x[1];
-    let mut flip = 0;
-    for bit in 1..BITS {
-        flip ^= 0_u32.wrapping_sub(x[2] >> bit & 1) & ((1 << bit) - 1);
-    }
-    spread(x[0] ^ flip) << 2 | spread(x[1] ^ flip) << 1 | spread(x[2] ^ flip)
+    steps
+}
+
+/// Of three bits.
+const fn rotate_right(bits: u32, by: u32) -> u32 {
+    let by = by % 3;
+    (bits >> by | bits << (3 - by)) & 7
 }
 
 /// Leaves two zero bits between the bits of `x`, of which the lowest 21 count.
@@ -101,7 +141,7 @@ mod tests {
     #[test]
     fn every_point_comes_once_in_rounds_that_grow() {
         let points: Vec<DVec3> = (0..20_000).map(|i| DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0)).collect();
-        let (mut order, rounds) = insertion_order(&points, DVec3::ZERO, 200.0);
+        let (mut order, rounds) = insertion_order(&points, 1.0, DVec3::ZERO, 200.0);
         assert_eq!(rounds[0], 0);
         let lengths: Vec<usize> = rounds.windows(2).map(|w| w[1] - w[0]).collect();
         assert!(lengths.windows(2).all(|w| w[0] < w[1]), "{rounds:?}");

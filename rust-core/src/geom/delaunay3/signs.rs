@@ -34,6 +34,12 @@ impl Seen {
         let d = vertex - from;
         Seen { x: d.x, y: d.y, z: d.z, w: d.x * d.x + d.y * d.y + d.z * d.z }
     }
+
+    /// As [`is_after`] compares the vertex with the point.
+    #[inline(always)]
+    fn is_after_origin(&self) -> bool {
+        (self.x > 0.0) | ((self.x == 0.0) & ((self.y > 0.0) | ((self.y == 0.0) & (self.z > 0.0))))
+    }
 }
 
 /// Six times the signed volumes of the cell with each vertex in turn replaced by the point: all positive if the point is
@@ -139,18 +145,20 @@ impl<'a> Signs<'a> {
 
     /// The same for five points on one sphere.
     fn is_inside_perturbed(&self, volumes: [f64; 4], seen: [&Seen; 4], vertices: [u32; 4], p: u32) -> bool {
-        let at = |slot: usize| if slot == 4 { self.points[p as usize] } else { self.points[vertices[slot] as usize] };
-        let is_after = |a: DVec3, b: DVec3| (a.x, a.y, a.z) > (b.x, b.y, b.z);
-        let mut left = [true; 5];
-        loop {
-            let mut greatest = usize::MAX;
-            for slot in 0..5 {
-                if left[slot] && (greatest == usize::MAX || is_after(at(slot), at(greatest))) {
-                    greatest = slot;
+        // Those lifted more than the point, which relative coordinates tell since the sign of a difference is exact; once
+        // the point's own turn comes it is above the others.
+        let is_left = |slot: usize| seen[slot].is_after_origin();
+        let mut left = [is_left(0), is_left(1), is_left(2), is_left(3)];
+        while left != [false; 4] {
+            let mut greatest = 4;
+            let mut at = DVec3::ZERO;
+            for slot in 0..4 {
+                if left[slot] {
+                    let corner = self.points[vertices[slot] as usize];
+                    if greatest == 4 || is_after(corner, at) {
+                        (greatest, at) = (slot, corner);
+                    }
                 }
-            }
-            if greatest == 4 {
-                return false;
             }
             let side = self.side(volumes[greatest], seen, vertices, greatest, p);
             if side != 0 {
@@ -158,7 +166,14 @@ impl<'a> Signs<'a> {
             }
             left[greatest] = false;
         }
+        false
     }
+}
+
+/// Whether `a` comes after `b` in the order of x, then y, then z; without branches, which could not be foretold.
+#[inline(always)]
+fn is_after(a: DVec3, b: DVec3) -> bool {
+    (a.x > b.x) | ((a.x == b.x) & ((a.y > b.y) | ((a.y == b.y) & (a.z > b.z))))
 }
 
 fn sign(x: f64) -> i8 {

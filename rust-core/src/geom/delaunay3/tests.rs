@@ -190,6 +190,40 @@ fn is_the_same_for_any_number_of_threads_and_any_order() {
 }
 
 #[test]
+fn in_place_the_cells_are_the_same_and_the_points_come_back() {
+    let huge = scattered(50).iter().map(|p| (p - 0.5) * f64::MAX).collect();
+    let tiny =
+        (0..60).map(|i| DVec3::new(f64::from(i % 7), f64::from(i * i % 11), f64::from(i % 3)) * 5e-324).collect();
+    let mixed = (0..60).map(|i| DVec3::new(-0.0, 1e300, 1e-300) * (scattered(60)[i] - 0.5)).collect();
+    let mut sets = large_sets();
+    sets.extend([("huge", huge), ("tiny", tiny), ("mixed", mixed), ("none", Vec::new()), ("one", vec![DVec3::ONE])]);
+    for (name, points) in sets {
+        let mut moved = points.clone();
+        let bits = |points: &[DVec3]| points.iter().map(|p| p.to_array().map(f64::to_bits)).collect::<Vec<_>>();
+        match (Delaunay3::new(&points, 1, &Progress::none()), Delaunay3::in_place(&mut moved, 1, &Progress::none())) {
+            (Ok(copied), Ok(placed)) => {
+                placed.check(&points).unwrap_or_else(|wrong| panic!("{name}: {wrong}"));
+                assert_eq!(copied.cells(), placed.cells(), "{name}");
+            }
+            (Err(copied), Err(placed)) => assert_eq!(copied.to_string(), placed.to_string(), "{name}"),
+            _ => panic!("{name}: one of two fails"),
+        }
+        assert_eq!(bits(&points), bits(&moved), "{name}");
+    }
+    let mut points = scattered(20_000);
+    let outcome = Delaunay3::in_place(&mut points, 1, &Progress::cancel_after(10));
+    assert!(matches!(outcome, Err(Error::Cancelled)));
+    assert_eq!(points, scattered(20_000));
+}
+
+/// Where the factor that brings the largest coordinate to 1 would itself be infinite.
+#[test]
+fn denormal_coordinates_are_ordinary_input() {
+    let corners: Vec<DVec3> = grid(3).iter().map(|p| p * 5e-324).collect();
+    assert_eq!(tetrahedralized(&corners, 1).cells(), tetrahedralized(&grid(3), 1).cells());
+}
+
+#[test]
 fn copies_are_listed_with_the_first_of_them() {
     let mut points = scattered(500);
     points.extend(points[..100].to_vec());
@@ -218,6 +252,61 @@ fn points_that_span_no_volume_are_refused() {
     refused(&line, "line");
     refused(&[p, DVec3::X, DVec3::new(0.0, f64::NAN, 0.0)], "point 2");
     refused(&[p, DVec3::X, DVec3::new(0.0, f64::INFINITY, 0.0)], "point 2");
+}
+
+/// Every point is a vertex or listed as the copy of one, or the error says what is missing; on one thread and on two.
+#[test]
+fn degenerate_points_give_cells_or_say_why() {
+    let cycle = [(65, 0), (63, 16), (60, 25), (56, 33), (52, 39)];
+    let circle: Vec<DVec3> = cycle
+        .iter()
+        .flat_map(|&(x, y)| [(x, y), (-y, x), (-x, -y), (y, -x)])
+        .map(|(x, y)| DVec3::new(f64::from(x), f64::from(y), 0.0))
+        .collect();
+    let poles = [DVec3::new(0.0, 0.0, 65.0), DVec3::new(0.0, 0.0, -65.0)];
+    let sphere = [circle.clone(), circle.iter().map(|p| DVec3::new(p.x, 0.0, p.y)).collect(), poles.to_vec()].concat();
+    let line: Vec<DVec3> = (0..9).map(|i| DVec3::splat(f64::from(i))).collect();
+    let clusters = grid(4).into_iter().chain(grid(4).iter().map(|p| p + 1e12)).collect();
+    let copies = grid(2).iter().flat_map(|p| [*p; 1000]).collect();
+    let tiny = grid(3).iter().map(|p| p * 5e-324).collect();
+    let with = |p: DVec3| [grid(2), vec![p]].concat();
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let cases: [(&str, Vec<DVec3>, std::result::Result<usize, &str>); 20] = [
+        ("empty", vec![], Err("no points")),
+        ("1 point", corners[..1].to_vec(), Err("equal")),
+        ("2 points", corners[..2].to_vec(), Err("line")),
+        ("3 points", corners[..3].to_vec(), Err("plane")),
+        ("4 points", corners.to_vec(), Ok(4)),
+        ("all equal", vec![DVec3::ONE; 100], Err("equal")),
+        ("collinear", line.clone(), Err("line")),
+        ("collinear but one", [line, vec![DVec3::X]].concat(), Err("plane")),
+        ("coplanar", grid(5).iter().map(|p| DVec3::new(p.x, p.y, p.x)).collect(), Err("plane")),
+        ("cocircular", circle.clone(), Err("plane")),
+        ("cocircular but two", [circle, poles.to_vec()].concat(), Ok(22)),
+        ("cospherical", sphere, Ok(38)),
+        ("grid", grid(6), Ok(216)),
+        ("two clusters 1e12 apart", clusters, Ok(128)),
+        ("1,000 copies of each point", copies, Ok(8)),
+        ("NaN", with(DVec3::new(0.0, f64::NAN, 0.0)), Err("point 8 is")),
+        ("infinity", with(DVec3::new(f64::INFINITY, 0.0, 0.0)), Err("point 8 is")),
+        ("minus infinity", with(DVec3::new(0.0, 0.0, f64::NEG_INFINITY)), Err("point 8 is")),
+        ("denormals", tiny, Ok(27)),
+        ("the largest numbers", with(DVec3::splat(-f64::MAX)), Ok(9)),
+    ];
+    for (name, points, expected) in cases {
+        for threads in [1, 2] {
+            match (Delaunay3::new(&points, threads, &Progress::none()), expected) {
+                (Ok(delaunay), Ok(vertices)) => {
+                    delaunay.check(&points).unwrap_or_else(|e| panic!("{name}: {e}"));
+                    assert_eq!(points.len() - delaunay.duplicates().len(), vertices, "{name}");
+                    let used: BTreeSet<u32> = delaunay.cells().iter().flat_map(|cell| cell.vertices).collect();
+                    assert_eq!(used.len(), vertices + 1, "{name}: with the one at infinity");
+                }
+                (Err(error), Err(part)) => assert!(error.to_string().contains(part), "{name}: {error}"),
+                (outcome, _) => panic!("{name}: {outcome:?}"),
+            }
+        }
+    }
 }
 
 /// All cells are in conflict with the last point, whose star has more vertices than 16 bits count.

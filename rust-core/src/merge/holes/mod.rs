@@ -122,7 +122,7 @@ pub fn close(
         return Ok(report);
     }
     let mesh = near::Mesh { positions, triangles };
-    let surroundings = near::gather(mesh, &holes);
+    let surroundings = near::gather(mesh, &holes, progress)?;
     progress.check()?;
     let fills: Vec<Option<Fill>> = holes
         .par_iter()

@@ -6,6 +6,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::progress::Progress;
+
 /// The mesh that has the holes.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh<'a> {
@@ -57,16 +60,25 @@ pub(super) fn region(mesh: Mesh<'_>, hole: &[u32]) -> Bounds {
 }
 
 /// For each hole the triangles whose boxes meet its region, rising.
-pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>]) -> Vec<Vec<u32>> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>], progress: &Progress<'_>) -> Result<Vec<Vec<u32>>> {
     let regions: Vec<Bounds> = holes.iter().map(|hole| region(mesh, hole)).collect();
     let grid = Grid::new(&regions);
-    let cells: Vec<Cell> = mesh.positions.par_iter().with_min_len(4096).map(|&p| grid.cell(p)).collect();
     const CHUNK: usize = 16384;
+    let mut cells = vec![Cell(0); mesh.positions.len()];
+    cells.par_chunks_mut(CHUNK).zip(mesh.positions.par_chunks(CHUNK)).try_for_each(|(cells, positions)| {
+        progress.check()?;
+        cells.iter_mut().zip(positions).for_each(|(cell, &p)| *cell = grid.cell(p));
+        Ok(())
+    })?;
     let found: Vec<Vec<(u32, u32)>> = mesh
         .triangles
         .par_chunks(CHUNK)
         .enumerate()
         .map(|(chunk, triangles)| {
+            progress.check()?;
             let (mut found, mut candidates) = (Vec::new(), Vec::new());
             for (i, t) in triangles.iter().enumerate() {
                 let corners = t.map(|v| cells[v as usize]);
@@ -81,14 +93,14 @@ pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>]) -> Vec<Vec<u32>> {
                     found.extend(near.map(|&hole| (hole, triangle)));
                 }
             }
-            found
+            Ok(found)
         })
-        .collect();
+        .collect::<Result<_>>()?;
     let mut near = vec![Vec::new(); holes.len()];
     for (hole, triangle) in found.into_iter().flatten() {
         near[hole as usize].push(triangle);
     }
-    near
+    Ok(near)
 }
 
 /// Cells along each axis of the coarse grid.
@@ -302,7 +314,7 @@ mod tests {
                 let region = region(mesh, hole);
                 (0..picks.len() as u32).filter(|&t| region.meets(&Bounds::of(mesh.corners(t)))).collect()
             }).collect();
-            prop_assert_eq!(gather(mesh, &holes), expected);
+            prop_assert_eq!(gather(mesh, &holes, &Progress::none()).unwrap(), expected);
         }
     }
 }

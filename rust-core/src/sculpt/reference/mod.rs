@@ -133,9 +133,9 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
         }
         report.triangles = triangles.len();
         progress.stage(3, 1);
-        let mut mesh = finish::mesh(image, &domain, &Pieces::full(&triangles));
+        let mut mesh = finish::mesh(image, &domain, &Pieces::full(&triangles), progress)?;
         let certificate = certify(image, &mesh, progress)?;
-        finish::add_errors(&mut mesh, &certificate.face_errors);
+        finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
         lap("measuring the error");
         report.seconds = seconds;
         Ok(Reference { mesh, certificate, report })

@@ -1,0 +1,315 @@
+//! Every operation, beside the core's own result where that is quick.
+
+use super::*;
+
+#[test]
+pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
+    let api = api();
+    let values: Vec<f64> =
+        (0..4096).map(|i| (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.07).cos()).collect();
+    let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
+    let (mut image, mut sculptor, mut certificate) = (Handle::NULL, Handle::NULL, Certificate::ZERO);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let samples = Array::of(&values, F64, 1);
+        api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
+        api.ok((api.srf_sculptor_create)(image, std::ptr::null(), &mut sculptor));
+        api.ok((api.srf_image_free)(image));
+        api.ok((api.srf_certificate_init)(&mut certificate));
+        let mut sculpt = |tolerance: f64| {
+            let mut mesh = Handle::NULL;
+            let progress = std::ptr::null();
+            api.ok((api.srf_sculptor_refine)(sculptor, tolerance, progress, &mut mesh, &mut certificate));
+            let bytes = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            assert!(
+                certificate.f64(2) <= certificate.f64(0) + 1e-12 && certificate.numbers[7] == 4096,
+                "{certificate:?}"
+            );
+            (bytes, certificate.numbers[10])
+        };
+        let (fine, coarse, again) = (sculpt(0.001), sculpt(0.05), sculpt(0.001));
+        assert!(fine == again && coarse.1 * 4 < fine.1, "{} {}", coarse.1, fine.1);
+        let (exact, by_default) = (sculpt(0.0).1, sculpt(-1.0).1);
+        assert!(exact <= 2 * 63 * 63 && by_default < exact, "{exact} {by_default}");
+        let mut mesh = Handle::NULL;
+        let answer = (api.srf_sculptor_refine)(sculptor, -0.5, std::ptr::null(), &mut mesh, &mut certificate);
+        api.refused(answer, PARAMETER, "tolerance must be a finite number >= 0, got -0.5");
+        api.ok((api.srf_sculptor_at_most)(sculptor, 300, std::ptr::null(), &mut mesh, &mut certificate));
+        assert!((200..=300).contains(&certificate.numbers[10]), "{certificate:?}");
+        api.ok((api.srf_mesh_free)(mesh));
+        let answer = (api.srf_sculptor_at_most)(sculptor, 1, std::ptr::null(), &mut mesh, &mut certificate);
+        api.refused(answer, INPUT, "at most 1 triangles are asked for");
+        api.ok((api.srf_sculptor_free)(sculptor));
+    }
+}
+
+#[test]
+pub(super) fn a_surface_through_scattered_points() {
+    let api = api();
+    let golden = std::f64::consts::PI * (5.0_f64.sqrt() - 1.0);
+    let mut points: Vec<[f64; 3]> = (0..400)
+        .map(|i| {
+            let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 400.0;
+            let (ring, angle) = ((1.0 - z * z).sqrt(), golden * f64::from(i));
+            [ring * angle.cos(), ring * angle.sin(), z]
+        })
+        .collect();
+    points.extend([points[7], [0.0, 0.0, 3.0], [f64::NAN, 0.0, 0.0]]);
+    let (mut cloud, mut reconstructor, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL);
+    let (mut params, mut report) = (ReconstructParams::ZERO, ReconstructReport::ZERO);
+    let mut dropped = vec![9_u8; points.len()];
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let (positions, none) = (Array::of(&points, F64, 3), std::ptr::null());
+        api.ok((api.srf_cloud_create)(&positions, none, none, none, null, &mut cloud));
+        let two = Array::of(&points[..2], F64, 3);
+        let answer = (api.srf_reconstructor_create)(cloud, &two, &mut reconstructor);
+        api.refused(answer, INPUT, "2 sensor origins for 403 points");
+        api.ok((api.srf_reconstructor_create)(cloud, none, &mut reconstructor));
+        api.ok((api.srf_cloud_free)(cloud));
+        api.ok((api.srf_reconstruct_params_init)(&mut params));
+        api.ok((api.srf_reconstruct_report_init)(&mut report));
+        let mut surface = |params: &ReconstructParams| {
+            let (watch, dropped) = (std::ptr::null(), dropped.as_mut_ptr());
+            api.ok((api.srf_reconstructor_surface)(reconstructor, params, watch, &mut mesh, &mut report, dropped));
+            let bytes = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            bytes
+        };
+        let first = surface(&params);
+        params.set_f64(0, 2.0);
+        params.numbers[2] = 2;
+        surface(&params);
+        params.set_f64(0, 1.0);
+        params.numbers[2] = 1;
+        assert!(surface(&params) == first, "depends on the surface before");
+        // Closed; 403 points, 400 of them used, one no number, one a copy, one outside.
+        assert_eq!((report.second, &report.numbers[..6]), (1, &[403, 400, 1, 1, 0, 1][..]), "{report:?}");
+        assert!(
+            dropped[..400].iter().all(|&reason| reason == 0) && dropped[400..] == [2, 4, 1],
+            "{:?}",
+            &dropped[400..]
+        );
+        params.numbers[3] = 7;
+        let (watch, out) = (std::ptr::null(), std::ptr::null_mut());
+        let answer =
+            (api.srf_reconstructor_surface)(reconstructor, &params, watch, &mut mesh, std::ptr::null_mut(), out);
+        api.refused(answer, PARAMETER, "closure must be SRF_CLOSED_OR_OPEN (1), SRF_CLOSED (2) or SRF_OPEN (3), got 7");
+        params.numbers[3] = 1;
+        params.set_f64(0, 0.5);
+        let answer =
+            (api.srf_reconstructor_surface)(reconstructor, &params, watch, &mut mesh, std::ptr::null_mut(), out);
+        api.refused(answer, PARAMETER, "factor must be >= 1 and <= 2, got 0.5");
+        api.ok((api.srf_reconstructor_free)(reconstructor));
+    }
+}
+
+#[test]
+pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
+    let api = api();
+    let values: Vec<f64> = (0..4096)
+        .map(|i| if i < 8 { f64::NAN } else { (f64::from(i % 64) * 0.1).sin() * (f64::from(i / 64) * 0.2).cos() })
+        .collect();
+    let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
+    let (mut image, mut quads, mut spline, mut mesh) = (Handle::NULL, Handle::NULL, Handle::NULL, Handle::NULL);
+    let (mut params, mut report) = (QuadParams::ZERO, QuadReport::ZERO);
+    let (mut rows, mut cols) = (0, 0);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let null = std::ptr::null();
+        let none = std::ptr::null_mut;
+        let samples = Array::of(&values, F64, 1);
+        api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
+        api.ok((api.srf_quad_params_init)(&mut params));
+        api.ok((api.srf_quad_report_init)(&mut report));
+        for (number, value, part) in [
+            (2, 1, "rows must be >= 2"),
+            (9, 256, "curvature_limit must be >= 1 and <= 255, got 256"),
+            (0, u64::MAX, "tiles_down must be"),
+            (13, 300.0_f64.to_bits(), "background_curvature must be >= 0 and <= 255, got 300"),
+            (12, f64::NAN.to_bits(), "smoothing must be"),
+        ] {
+            let mut wrong = params;
+            wrong.numbers[number] = value;
+            let answer = (api.srf_quads_create)(image, &wrong, std::ptr::null(), &mut quads, none());
+            api.refused(answer, PARAMETER, part);
+        }
+        params.set_f64(4, 0.1);
+        params.set_f64(5, 0.1);
+        let answer = (api.srf_quads_create)(image, &params, std::ptr::null(), &mut quads, none());
+        api.refused(answer, INPUT, "not both");
+        params.set_f64(4, -1.0);
+        params.set_f64(5, -1.0);
+
+        api.ok((api.srf_quads_create)(image, &params, std::ptr::null(), &mut quads, &mut report));
+        let (mut positions, mut pixels, mut background) = (Array::EMPTY, Array::EMPTY, Array::EMPTY);
+        let (out, more) = (&mut positions, (&mut pixels, &mut background));
+        api.ok((api.srf_quads_grid)(quads, &mut rows, &mut cols, out, more.0, more.1));
+        assert_eq!((rows, cols, positions.count, pixels.count, background.count), (9, 9, 81, 81, 81));
+        assert_eq!([positions.components, pixels.components, background.components], [3, 2, 1]);
+        assert_eq!(whole_numbers(&pixels.bytes())[160..], [63, 63]);
+        assert_eq!((report.numbers[0], report.numbers[1], report.numbers[9]), (1, 1, 4088));
+        assert!(report.f64(3) > 0.0 && report.f64(3) < report.f64(4), "{report:?}");
+
+        let (mut vertices, mut uvs, mut corners, mut errors) = (Array::EMPTY, Array::EMPTY, Array::EMPTY, Array::EMPTY);
+        api.ok((api.srf_quads_faces)(quads, &mut vertices, &mut uvs, &mut corners, &mut errors));
+        assert_eq!((corners.count as u64, corners.components, uvs.components), (report.numbers[13], 4, 2));
+        assert_eq!((vertices.count, errors.count), (uvs.count, corners.count));
+        api.ok((api.srf_quads_triangles)(quads, &mut mesh));
+        let mut triangles = Array::EMPTY;
+        api.ok((api.srf_mesh_triangles)(mesh, &mut triangles));
+        assert_eq!(triangles.count, 2 * corners.count);
+        let highest = *whole_numbers(&corners.bytes()).iter().max().unwrap();
+        assert_eq!(highest as usize + 1, vertices.count);
+        api.ok((api.srf_mesh_free)(mesh));
+
+        let (mut max, mut rms, mut point) = (0.0, 0.0, [0.0; 3]);
+        let answer = (api.srf_spline_create)(quads, 5, 0, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        api.refused(answer, INPUT, "the order of a spline must be 2, 3 or 4, got 5");
+        let answer = (api.srf_spline_create)(quads, 4, 3, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        api.refused(answer, INPUT, "3 rows of control points: order 4 over 9 rows of vertices needs 4 to 9");
+        api.ok((api.srf_spline_create)(quads, 4, 0, 6, &mut spline, &mut max, &mut rms));
+        assert!(0.0 < rms && rms <= max && max < 0.5, "{rms} {max}");
+        let mut control = Array::EMPTY;
+        api.ok((api.srf_spline_control)(spline, &mut rows, &mut cols, &mut control));
+        assert_eq!((rows, cols, control.count), (9, 6, 54));
+        api.ok((api.srf_spline_point)(spline, 2.0, -1.0, point.as_mut_ptr()));
+        // Least squares across: the corner is met nearly.
+        assert!((point[0] - 6.3).abs() < 0.1 && point[1].abs() < 1e-9, "{point:?}");
+        api.refused((api.srf_spline_point)(spline, f64::NAN, 0.0, point.as_mut_ptr()), PARAMETER, "must be numbers");
+        api.ok((api.srf_spline_sample)(spline, 20, 30, &mut mesh));
+        api.ok((api.srf_mesh_triangles)(mesh, &mut triangles));
+        assert_eq!(triangles.count, 2 * 19 * 29);
+        api.ok((api.srf_mesh_free)(mesh));
+        api.refused((api.srf_spline_sample)(spline, 1, 30, &mut mesh), INPUT, "2 x 2");
+        api.refused((api.srf_spline_sample)(spline, 1 << 40, 1 << 40, &mut mesh), INPUT, "2 x 2");
+        for handle in [image, quads, spline] {
+            let free = [api.srf_image_free, api.srf_quads_free, api.srf_spline_free];
+            assert_eq!(free.iter().filter(|free| free(handle) == 0).count(), 1);
+        }
+    }
+}
+
+fn whole_numbers(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(|b| u32::from_ne_bytes(b.try_into().unwrap())).collect()
+}
+
+#[test]
+pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
+    let api = api();
+    let (side, at) = (40_u32, |r: u32, c: u32| r * 40 + c);
+    let positions: Vec<[f64; 3]> =
+        (0..side * side).map(|i| [f64::from(i % side), f64::from(i / side), (f64::from(i) * 0.003).sin()]).collect();
+    let cells = (0..side - 1).flat_map(|r| (0..side - 1).map(move |c| (r, c)));
+    let triangles: Vec<[u32; 3]> = cells
+        .flat_map(|(r, c)| [[at(r, c), at(r, c + 1), at(r + 1, c)], [at(r, c + 1), at(r + 1, c + 1), at(r + 1, c)]])
+        .collect();
+    let mut sheet = Handle::NULL;
+    let (mut params, mut report) = (ClusterParams::ZERO, ClusterReport::ZERO);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_mesh_create)(&Array::of(&positions, F64, 3), &Array::of(&triangles, U32, 3), &mut sheet));
+        api.ok((api.srf_cluster_params_init)(&mut params));
+        api.ok((api.srf_cluster_report_init)(&mut report));
+        params.numbers[0] = 100;
+        let cluster = |params: &ClusterParams, report: &mut ClusterReport| {
+            let mut mesh = Handle::NULL;
+            api.ok((api.srf_mesh_cluster)(sheet, params, std::ptr::null(), &mut mesh, report));
+            let found = bytes(mesh);
+            api.ok((api.srf_mesh_free)(mesh));
+            found
+        };
+        let found = cluster(&params, &mut report);
+        assert_eq!((report.numbers[1], report.second, report.f64(7)), (100, 0, -1.0), "{report:?}");
+        assert!(report.f64(5) > report.f64(4) && report.f64(6) > 0.5, "{report:?}");
+        params.second = 1;
+        assert!(cluster(&params, &mut report) == found, "another number of threads");
+
+        let (wanted, mut chain) = ([30_u64, 100], [Handle::NULL; 2]);
+        api.ok((api.srf_mesh_cluster_levels)(
+            sheet,
+            wanted.as_ptr(),
+            2,
+            std::ptr::null(),
+            std::ptr::null(),
+            chain.as_mut_ptr(),
+        ));
+        assert!(bytes(chain[0]).len() < bytes(chain[1]).len());
+        chain.iter().for_each(|&mesh| api.ok((api.srf_mesh_free)(mesh)));
+
+        let mut mesh = Handle::NULL;
+        let mut refused = |change: &dyn Fn(&mut ClusterParams), status: i32, text: &str| {
+            let mut wrong = params;
+            change(&mut wrong);
+            let none = std::ptr::null_mut();
+            api.refused((api.srf_mesh_cluster)(sheet, &wrong, std::ptr::null(), &mut mesh, none), status, text);
+            assert!(mesh == Handle::NULL);
+        };
+        refused(&|p| p.numbers[1] = 7, INPUT, "one of vertices, patches and max_error");
+        refused(
+            &|p| p.numbers[0] = 1 << 40,
+            PARAMETER,
+            "vertices must be >= 1 and <= 4000000000, got 1.099511627776e12",
+        );
+        refused(&|p| p.numbers[4] = 1 << 40, PARAMETER, "iterations must be");
+        refused(&|p| p.numbers[3] = f64::NAN.to_bits(), PARAMETER, "adaptivity must be");
+        refused(&|p| (p.numbers[0], p.numbers[2]) = (0, 0), PARAMETER, "max_error must be a finite number > 0, got 0");
+        // The vertices alone: a surface goes through all of them.
+        let (mut cloud, none) = (Handle::NULL, std::ptr::null());
+        let points = Array::of(&positions, F64, 3);
+        api.ok((api.srf_cloud_create)(&points, none, none, none, std::ptr::null(), &mut cloud));
+        api.ok((api.srf_cloud_cluster)(cloud, &params, std::ptr::null(), &mut mesh, &mut report));
+        assert_eq!((report.numbers[1], report.numbers[8]), (100, 0), "{report:?}");
+        api.ok((api.srf_mesh_free)(mesh));
+        let (out, watch) = (chain.as_mut_ptr(), std::ptr::null());
+        api.ok((api.srf_cloud_cluster_levels)(cloud, wanted.as_ptr(), 2, std::ptr::null(), watch, out));
+        assert!(bytes(chain[0]).len() < bytes(chain[1]).len());
+        chain.iter().for_each(|&mesh| api.ok((api.srf_mesh_free)(mesh)));
+        api.ok((api.srf_cloud_free)(cloud));
+        let few = Array::of(&positions[..3], F64, 3);
+        api.ok((api.srf_cloud_create)(&few, none, none, none, std::ptr::null(), &mut cloud));
+        let answer =
+            (api.srf_cloud_cluster)(cloud, std::ptr::null(), std::ptr::null(), &mut mesh, std::ptr::null_mut());
+        api.refused(answer, INPUT, "at least 4 different points");
+        api.ok((api.srf_cloud_free)(cloud));
+        api.ok((api.srf_mesh_free)(sheet));
+    }
+}
+
+#[test]
+pub(super) fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
+    use glam::{DAffine3, DVec3};
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut params = params(0.07);
+    let expected = {
+        let mut view = Array::EMPTY;
+        // SAFETY: as the header wants it.
+        api().ok(unsafe { (api().srf_mesh_positions)(mesh, &mut view) });
+        let numbers: Vec<f64> = view.bytes().chunks(8).map(|b| f64::from_ne_bytes(b.try_into().unwrap())).collect();
+        let positions = numbers.chunks(3).map(DVec3::from_slice).collect();
+        let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        let mesh = surfrecon::TriMesh::new(positions, triangles);
+        let name = "octahedron".to_owned();
+        let placed = surfrecon::merge::PlacedMesh { name, mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+        let params = surfrecon::merge::MergeParams { voxel: Some(0.07), ..Default::default() };
+        let merged = surfrecon::merge::run(&[&placed], &params, &surfrecon::Progress::none()).unwrap().mesh;
+        let positions = merged.positions.iter().flat_map(|p| p.to_array()).flat_map(f64::to_ne_bytes);
+        let triangles = merged.triangles.iter().flatten().flat_map(|v| v.to_ne_bytes());
+        positions.chain(triangles).collect::<Vec<u8>>()
+    };
+    assert!(expected.len() > 1000);
+    for threads in [1, 2, 8] {
+        params.second = threads;
+        assert!(merged(merger, &params) == expected, "{threads} threads");
+    }
+    // SAFETY: as the header wants it.
+    unsafe {
+        api().ok((api().srf_mesh_free)(mesh));
+        assert!(merged(merger, &params) == expected, "the merge keeps what was added");
+        api().ok((api().srf_merger_free)(merger));
+    }
+}

@@ -1,0 +1,118 @@
+//! What every function refuses: zeros, handles that never were, were freed or are of another kind, arrays that lie.
+
+use super::*;
+
+#[test]
+pub(super) fn zeros_are_refused_with_a_text_wherever_they_can_do_harm() {
+    // Freeing NULL does nothing, nobody is told and one thread a core works: all allowed.
+    let allowed = |name: &str| {
+        name.ends_with("_free") || name == "srf_set_threads" || name == "srf_set_memory_limit" || name == "srf_set_log"
+    };
+    for (name, status) in api().call_with_zeros() {
+        if allowed(name) {
+            assert_eq!(status, OK, "{name}");
+        } else {
+            assert!(status == NULL, "{name}: {status}");
+        }
+    }
+    assert!(!api().message().is_empty());
+}
+
+#[test]
+pub(super) fn handles_that_never_were_are_refused() {
+    let all = api().call_with_junk();
+    assert!(all.len() > 35, "{}", all.len());
+    for (name, status) in all {
+        // Some arguments are looked at before the handle; none of them is one either.
+        assert!([HANDLE, NULL, STRUCT_SIZE].contains(&status), "{name}: {status}");
+    }
+}
+
+#[test]
+pub(super) fn handles_of_another_kind_and_freed_ones_are_refused() {
+    let api = api();
+    let mesh = octahedron();
+    let image = scan(mesh);
+    let mut view = Array::EMPTY;
+    // SAFETY: a wrong handle is allowed to be handed in.
+    unsafe {
+        api.refused((api.srf_mesh_positions)(image, &mut view), HANDLE, "mesh must be a srf_mesh, got a srf_image");
+        api.refused((api.srf_image_samples)(mesh, &mut view), HANDLE, "image must be a srf_image, got a srf_mesh");
+        api.refused((api.srf_mesh_free)(image), HANDLE, "srf_mesh");
+        api.ok((api.srf_image_free)(image));
+        api.refused((api.srf_image_free)(image), HANDLE, "freed");
+        api.refused((api.srf_image_samples)(image, &mut view), HANDLE, "freed");
+        assert!(view.data.is_null(), "written in spite of the error");
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+pub(super) fn arrays_that_lie_are_refused() {
+    let api = api();
+    let positions: [[f32; 3]; 3] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let good = Array::of(&positions, F32, 3);
+    let mut mesh = Handle::NULL;
+    let mut create = |p: Array, t: &[[i32; 3]]| {
+        let t = Array::of(t, I32, 3);
+        // SAFETY: wrong in the ways that are checked.
+        unsafe { (api.srf_mesh_create)(&p, &t, &mut mesh) }
+    };
+    api.refused(create(Array { kind: 42, ..good }, &[]), INPUT, "type must be a value of srf_type, 1 to 5, got 42");
+    api.refused(create(Array { components: 2, ..good }, &[]), INPUT, "components must be 3, got 2");
+    api.refused(create(Array { stride: 11, ..good }, &[]), INPUT, "a stride of 11 bytes is less than the 12 bytes");
+    api.refused(create(Array { count: usize::MAX, ..good }, &[]), INPUT, "more than there can be");
+    api.refused(create(Array { data: std::ptr::null(), ..good }, &[]), NULL, "positions.data must not be NULL");
+    api.refused(create(good, &[[0, 1, 3]]), INPUT, "triangle 0 names vertex 3");
+    api.refused(create(good, &[[0, 1, -1]]), INPUT, "triangle 0 names vertex");
+    let bad: [[f32; 3]; 1] = [[0.0, f32::NAN, 0.0]];
+    api.refused(create(Array::of(&bad, F32, 3), &[]), INPUT, "vertex 0 has a coordinate that is not finite");
+    assert_eq!(mesh, Handle::NULL, "written in spite of the errors");
+}
+
+#[test]
+pub(super) fn parameters_out_of_range_say_value_range_and_unit() {
+    let api = api();
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut surface = Handle::NULL;
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let mut run =
+            |p: &MergeParams| (api.srf_merger_run)(merger, p, std::ptr::null(), &mut surface, std::ptr::null_mut());
+        api.refused(
+            run(&params(-2.0)),
+            PARAMETER,
+            "voxel must be a finite number > 0, got -2 (in the unit of the scans)",
+        );
+        let mut many = params(0.1);
+        many.second = 5000;
+        api.refused(run(&many), PARAMETER, "threads must be >= 0 and <= 1024, got 5000");
+        api.refused((api.srf_set_threads)(2000), PARAMETER, "threads must be >= 0 and <= 1024, got 2000");
+        let mut scan = ScanParams::ZERO;
+        api.ok((api.srf_scan_params_init)(&mut scan));
+        scan.set_f64(0, -1.0);
+        let null = std::ptr::null;
+        let mut image = Handle::NULL;
+        let answer = (api.srf_scan_mesh)(mesh, 8, 8, &DEPTH, null(), &scan, null().cast(), &mut image);
+        api.refused(answer, PARAMETER, "noise must be a finite number >= 0, got -1");
+        api.refused((api.srf_mesh_write_ply)(mesh, c"x.ply".as_ptr(), 9, null().cast()), PARAMETER, "1 to 3, got 9");
+        let glb = (api.srf_mesh_write_glb)(mesh, c"x.glb".as_ptr(), null().cast(), 1.0, 5, null().cast());
+        api.refused(glb, PARAMETER, "z_up must be 0 or 1, got 5");
+        api.ok((api.srf_merger_free)(merger));
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}
+
+#[test]
+pub(super) fn the_limit_on_memory_is_kept_until_it_is_lifted() {
+    let api = api();
+    // SAFETY: numbers only.
+    unsafe {
+        // Too much to stand in the way of the tests beside this one.
+        api.ok((api.srf_set_memory_limit)(1 << 50));
+        assert_eq!((api.srf_memory_limit)(), 1 << 50);
+        api.ok((api.srf_set_memory_limit)(0));
+        assert_eq!((api.srf_memory_limit)(), 0);
+    }
+}

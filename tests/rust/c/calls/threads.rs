@@ -1,0 +1,107 @@
+//! Cancelling, and eight threads at once.
+
+use super::files::*;
+use super::objects::*;
+use super::operations::*;
+use super::refusals::*;
+use super::*;
+
+#[test]
+fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
+    let api = api();
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let mut asked = 0_u32;
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let (mut surface, mut report) = (Handle::NULL, MergeReport::ZERO);
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merge_report_init)(&mut report));
+        let before = report;
+        let long = params(0.001);
+        api.refused((api.srf_merger_run)(merger, &long, &watch, &mut surface, &mut report), CANCELLED, "cancelled");
+        assert!(asked >= 1 && surface == Handle::NULL && report == before);
+        api.ok((api.srf_merger_run)(merger, &params(0.1), std::ptr::null(), &mut surface, &mut report));
+        assert_eq!((report.size as usize, report.second), (size_of::<MergeReport>(), 1));
+        assert_eq!(report.f64(1), 0.1);
+        let points = [[0.0, 0.0, 4.0_f64], [3.0, 0.0, 4.0]];
+        let (mut off, mut figures) = ([0.0; 2], Distances::ZERO);
+        api.ok((api.srf_distances_init)(&mut figures));
+        let points = Array::of(&points, F64, 3);
+        let none = std::ptr::null();
+        api.ok((api.srf_mesh_distances)(surface, &points, 1, 0, none, off.as_mut_ptr(), &mut figures));
+        assert!(off[0] < -0.5 && (off[1] - 2.0).abs() < 0.05 && figures.numbers[0] == 2, "{off:?}");
+        let measure = api.srf_mesh_surface_distance;
+        let (mut reached, mut bound, null) = (0.0, 0.0, std::ptr::null_mut());
+        api.ok(measure(surface, mesh, 0, 0, none, null, &mut figures, &mut reached, &mut bound));
+        let largest = f64::from_bits(figures.numbers[4]);
+        assert!(largest > 0.0 && largest <= reached && reached <= bound, "{largest} {reached} {bound}");
+        assert!(bound <= 1.02 * reached + 1e-4, "{reached} {bound}");
+        let answer = measure(surface, mesh, 7, 0, none, null, &mut figures, &mut reached, &mut bound);
+        api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 7");
+        let answer = (api.srf_mesh_distances)(surface, &points, 2, 0, none, off.as_mut_ptr(), &mut figures);
+        api.refused(answer, PARAMETER, "is_signed must be 0 or 1, got 2");
+        for end in [(api.srf_mesh_free)(surface), (api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
+}
+
+#[test]
+fn every_call_from_eight_threads_at_once() {
+    let all: [fn(); 17] = [
+        zeros_are_refused_with_a_text_wherever_they_can_do_harm,
+        handles_that_never_were_are_refused,
+        handles_of_another_kind_and_freed_ones_are_refused,
+        a_mesh_and_its_attributes,
+        arrays_that_lie_are_refused,
+        strides_and_unaligned_data_are_fine,
+        an_image_and_its_cloud,
+        a_cloud_from_arrays,
+        images_from_arrays,
+        an_image_is_sculpted_to_one_tolerance_after_the_other,
+        a_surface_through_scattered_points,
+        an_image_becomes_a_quad_grid_and_a_surface,
+        a_mesh_is_clustered_and_so_is_a_chain,
+        cancelling_leaves_nothing_and_the_next_call_is_fine,
+        files_go_out_and_come_back,
+        options_say_what_files_do_not,
+        everything_is_written_and_comes_back,
+    ];
+    std::thread::scope(|scope| {
+        for first in 0..8 {
+            scope.spawn(move || (0..all.len()).for_each(|i| all[(first + i) % all.len()]()));
+        }
+    });
+}
+
+#[test]
+fn eight_threads_at_once_get_the_same() {
+    let shared = octahedron();
+    let results: Vec<Vec<u8>> = std::thread::scope(|scope| {
+        let work = || {
+            (0..5)
+                .map(|_| {
+                    let own = octahedron();
+                    let image = scan(shared);
+                    let merger = merger_of(own);
+                    // SAFETY: as the header wants it.
+                    unsafe {
+                        api().ok((api().srf_merger_add_image)(merger, image));
+                        api().ok((api().srf_mesh_free)(own));
+                        api().ok((api().srf_image_free)(image));
+                        let bytes = merged(merger, &params(0.05));
+                        api().ok((api().srf_merger_free)(merger));
+                        bytes
+                    }
+                })
+                .next_back()
+                .unwrap()
+        };
+        let threads: Vec<_> = (0..8).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert!(results.iter().all(|bytes| *bytes == results[0]));
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_mesh_free)(shared) });
+}
