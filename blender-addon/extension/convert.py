@@ -58,28 +58,14 @@ def store(mesh, name, values, domain="POINT"):
         mesh.attributes.remove(older)
     if values.dtype == np.uint8:
         layer = mesh.attributes.new(name, "FLOAT_COLOR", domain)
-        layer.data.foreach_set("color", linear(values).reshape(-1))
+        # Colours of a byte a channel would take a quarter of the memory, but Blender converts these one by one.
+        layer.data.foreach_set("color", surfrecon.linear_colours(values))
         mesh.color_attributes.active_color = mesh.color_attributes[name]
         mesh.color_attributes.render_color_index = mesh.color_attributes.active_color_index
         return
     kind = {"float32": "FLOAT", "int32": "INT", "bool": "BOOLEAN"}[values.dtype.name]
     layer = mesh.attributes.new(name, kind, domain)
     layer.data.foreach_set("value", np.ascontiguousarray(values))
-
-
-def linear(colours):
-    """(n, 4) float32 of linear light, as Blender stores colours, from uint8 sRGB with its alpha.
-
-    Colours of a byte a channel would take a quarter of the memory, but Blender converts these one by one, which for a
-    million triangles takes as long as a fifth of all else.
-    """
-    found = np.take(LINEAR, colours)
-    found[:, 3] = colours[:, 3] / np.float32(255)
-    return found
-
-
-LINEAR = np.arange(256) / 255
-LINEAR = np.where(LINEAR <= 0.04045, LINEAR / 12.92, ((LINEAR + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
 def mesh_from_result(name, result, origin=(0.0, 0.0, 0.0), scale=1.0):
@@ -286,6 +272,16 @@ def triangles(mesh):
     return flat.reshape(-1, 3)
 
 
+def faces_of_triangles(mesh):
+    """The number of the face that each of the `triangles` belongs to."""
+    if len(mesh.loops) == 3 * len(mesh.polygons):
+        return np.arange(len(mesh.polygons))
+    mesh.calc_loop_triangles()
+    faces = np.empty(len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangle_polygons.foreach_get("value", faces)
+    return faces
+
+
 def centres(mesh, matrix):
     """(m, 3) float64: the middles of the faces in the world."""
     flat = np.empty(3 * len(mesh.polygons), np.float32)
@@ -294,15 +290,20 @@ def centres(mesh, matrix):
     return flat.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-def faces_of(obj, depsgraph, number):
-    """The middles of an object's faces in the world and the number of each one's material by its name, or `None`."""
+def surface_with_materials(obj, depsgraph, number):
+    """An object's positions (n, 3) in the world, triangles (m, 3) and the number of each one's material by its name, or
+    `None` without faces.
+    """
     with Placed(obj, depsgraph) as mesh:
         if mesh is None or len(mesh.polygons) == 0:
             return None
         index = np.zeros(len(mesh.polygons), np.int32)
         mesh.polygons.foreach_get("material_index", index)
         numbers = [0 if m is None else number.get(m.name_full, 0) for m in obj.data.materials] or [0]
-        return centres(mesh, obj.matrix_world), np.array(numbers)[np.minimum(index, len(numbers) - 1)]
+        matrix = np.array(obj.matrix_world, np.float64)
+        placed = positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
+        index = index[faces_of_triangles(mesh)]
+        return placed, triangles(mesh), np.array(numbers)[np.minimum(index, len(numbers) - 1)]
 
 
 def keep_vertices(mesh, keep):
@@ -349,7 +350,7 @@ def colours_of(layer):
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
 
 
-def readable(obj):
+def readable(obj, depsgraph):
     """Refuses an object whose surface or points can't be had as the user sees them."""
     if obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
         raise Refused(
@@ -359,6 +360,22 @@ def readable(obj):
     # Blender doesn't evaluate what nobody sees.
     if len(obj.modifiers) > 0 and not obj.visible_get():
         raise Refused(f'"{obj.name}" is hidden, and so is what its modifiers make of it: show it, or apply them')
+    if shows_instances(obj, depsgraph):
+        raise Refused(
+            f'"{obj.name}" shows instances, which are not its own surface: make them real with'
+            " Object > Apply > Make Instances Real, or by the node Realize Instances"
+        )
+
+
+def shows_instances(obj, depsgraph):
+    """Whether something is drawn in an object's name, by geometry nodes, particles or its children."""
+    by_nodes = any(modifier.type in {"NODES", "PARTICLE_SYSTEM"} for modifier in obj.modifiers)
+    if obj.instance_type == "NONE" and not by_nodes:
+        return False
+    return any(
+        instance.is_instance and instance.parent is not None and instance.parent.original == obj
+        for instance in depsgraph.object_instances
+    )
 
 
 def active(context):
@@ -377,13 +394,23 @@ def writable(obj):
         )
 
 
+def seen_positions(obj, depsgraph):
+    """(n, 3) float32 in the object's frame: its vertices as its modifiers move them, or `None` if they make others."""
+    if len(obj.modifiers) == 0:
+        return positions(obj.data)
+    with Placed(obj, depsgraph) as mesh:
+        if mesh is None or len(mesh.vertices) != len(obj.data.vertices) or shows_instances(obj, depsgraph):
+            return None
+        return positions(mesh)
+
+
 def points_of_object(obj, depsgraph, in_world):
     """(n, 3) float64: the points of a point cloud, or the vertices of what has any, with modifiers, in the world or in
     the object's own frame; and their (n, 4) colours or `None`.
 
     Raises `Refused` with a sentence about the object.
     """
-    readable(obj)
+    readable(obj, depsgraph)
     evaluated = obj.evaluated_get(depsgraph)
     if obj.type == "POINTCLOUD":
         flat = np.empty(3 * len(evaluated.data.points), np.float32)
@@ -417,7 +444,7 @@ def scan_of_object(obj, depsgraph):
 
     Raises `Refused` with a sentence about the object.
     """
-    readable(obj)
+    readable(obj, depsgraph)
     if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
         raise Refused(f'"{obj.name}" is no mesh: deselect it')
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)

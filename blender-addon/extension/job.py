@@ -9,6 +9,8 @@ An operation that is adjusted in the panel of the last operation runs while Blen
 One that takes longer than a second is begun anew as a modal operator instead: see `Adjusting`.
 """
 
+import inspect
+import math
 import threading
 import time
 
@@ -20,6 +22,9 @@ from .kept import Kept
 
 POLL_SECONDS = 0.05
 
+# A job that is asked to stop does so within this time.
+STOPPED_SECONDS = 0.1
+
 # Estimates of the time left are worth nothing before.
 SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
 
@@ -27,19 +32,33 @@ SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
 # So long an adjusted operation may keep the window waiting.
 PATIENCE_SECONDS = 1.0
 
+# Objects are read for no longer than this between two events of the window.
+READING_SECONDS = 0.03
+
 
 class Refused(Exception):
     """What the user selected can't be used; the text is one sentence that says why and what to do."""
 
 
 class Gathering:
-    """Stands for the job until the first progress has been drawn: reading large meshes takes a while."""
+    """Stands for the job until its objects are read, which begins once the first progress has been drawn."""
 
-    looked_at = 0
+    looked_at, share, steps = 0, 0.0, None
 
     def progress(self):
-        """Nothing is done yet."""
-        return "Reading the objects", 0.0
+        """The share of the objects that is read."""
+        return "Reading the objects", self.share
+
+    def read(self):
+        """Reads on for a moment; returns the job once all is read, else `None`."""
+        end = time.monotonic() + READING_SECONDS
+        while True:
+            try:
+                self.share = next(self.steps)
+            except StopIteration as all_read:
+                return all_read.value
+            if time.monotonic() > end:
+                return None
 
     def done(self):
         """Never: the real job takes its place."""
@@ -52,6 +71,22 @@ class Gathering:
         """Whether the window was drawn since: Blender draws between two events of the timer."""
         self.looked_at += 1
         return self.looked_at > 1
+
+
+def gathered(context, objects, read):
+    """`read(object, depsgraph)` of each object, as a list. A generator, for `start`, that yields the share done.
+
+    The user may work on meanwhile, so objects are known by their names and looked up when their turn comes.
+    """
+    keys = [(obj.name, obj.library.filepath if obj.library is not None else None) for obj in objects]
+    found = []
+    for k, key in enumerate(keys):
+        yield k / len(keys)
+        obj = bpy.data.objects.get(key)
+        if obj is None:
+            raise Refused(f'"{key[0]}" was removed meanwhile: try again')
+        found.append(read(obj, context.evaluated_depsgraph_get()))
+    return found
 
 
 class Task:
@@ -130,12 +165,14 @@ class Running:
     started = 0.0
     # When the job was asked to stop, if it was.
     stopped = None
+    # Whether it has ended and its result can't come into the scene yet.
+    waiting = False
 
     @classmethod
     def begin(cls, job, title):
         """Takes a started job."""
         cls.job, cls.title, cls.stage, cls.fraction = job, title, "", 0.0
-        cls.started, cls.stopped = time.monotonic(), None
+        cls.started, cls.stopped, cls.waiting = time.monotonic(), None, False
 
     @classmethod
     def ended(cls):
@@ -160,6 +197,8 @@ class Running:
         """Stage, share done and time left, for people."""
         if cls.stopped is not None:
             return "stopping"
+        if cls.waiting:
+            return "Leave the edit mode to get the result"
         left = cls.seconds_left()
         return f"{cls.stage} {cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
 
@@ -168,6 +207,13 @@ class Running:
         """Asks the job to stop, which it does within a tenth of a second; who watches it does the rest."""
         cls.job.cancel()
         cls.stopped = time.monotonic()
+
+    @classmethod
+    def wait(cls, seconds):
+        """Until the job has ended, but no longer than that."""
+        end = time.monotonic() + seconds
+        while not cls.job.done() and time.monotonic() < end:
+            time.sleep(0.002)
 
     @classmethod
     def take(cls):
@@ -200,10 +246,10 @@ def duration(seconds):
 class JobOperator:
     """An operator around a `surfrecon.Job`.
 
-    A subclass defines `start(context)`, which gathers the input and returns a running job, and
-    `finish(context, result)`, which puts the result into the scene, or returns a further job whose result comes next.
-    Both may raise `Refused` or the library's errors. `preview(context)` may return a job for a rough picture of the
-    result, which is drawn while the other one takes its time.
+    A subclass defines `start(context)`, which gathers the input and returns a running job, or is a generator that does
+    so object by object (see `gathered`), and `finish(context, result)`, which puts the result into the scene, or
+    returns a further job whose result comes next. Both may raise `Refused` or the library's errors. `preview(context)`
+    may return a job for a rough picture of the result, which is drawn while the other one takes its time.
     """
 
     bl_options = {"UNDO"}
@@ -277,14 +323,21 @@ class JobOperator:
         if event.type == "ESC" and event.value == "PRESS":
             Running.stop()
             preview.end()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
+            if not isinstance(Running.job, Gathering):
+                # The next event of the timer comes after the window was drawn, which may take longer than the job.
+                Running.wait(STOPPED_SECONDS)
+        elif event.type != "TIMER":
             return {"PASS_THROUGH"}
         if isinstance(Running.job, Gathering):
             return self._gather(context)
         ended = Running.ended()
+        # Whoever edits or sculpts meanwhile keeps the active object and the selection.
+        Running.waiting = ended and Running.stopped is None and context.mode != "OBJECT"
         self._show(context)
-        preview.step(self, context, Running)
+        if Running.waiting:
+            return {"RUNNING_MODAL"}
+        if Running.stopped is None:
+            preview.step(self, context, Running)
         if not ended:
             return {"RUNNING_MODAL"}
         preview.end()
@@ -299,16 +352,25 @@ class JobOperator:
         self._leave(context)
 
     def _gather(self, context):
-        """Starts the job once the window shows that it will."""
+        """Reads objects once the window shows that it will, and starts the job when all are read."""
         if Running.stopped is not None:
             Running.take()
             self.report({"WARNING"}, f"{self.bl_label}: cancelled")
             return self._leave(context, {"CANCELLED"})
-        if not Running.job.drawn():
+        gathering = Running.job
+        if not gathering.drawn():
             return {"RUNNING_MODAL"}
-        Running.take()
-        if not self._begin(context):
+        try:
+            if gathering.steps is None:
+                gathering.steps = self._starting(context)
+            job = gathering.read()
+        except (Refused, surfrecon.SurfreconError) as problem:
+            Running.take()
+            self.report({"ERROR"}, sentence(problem))
             return self._leave(context, {"CANCELLED"})
+        Running.ended()
+        if job is not None:
+            Running.begin(job, self.bl_label)
         self._show(context)
         return {"RUNNING_MODAL"}
 
@@ -322,10 +384,21 @@ class JobOperator:
         context.window_manager.progress_update(int(100 * Running.fraction))
         redraw(context)
 
-    def _begin(self, context):
+    def _starting(self, context):
+        """The steps of `start`, if it has any; a generator that returns the job."""
         Kept.only_of(self.bl_idname)
+        refuse_no_numbers(self)
+        started = self.start(context)
+        return (yield from started) if inspect.isgenerator(started) else started
+
+    def _begin(self, context):
+        gathering = Gathering()
+        gathering.steps = self._starting(context)
         try:
-            Running.begin(self.start(context), self.bl_label)
+            job = None
+            while job is None:
+                job = gathering.read()
+            Running.begin(job, self.bl_label)
         except (Refused, surfrecon.SurfreconError) as problem:
             self.report({"ERROR"}, sentence(problem))
             return False
@@ -334,6 +407,9 @@ class JobOperator:
     def _end(self, context):
         """What the operator returns, or `None` if there is more to do."""
         try:
+            if Running.stopped is not None:  # also when it was done before it heard
+                Running.take()
+                raise surfrecon.Cancelled("cancelled")
             further = self.finish(context, Running.take().result())
             if further is not None:
                 Running.begin(further, self.bl_label)
@@ -361,6 +437,17 @@ class JobOperator:
             self.replaces.replace()
             Adjusting.replaced = self.replaces
         return done
+
+
+def refuse_no_numbers(operator):
+    """Refuses options that are no numbers: scripts and expressions can give them, past the limits of sliders."""
+    for prop in operator.properties.bl_rna.properties:
+        if prop.type != "FLOAT":
+            continue
+        value = getattr(operator, prop.identifier)
+        for number in value if prop.is_array else (value,):
+            if not math.isfinite(number):
+                raise Refused(f"{prop.name} is {number}, which is no number to work with: enter another one")
 
 
 class Adjusting:

@@ -21,13 +21,23 @@ class Kept:
     @classmethod
     def get(cls, owner, key, make):
         """The thing kept under that key by the operator, else what `make()` returns, kept from now on."""
+        found = cls.find(owner, key)
+        return cls.keep(owner, key, make()) if found is None else found
+
+    @classmethod
+    def find(cls, owner, key):
+        """The thing kept under that key by the operator, else `None`, and nothing is kept any more."""
         if (owner, key) != (cls.owner, cls.key):
             cls.forget()
-            cls.value = make()
-            cls.owner, cls.key = owner, key
-            if not bpy.app.background and not bpy.app.timers.is_registered(look):
-                bpy.app.timers.register(look, first_interval=LOOK_SECONDS, persistent=True)
         return cls.value
+
+    @classmethod
+    def keep(cls, owner, key, value):
+        """Keeps a thing, and returns it."""
+        cls.owner, cls.key, cls.value = owner, key, value
+        if not bpy.app.background and not bpy.app.timers.is_registered(look):
+            bpy.app.timers.register(look, first_interval=LOOK_SECONDS, persistent=True)
+        return value
 
     @classmethod
     def only_of(cls, owner):

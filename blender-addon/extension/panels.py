@@ -26,6 +26,11 @@ def buttons(layout, *operators):
         column.operator(name, icon=icon)
 
 
+def number(things, one, many):
+    """How many there are, for people."""
+    return f"{len(things)} {one if len(things) == 1 else many}"
+
+
 class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
     """What is running, and what is selected."""
 
@@ -42,7 +47,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             return
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
-        layout.label(text=f"Selected: {len(scans)} scans, {len(others)} meshes")
+        layout.label(text=f"Selected: {number(scans, 'scan', 'scans')}, {number(others, 'mesh', 'meshes')}")
 
 
 class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):

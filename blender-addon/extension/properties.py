@@ -2,6 +2,7 @@
 """Options of the operators and the sidebar, made from the library's parameter table: no default is written here."""
 
 import math
+import re
 
 import bpy
 import surfrecon
@@ -16,7 +17,7 @@ LARGEST = 2**31 - 1
 
 def option(parameter):
     """A Blender property for a parameter of the library. Where the library measures the default, 0 asks for that."""
-    words = {"name": parameter.name.replace("_", " ").capitalize(), "description": description(parameter)}
+    words = {"name": label(parameter), "description": description(parameter)}
     default = parameter.default or 0
     least = min(parameter.minimum, default)
     if parameter.unit == "count" and parameter.maximum == 1:
@@ -35,12 +36,23 @@ def option(parameter):
     return FloatProperty(subtype="FACTOR", precision=3, **limits, **words)
 
 
+def label(parameter):
+    """The name of a parameter for people."""
+    return parameter.name.replace("_", " ").capitalize().replace("Rms", "RMS")
+
+
 def description(parameter):
-    """The library's text, without the closing full stop that Blender adds itself."""
+    """The library's text as it reads beside a button, without the closing full stop that Blender adds itself."""
     text = parameter.text
     if parameter.default_from:
-        text += f" 0: {parameter.default_from}."
-    return text.removesuffix(".")
+        # What 0 does in the library is not what it does here, where it asks for the default.
+        text = re.sub(r"(?<!\S)0 [^.;]*; (\w)", lambda found: found[1].upper(), text)
+        text = re.sub(r"; 0 [^.;]*", "", text) + f" 0: {parameter.default_from}."
+    if parameter.unit == "count" and parameter.maximum == 1:
+        text = re.sub(r"(?<![\w ] )\b([01]):? (?=\w)", lambda found: ("off: ", "on: ")[int(found[1])], text)
+        text = text[:1].upper() + text[1:]
+    # Other parameters are told by the names they have here.
+    return re.sub(r"\b([a-z]+)_([a-z]+)\b", r"\1 \2", text).removesuffix(".")
 
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("merge") + surfrecon.parameters("triangulate")}

@@ -2,12 +2,13 @@
 """Results in the scene: collections, selection, colours by which scans are told apart."""
 
 import colorsys
+import contextlib
 
 import bpy
-import mathutils.kdtree
 import numpy as np
+import surfrecon
 
-from . import convert
+from . import convert, surfaces
 
 GOLDEN = 0.618034
 
@@ -74,27 +75,20 @@ def dress(made, sources, depsgraph):
     if len(materials) > 1 and made.type == "MESH" and len(made.data.polygons) > 0:
         number = {material.name_full: k for k, material in enumerate(materials)}
         mesh = made.data
-        known = [found for obj in sources if (found := convert.faces_of(obj, depsgraph, number)) is not None]
-        if known:
-            convert.store(mesh, "material_index", nearest(known, convert.centres(mesh, made.matrix_world)), "FACE")
+        found = (convert.surface_with_materials(obj, depsgraph, number) for obj in sources)
+        known = [one for one in found if one is not None]
+        # What can't be measured, a source that was broken meanwhile, keeps the first material.
+        with contextlib.suppress(surfrecon.SurfreconError):
+            if known:
+                convert.store(mesh, "material_index", nearest(known, convert.centres(mesh, made.matrix_world)), "FACE")
     show_colours(made)
 
 
-# Faces whose places are looked up among; of more, every so many.
-MOST_FACES = 300_000
-
-
 def nearest(known, centres):
-    """For each centre the number that belongs to the nearest place of (places, numbers) pairs."""
-    places = np.concatenate([places for places, _ in known])
-    numbers = np.concatenate([numbers for _, numbers in known]).astype(np.int32)
-    step = -(-len(places) // MOST_FACES)
-    places, numbers = places[::step], numbers[::step]
-    tree = mathutils.kdtree.KDTree(len(places))
-    for k, place in enumerate(places.tolist()):
-        tree.insert(place, k)
-    tree.balance()
-    return numbers[[tree.find(centre)[1] for centre in centres.tolist()]]
+    """For each centre the number that belongs to the nearest triangle of (positions, triangles, numbers)."""
+    numbers = np.concatenate([numbers for _, _, numbers in known]).astype(np.int32)
+    surface = surfaces.union([(positions, triangles, None) for positions, triangles, _ in known])
+    return numbers[surfrecon.nearest_triangles(centres, surface)]
 
 
 def show_colours(obj):

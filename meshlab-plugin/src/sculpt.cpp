@@ -32,8 +32,8 @@ void parameters(const MeshDocument &document, RichParameterList &list)
     list.addParam(RichBool("search", false, "Search for fewer yet",
                            "Also moves and joins vertices, for about ten times the time. Needs \"Fewest triangles\"."));
     list.addParam(RichBool("offsamples", false, "Vertices off their samples",
-                           "Lets vertices leave their samples along the ray, within the tolerance, for about a tenth fewer triangles "
-                           "and the time of the search. Needs \"Fewest triangles\"."));
+                           "Lets vertices leave their samples along the ray, within the tolerance, for about a sixth fewer "
+                           "triangles than the search and a little more time. Needs \"Fewest triangles\"."));
     list.addParam(RichBool("simplifyborders", false, "Simplify borders",
                            "Smooths open borders, too: the surface reaches at most half a pixel beyond them and covers no other "
                            "sample. Needs \"Fewest triangles\"."));

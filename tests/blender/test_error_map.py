@@ -76,3 +76,23 @@ def test_full_scales_are_round(extension):
     round_up = import_module(f"{extension.__name__}.operators.error_map").round_up
     assert [round_up(x) for x in (0.0011, 0.2, 3, 7, 10)] == pytest.approx([0.002, 0.2, 5, 10, 10])
     assert round_up(0) == 1
+
+
+def test_what_modifiers_move_is_measured_where_it_is_seen():
+    add_mesh("truth", torus(100))
+    copy = add_mesh("copy", torus(100))
+    lift = copy.modifiers.new("Lift", "DISPLACE")
+    lift.direction, lift.mid_level, lift.strength = "Z", 0, 0.05
+    assert bpy.ops.surfrecon.error_map() == {"FINISHED"}
+    assert errors(copy).max() == pytest.approx(0.05, rel=0.01)
+
+
+def test_what_modifiers_add_has_no_error_and_is_said(capfd):
+    add_mesh("truth", torus(60))
+    copy = add_mesh("copy", torus(60))
+    copy.modifiers.new("Subdivision", "SUBSURF")
+    for operator in (bpy.ops.surfrecon.error_map, bpy.ops.surfrecon.measure):
+        capfd.readouterr()
+        assert operator() == {"FINISHED"}
+        assert "which make other vertices" in capfd.readouterr().out
+    assert len(errors(copy)) == len(copy.data.vertices) and errors(copy).max() < 1e-6

@@ -58,3 +58,9 @@ def test_what_can_not_be_exported_says_why(tmp_path, imported):
     with pytest.raises(RuntimeError, match="its rays are parallel"):
         export(tmp_path / "out.e57", file_format="E57")
     assert not (tmp_path / "out.e57").exists()
+
+
+def test_a_scale_that_is_no_number(tmp_path, imported):
+    with pytest.raises(RuntimeError, match="Scale is nan, which is no number"):
+        bpy.ops.surfrecon.export_scans(filepath=str(tmp_path / "out.conf"), scale=float("nan"))
+    assert not list(tmp_path.glob("out*"))

@@ -139,3 +139,25 @@ def test_undo_is_one_step():
     bpy.ops.ed.undo_push(message="after")
     bpy.ops.ed.undo()
     assert "surfrecon_measure" not in bpy.data.objects["here"] and not bpy.data.materials
+
+
+@pytest.mark.parametrize("kind", ["instances_by_nodes", "instances_at_vertices"])
+def test_instances_count_where_they_are_seen_and_are_refused_elsewhere(kind, tmp_path, extension):
+    import test_selections
+
+    getattr(test_selections, kind)(tmp_path)
+    host = bpy.data.objects["host"]
+    bpy.context.view_layer.update()
+    surface = extension.surfaces.surface_of([host], bpy.context.evaluated_depsgraph_get())
+    part = len(torus(10).triangles)
+    assert len(surface.triangles) % part in {0, len(torus(8).triangles) % part}
+    assert len(surface.triangles) >= part * len(torus(8).positions)
+    truth = add_mesh("truth", torus(20))
+    bpy.context.view_layer.objects.active = truth
+    assert bpy.ops.surfrecon.measure() == {"FINISHED"}
+    for name in ("merge", "reconstruct", "error_map"):
+        with pytest.raises(RuntimeError, match="shows instances, which are not its own surface"):
+            getattr(bpy.ops.surfrecon, name)()
+    bpy.context.view_layer.objects.active = host
+    with pytest.raises(RuntimeError, match="shows instances|has no vertices"):
+        bpy.ops.surfrecon.cluster(vertices=50)

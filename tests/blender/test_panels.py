@@ -1,5 +1,6 @@
 """The sidebar draws in every state, and names only what exists."""
 
+import re
 from types import SimpleNamespace
 
 import bpy
@@ -76,7 +77,7 @@ def test_every_parameter_has_its_row(panels):
         assert parameter.name.replace("_", " ").capitalize() in texts
 
 
-def test_options_have_the_library_s_defaults_ranges_and_texts():
+def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
     options = bpy.types.Scene.bl_rna.properties["surfrecon"].fixed_type.properties
     operator = bpy.ops.surfrecon.merge.get_rna_type().properties
     for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
@@ -84,9 +85,21 @@ def test_options_have_the_library_s_defaults_ranges_and_texts():
             assert prop.default == pytest.approx(parameter.default or 0)
             assert prop.hard_min == pytest.approx(parameter.minimum)
             assert prop.hard_max == pytest.approx(min(parameter.maximum, 1e9))
-            assert prop.description.startswith(parameter.text.removesuffix("."))
+            assert prop.description == extension.properties.description(parameter)
             kind = {"length": "LENGTH", "angle": "ROTATION"}.get(parameter.unit, "NONE")
             assert getattr(prop, "unit", "NONE") == kind
+
+
+def test_texts_say_what_the_buttons_do(extension):
+    for operation in ("merge", "triangulate", "sculpt", "quads", "cluster", "reconstruct", "scan"):
+        for parameter in surfrecon.parameters(operation):
+            text = extension.properties.description(parameter)
+            assert parameter.text[:12].lower() in text.lower() or parameter.maximum == 1
+            assert "_" not in text and not text.endswith(".") and text[0].isupper(), text
+            # 0 means one thing only.
+            assert len(re.findall(r"(?<![\w.,] )\b0(?=:| [a-z])", text)) <= 1, text
+            if parameter.unit == "count" and parameter.maximum == 1:
+                assert text.startswith(("On: ", "Off: ")), text
 
 
 def test_a_running_job_shows_progress_and_cancel(panels, extension):

@@ -14,17 +14,22 @@ IMPORT = {
 }
 
 
-@pytest.mark.parametrize("ending", IMPORT)
-@pytest.mark.parametrize("encoding", ["binary", "ascii"])
-def test_blender_reads_our_meshes(tmp_path, ending, encoding):
-    if encoding == "ascii" and ending != "ply":
-        pytest.skip("only PLY has two encodings")
+WRITTEN = [
+    ("ply", {"encoding": "binary"}),
+    ("ply", {"encoding": "ascii"}),
+    ("obj", {}),
+    ("stl", {}),
+    ("glb", {"up": "z"}),
+]
+
+
+@pytest.mark.parametrize(("ending", "options"), WRITTEN)
+def test_blender_reads_our_meshes(tmp_path, ending, options):
     shape = torus()
     colour = np.zeros((len(shape.positions), 4), np.uint8)
     colour[:] = (200, 100, 50, 255)
     mesh = surfrecon.Mesh(shape.positions, shape.triangles, colour=colour)
     path = str(tmp_path / f"torus.{ending}")
-    options = {"encoding": encoding} if ending == "ply" else {"up": "z"} if ending == "glb" else {}
     mesh.write(path, **options)
     assert IMPORT[ending](path) == {"FINISHED"}
     (obj,) = [obj for obj in bpy.data.objects if obj.type == "MESH"]

@@ -196,10 +196,47 @@ def test_presets_come_with_the_extension():
                     assert name in properties
 
 
-def test_translations_are_of_texts_that_exist(extension):
-    known = {getattr(bpy.ops.surfrecon, name).get_rna_type().name for name in dir(bpy.ops.surfrecon)}
-    known |= {cls.bl_label for cls in extension.panels.CLASSES}
-    for language, texts in extension.translations.LANGUAGES.items():
+# What Blender itself has in all its languages.
+BLENDER_S_OWN = {
+    "File Path",
+    "Forward",
+    "Up",
+    *(f"{s}{a} {w}" for s in ("", "-") for a in "XYZ" for w in ("Forward", "Up")),
+}
+
+
+def names_and_tooltips(extension):
+    """Texts of operators, and all other texts, that the interface shows."""
+    operators_, texts = set(), {cls.bl_label for cls in extension.panels.CLASSES}
+    kinds = [extension.preferences.SurfreconPreferences.bl_rna, extension.properties.SurfreconSettings.bl_rna]
+    for name in dir(bpy.ops.surfrecon):
+        rna = getattr(bpy.ops.surfrecon, name).get_rna_type()
+        operators_.add(rna.name)
+        texts.add(rna.description)
+        kinds.append(rna)
+    for prop in (prop for rna in kinds for prop in rna.properties):
+        if prop.is_hidden or prop.identifier in {"rna_type", "bl_idname", "module", "name"}:
+            continue
+        texts.add(prop.name)
+        texts |= {item.name for item in getattr(prop, "enum_items", ())}
+    texts.add(bpy.types.Object.bl_rna.properties["surfrecon_level"].name)
+    folder = Path(extension.__file__).parent
+    for path, pattern in (
+        (folder / "panels.py", r'text="([^"]+)"'),
+        (folder / "reports.py", r'yield "([^"]+)", '),
+        (folder / "operators" / "import_scans.py", r'header.label\(text="([^"]+)"'),
+    ):
+        texts |= set(re.findall(pattern, path.read_text()))
+    return operators_, texts - BLENDER_S_OWN
+
+
+def test_every_text_has_its_translation_and_every_translation_its_text(extension):
+    operators_, texts = names_and_tooltips(extension)
+    module = extension.translations
+    # Pairs that the sidebar shows beside those it yields.
+    pairs = {"95 % below", "Largest found", "Max", "Mean", "Of the uniform grid", "RMS", "Relative error"}
+    wanted = {(module.OPERATORS, text) for text in operators_} | {(module.TEXTS, text) for text in texts | pairs}
+    for language, found in module.LANGUAGES.items():
         assert re.fullmatch(r"[a-z]{2}_[A-Z]{2}", language)
-        for _, text in texts:
-            assert text in known, text
+        assert set(found) == wanted, sorted(set(found) ^ wanted)
+        assert all(translated.strip() for translated in found.values())

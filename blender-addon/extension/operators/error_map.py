@@ -6,7 +6,7 @@ import numpy as np
 import surfrecon
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator, Refused, gathered
 from ..scene import SCANS, material_of_nodes
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
@@ -57,11 +57,20 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             references = [bpy.data.objects[name] for name in names if name in bpy.data.objects]
         if not references:
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
-        depsgraph = context.evaluated_depsgraph_get()
-        reference = union([convert.scan_of_object(obj, depsgraph) for obj in references])
-        points = convert.positions(measured.data) @ np.array(measured.matrix_world)[:3, :3].T
         self.measured = measured.name
-        return surfrecon.Job.distances(points + np.array(measured.matrix_world)[:3, 3], reference)
+        (points,) = yield from gathered(context, [measured], self.points_of)
+        scans = yield from gathered(context, references, convert.scan_of_object)
+        return surfrecon.Job.distances(points, scans)
+
+    def points_of(self, measured, depsgraph):
+        """The vertices of an object in the world."""
+        points = convert.seen_positions(measured, depsgraph)
+        if points is None:
+            # The distances are stored in the object's own vertices.
+            self.report({"WARNING"}, f'"{measured.name}" is measured without its modifiers, which make other vertices')
+            points = convert.positions(measured.data)
+        matrix = np.array(measured.matrix_world)
+        return points @ matrix[:3, :3].T + matrix[:3, 3]
 
     def finish(self, context, distances):
         """Stores the distances and shows them."""
@@ -84,20 +93,6 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
                     area.spaces.active.shading.color_type = "VERTEX"
                 else:
                     area.spaces.active.shading.type = "MATERIAL"
-
-
-def union(scans):
-    """One mesh in the world of everything `convert.scan_of_object` gives."""
-    positions, triangles, count = [], [], 0
-    for scan in scans:
-        if isinstance(scan, surfrecon.RangeImage):
-            mesh, matrix = scan.triangulate(), scan.world_from_sensor
-        else:
-            mesh, matrix, _ = scan
-        positions.append(mesh.positions @ matrix[:3, :3].T + matrix[:3, 3])
-        triangles.append(mesh.triangles.astype(np.int64) + count)
-        count += len(mesh.positions)
-    return surfrecon.Mesh(np.concatenate(positions), np.concatenate(triangles))
 
 
 def round_up(value):

@@ -10,7 +10,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import convert
-from ..job import Refused, sentence
+from ..job import Refused, refuse_no_numbers, sentence
 
 FORMATS = (
     ("CONF", "Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
@@ -51,6 +51,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
         """Writes all or nothing but grids without a list."""
         objects = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
         try:
+            refuse_no_numbers(self)
             if not objects:
                 raise Refused("No range scan is selected: those that File > Import > Range Scans made are")
             depsgraph = context.evaluated_depsgraph_get()

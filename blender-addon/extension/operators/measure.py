@@ -71,10 +71,12 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             figures |= {f"back_{name}": back[name] for name in FIGURES}
             figures["hausdorff"] = max(there["bound"], back["bound"])
         distances = there["distances"]
-        # Modifiers may make other vertices than the mesh itself has.
         if self.show_error and len(distances) == len(active.data.vertices):
             convert.store(active.data, ATTRIBUTE, distances.astype(np.float32))
             show(active, round_up(there["p95"]))
+        elif self.show_error:
+            text = "is measured with its modifiers, which make other vertices: apply them to see the error in colours"
+            self.report({"WARNING"}, f'"{self.measured}" {text}')
         active[REPORT] = convert.plain(figures)
         self.report({"INFO"}, f'No point of "{self.measured}" is farther than {there["bound"]:.4g} from {self.against}')
         return None

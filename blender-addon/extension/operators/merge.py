@@ -6,10 +6,10 @@ import numpy as np
 import surfrecon
 
 from .. import convert
-from ..job import JobOperator, Refused, Task
+from ..job import JobOperator, Refused, gathered
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..scene import SCANS, dress, link, select_only
-from .error_map import ATTRIBUTE, union
+from .error_map import ATTRIBUTE
 
 REPORT = "surfrecon_report"
 
@@ -48,17 +48,19 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         for name in [*PARAMETERS, "close_holes"]:
             if not self.properties.is_property_set(name):
                 setattr(self, name, getattr(settings, name))
-        depsgraph = context.evaluated_depsgraph_get()
         objects = [obj for obj in context.selected_objects if REPORT not in obj]
         if not objects:
             raise Refused("Only results of earlier merges are selected: select the scans")
-        scans = [convert.scan_of_object(obj, depsgraph) for obj in objects]
         self.names = [obj.name for obj in objects]
-        for obj, scan in zip(objects, scans, strict=True):
-            if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
-                self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
-        self.scans, self.merged = scans, None
-        return surfrecon.Job.merge(scans, **arguments(self), threads=threads(self))
+        self.scans = yield from gathered(context, objects, self.scan_of_object)
+        return surfrecon.Job.merge(self.scans, **arguments(self), measure=self.measure, threads=threads(self))
+
+    def scan_of_object(self, obj, depsgraph):
+        """What is merged of an object."""
+        scan = convert.scan_of_object(obj, depsgraph)
+        if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
+            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
+        return scan
 
     def preview(self, context):
         """The same with large cells."""
@@ -72,25 +74,12 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
 
     def finish(self, context, result):
         """Puts the surface into the scene."""
-        distances = None
-        if self.merged is not None:
-            result, distances = self.merged, result
         if len(result.mesh.triangles) == 0:
             raise Refused("Nothing is left of the surface: choose a smaller voxel, or keep smaller components")
-        if self.measure and distances is None:
-            self.merged, scans = result, self.scans
-
-            def distance(note):
-                reference = union(scans)
-                return surfrecon.distances(
-                    result.mesh.positions, reference, progress=lambda _, share: note(share) is None
-                )
-
-            return Task("Measuring the surface", distance)
-        self.scans = self.merged = None
+        self.scans = None
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
-        figures = result.report.as_dict()
+        figures, distances = result.report.as_dict(), result.distances
         if distances is not None:
             convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
             figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
@@ -102,7 +91,6 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         dress(merged, sources, context.evaluated_depsgraph_get())
         select_only(context, [merged])
         self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")
-        return None
 
 
 def box(scan):

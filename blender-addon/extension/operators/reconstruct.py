@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator, Refused, gathered
 from ..kept import Kept, fingerprint
 from ..properties import option, threads
 from ..scene import SCANS, dress, link, select_only
@@ -85,12 +85,14 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
     def start(self, context):
         """Gathers the points; the reconstructor of the same points is used again."""
         objects = context.selected_objects
-        depsgraph = context.evaluated_depsgraph_get()
         # One object keeps its own frame, so that it can be moved with what is made of it; several meet in the world.
         several = len(objects) > 1
-        parts, colours = zip(*(convert.points_of_object(obj, depsgraph, several) for obj in objects), strict=True)
         self.pose = Matrix() if several else objects[0].matrix_world.copy()
         self.names = [obj.name for obj in objects]
+        read = yield from gathered(
+            context, objects, lambda obj, depsgraph: convert.points_of_object(obj, depsgraph, several)
+        )
+        parts, colours = zip(*read, strict=True)
         colour = None if any(c is None for c in colours) else np.concatenate(colours)
         self.points, self.sensor = np.concatenate(parts), self.camera(context)
         # The redo panel's sliders carve anew the same tetrahedra.

@@ -22,11 +22,10 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.para
 MAKING = ("effort", "interpolate", "min_angle", "simplify_borders", "edge_limit", "grazing_limit", "threads")
 
 
-def sculptor_of(owner, image, options):
-    """The sculptor of an image with some of the library's options: the redo panel's sliders dig again with it."""
+def key_of(image, options):
+    """What tells sculptors apart: an image and some of the library's options."""
     content = fingerprint(image.points, image.colour, image.confidence)
-    key = (content, repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
-    return Kept.get(owner, key, lambda: surfrecon.Sculptor(image, **options))
+    return (content, repr(image.projection), image.rows, tuple(sorted(options.items(), key=str)))
 
 
 class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
@@ -80,8 +79,13 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         options = given(self, {name: PARAMETERS[name] for name in MAKING})
-        sculptor = sculptor_of(self.bl_idname, image, options)
-        self.image = image
+        self.image, self.key = image, key_of(image, options)
+        # The redo panel's sliders dig again with the same sculptor.
+        sculptor = Kept.find(self.bl_idname, self.key)
+        return surfrecon.Job.sculptor(image, **options) if sculptor is None else self.refine(sculptor)
+
+    def refine(self, sculptor):
+        """The job that digs."""
         if self.tolerance > 0:
             return surfrecon.Job.refine(sculptor, tolerance=self.tolerance)
         return surfrecon.Job.refine(sculptor, relative_tolerance=self.relative_tolerance)
@@ -96,7 +100,9 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         return result.mesh, np.array(self.pose)
 
     def finish(self, context, result):
-        """Puts the mesh beside the scan."""
+        """Digs with the sculptor once that is made, then puts the mesh beside the scan."""
+        if isinstance(result, surfrecon.Sculptor):
+            return self.refine(Kept.keep(self.bl_idname, self.key, result))
         self.image = None
         if len(result.mesh.triangles) == 0:
             raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise the longest edge')
@@ -116,3 +122,4 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
             {"INFO"},
             f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {result.max_error:.3g}",
         )
+        return None

@@ -12,7 +12,6 @@ from ..job import JobOperator, Refused
 from ..preview import PIXELS
 from ..properties import given, option
 from ..scene import into_collection, select_only, show_colours, tint
-from .error_map import union
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}
 
@@ -67,7 +66,11 @@ class ScanOperator(JobOperator):
 
     def preview_mesh(self, images):
         """All images as one surface in the world."""
-        return union([image for image in images if image.valid.any()]), np.eye(4)
+        parts = []
+        for image in images:
+            mesh, matrix = image.triangulate(), image.world_from_sensor
+            parts.append((mesh.positions @ matrix[:3, :3].T + matrix[:3, 3], mesh.triangles, None))
+        return surfaces.union(parts), np.eye(4)
 
     def finish(self, context, images):
         """An object a camera that saw something, in a collection of their own."""
