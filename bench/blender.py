@@ -2,12 +2,13 @@
 
 | case | ms | peak_mb |
 |---|---|---|
-| million triangles | CPU time of handing a mesh over, beside the fewest calls of Blender | on the heap beyond these |
+| million triangles | CPU time of handing a mesh over, and of the fewest calls of Blender | held meanwhile |
 | ... with colour and error | the same with two attributes | the same |
+| after the operator | | still held when it has ended, by the library's counter and NumPy's |
 | first progress | from the button until a real window has drawn the progress | |
-| after the operator | | what stays on the heap beyond Blender's own copy when the operator has ended |
+| stopping ... | from the request until the call has ended, the longest of 16 moments of its run | |
 
-CPU time counts, so that another load on the machine doesn't; the first progress can only be told by the clock.
+CPU time counts where it can, so that another load on the machine doesn't; the last two can only be told by the clock.
 """
 
 import json
@@ -16,6 +17,7 @@ import sys
 from pathlib import Path
 
 import measured
+import stopping
 import table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -50,6 +52,9 @@ def main(only_cases, repeats):
     """Measures; returns the rows."""
     rows = []
     for found in (hand_over(repeats) or []) if only_cases in " ".join([*CASES.values(), "after the operator"]) else []:
+        if found["case"] == "operator":
+            rows.append(empty("after the operator") | {"peak_mb": max(found["left_mb"], 0.0)})
+            continue
         rows.append(
             {
                 "case": CASES[found["case"]],
@@ -58,12 +63,13 @@ def main(only_cases, repeats):
                 "peak_mb": max(found["peak_mb"], 0.0),
             }
         )
-        if found["case"] == "colour and error":
-            rows.append(empty("after the operator") | {"peak_mb": max(found["left_mb"], 0.0)})
     if only_cases in "first progress":
         milliseconds = first_progress()
         if milliseconds is not None:
             rows.append(empty("first progress") | {"ms": milliseconds})
+    if "stopping" in only_cases or only_cases in "stopping":
+        for name, (longest, _) in stopping.main(only_cases).items():
+            rows.append(empty(f"stopping {name}") | {"ms": longest})
     table.show(rows, {"case": "case", "ms": "ms", "Blender's minimum": "blender_minimum_ms", "MB": "peak_mb"})
     return {"rows": rows}
 

@@ -1,11 +1,11 @@
 """A mesh of the library into Blender, beside the fewest calls of Blender that make the same mesh from arrays at hand.
 
 Runs under the Python of a Blender module: into_blender.py ADDON_FOLDER REPEATS. A line of JSON a case: seconds of the
-CPU and of the clock for us and for the minimum, their medians; and megabytes of the process's heap that are ours while
-the mesh is made (`peak_mb`) and after it (`left_mb`), beyond the same of the minimum.
+CPU and of the clock for us and for the minimum, their medians; and megabytes that the library, by its own count, and
+NumPy, by Python's, hold more than before while the mesh is made (`peak_mb`) and after it (`left_mb`). A last line, of
+the case `operator`, has what is left when a whole operator has ended.
 """
 
-import ctypes
 import gc
 import importlib
 import json
@@ -13,8 +13,8 @@ import os
 import resource
 import statistics
 import sys
-import threading
 import time
+import tracemalloc
 
 sys.path.insert(0, sys.argv[1])
 import bpy
@@ -23,58 +23,6 @@ import surfrecon
 
 convert = importlib.import_module("extension.convert")
 SIDE = 709
-
-
-class Heap(ctypes.Structure):
-    """What glibc's `mallinfo2` returns."""
-
-    _fields_ = [
-        (name, ctypes.c_size_t)
-        for name in (
-            "arena",
-            "ordblks",
-            "smblks",
-            "hblks",
-            "hblkhd",
-            "usmblks",
-            "fsmblks",
-            "uordblks",
-            "fordblks",
-            "keep",
-        )
-    ]
-
-
-libc = ctypes.CDLL("libc.so.6")
-libc.mallinfo2.restype = Heap
-
-
-def heap():
-    """Bytes in use on the heap that the library, NumPy and Python share; Blender keeps meshes on it too."""
-    found = libc.mallinfo2()
-    return found.uordblks + found.hblkhd
-
-
-class Peak:
-    """The most bytes in use while a block runs, looked at every half millisecond."""
-
-    def __enter__(self):
-        """Starts to look."""
-        self.most, self.running = heap(), True
-        self.thread = threading.Thread(target=self.look)
-        self.thread.start()
-        return self
-
-    def look(self):
-        """Until the block ends."""
-        while self.running:
-            self.most = max(self.most, heap())
-            time.sleep(0.0005)
-
-    def __exit__(self, *_):
-        """Looks no more."""
-        self.running = False
-        self.thread.join()
 
 
 def shape():
@@ -135,19 +83,55 @@ def median(call, repeats):
 
 
 def memory(call):
-    """Megabytes on the heap beyond what was there before: the most while a mesh is made, and what stays with it."""
+    """Megabytes beyond what was held before: the most while a call runs, and what stays."""
     gc.collect()
-    before = heap()
-    with Peak() as peak:
-        mesh = call()
+    tracemalloc.start()
+    before = surfrecon.memory_in_use()
+    surfrecon.memory_peak(restart=True)
+    call()
+    peak = surfrecon.memory_peak() - before + tracemalloc.get_traced_memory()[1]
     gc.collect()
-    after = heap()
-    bpy.data.meshes.remove(mesh)
-    return (peak.most - before) / 1e6, (after - before) / 1e6
+    left = surfrecon.memory_in_use() - before + array_bytes()
+    tracemalloc.stop()
+    return peak / 1e6, left / 1e6
+
+
+def array_bytes():
+    """What NumPy's arrays hold that were made since the tracing began."""
+    return sum(trace.size for trace in tracemalloc.take_snapshot().traces if trace.domain == NUMPY)
+
+
+# Python's number for NumPy's memory.
+NUMPY = 389047
+
+
+def operator():
+    """Merges the sheet: handing over, measuring, materials."""
+    assert bpy.ops.surfrecon.merge(voxel=1.5) == {"FINISHED"}
+
+
+def operator_memory(content):
+    """Megabytes left by the operator, once all that is made only once has been made."""
+    extension = importlib.import_module("extension")
+    extension.register()
+    obj = convert.object_from_mesh("sheet", content, 1.0)[0]
+    bpy.context.scene.collection.objects.link(obj)
+
+    def once():
+        for other in list(bpy.data.objects):
+            if other is not obj:
+                bpy.data.batch_remove([other.data, other])
+        obj.select_set(True)
+        operator()
+
+    once()
+    left = memory(once)[1]
+    extension.unregister()
+    return left
 
 
 def main():
-    """Measures both cases."""
+    """Measures both cases, and an operator."""
     repeats = int(sys.argv[2])
     for case, attributes in (("plain", False), ("colour and error", True)):
         content = surfrecon.Mesh(VERTICES, TRIANGLES, colour=COLOUR, confidence=ERROR) if attributes else None
@@ -156,16 +140,16 @@ def main():
         # In turns, so that another load on the machine meets both.
         rounds = [[median(call, 3) for call in calls] for _ in range(repeats)]
         best = [[statistics.median(each[k][i] for each in rounds) for i in range(2)] for k in range(2)]
-        (peak, left), (least_peak, least_left) = (memory(call) for call in calls)
+        peak, left = memory(lambda call=calls[0]: bpy.data.meshes.remove(call()))
         row = {
             "case": case,
             "ours": best[0],
             "minimum": best[1],
-            "peak_mb": peak - least_peak,
-            "left_mb": left - least_left,
-            "megabytes": (COORDINATES.nbytes + CORNERS.nbytes) / 1e6,
+            "peak_mb": peak,
+            "left_mb": left,
         }
         print(json.dumps(row))
+    print(json.dumps({"case": "operator", "left_mb": operator_memory(surfrecon.Mesh(VERTICES, TRIANGLES))}))
     sys.stdout.flush()
     # The module's own way out hangs.
     os._exit(0)

@@ -1,0 +1,74 @@
+"""How long each long call of the extension runs on after it was asked to stop.
+
+A call is stopped at moments spread evenly over its run, a fresh call each time. The clock counts here: that is what
+somebody who pressed ESC waits. The longest of the moments tells, for no stage may be deaf.
+"""
+
+import os
+import tempfile
+import time
+
+import numpy as np
+import surfrecon
+
+MOMENTS, PIXELS = 16, 900
+
+
+def sheet(pixels):
+    """A noisy range image of that many rows and columns, on no lattice, as the extension hands them over."""
+    y, x = np.mgrid[:pixels, :pixels].astype(float)
+    z = 20 * np.sin(x / 37) * np.cos(y / 29) + np.random.default_rng(1).normal(0, 0.05, x.shape)
+    points = np.dstack([x, -y, z]).astype(np.float32)
+    return surfrecon.RangeImage.from_points(points, viewing=("parallel", (0, 0, -1)), name="sheet")
+
+
+def calls(folder):
+    """Each call by the name of its button."""
+    job = surfrecon.Job
+    shape = surfrecon.sculpture(cell=4.0)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=500))
+    large, small = sheet(PIXELS), sheet(PIXELS // 2)
+    mesh, coarse = large.triangulate(), small.triangulate()
+    points = np.concatenate([image.world_points()[image.valid] for image in images])
+    sculptor = surfrecon.Sculptor(large)
+    path = os.path.join(folder, "sheet.ply")
+    mesh.write(path, encoding="ascii")
+    scans = list(surfrecon.open(path))
+    return {
+        "Import Range Scans": lambda: job.read(scans),
+        "Virtual Scan": lambda: job.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=600)),
+        "Merge Scans": lambda: job.merge(images, voxel=0.25, measure=True),
+        "Surface from Points": lambda: job.surface(surfrecon.Reconstructor(points)),
+        "Sculpt Scan, preparing": lambda: job.sculptor(large),
+        "Sculpt Scan": lambda: job.refine(sculptor, relative_tolerance=0.0005),
+        "Quad Grid": lambda: job.adaptive_quads(large, rows=60, columns=60),
+        "Cluster Surface": lambda: job.cluster(coarse, vertices=20_000),
+        "Error Map": lambda: job.distances(points, mesh),
+        "Measure Distance": lambda: job.surface_distance(mesh, shape, signed=True),
+    }
+
+
+def stopped(start, seconds):
+    """Seconds that a call ran on after it was asked to stop, so long after its start."""
+    job = start()
+    time.sleep(seconds)
+    asked = time.perf_counter()
+    job.cancel()
+    while not job.done():
+        time.sleep(0.0005)
+    return time.perf_counter() - asked
+
+
+def main(only_cases):
+    """Name -> the longest and the median, milliseconds."""
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, start in calls(folder).items():
+            if only_cases not in f"stopping {name}":
+                continue
+            begun = time.perf_counter()
+            start().result()
+            whole = time.perf_counter() - begun
+            took = [stopped(start, (k + 0.5) / MOMENTS * whole) for k in range(MOMENTS)]
+            found[name] = (1e3 * max(took), 1e3 * float(np.median(took)))
+    return found
