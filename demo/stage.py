@@ -21,8 +21,7 @@ SAMPLES = 8
 
 def material(name, colour=None, roughness=0.55):
     """A plain material of a colour, or of the colour attribute of that name."""
-    made = bpy.data.materials.new(name)
-    made.use_nodes = True
+    made = with_nodes(bpy.data.materials.new(name))
     nodes, links = made.node_tree.nodes, made.node_tree.links
     shader = nodes["Principled BSDF"]
     shader.inputs["Roughness"].default_value = roughness
@@ -32,6 +31,14 @@ def material(name, colour=None, roughness=0.55):
         links.new(attribute.outputs["Color"], shader.inputs["Base Color"])
     else:
         shader.inputs["Base Color"].default_value = (*colour, 1)
+    return made
+
+
+def with_nodes(made):
+    """A new material or world, with its tree of nodes."""
+    # From 5.0 on all have one, and saying so is deprecated.
+    if bpy.app.version < (5, 0, 0):
+        made.use_nodes = True
     return made
 
 
@@ -113,8 +120,7 @@ class Stage:
             ("Rim", (-0.3, -0.9, -0.45), 1.1, 25),
         ):
             self._sun(name, direction, energy, angle)
-        world = bpy.data.worlds.new("Studio")
-        world.use_nodes = True
+        world = with_nodes(bpy.data.worlds.new("Studio"))
         world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.9, 0.95, 1, 1)
         world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.42
         self.scene.world = world
