@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-gui check bench fuzz wheel extension meshlab-plugin install generate clean distclean
+.PHONY: help demo test test-gui check bench fuzz explore wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -36,6 +36,9 @@ bench: ## Run this library beside its peers on the same data: out/bench/*.json; 
 
 fuzz: ## Feed each reader damaged files for FUZZ_SECONDS=60
 	@tools/fuzz.sh
+
+explore: ## Run the property tests on inputs that none has seen yet, EXPLORE_ROUNDS=10 times
+	@tools/explore.sh
 
 wheel: ## Build the Python wheel: target/wheels/
 	@tools/build_wheel.sh

@@ -87,7 +87,7 @@ pub struct QuadReport {
     pub tiles: [usize; 2],
     /// Difference between the farthest and the nearest range of the valid pixels.
     pub depth_extent: f64,
-    /// Mean error as a share of the depth extent; the paper's relative error.
+    /// Mean error as a share of the depth extent, the paper's relative error; 0 where all ranges are equal.
     pub relative_error: f64,
     /// The same of the uniform grid of the same size.
     pub uniform_relative_error: f64,

@@ -3,7 +3,8 @@
 //! A grid covers the whole image, so vertices may lie on invalid pixels. Their ranges continue those of the vertices around
 //! them: of ever larger blocks of vertices the mean range of the valid ones, each block blended from the next larger one.
 //! In a point grid, where an invalid pixel has no ray either, all three coordinates are continued, as departures
-//! from the affine map of rows and columns that fits the valid vertices best.
+//! from the affine map of rows and columns that fits the valid vertices best. Where no vertex met a sample, all samples
+//! between them stand for the vertices.
 
 use glam::{DMat3, DVec3};
 
@@ -28,12 +29,16 @@ pub(super) fn place(image: &RangeImage, net: &Net) -> Vertices {
     let background: Vec<bool> = net.sites.iter().map(|&s| !image.is_valid(pixel(s))).collect();
     if let Samples::Points(_) = image.samples() {
         let mut points: Vec<DVec3> = net.sites.iter().map(|&s| image.point_in_sensor(pixel(s))).collect();
-        continue_points(net, &background, &mut points);
+        continue_points(image, net, &background, &mut points);
         let values = vec![0.0; points.len()];
         return Vertices { points, values, background };
     }
     let mut ranges: Vec<[f64; 3]> = net.sites.iter().map(|&s| [image.range(pixel(s)), 0.0, 0.0]).collect();
-    continue_over(net, &background, &mut ranges);
+    if background.contains(&false) {
+        continue_over(net, &background, &mut ranges);
+    } else {
+        ranges.fill([mean_range(image), 0.0, 0.0]);
+    }
     let projection: &Projection = image.projection();
     let of = |(&[row, col], &[range, ..]): (&[u32; 2], &[f64; 3])| projection.point(row as usize, col as usize, range);
     Vertices {
@@ -43,32 +48,62 @@ pub(super) fn place(image: &RangeImage, net: &Net) -> Vertices {
     }
 }
 
-fn continue_points(net: &Net, background: &[bool], points: &mut [DVec3]) {
+/// The mean range of the valid pixels; 0 if there is none.
+fn mean_range(image: &RangeImage) -> f64 {
+    let valid = || (0..image.len()).filter(|&i| image.is_valid(i));
+    let count = (valid().count() as f64).max(1.0);
+    // Shares first: a sum of large values has no room.
+    valid().map(|i| image.range(i) / count).sum()
+}
+
+fn continue_points(image: &RangeImage, net: &Net, background: &[bool], points: &mut [DVec3]) {
     if !background.contains(&true) {
         return;
     }
-    let affine = fit(net, background, points);
+    if !background.contains(&false) {
+        let site = |i: usize| [i / image.cols(), i % image.cols()].map(|x| x as u32);
+        let samples = (0..image.len()).filter(|&i| image.is_valid(i));
+        let affine = fit(samples.map(|i| (site(i), image.point_in_sensor(i))));
+        (0..points.len()).for_each(|v| points[v] = affine.at(net.sites[v]));
+        return;
+    }
+    let valid = (0..points.len()).filter(|&v| !background[v]);
+    let affine = fit(valid.map(|v| (net.sites[v], points[v])));
     let mut departures: Vec<[f64; 3]> =
-        net.sites.iter().zip(points.iter()).map(|(&site, &p)| (p - affine(site)).to_array()).collect();
+        net.sites.iter().zip(points.iter()).map(|(&site, &p)| (p - affine.at(site)).to_array()).collect();
     continue_over(net, background, &mut departures);
     for v in 0..points.len() {
         if background[v] {
-            points[v] = affine(net.sites[v]) + DVec3::from_array(departures[v]);
+            points[v] = affine.at(net.sites[v]) + DVec3::from_array(departures[v]);
         }
     }
 }
 
-/// The affine map from row and column to space that fits the valid vertices best.
-fn fit(net: &Net, background: &[bool], points: &[DVec3]) -> impl Fn([u32; 2]) -> DVec3 + use<> {
-    let valid = || (0..points.len()).filter(|&v| !background[v]);
-    let count = (valid().count() as f64).max(1.0);
-    let at = |site: [u32; 2]| DVec3::new(f64::from(site[0]), f64::from(site[1]), 0.0);
-    let middle = valid().map(|v| at(net.sites[v])).sum::<DVec3>() / count;
-    let mean = valid().map(|v| points[v] / count).sum::<DVec3>();
+/// An affine map from row and column to space.
+struct Affine {
+    middle: DVec3,
+    map: DMat3,
+}
+
+impl Affine {
+    fn at(&self, site: [u32; 2]) -> DVec3 {
+        self.map * (pixel_point(site) - self.middle).with_z(1.0)
+    }
+}
+
+fn pixel_point([row, col]: [u32; 2]) -> DVec3 {
+    DVec3::new(f64::from(row), f64::from(col), 0.0)
+}
+
+/// The affine map that fits the samples best.
+fn fit(samples: impl Iterator<Item = ([u32; 2], DVec3)> + Clone) -> Affine {
+    let count = (samples.clone().count() as f64).max(1.0);
+    let middle = samples.clone().map(|(site, _)| pixel_point(site)).sum::<DVec3>() / count;
+    let mean = samples.clone().map(|(_, point)| point / count).sum::<DVec3>();
     let (mut rr, mut rc, mut cc) = (0.0, 0.0, 0.0);
     let (mut by_row, mut by_col) = (DVec3::ZERO, DVec3::ZERO);
-    for v in valid() {
-        let (offset, point) = (at(net.sites[v]) - middle, points[v] - mean);
+    for (site, point) in samples {
+        let (offset, point) = (pixel_point(site) - middle, point - mean);
         rr += offset.x * offset.x;
         rc += offset.x * offset.y;
         cc += offset.y * offset.y;
@@ -76,18 +111,17 @@ fn fit(net: &Net, background: &[bool], points: &[DVec3]) -> impl Fn([u32; 2]) ->
         by_col += offset.y * point;
     }
     let det = rr * cc - rc * rc;
-    // All valid vertices on a line, or none: no slope can be told.
+    // All samples on a line, or none: no slope can be told.
     let (down, right) = if det > 1e-9 * rr * cc {
         ((by_row * cc - by_col * rc) / det, (by_col * rr - by_row * rc) / det)
     } else {
         (DVec3::ZERO, DVec3::ZERO)
     };
     let map = DMat3::from_cols(down, right, mean);
-    let map = if map.is_finite() { map } else { DMat3::ZERO };
-    move |site| map * (at(site) - middle).with_z(1.0)
+    Affine { middle, map: if map.is_finite() { map } else { DMat3::ZERO } }
 }
 
-/// Gives each background vertex values that continue those of the others; zero where there is no other.
+/// Gives each background vertex values that continue those of the others, of which there is at least one.
 fn continue_over(net: &Net, background: &[bool], values: &mut [[f64; 3]]) {
     if !background.contains(&true) {
         return;
