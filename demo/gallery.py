@@ -38,9 +38,11 @@ class Studio:
     def __init__(self, subject, out):
         self.scene, self.out = bpy.context.scene, out
         corners = np.array([subject.matrix_world @ Vector(c) for c in subject.bound_box])
-        centre = Vector((corners.min(axis=0) + corners.max(axis=0)) / 2)
+        seen = corners @ np.array(turn())
+        centre = turn() @ Vector((seen.min(axis=0) + seen.max(axis=0)) / 2)
         data = bpy.data.cameras.new("Gallery")
-        data.type, data.ortho_scale = "ORTHO", 1.06 * np.ptp(corners[:, 2])
+        # The scale is that of the longer side.
+        data.type, data.ortho_scale = "ORTHO", 1.03 * max(np.ptp(seen[:, 1]), np.ptp(seen[:, 0]) * HEIGHT / WIDTH)
         camera = bpy.data.objects.new("Gallery", data)
         camera.matrix_world = Matrix.Translation(centre + turn() @ Vector((0, 0, 1))) @ turn().to_4x4()
         self.scene.collection.objects.link(camera)
@@ -79,6 +81,8 @@ def wires(obj, thickness):
     modifier = copy.modifiers.new("Wires", "WIREFRAME")
     modifier.thickness, modifier.use_replace, modifier.use_boundary = thickness, True, True
     modifier.offset = 0.5
+    # Which would make spikes of needles.
+    modifier.use_even_offset = False
     copy.color = INK
     return copy
 

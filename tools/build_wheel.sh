@@ -16,6 +16,7 @@ if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28);
 rm -f target/wheels/surfrecon-*.whl
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
+[ -d target/release ] || say "compiling surfrecon for Python: some minutes the first time"
 maturin build --quiet --release "${portable[@]}" -i "$("$root/tools/python.sh")" \
     --manifest-path blender-addon/python/Cargo.toml --out target/wheels >"$log" 2>&1 || {
     cat "$log" >&2

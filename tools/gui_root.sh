@@ -9,7 +9,7 @@ if [ ! -e "$folder/.complete" ]; then
     lock gui
     if [ ! -e "$folder/.complete" ]; then
         [ "$(id -u)" = 0 ] || { say "only root can prepare the system for the tests in a window"; exit 3; }
-        command -v debootstrap >/dev/null || { say "debootstrap is missing: apt-get install debootstrap"; exit 3; }
+        "$root/tools/setup_apt.sh" gui
         mirror=${DEBIAN_MIRROR:-http://deb.debian.org/debian}
         say "preparing Debian 13 with Blender in $folder"
         rm -rf "$folder"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the system libraries the machine lacks. Does nothing when all are there.
-# Usage: tools/setup_apt.sh [test|bench|meshlab]     for the demo; else also what tests, the benchmark's peers or building the
-# MeshLab plugin need
+# Usage: tools/setup_apt.sh [test|bench|meshlab|gui]     for the demo; else also what tests, the benchmark's peers, building the
+# MeshLab plugin or the tests in a window need
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
@@ -13,11 +13,11 @@ if [ "${1:-}" = test ]; then packages+=(cmake pkg-config make valgrind abigail-t
 case ${1:-} in
     test | bench | meshlab) packages+=(cmake make xz-utils dpkg-dev qtbase5-dev libqt5opengl5-dev libglew-dev libeigen3-dev) ;;
 esac
-# CGAL is a peer of the reconstruction from points.
-if [ "${1:-}" = bench ]; then packages+=(libcgal-dev); fi
 # What pymeshlab and Open3D link to besides.
 case ${1:-} in test | bench) packages+=(libglu1-mesa libopengl0 libusb-1.0-0 libfontconfig1 libfreetype6 libgmp10 libudev1) ;; esac
 
+# What another Debian is installed by.
+if [ "${1:-}" = gui ]; then packages+=(debootstrap); fi
 # The peers that are libraries in C++, and what Gmsh links to.
 if [ "${1:-}" = bench ]; then packages+=(libcgal-dev libboost-dev libgmp-dev libmpfr-dev libtbb-dev libtet1.5-dev libxcursor1 libxft2 libxinerama1); fi
 

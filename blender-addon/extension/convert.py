@@ -458,11 +458,12 @@ def scan_of_object(obj, depsgraph):
         if len(mesh.polygons) == 0:
             raise Refused(
                 f'"{obj.name}" has neither faces nor the attributes of a range image:'
-                " import it with File > Import > Range Scans"
+                " import scans with File > Import > Range Scans, or make faces of its vertices with Surface from Points"
             )
         refuse_unusable(obj, matrix)
         if np.linalg.det(matrix[:3, :3]) == 0:
             raise Refused(f'"{obj.name}" is flattened by a scale of 0')
+        refuse_not_finite(obj, positions(mesh))
         try:
             content = surfrecon.Mesh(
                 positions(mesh),
@@ -542,6 +543,24 @@ def refuse_unusable(obj, matrix):
             f'"{obj.name}" has a location, rotation or scale that is no number or far too large:'
             " check it in the sidebar under Item > Transform"
         )
+
+
+def refuse_not_finite(obj, points):
+    """Refuses points whose coordinates are no numbers."""
+    finite = np.isfinite(points)
+    if not finite.all():
+        number = int(np.argmin(finite.all(axis=1)))
+        raise Refused(
+            f'"{obj.name}" has a vertex whose coordinates are no numbers: in the Python console,'
+            f" C.object.data.vertices[{number}].co = (0, 0, 0) makes it one that can be selected and deleted"
+        )
+
+
+def grid_lost(obj):
+    """What to say of a range image that is no longer one vertex a pixel."""
+    if len(obj.modifiers) > 0:
+        return f'The modifiers of "{obj.name}" leave no one vertex a pixel: turn them off in the viewport'
+    return f'"{obj.name}" is no longer one vertex a pixel: import the scan again'
 
 
 def rigid_and_rest(obj, matrix):

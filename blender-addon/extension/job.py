@@ -11,6 +11,7 @@ One that takes longer than a second is begun anew as a modal operator instead: s
 
 import inspect
 import math
+import re
 import threading
 import time
 
@@ -19,6 +20,7 @@ import surfrecon
 
 from . import preview
 from .kept import Kept
+from .properties import label
 
 POLL_SECONDS = 0.05
 
@@ -198,7 +200,7 @@ class Running:
         if cls.stopped is not None:
             return "stopping"
         if cls.waiting:
-            return "Leave the edit mode to get the result"
+            return "Switch to Object Mode to get the result"
         left = cls.seconds_left()
         return f"{cls.stage} {cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
 
@@ -228,9 +230,15 @@ class Running:
             cls.take().cancel()
 
 
+# What parameters are called here whose names in code are no words. Names of files and objects stay as they are.
+TABLES = ("merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
+LABELS = {p.name: label(p) for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
+CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
+
+
 def sentence(problem):
-    """The text of an error as people read it: the library's begin in small letters."""
-    text = str(problem)
+    """The text of an error as people read it: the library's begin in small letters and name parameters as code does."""
+    text = CODE_NAMES.sub(lambda name: f'"{LABELS[name[0]]}"', str(problem))
     return text[:1].upper() + text[1:]
 
 
@@ -266,7 +274,7 @@ class JobOperator:
             cls.poll_message_set(f"{Running.title} is running")
             return False
         if context.mode != "OBJECT":
-            cls.poll_message_set("Leave the edit mode first")
+            cls.poll_message_set("Switch to Object Mode first")
             return False
         return True
 
@@ -308,6 +316,8 @@ class JobOperator:
         if Adjusting.handed is not None:
             Adjusting.adopt(self)
         else:
+            # What an earlier operation made is not what this one will replace when it is adjusted.
+            Adjusting.replaced = None
             Running.begin(Gathering(), self.bl_label)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
@@ -515,6 +525,8 @@ class Before:
             obj.select_set(False)
         for name in self.selected:
             if name in context.view_layer.objects:
+                # The result that is there has hidden what it was made from.
+                context.view_layer.objects[name].hide_set(False)
                 context.view_layer.objects[name].select_set(True)
         context.view_layer.objects.active = context.view_layer.objects.get(self.active or "")
 

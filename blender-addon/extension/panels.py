@@ -6,7 +6,8 @@ import bpy
 from . import convert
 from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
-from .reports import LINES, length
+from .reports import LINES
+from .units import length, number
 
 
 class ScansPanel:
@@ -26,11 +27,6 @@ def buttons(layout, *operators):
         column.operator(name, icon=icon)
 
 
-def number(things, one, many):
-    """How many there are, for people."""
-    return f"{len(things)} {one if len(things) == 1 else many}"
-
-
 class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
     """What is running, and what is selected."""
 
@@ -47,7 +43,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             return
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
-        layout.label(text=f"Selected: {number(scans, 'scan', 'scans')}, {number(others, 'mesh', 'meshes')}")
+        layout.label(text=f"Selected: {number(len(scans), 'scan', 'scans')}, {number(len(others), 'mesh', 'meshes')}")
 
 
 class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):
@@ -107,21 +103,9 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        settings = context.scene.surfrecon
         layout.label(text="0: measured from the scans", icon="INFO")
-        column = layout.column(align=True)
-        column.prop(settings, "voxel")
-        column.prop(settings, "merge_distance")
-        column = layout.column(align=True)
-        column.prop(settings, "close_holes")
-        row = column.row()
-        row.active = settings.close_holes
-        row.prop(settings, "max_hole_length")
-        layout.prop(settings, "min_component_share", text="Smallest part")
-        column = layout.column(align=True)
-        column.prop(settings, "edge_limit")
-        column.prop(settings, "grazing_limit")
-        layout.prop(settings, "threads")
+        context.scene.surfrecon.draw_options(layout)
+        layout.prop(context.scene.surfrecon, "threads")
 
 
 class SURFRECON_PT_reduce(ScansPanel, bpy.types.Panel):

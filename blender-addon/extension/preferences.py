@@ -5,7 +5,7 @@ import os
 
 import bpy
 import surfrecon
-from bpy.props import EnumProperty, FloatProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 UNITS = (
     ("M", "Metres", ""),
@@ -52,12 +52,17 @@ class SurfreconPreferences(bpy.types.AddonPreferences):
         items=UNITS,
         default="M",
     )
+    hide_sources: BoolProperty(
+        name="Hide sources",
+        description="Hide the objects that a result was made from, so that the result is seen. Alt+H shows them again",
+        default=True,
+    )
 
     def draw(self, context):
         """One row a preference."""
         layout = self.layout
         layout.use_property_split = True
-        for name in ("threads", "memory", "unit"):
+        for name in ("threads", "memory", "unit", "hide_sources"):
             layout.prop(self, name)
 
 

@@ -15,11 +15,18 @@ LONGEST = 1e9
 LARGEST = 2**31 - 1
 
 
-def option(parameter):
+# Where the library's name says little to people.
+LABELS = {"min_component_share": "Smallest part"}
+
+
+def option(parameter, name=None):
     """A Blender property for a parameter of the library. Where the library measures the default, 0 asks for that."""
-    words = {"name": label(parameter), "description": description(parameter)}
+    words = {"name": name or label(parameter), "description": description(parameter)}
     default = parameter.default or 0
     least = min(parameter.minimum, default)
+    if parameter.unit == "angle" and parameter.minimum_excluded:
+        # Sliders have no open ends.
+        least += math.radians(0.1)
     if parameter.unit == "count" and parameter.maximum == 1:
         return BoolProperty(default=bool(default), **words)
     if parameter.unit == "count":
@@ -38,7 +45,7 @@ def option(parameter):
 
 def label(parameter):
     """The name of a parameter for people."""
-    return parameter.name.replace("_", " ").capitalize().replace("Rms", "RMS")
+    return LABELS.get(parameter.name) or parameter.name.replace("_", " ").capitalize().replace("Rms", "RMS")
 
 
 def description(parameter):
@@ -68,6 +75,21 @@ class MergeOptions:
             default=True,
         )
     }
+
+    def draw_options(self, layout):
+        """One row an option, but for the threads."""
+        column = layout.column(align=True)
+        column.prop(self, "voxel")
+        column.prop(self, "merge_distance")
+        column = layout.column(align=True)
+        column.prop(self, "close_holes")
+        row = column.row()
+        row.active = self.close_holes
+        row.prop(self, "max_hole_length")
+        layout.prop(self, "min_component_share")
+        column = layout.column(align=True)
+        column.prop(self, "edge_limit")
+        column.prop(self, "grazing_limit")
 
 
 def given(options, parameters):

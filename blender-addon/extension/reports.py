@@ -3,8 +3,6 @@
 
 import math
 
-import bpy
-
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
 from .operators.measure import REPORT as MEASURED
@@ -12,6 +10,7 @@ from .operators.merge import REPORT
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
+from .units import length
 
 
 def sculpt_lines(context, figures):
@@ -116,14 +115,6 @@ def clean_lines(context, figures):
     yield "Samples", f"{figures['samples']:,}"
     yield "Removed: in small parts", f"{figures['small']:,}"
     yield "Removed: of low confidence", f"{figures['doubtful']:,}"
-
-
-def length(context, value):
-    """A length in the scene's unit."""
-    settings = context.scene.unit_settings
-    if settings.system == "NONE":
-        return f"{value:.4g}"
-    return bpy.utils.units.to_string(settings.system, "LENGTH", value * settings.scale_length, precision=4)
 
 
 # Custom property of a result -> its lines.

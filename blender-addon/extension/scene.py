@@ -9,6 +9,7 @@ import numpy as np
 import surfrecon
 
 from . import convert, surfaces
+from .preferences import preference
 
 GOLDEN = 0.618034
 
@@ -59,6 +60,38 @@ def select_only(context, objects):
     for obj in objects:
         obj.select_set(True)
     context.view_layer.objects.active = objects[0]
+
+
+def frame_selected(context):
+    """Moves all 3D views of the scene's windows so that what is selected fills them."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas if window.scene == context.scene else ():
+            region = next((region for region in area.regions if region.type == "WINDOW"), None)
+            if area.type == "VIEW_3D" and region is not None:
+                with context.temp_override(window=window, area=area, region=region):
+                    if bpy.ops.view3d.view_selected.poll():
+                        bpy.ops.view3d.view_selected()
+
+
+def put_forward(context, objects, sources):
+    """Selects results, and hides what they were made from if the user likes: both lie in the same place."""
+    # Scripts without a window have nothing to see, and may go on with the sources.
+    if preference("hide_sources") and not bpy.app.background:
+        hide(context, sources)
+    select_only(context, objects)
+
+
+def hide(context, objects):
+    """Hides objects, as far as they are still there and in this view layer, with the eye in the outliner."""
+    for obj in objects:
+        if obj is not None and obj.name in context.view_layer.objects:
+            obj.hide_set(True)
+
+
+def sources_of(obj):
+    """The objects that a result was made from, as far as they are still there."""
+    names = obj.get(SCANS, "").split("\n")
+    return [bpy.data.objects[name] for name in names if name in bpy.data.objects]
 
 
 def dress(made, sources, depsgraph):

@@ -31,6 +31,11 @@ def surface_of(objects, depsgraph):
             parts.append(part_of(instance.object, np.array(instance.matrix_world, np.float64)))
         except Refused as problem:
             refused = problem
+    # Blender doesn't evaluate what is hidden, as what a result was made from mostly is.
+    for obj in chosen:
+        if not obj.visible_get() and obj.type in SURFACES:
+            convert.readable(obj, depsgraph)
+            parts.append(part_of(obj, np.array(obj.matrix_world, np.float64)))
     parts = [part for part in parts if part is not None]
     if not parts:
         if refused is not None:
@@ -51,8 +56,7 @@ def part_of(evaluated, matrix):
             return None
         convert.refuse_unusable(evaluated, matrix)
         positions = convert.positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
-        if not np.isfinite(positions).all():
-            raise Refused(f'"{evaluated.name}" has a vertex whose coordinates are no numbers: delete it')
+        convert.refuse_not_finite(evaluated, positions)
         triangles = convert.triangles(mesh).astype(np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0:
             triangles = triangles[:, ::-1]

@@ -81,6 +81,11 @@ pub(crate) struct Shown(pub f64);
 impl std::fmt::Display for Shown {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Shown(x) = *self;
+        // What comes from single precision is shown as it was given there: 0.1, not 0.10000000149011612.
+        let single = x as f32;
+        if f64::from(single) == x && x.fract() != 0.0 && single.is_normal() {
+            return if x.abs() >= 1e-6 { write!(f, "{single}") } else { write!(f, "{single:e}") };
+        }
         if x == 0.0 || !x.is_finite() || (1e-6..1e9).contains(&x.abs()) { write!(f, "{x}") } else { write!(f, "{x:e}") }
     }
 }
@@ -91,7 +96,8 @@ mod tests {
 
     #[test]
     fn no_number_takes_a_line() {
-        let shown = [0.0, 0.5, -12345.678, 1e-9, 1e300, -2.5e-300, f64::NAN].map(|x| Shown(x).to_string());
-        assert_eq!(shown, ["0", "0.5", "-12345.678", "1e-9", "1e300", "-2.5e-300", "NaN"]);
+        let shown = [0.0, 0.5, -12345.678, 1e-9, 1e300, -2.5e-300, f64::NAN, f64::from(0.1_f32), 16_777_217.0]
+            .map(|x| Shown(x).to_string());
+        assert_eq!(shown, ["0", "0.5", "-12345.678", "1e-9", "1e300", "-2.5e-300", "NaN", "0.1", "16777217"]);
     }
 }

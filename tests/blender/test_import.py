@@ -1,5 +1,7 @@
 """File > Import > Range Scans."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -85,6 +87,15 @@ def test_unit_and_axes(conf, images):
         x, y, z = np.moveaxis(image.world_points()[values(obj, "range_row"), values(obj, "range_col")], -1, 0)
         assert np.allclose(world(obj), 0.001 * np.stack([x, -z, y], axis=1), atol=1e-8)
         assert np.allclose(obj.matrix_world.to_scale(), 1, atol=1e-6)
+
+
+def test_forward_follows_up_in_the_dialog(extension):
+    check = extension.operators.import_scans.SURFRECON_OT_import_scans.check
+    # What Blender's dialog holds when Up was just chosen: both on one axis.
+    for up, forward in (("Y", "-Z"), ("-Y", "Z"), ("X", "Y"), ("-Z", "Y")):
+        dialog = SimpleNamespace(axis_up=up, axis_forward=up, up_before="Z")
+        assert check(dialog, None)
+        assert (dialog.axis_up, dialog.axis_forward, dialog.up_before) == (up, forward, up)
 
 
 def test_a_custom_scale(conf):

@@ -29,6 +29,19 @@ def test_parallel_planes():
     assert figures["against"] == "there"
 
 
+def test_a_result_is_measured_against_its_hidden_sources(extension):
+    source, result = quad("source", 0), quad("result", 0.25)
+    result["surfrecon_scans"] = "source\nremoved meanwhile"
+    extension.scene.hide(bpy.context, [source, None])
+    assert not source.visible_get()
+    bpy.ops.surfrecon.measure()
+    figures = result["surfrecon_measure"].to_dict()
+    assert figures["reached"] == pytest.approx(0.25) and figures["against"] == "source"
+    source.modifiers.new("Subdivision", "SUBSURF")
+    with pytest.raises(RuntimeError, match='"source" is hidden, and so is what its modifiers make of it: show it'):
+        bpy.ops.surfrecon.measure()
+
+
 def test_what_the_active_one_lacks_counts_only_from_the_other():
     there, here = quad("there", 0), quad("here", 0)
     half = bpy.data.meshes.new("half")

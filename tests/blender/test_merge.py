@@ -327,7 +327,7 @@ def bad_empty():
         (bad_points, '"points" has neither faces nor the attributes of a range image'),
         (bad_flat, '"flat" is flattened by a scale of 0'),
         (bad_transform, '"lost" has a location, rotation or scale that is no number'),
-        (bad_vertex, '"broken": vertex 5 has a coordinate that is not finite'),
+        (bad_vertex, '"broken" has a vertex whose coordinates are no numbers: .*vertices.5'),
         (bad_empty, '"empty" has no vertices'),
     ],
 )

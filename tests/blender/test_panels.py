@@ -1,5 +1,6 @@
 """The sidebar draws in every state, and names only what exists."""
 
+import math
 import re
 from types import SimpleNamespace
 
@@ -71,10 +72,10 @@ def test_an_empty_scene(panels):
     assert draw(panels["report"]) is None
 
 
-def test_every_parameter_has_its_row(panels):
+def test_every_parameter_has_its_row(panels, extension):
     texts = draw(panels["options"])
     for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
-        assert parameter.name.replace("_", " ").capitalize() in texts
+        assert extension.properties.label(parameter) in texts
 
 
 def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
@@ -83,7 +84,9 @@ def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
     for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
         for prop in (options[parameter.name], operator[parameter.name]):
             assert prop.default == pytest.approx(parameter.default or 0)
-            assert prop.hard_min == pytest.approx(parameter.minimum)
+            # Sliders have no open ends.
+            open_end = math.radians(0.1) if parameter.unit == "angle" and parameter.minimum_excluded else 0
+            assert prop.hard_min == pytest.approx(parameter.minimum + open_end)
             assert prop.hard_max == pytest.approx(min(parameter.maximum, 1e9))
             assert prop.description == extension.properties.description(parameter)
             kind = {"length": "LENGTH", "angle": "ROTATION"}.get(parameter.unit, "NONE")

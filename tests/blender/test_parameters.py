@@ -78,6 +78,7 @@ def test_any_number_works_or_is_refused(name, tmp_path, extension):
         except RuntimeError as refused:
             said = str(refused).removeprefix("Error: ").strip()
             assert re.fullmatch(r'["A-Z0-9][^\n]{15,300}', said), f"{prop}={value}: {said}"
+            assert not re.search(r"[a-z]_[a-z]", said), f"a name of the code: {said}"
             assert state() == before, (prop, value)
             continue
         finally:

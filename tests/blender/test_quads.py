@@ -140,9 +140,9 @@ def test_one_undo_takes_it_away(scan):
 
 def test_what_can_not_be_gridded_is_named(scan):
     objects = len(bpy.data.objects)
-    with pytest.raises(RuntimeError, match="ask for fewer rows or a smaller tiles_down"):
+    with pytest.raises(RuntimeError, match='ask for fewer rows or a smaller "Tiles down"'):
         bpy.ops.surfrecon.quads(rows=5000)
-    with pytest.raises(RuntimeError, match="Give max_error or rms_error, not both"):
+    with pytest.raises(RuntimeError, match='Give "Max error" or "RMS error", not both'):
         bpy.ops.surfrecon.quads(max_error=1, rms_error=1)
     with pytest.raises(RuntimeError, match="No quad of the grid lies on the surface"):
         bpy.ops.surfrecon.quads(rows=2, columns=2, tiles_down=1, tiles_across=1, coverage=1)

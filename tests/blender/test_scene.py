@@ -62,7 +62,7 @@ def test_the_preferences_are_used(tmp_path):
         bpy.context.scene.unit_settings.scale_length = 1
     texts = []
     type(preferences).draw(SimpleNamespace(layout=PreferenceLayout(preferences, texts)), bpy.context)
-    assert texts == ["threads", "memory", "unit"]
+    assert texts == ["threads", "memory", "unit", "hide_sources"]
 
 
 class PreferenceLayout:

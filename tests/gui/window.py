@@ -120,8 +120,18 @@ def names():
 def select(objects):
     """Selects these objects only."""
     for obj in bpy.data.objects:
+        if obj in objects:
+            obj.hide_set(False)
         obj.select_set(obj in objects)
     bpy.context.view_layer.objects.active = objects[0]
+
+
+def only(shown):
+    """Hides all else, selects the object and fills the view with it."""
+    for obj in bpy.data.objects:
+        obj.hide_set(obj is not shown)
+    select([shown])
+    view_selected()
 
 
 def view_selected():
@@ -178,7 +188,9 @@ def dropping(folder):
     run(bpy.ops.ed.redo, "EXEC_DEFAULT")
     check("that can be done again", len(bpy.data.objects) == len(images))
     yield 0.5
-    view_selected()
+    far = place()["area"].spaces.active.region_3d.view_distance
+    size = max(obj.dimensions.length for obj in bpy.data.objects)
+    check(f"the scans fill the view: {size:.2g} seen from {far:.2g}", size < far < 5 * size)
     run(bpy.ops.surfrecon.tint_scans)
     yield 3.0
     picture("3_scans")
@@ -228,7 +240,30 @@ def merging():
     check("undo takes it away in one step", names() == before)
     run(bpy.ops.ed.redo, "EXEC_DEFAULT")
     check("redo brings it back", "Merged" in bpy.data.objects)
+    scans = [obj for obj in bpy.data.objects if extension().convert.is_range_image(obj)]
+    check("and the scans, which lie in the same place, are hidden", not any(obj.visible_get() for obj in scans))
     yield 0.3
+
+
+def merging_anew(scans):
+    """F9 after a merge is about the merge."""
+    running = extension().job.Running
+    select([bpy.data.objects[name] for name in scans])
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
+    count = len(bpy.data.objects)
+    run(bpy.ops.surfrecon.merge, voxel=0.0006)
+    yield from until(lambda: running.job is None)
+    yield 0.3
+    yield from adjust("4_adjust_merge", "0.003")
+    yield from until(lambda: running.job is None)
+    yield from leave_panel()
+    yield 0.3
+    made = bpy.context.view_layer.objects.active
+    distance = made["surfrecon_report"]["merge_distance"]
+    check(f"F9 merges anew within {distance:.4f}", len(bpy.data.objects) == count + 1 and abs(distance - 0.003) < 1e-5)
+    check("and what was merged is hidden again", not any(bpy.data.objects[name].visible_get() for name in scans))
+    made.name = "Merged anew"
+    return made.name
 
 
 def watch(job, ended):
@@ -274,9 +309,11 @@ def cancelling(scans):
 
 def adjusting(scans):
     """The panel of the last operation digs again without a new start."""
-    select([bpy.data.objects[scans[0]]])
+    only(bpy.data.objects[scans[0]])
+    place()["area"].spaces.active.overlay.show_wireframes = True
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
     running, kept = extension().job.Running, extension().kept.Kept
+    others = set(bpy.data.objects.keys())
     run(bpy.ops.surfrecon.sculpt, relative_tolerance=0.002)
     yield from until(lambda: running.job is None)
     fine, sculptor, count = len(bpy.context.object.data.polygons), kept.value, len(bpy.data.objects)
@@ -285,10 +322,13 @@ def adjusting(scans):
     yield from until(lambda: running.job is None)
     coarse = len(bpy.context.object.data.polygons)
     check(f"F9 digs again: {fine:,} to {coarse:,} triangles", coarse < fine and len(bpy.data.objects) == count)
+    check("and leaves all else", others < set(bpy.data.objects.keys()))
     check("with the same sculptor", kept.value is sculptor and sculptor is not None)
     yield from leave_panel()
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")
     check("undo takes it away in one step", len(bpy.data.objects) == count - 1)
+    check("and shows the scan again", bpy.data.objects[scans[0]].visible_get())
+    place()["area"].spaces.active.overlay.show_wireframes = False
     yield 0.3
 
 
@@ -338,9 +378,7 @@ def looking():
     run(bpy.ops.surfrecon.error_map)
     yield from until(lambda: running.job is None)
     check("the error map is there", "error" in merged.data.attributes)
-    for obj in bpy.data.objects:
-        obj.hide_set(obj is not merged)
-    view_selected()
+    only(merged)
     # Shaders are compiled first.
     yield 15.0
     picture("8_error_map")
@@ -473,7 +511,9 @@ def steps():
         yield from dropping(Path(folder))
     scans = [obj.name for obj in bpy.data.objects]
     yield from merging()
+    anew = yield from merging_anew(scans)
     yield from adjusting(scans)
+    bpy.data.batch_remove([bpy.data.objects[anew]])
     yield from adjusting_long()
     yield from cancelling(scans)
     yield from looking()

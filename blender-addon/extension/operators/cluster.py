@@ -15,7 +15,7 @@ from ..job import JobOperator, Known, Refused, Task
 from ..kept import Kept, fingerprint
 from ..preview import coarse
 from ..properties import LARGEST, description, option, threads
-from ..scene import dress, link, select_only
+from ..scene import SCANS, dress, link, put_forward
 
 REPORT = "surfrecon_cluster"
 
@@ -151,9 +151,10 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         one = not self.separate or len(chain) == 1
         made = []
         for mesh, level in zip(meshes[:1] if one else meshes, chain, strict=False):
-            obj = bpy.data.objects.new(mesh.name, mesh)
+            obj = bpy.data.objects.new(f"{self.surface} clustered" if one else mesh.name, mesh)
             obj.matrix_world = self.pose
             obj[REPORT] = convert.plain(figures(level))
+            obj[SCANS] = self.surface
             link(context, obj)
             made.append(obj)
         if one and len(chain) > 1:
@@ -166,7 +167,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         else:
             for obj in made:
                 dress(obj, [source], depsgraph)
-        select_only(context, made)
+        put_forward(context, made, [source])
         angle = math.degrees(chain[0].report["after"]["mean_smallest_angle"])
         counts = ", ".join(f"{len(level.mesh.positions):,}" for level in chain)
         self.report({"INFO"}, f"{counts} vertices; mean smallest angle {angle:.1f} degrees")
@@ -210,7 +211,11 @@ def show_level(obj, context):
     levels = obj.surfrecon_levels
     if len(levels) == 0:
         return
-    mesh = levels[min(obj.surfrecon_level, len(levels) - 1)].mesh
+    if obj.surfrecon_level >= len(levels):
+        # A slider's end is the same for all objects.
+        obj.surfrecon_level = len(levels) - 1
+        return
+    mesh = levels[obj.surfrecon_level].mesh
     if mesh is not None and obj.data != mesh:
         obj.data = mesh
         if REPORT in mesh:

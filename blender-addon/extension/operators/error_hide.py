@@ -3,7 +3,7 @@
 
 import bpy
 
-from .error_map import hide, shows_error
+from .error_map import SWITCHED, hide, shows_error
 
 
 class SURFRECON_OT_error_hide(bpy.types.Operator):
@@ -25,4 +25,9 @@ class SURFRECON_OT_error_hide(bpy.types.Operator):
         """Gives them their materials back."""
         for obj in context.selected_objects:
             hide(obj)
+        for area in context.screen.areas if context.screen else ():
+            if area.as_pointer() in SWITCHED and area.type == "VIEW_3D":
+                SWITCHED.discard(area.as_pointer())
+                if area.spaces.active.shading.type == "MATERIAL":
+                    area.spaces.active.shading.type = "SOLID"
         return {"FINISHED"}

@@ -7,9 +7,12 @@ import surfrecon
 
 from .. import convert
 from ..job import JobOperator, Refused, gathered
-from ..scene import SCANS, material_of_nodes
+from ..scene import material_of_nodes, sources_of
+from ..units import length
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
+# Views that the error map has switched from the solid view, which shows no materials.
+SWITCHED = set()
 MAP_NODE, RAMP_NODE = "Error range", "Error colours"
 
 # Position along the scale and sRGB colour: calm where the distance is small.
@@ -23,10 +26,11 @@ RAMP = (
 
 
 class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
-    """Colour the active surface by its distance to the other selected objects, or to the scans it was merged from"""
+    """Colour the active surface by its distance to the other selected objects, or to its sources"""
 
     bl_idname = "surfrecon.error_map"
     bl_label = "Error Map"
+    bl_options = {"REGISTER", "UNDO"}
 
     limit: bpy.props.FloatProperty(
         name="Full scale",
@@ -35,6 +39,8 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         unit="LENGTH",
         precision=5,
         min=0,
+        # Another surface has other distances.
+        options={"SKIP_SAVE"},
     )
 
     @classmethod
@@ -53,8 +59,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         convert.writable(measured)
         references = [obj for obj in context.selected_objects if obj is not measured]
         if not references:
-            names = measured.get(SCANS, "").split("\n")
-            references = [bpy.data.objects[name] for name in names if name in bpy.data.objects]
+            references = sources_of(measured)
         if not references:
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
         self.measured = measured.name
@@ -69,6 +74,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             # The distances are stored in the object's own vertices.
             self.report({"WARNING"}, f'"{measured.name}" is measured without its modifiers, which make other vertices')
             points = convert.positions(measured.data)
+        convert.refuse_not_finite(measured, points)
         matrix = np.array(measured.matrix_world)
         return points @ matrix[:3, :3].T + matrix[:3, 3]
 
@@ -93,6 +99,10 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
                     area.spaces.active.shading.color_type = "VERTEX"
                 else:
                     area.spaces.active.shading.type = "MATERIAL"
+                    SWITCHED.add(area.as_pointer())
+        figures = measured[FIGURES]
+        rms, most = (length(context, figures[name]) for name in ("rms", "max"))
+        self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}')
 
 
 def round_up(value):

@@ -20,7 +20,8 @@ from mathutils import Matrix
 from .. import convert
 from ..job import Adjusting, JobOperator, Refused
 from ..preferences import preference
-from ..scene import into_collection, select_only, show_colours, tint
+from ..scene import frame_selected, into_collection, select_only, show_colours, tint
+from ..units import number
 
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
 
@@ -77,6 +78,11 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         ),
         default="AUTO",
     )
+    frame: BoolProperty(
+        name="Frame",
+        description="Turn the 3D views to the imported scans, which may be far smaller or larger than what is seen",
+        default=True,
+    )
     images: EnumProperty(
         name="Images",
         description="What the pixels of images are; a camera's file among the chosen ones makes them depths",
@@ -125,6 +131,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     )
 
     by_hand = False
+    # The last choice of what is up, as far as `check` has seen it.
+    up_before = None
 
     @classmethod
     def poll(cls, context):
@@ -136,7 +144,16 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if Adjusting.handed is not None:
             return self.watch(context)
         self.by_hand = True
+        self.up_before = self.axis_up
         return self.invoke_popup(context)
+
+    def check(self, context):
+        """Forward follows Up when that is chosen: else Blender's dialogs take back a choice of the axis Forward has."""
+        if self.up_before not in (None, self.axis_up):
+            self.axis_forward = {"Y": "-Z", "-Y": "Z"}.get(self.axis_up, "Y")
+            self.up_before = self.axis_up
+            return True
+        return super().check(context)
 
     def draw(self, context):
         """The options beside the file browser."""
@@ -149,6 +166,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         layout.prop(self, "axis_forward")
         layout.prop(self, "axis_up")
         layout.prop(self, "origin")
+        layout.prop(self, "frame")
         header, body = layout.panel("surfrecon_images", default_closed=True)
         header.label(text="Images")
         if body is None:
@@ -216,8 +234,12 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             tint(obj, i)
             show_colours(obj)
         select_only(context, objects)
+        if self.frame:
+            frame_selected(context)
         samples = sum(len(obj.data.vertices) for obj in objects)
-        self.report({"INFO"}, " ".join([f"{len(made)} scans, {samples:,} samples.", *self.scans.notes]))
+        self.report(
+            {"INFO"}, " ".join([f"{number(len(made), 'scan', 'scans')}, {samples:,} samples.", *self.scans.notes])
+        )
 
     def object_of(self, scan, content, factor):
         """The object of a scan, not yet placed, and its matrix."""

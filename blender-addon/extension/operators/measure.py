@@ -8,14 +8,18 @@ from bpy.props import BoolProperty
 
 from .. import convert, surfaces
 from ..job import JobOperator, Refused
+from ..scene import sources_of
+from ..units import length
 from .error_map import ATTRIBUTE, round_up, show
 
 REPORT = "surfrecon_measure"
+# What lies in the selection and has no surface, nor shows instances that have.
+FACELESS = {"LIGHT", "LIGHT_PROBE", "CAMERA", "SPEAKER", "ARMATURE", "LATTICE"}
 FIGURES = ("mean", "rms", "p95", "max", "bias", "reached", "bound")
 
 
 class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
-    """Measure how far the active surface lies from the other selected ones, with a limit that no point of it exceeds"""
+    """Measure how far the active surface is from the others selected, or its sources, with a limit no point exceeds"""
 
     bl_idname = "surfrecon.measure"
     bl_label = "Measure Distance"
@@ -44,7 +48,8 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
     def start(self, context):
         """Gathers both surfaces in the world."""
         active = convert.active(context)
-        others = [obj for obj in context.selected_objects if obj is not active]
+        chosen = [obj for obj in context.selected_objects if obj is not active and obj.type not in FACELESS]
+        others = chosen or sources_of(active)
         if not others:
             raise Refused(f'Select what "{active.name}" is to be measured against as well')
         if active.data.library is not None and self.show_error:
@@ -78,5 +83,6 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             text = "is measured with its modifiers, which make other vertices: apply them to see the error in colours"
             self.report({"WARNING"}, f'"{self.measured}" {text}')
         active[REPORT] = convert.plain(figures)
-        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {there["bound"]:.4g} from {self.against}')
+        bound = length(context, there["bound"])
+        self.report({"INFO"}, f'No point of "{self.measured}" is farther than {bound} from {self.against}')
         return None

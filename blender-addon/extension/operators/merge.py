@@ -8,7 +8,8 @@ import surfrecon
 from .. import convert
 from ..job import JobOperator, Refused, gathered
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
-from ..scene import SCANS, dress, link, select_only
+from ..scene import SCANS, dress, link, put_forward
+from ..units import number
 from .error_map import ATTRIBUTE
 
 REPORT = "surfrecon_report"
@@ -22,7 +23,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
 
     bl_idname = "surfrecon.merge"
     bl_label = "Merge Scans"
-    bl_options = {"UNDO", "PRESET"}
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = MergeOptions.__annotations__ | {
         "measure": bpy.props.BoolProperty(
@@ -41,6 +42,13 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
             cls.poll_message_set("Select the scans to merge")
             return False
         return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        self.draw_options(layout)
+        layout.prop(self, "measure")
 
     def start(self, context):
         """Gathers the selected scans. Options that were not given are those of the sidebar."""
@@ -89,8 +97,8 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         link(context, merged)
         sources = [bpy.data.objects.get(name) for name in self.names]
         dress(merged, sources, context.evaluated_depsgraph_get())
-        select_only(context, [merged])
-        self.report({"INFO"}, f"{len(self.names)} scans merged: {len(mesh.polygons):,} triangles")
+        put_forward(context, [merged], sources)
+        self.report({"INFO"}, f"{number(len(self.names), 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles")
 
 
 def box(scan):

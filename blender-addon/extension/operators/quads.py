@@ -11,7 +11,7 @@ from .. import convert
 from ..job import JobOperator, Refused
 from ..preview import thinned
 from ..properties import given, option
-from ..scene import SCANS, dress, link, scan_behind, select_only
+from ..scene import SCANS, dress, link, put_forward, scan_behind
 from .error_map import show
 
 REPORT = "surfrecon_quads"
@@ -37,6 +37,9 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
+        # The paper's: so many in each tile, not in all.
+        "rows": option(PARAMETERS["rows"], "Rows a tile"),
+        "columns": option(PARAMETERS["columns"], "Columns a tile"),
         "kind": EnumProperty(name="Result", items=KINDS, default="QUADS"),
         "subdivision": IntProperty(
             name="Subdivision",
@@ -119,7 +122,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
-            raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
+            raise Refused(convert.grid_lost(obj))
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         self.image = image
         return surfrecon.Job.adaptive_quads(image, **given(self, PARAMETERS))
@@ -154,15 +157,16 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
                 modifier = made.modifiers.new("Subdivision", "SUBSURF")
                 modifier.levels = modifier.render_levels = self.subdivision
         link(context, made)
+        scan = bpy.data.objects.get(self.scan)
         if self.kind != "SURFACE":
             made.matrix_world = self.pose
-            dress(made, [bpy.data.objects.get(self.scan)], context.evaluated_depsgraph_get())
+            dress(made, [scan], context.evaluated_depsgraph_get())
             if self.show_error:
                 show(made, max(figures["max_error"], 1e-9))
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
-        select_only(context, [made])
+        put_forward(context, [made], [scan])
         self.report(
             {"INFO"},
             f"{result.rows} x {result.columns} vertices, {figures['quads']:,} quads; relative error "

@@ -11,7 +11,7 @@ from .. import convert
 from ..job import JobOperator, Refused, gathered
 from ..kept import Kept, fingerprint
 from ..properties import option, threads
-from ..scene import SCANS, dress, link, select_only
+from ..scene import SCANS, dress, link, put_forward
 
 REPORT = "surfrecon_reconstruct"
 
@@ -89,6 +89,8 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         several = len(objects) > 1
         self.pose = Matrix() if several else objects[0].matrix_world.copy()
         self.names = [obj.name for obj in objects]
+        if self.pose.determinant() == 0:
+            raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
         read = yield from gathered(
             context, objects, lambda obj, depsgraph: convert.points_of_object(obj, depsgraph, several)
         )
@@ -116,8 +118,6 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
             return None
         if context.scene.camera is None:
             raise Refused("The scene has no camera to turn the surface to: add one")
-        if self.pose.determinant() == 0:
-            raise Refused(f'"{self.names[0]}" is flattened by a scale of 0')
         return np.array(self.pose.inverted() @ context.scene.camera.matrix_world.translation, np.float64)
 
     def preview(self, context):
@@ -141,6 +141,6 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         link(context, made)
         sources = [bpy.data.objects.get(name) for name in self.names]
         dress(made, sources, context.evaluated_depsgraph_get())
-        select_only(context, [made])
+        put_forward(context, [made], sources)
         used, points = result.report["used"], result.report["points"]
         self.report({"INFO"}, f"{len(mesh.polygons):,} triangles through {used:,} of {points:,} points")

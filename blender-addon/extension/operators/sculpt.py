@@ -12,7 +12,8 @@ from ..job import JobOperator, Refused
 from ..kept import Kept, fingerprint
 from ..preview import thinned
 from ..properties import description, given, option
-from ..scene import SCANS, dress, link, scan_behind, select_only
+from ..scene import SCANS, dress, link, put_forward, scan_behind
+from ..units import length
 from .error_map import show
 
 REPORT = "surfrecon_sculpt"
@@ -76,7 +77,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
-            raise Refused(f'"{obj.name}" is no longer one vertex a pixel: import the scan again')
+            raise Refused(convert.grid_lost(obj))
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         options = given(self, {name: PARAMETERS[name] for name in MAKING})
         self.image, self.key = image, key_of(image, options)
@@ -105,7 +106,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
             return self.refine(Kept.keep(self.bl_idname, self.key, result))
         self.image = None
         if len(result.mesh.triangles) == 0:
-            raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise the longest edge')
+            raise Refused(f'No neighbouring samples of "{self.scan}" are joined: raise "Edge limit"')
         mesh = convert.mesh_from_result(f"{self.scan} sculpted", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose
@@ -113,13 +114,14 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
         link(context, made)
-        dress(made, [bpy.data.objects.get(self.scan)], context.evaluated_depsgraph_get())
+        scan = bpy.data.objects.get(self.scan)
+        dress(made, [scan], context.evaluated_depsgraph_get())
         if self.show_error:
             show(made, result.tolerance or max(result.max_error, 1e-9))
-        select_only(context, [made])
+        put_forward(context, [made], [scan])
         share = len(mesh.polygons) / max(result.report["full_triangles"], 1)
         self.report(
             {"INFO"},
-            f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {result.max_error:.3g}",
+            f"{len(mesh.polygons):,} triangles, {share:.1%} of all; largest error {length(context, result.max_error)}",
         )
         return None

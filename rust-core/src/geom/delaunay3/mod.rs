@@ -222,7 +222,10 @@ fn bring_simplex_forward(points: &[DVec3], factor: f64, ids: &mut [u32], arithme
     let at = |i: u32| points[i as usize] * factor;
     let found = |name: &str, found: Option<usize>| {
         found.ok_or_else(|| {
-            Error::input(format!("the {} points {name}: a tetrahedralization needs four that do not", points.len()))
+            Error::input(format!(
+                "the {} points {name}, and four must be the corners of a tetrahedron: a flat sheet is triangulated in its plane instead",
+                points.len()
+            ))
         })
     };
     if ids.is_empty() {
