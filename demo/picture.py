@@ -40,7 +40,7 @@ def captions(f):
     closed, left = report["holes"]
     manifold = "manifold" if check["is_manifold"] else "NOT manifold"
     parts = "one component" if check["components"] == 1 else f"{check['components']} components"
-    source = "virtual scans, noisy and slightly mis-registered" if f["virtual"] else "registered range scans"
+    source = "virtual scans, noisy and slightly misplaced" if f["virtual"] else "registered range scans"
     against = "the true surface" if f["virtual"] else "the scans"
     yield (
         f"{f['scans']} scans",

@@ -20,7 +20,7 @@ fn eye(image: &RangeImage) -> Result<DVec3> {
         Projection::Pinhole { .. } | Projection::Spherical { .. } => Ok(DVec3::ZERO),
         Projection::PointGrid(Viewing::From(eye)) => Ok(*eye),
         Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => Err(Error::input(format!(
-            "{}: its rays are parallel; PTX and E57 hold scans seen from a point: write a range-grid PLY",
+            "{}: its rays are parallel, and PTX and E57 hold scans seen from a point: write Stanford range images (.conf)",
             image.name
         ))),
     }
