@@ -21,7 +21,7 @@ def resolution(scene, percent=100.0):
     if rows * columns > MOST_PIXELS:
         raise Refused(f"{rows:,} x {columns:,} pixels are too many: lower the resolution in the output properties")
     if rows < 2 or columns < 2:
-        raise Refused("A scan needs at least 2 x 2 pixels: raise the resolution in the output properties")
+        raise Refused("A scan needs at least 2 x 2 pixels: raise the resolution, here or in the output properties")
     return rows, columns
 
 

@@ -458,7 +458,7 @@ def scan_of_object(obj, depsgraph):
         if len(mesh.polygons) == 0:
             raise Refused(
                 f'"{obj.name}" has neither faces nor the attributes of a range image:'
-                " import scans with File > Import > Range Scans, or make faces of its vertices with Surface from Points"
+                " make a surface of its vertices first, with Surface from Points"
             )
         refuse_unusable(obj, matrix)
         if np.linalg.det(matrix[:3, :3]) == 0:

@@ -7,6 +7,7 @@ from . import convert
 from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
 from .reports import LINES
+from .translations import NAMES, OPERATORS, word
 from .units import length, number
 
 
@@ -16,6 +17,7 @@ class ScansPanel:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Scans"
+    bl_translation_context = NAMES
 
 
 def buttons(layout, *operators):
@@ -37,13 +39,15 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         """The progress, or what the buttons would work on."""
         layout = self.layout
         if Running.job is not None:
-            layout.label(text=Running.title)
+            layout.label(text=Running.title, text_ctxt=OPERATORS)
             layout.progress(factor=Running.fraction, type="BAR", text=Running.text())
             layout.operator("surfrecon.cancel", icon="CANCEL")
             return
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
-        layout.label(text=f"Selected: {number(len(scans), 'scan', 'scans')}, {number(len(others), 'mesh', 'meshes')}")
+        counts = (scans, "scan", "scans"), (others, "mesh", "meshes")
+        texts = [number(len(some), word(one), word(many)) for some, one, many in counts]
+        layout.label(text=f"{word('Selection')}: {', '.join(texts)}", translate=False)
 
 
 class SURFRECON_PT_bring(ScansPanel, bpy.types.Panel):
@@ -103,7 +107,7 @@ class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.label(text="0: measured from the scans", icon="INFO")
+        layout.label(text="0: measured from the scans", text_ctxt=NAMES, icon="INFO")
         context.scene.surfrecon.draw_options(layout)
         layout.prop(context.scene.surfrecon, "threads")
 
@@ -167,7 +171,7 @@ class SURFRECON_PT_error(ScansPanel, bpy.types.Panel):
         split = layout.split(factor=0.5)
         names, values = split.column(), split.column()
         for name in ("mean", "rms", "p95", "max"):
-            names.label(text={"rms": "RMS", "p95": "95 % below"}.get(name, name.capitalize()))
+            names.label(text={"rms": "RMS", "p95": "95 % below"}.get(name, name.capitalize()), text_ctxt=NAMES)
             values.label(text=length(context, figures[name]))
 
 
@@ -190,7 +194,7 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
             split = self.layout.box().split(factor=0.55)
             names, values = split.column(), split.column()
             for what, value in lines(context, obj[name]):
-                names.label(text=what)
+                names.label(text=what, text_ctxt=NAMES)
                 values.label(text=value)
 
 

@@ -7,6 +7,8 @@ import bpy
 import surfrecon
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
+from .translations import in_our_words
+
 UNITS = (
     ("M", "Metres", ""),
     ("CM", "Centimetres", ""),
@@ -76,7 +78,7 @@ def preference(name):
 
 def register():
     """Registers them."""
-    bpy.utils.register_class(SurfreconPreferences)
+    bpy.utils.register_class(in_our_words(SurfreconPreferences))
     surfrecon.set_memory_limit(int(preference("memory") * 1e9) or None)
 
 

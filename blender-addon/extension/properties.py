@@ -9,6 +9,7 @@ import surfrecon
 from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
 
 from .preferences import preference
+from .translations import in_our_words
 
 # Blender's sliders need an end; the library itself has none. Its whole numbers have 31 bits.
 LONGEST = 1e9
@@ -16,7 +17,7 @@ LARGEST = 2**31 - 1
 
 
 # Where the library's name says little to people.
-LABELS = {"min_component_share": "Smallest part"}
+LABELS = {"min_component_share": "Smallest part (share)"}
 
 
 def option(parameter, name=None):
@@ -24,9 +25,9 @@ def option(parameter, name=None):
     words = {"name": name or label(parameter), "description": description(parameter)}
     default = parameter.default or 0
     least = min(parameter.minimum, default)
-    if parameter.unit == "angle" and parameter.minimum_excluded:
+    if parameter.minimum_excluded and default > 0:
         # Sliders have no open ends.
-        least += math.radians(0.1)
+        least += math.radians(0.1) if parameter.unit == "angle" else 1e-6 * default
     if parameter.unit == "count" and parameter.maximum == 1:
         return BoolProperty(default=bool(default), **words)
     if parameter.unit == "count":
@@ -126,7 +127,7 @@ class SurfreconSettings(MergeOptions, bpy.types.PropertyGroup):
 
 def register():
     """Adds the settings to scenes."""
-    bpy.utils.register_class(SurfreconSettings)
+    bpy.utils.register_class(in_our_words(SurfreconSettings))
     bpy.types.Scene.surfrecon = PointerProperty(type=SurfreconSettings)
 
 

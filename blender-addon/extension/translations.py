@@ -9,8 +9,12 @@ what explains an option, and what is said in sentences, stays English.
 
 import bpy
 
-# Blender's own contexts: names of operators, and all else.
-OPERATORS, TEXTS = "Operator", "*"
+# Blender's own contexts: names of operators, and all else. Blender's words win in its contexts ("Triangles" is its verb), so
+# names and figures have one of ours; tooltips can't.
+OPERATORS, TEXTS, NAMES = "Operator", "*", "surfrecon"
+
+# Properties that Blender's helpers make, whose names it has in all its languages.
+BLENDERS = {"axis_forward", "axis_up"}
 
 GERMAN_OPERATORS = {
     "Import Range Scans": "Entfernungsbilder importieren",
@@ -35,7 +39,7 @@ GERMAN_TEXTS = {
     "Import range scans with their grids and poses, one object a scan": "Entfernungsbilder mit ihren Gittern und Lagen importieren, jeder Scan ein Objekt",
     "Export the selected range scans with their grids and poses": "Die ausgewählten Entfernungsbilder mit ihren Gittern und Lagen exportieren",
     "Make a range scan of what the scene's camera sees of the selected objects, so that it can be sculpted": "Aus dem, was die Kamera der Szene von den ausgewählten Objekten sieht, ein Entfernungsbild machen, das geschnitzt werden kann",
-    "Scan the selected objects with the scene's cameras as a real scanner would: with noise and gaps": "Die ausgewählten Objekte mit den Kameras der Szene scannen wie ein echter Scanner: mit Rauschen und Lücken",
+    "Scan the selected objects with the scene's cameras as a real scanner would, with the noise and gaps asked for": "Die ausgewählten Objekte mit den Kameras der Szene scannen wie ein echter Scanner, mit so viel Rauschen und Lücken wie verlangt",
     "Show each scan in a colour of its own in the solid view: overlaps are seen, and how well the scans fit": "Jeden Scan in der soliden Ansicht in eigener Farbe zeigen: man sieht, wo Scans sich überlappen und wie gut sie passen",
     "Remove doubtful samples from the selected scans: small parts that hang on nothing, and low confidence": "Zweifelhafte Messpunkte aus den ausgewählten Scans entfernen: kleine lose Teile und solche geringer Verlässlichkeit",
     "Merge the selected scans, or any selected oriented meshes, into one new surface": "Die ausgewählten Scans, oder beliebige Netze mit einer Außenseite, zu einer neuen Fläche vereinen",
@@ -151,10 +155,16 @@ GERMAN_TEXTS = {
     "Scene units": "Einheiten der Szene",
     "Seed": "Startwert",
     "Selected": "Ausgewählte",
+    "Selection": "Auswahl",
+    "mesh": "Netz",
+    "meshes": "Netze",
+    "scan": "Scan",
+    "scans": "Scans",
     "Show error": "Fehler zeigen",
     "Signed": "Mit Vorzeichen",
     "Simplify borders": "Ränder vereinfachen",
     "Smallest part": "Kleinster Teil",
+    "Smallest part (share)": "Kleinster Teil (Anteil)",
     "Smoothing": "Glättung",
     "Stanford (.conf)": "Stanford (.conf)",
     "Subdivision": "Unterteilung",
@@ -218,8 +228,22 @@ GERMAN_TEXTS = {
 
 LANGUAGES = {
     "de_DE": {(OPERATORS, text): german for text, german in GERMAN_OPERATORS.items()}
-    | {(TEXTS, text): german for text, german in GERMAN_TEXTS.items()},
+    | {(context, text): german for context in (TEXTS, NAMES) for text, german in GERMAN_TEXTS.items()},
 }
+
+
+def in_our_words(cls):
+    """A class whose properties' names are looked up among ours; to be registered."""
+    declared = (item for base in cls.__mro__ for item in vars(base).get("__annotations__", {}).items())
+    for name, prop in declared:
+        if name not in BLENDERS and hasattr(prop, "keywords"):
+            prop.keywords.setdefault("translation_context", NAMES)
+    return cls
+
+
+def word(text):
+    """A name in the language of the interface."""
+    return bpy.app.translations.pgettext_iface(text, NAMES)
 
 
 def register():

@@ -85,8 +85,9 @@ def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
         for prop in (options[parameter.name], operator[parameter.name]):
             assert prop.default == pytest.approx(parameter.default or 0)
             # Sliders have no open ends.
-            open_end = math.radians(0.1) if parameter.unit == "angle" and parameter.minimum_excluded else 0
-            assert prop.hard_min == pytest.approx(parameter.minimum + open_end)
+            open_end = math.radians(0.1) if parameter.unit == "angle" else 1e-6 * (parameter.default or 0)
+            least = parameter.minimum + (open_end if parameter.minimum_excluded else 0)
+            assert prop.hard_min == pytest.approx(least)
             assert prop.hard_max == pytest.approx(min(parameter.maximum, 1e9))
             assert prop.description == extension.properties.description(parameter)
             kind = {"length": "LENGTH", "angle": "ROTATION"}.get(parameter.unit, "NONE")
@@ -118,7 +119,7 @@ def test_a_running_job_shows_progress_and_cancel(panels, extension):
 
 def test_the_report_of_a_result(panels, tmp_path):
     bpy.ops.surfrecon.import_scans(filepath=str(write_set(tmp_path, torus_scans(pixels=60))))
-    assert "Selected: 12 scans, 0 meshes" in draw(panels["running"])
+    assert "Selection: 12 scans, 0 meshes" in draw(panels["running"])
     bpy.ops.surfrecon.merge()
     bpy.context.scene.unit_settings.system = "METRIC"
     texts = draw(panels["report"])

@@ -219,6 +219,7 @@ def names_and_tooltips(extension):
             continue
         texts.add(prop.name)
         texts |= {item.name for item in getattr(prop, "enum_items", ())}
+        assert prop.name in BLENDER_S_OWN or prop.translation_context == extension.translations.NAMES, prop.identifier
     texts.add(bpy.types.Object.bl_rna.properties["surfrecon_level"].name)
     folder = Path(extension.__file__).parent
     for path, pattern in (
@@ -235,7 +236,9 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
     module = extension.translations
     # Pairs that the sidebar shows beside those it yields.
     pairs = {"95 % below", "Largest found", "Max", "Mean", "Of the uniform grid", "RMS", "Relative error"}
-    wanted = {(module.OPERATORS, text) for text in operators_} | {(module.TEXTS, text) for text in texts | pairs}
+    pairs |= {"Selection", "scan", "scans", "mesh", "meshes"}
+    texts = {(context, text) for context in (module.TEXTS, module.NAMES) for text in texts | pairs}
+    wanted = {(module.OPERATORS, text) for text in operators_} | texts
     for language, found in module.LANGUAGES.items():
         assert re.fullmatch(r"[a-z]{2}_[A-Z]{2}", language)
         assert set(found) == wanted, sorted(set(found) ^ wanted)

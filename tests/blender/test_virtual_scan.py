@@ -155,7 +155,7 @@ def test_bad_selections(scene):
     with pytest.raises(RuntimeError, match="There is no visible camera to scan with"):
         bpy.ops.surfrecon.virtual_scan()
     camera_at("Eye", (0, 0, 6), target=(0, 0, 12))
-    with pytest.raises(RuntimeError, match='"Eye" sees nothing of torus: point the camera at it'):
+    with pytest.raises(RuntimeError, match='"Eye" sees nothing of torus: point a camera at it'):
         bpy.ops.surfrecon.reproject()
     with pytest.raises(RuntimeError, match="There is no selected camera"):
         bpy.ops.surfrecon.virtual_scan(cameras="SELECTED")

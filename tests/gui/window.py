@@ -158,6 +158,14 @@ def installing():
     next(region for region in area.regions if region.type == "UI").active_panel_category = "Scans"
     yield 0.5
     picture("1_sidebar")
+    view = bpy.context.preferences.view
+    view.language, view.use_translate_interface = "de_DE", True
+    yield 0.5
+    # Blender's own word for it is that of a command.
+    check("in German our words win over Blender's", extension().translations.word("Triangles") == "Dreiecke")
+    picture("1_sidebar_german")
+    view.language = "en_US"
+    yield 0.5
 
 
 def dropping(folder):

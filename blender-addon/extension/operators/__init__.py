@@ -3,6 +3,7 @@
 
 import bpy
 
+from ..translations import in_our_words
 from . import (
     clean,
     cluster,
@@ -41,7 +42,7 @@ CLASSES = (
 def register():
     """Registers them."""
     for cls in CLASSES:
-        bpy.utils.register_class(cls)
+        bpy.utils.register_class(in_our_words(cls))
     cluster.register()
 
 

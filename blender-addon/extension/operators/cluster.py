@@ -16,6 +16,7 @@ from ..kept import Kept, fingerprint
 from ..preview import coarse
 from ..properties import LARGEST, description, option, threads
 from ..scene import SCANS, dress, link, put_forward
+from ..translations import NAMES
 
 REPORT = "surfrecon_cluster"
 
@@ -228,6 +229,7 @@ def register():
     bpy.types.Object.surfrecon_levels = CollectionProperty(type=Level)
     bpy.types.Object.surfrecon_level = IntProperty(
         name="Level",
+        translation_context=NAMES,
         description="Which of the levels of detail the object shows: 0 is the finest",
         min=0,
         max=15,

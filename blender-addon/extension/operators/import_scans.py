@@ -21,6 +21,7 @@ from .. import convert
 from ..job import Adjusting, JobOperator, Refused
 from ..preferences import preference
 from ..scene import frame_selected, into_collection, select_only, show_colours, tint
+from ..translations import NAMES
 from ..units import number
 
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
@@ -168,7 +169,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         layout.prop(self, "origin")
         layout.prop(self, "frame")
         header, body = layout.panel("surfrecon_images", default_closed=True)
-        header.label(text="Images")
+        header.label(text="Images", text_ctxt=NAMES)
         if body is None:
             return
         body.prop(self, "images")

@@ -77,8 +77,11 @@ class ScanOperator(JobOperator):
         self.rough = None
         seen = [(name, image) for name, image in zip(self.names, images, strict=True) if image.valid.any()]
         if not seen:
-            names = ", ".join(f'"{name}"' for name in self.names[:3])
-            raise Refused(f"{names} sees nothing of {self.subject}: point the camera at it, or raise the resolution")
+            who = f'"{self.names[0]}" sees nothing'
+            if len(self.names) > 1:
+                who = f"None of the {len(self.names)} cameras sees anything"
+            what = "point a camera at it, raise the resolution or the largest range, or lower the dropouts"
+            raise Refused(f"{who} of {self.subject}: {what}")
         made = []
         for name, image in seen:
             obj = convert.object_from_range_image(f"{name} scan", image, 1.0, self.faces)
@@ -115,7 +118,7 @@ class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
 
 
 class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
-    """Scan the selected objects with the scene's cameras as a real scanner would: with noise and gaps"""
+    """Scan the selected objects with the scene's cameras as a real scanner would, with the noise and gaps asked for"""
 
     bl_idname = "surfrecon.virtual_scan"
     bl_label = "Virtual Scan"
