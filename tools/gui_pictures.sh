@@ -12,7 +12,7 @@ for picture, name in (
     ("2_import_dialog", "import"),
     ("3_scans", "scans"),
     ("5_preview", "merging"),
-    ("9_error_map_solid", "error"),
+    ("8_error_map", "error"),
     ("6_adjust", "adjust"),
 ):
     with Image.open(f"out/gui/{picture}.png") as window:

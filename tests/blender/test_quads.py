@@ -68,7 +68,10 @@ def test_triangles_take_the_better_diagonal_and_keep_the_figures(scan):
     assert len(cut.data.vertices) == len(quads.data.vertices) and "UVMap" in cut.data.uv_layers
     material = cut.material_slots[0].material
     limit = material.node_tree.nodes["Error range"].inputs["From Max"].default_value
-    assert limit == pytest.approx(cut["surfrecon_quads"]["max_error"])
+    # A jump that a quad spans does not make all others look alike.
+    errors = np.empty(len(quads.data.polygons), np.float32)
+    quads.data.attributes["error"].data.foreach_get("value", errors)
+    assert np.quantile(errors, 0.95) <= limit <= 2.5 * np.quantile(errors, 0.95)
 
 
 def test_a_wanted_error_chooses_the_size(scan):

@@ -12,7 +12,7 @@ from ..job import JobOperator, Refused
 from ..preview import thinned
 from ..properties import given, option
 from ..scene import SCANS, dress, link, put_forward, scan_behind
-from .error_map import show
+from .error_map import round_up, show
 
 REPORT = "surfrecon_quads"
 
@@ -162,7 +162,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             made.matrix_world = self.pose
             dress(made, [scan], context.evaluated_depsgraph_get())
             if self.show_error:
-                show(made, max(figures["max_error"], 1e-9))
+                show(made, round_up(np.quantile(result.face_attributes["error"], 0.95)))
         made.matrix_world = self.pose
         made[REPORT] = convert.plain(figures)
         made[SCANS] = self.scan
