@@ -78,7 +78,16 @@ def put_forward(context, objects, sources):
     # Scripts without a window have nothing to see, and may go on with the sources.
     if preference("hide_sources") and not bpy.app.background:
         hide(context, sources)
+    into_local_views(context, objects)
     select_only(context, objects)
+
+
+def into_local_views(context, objects):
+    """Shows new objects in the views that show a few objects alone, too."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type == "VIEW_3D" and area.spaces.active.local_view is not None:
+            for obj in objects:
+                obj.local_view_set(area.spaces.active, True)
 
 
 def hide(context, objects):

@@ -414,10 +414,17 @@ def scanning():
         made = bpy.context.view_layer.objects.active
         seen = extension().convert.is_range_image(made) and len(made.data.vertices) > 1000
         check(f"{made.name} sees {len(made.data.vertices):,} samples", seen)
+    run(bpy.ops.view3d.localview, "INVOKE_DEFAULT")
+    yield 0.5
     run(bpy.ops.surfrecon.quads, rows=40, columns=40)
     yield from until(lambda: running.job is None)
     yield 0.3
     made = bpy.context.view_layer.objects.active
+    space = place()["area"].spaces.active
+    # Only the evaluated object knows.
+    drawn = made.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    check("a result is seen in the local view of its source", space.local_view and drawn.visible_in_viewport_get(space))
+    run(bpy.ops.view3d.localview, "INVOKE_DEFAULT")
     quads = len(made.data.polygons)
     check(f"a quad grid has {quads:,} quads", quads > 100 and all(len(f.vertices) == 4 for f in made.data.polygons))
 
