@@ -45,6 +45,9 @@ pub const INFINITE: u32 = u32::MAX;
 const TICK: usize = 256;
 /// Points a thread should have to insert for threads to be worth their start, and present before they can.
 const PARALLEL: usize = 2048;
+/// Times that points are handed to the threads before one thread takes what is left. Points of a surface, whose cells
+/// span the space beside it, need most of them.
+const PASSES: usize = 8;
 
 /// A tetrahedron, or one with the vertex at infinity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -325,9 +328,16 @@ impl<'a, 'p> Build<'a, 'p> {
                 continue;
             }
             let mut ids: Vec<u32> = round.collect();
-            for pass in 0..2 {
-                if ids.len() > PARALLEL * threads {
-                    ids = self.insert_in_parallel(ids, threads, pass)?;
+            let mut axis = 0;
+            for _ in 0..PASSES {
+                if ids.len() <= PARALLEL * threads {
+                    break;
+                }
+                let before = ids.len();
+                ids = self.insert_in_parallel(ids, threads, axis)?;
+                // Cut again like that, as many would be put off again.
+                if ids.len() > before / 5 * 4 {
+                    axis += 1;
                 }
             }
             self.insert_in_turn(ids.into_iter())?;
@@ -363,10 +373,10 @@ impl<'a, 'p> Build<'a, 'p> {
     }
 
     /// Inserts what threads can insert each in a block of its own; returns the rest.
-    fn insert_in_parallel(&mut self, ids: Vec<u32>, threads: usize, pass: usize) -> Result<Vec<u32>> {
+    fn insert_in_parallel(&mut self, ids: Vec<u32>, threads: usize, axis: usize) -> Result<Vec<u32>> {
         /// Points inserted one after the other in search of a cell that lies in a thread's block.
         const TRIES: usize = 64;
-        let blocks = blocks(self.signs.points, &ids, threads, pass);
+        let blocks = blocks(self.signs.points, &ids, threads, axis);
         let mut workers: Vec<(Block, Inserter, usize)> = Vec::new();
         let mut put_off = Vec::new();
         for block in blocks {

@@ -2,8 +2,8 @@
 //!
 //! A thread inserts a point only if every cell it would change has all its vertices in the thread's own region. Then no
 //! two threads write to one cell: a cell outside of a cavity whose neighbour changes shares three vertices with it, so
-//! at most one vertex of it is foreign, and no other thread can reach it. What can't be inserted is put off: to a second
-//! pass with other regions, then to one thread. The tetrahedralization of a set of points is unique, so the outcome
+//! at most one vertex of it is foreign, and no other thread can reach it. What can't be inserted is put off: to passes
+//! with other regions, then to one thread. The tetrahedralization of a set of points is unique, so the outcome
 //! does not depend on who inserted what when.
 
 use glam::DVec3;
@@ -50,29 +50,30 @@ impl Region for Block {
     }
 }
 
-/// Cuts space into `count` blocks with about equally many of the points in each, the longer sides of what is left being
-/// cut first; from pass to pass along another axis.
-pub(super) fn blocks(points: &[DVec3], ids: &[u32], count: usize, pass: usize) -> Vec<Block> {
+/// Cuts space into `count` blocks with about equally many of the points in each, across the axis along which they are spread
+/// most (`axis` 0), or second or third most. Points that were put off lie around the last cut, so the next is another one.
+pub(super) fn blocks(points: &[DVec3], ids: &[u32], count: usize, axis: usize) -> Vec<Block> {
     /// Points looked at to find a median.
     const SAMPLE: usize = 4096;
     let step = (ids.len() / SAMPLE).max(1);
     let mut sample: Vec<DVec3> = ids.iter().step_by(step).map(|&i| points[i as usize]).collect();
     let mut blocks = Vec::with_capacity(count);
-    cut(&mut sample, Block::everywhere(), count, pass, &mut blocks);
+    cut(&mut sample, Block::everywhere(), count, axis, &mut blocks);
     blocks
 }
 
-fn cut(sample: &mut [DVec3], block: Block, count: usize, pass: usize, blocks: &mut Vec<Block>) {
+fn cut(sample: &mut [DVec3], block: Block, count: usize, axis: usize, blocks: &mut Vec<Block>) {
     if count <= 1 || sample.len() < 2 {
         blocks.push(block);
         return;
     }
-    let low = sample.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-    let high = sample.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let share = (sample.len() as f64).recip();
+    let middle = sample.iter().map(|&p| p * share).sum::<DVec3>();
+    let spread = sample.iter().map(|&p| (p - middle).abs() * share).sum::<DVec3>();
     let mut axes = [0, 1, 2];
-    axes.sort_by(|&a, &b| (high - low)[b].total_cmp(&(high - low)[a]));
-    let mut axis = axes[pass % 3];
-    if high[axis] == low[axis] {
+    axes.sort_by(|&a, &b| spread[b].total_cmp(&spread[a]));
+    let mut axis = axes[axis % 3];
+    if spread[axis] == 0.0 {
         axis = axes[0];
     }
     let half = count / 2;
@@ -83,6 +84,6 @@ fn cut(sample: &mut [DVec3], block: Block, count: usize, pass: usize, blocks: &m
     below.high[axis] = border;
     above.low[axis] = border;
     let (left, right) = sample.split_at_mut(middle);
-    cut(left, below, half, pass, blocks);
-    cut(right, above, count - half, pass, blocks);
+    cut(left, below, half, axis, blocks);
+    cut(right, above, count - half, axis, blocks);
 }
