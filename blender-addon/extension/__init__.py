@@ -7,10 +7,11 @@
 | properties | options of the operators and the sidebar, made from the library's parameter table |
 | operators | a file each: bring in, look, clean, merge, reduce, measure, export |
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
-| job, preview | a long call of the library as a modal operator: thread, progress, cancel; a rough picture meanwhile |
-| kept | what an operator needs again when it is adjusted |
+| job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
+| adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
 | convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras as scanners |
 | scene | results in the scene: collections, selection, colours, materials |
+| words | lengths, numbers, times and errors as people read them |
 | presets, translations | options saved under names; other languages |
 """
 

@@ -7,7 +7,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .job import Refused
+from .running import Refused
 
 # Pixels of one image; more are a slip of the render settings.
 MOST_PIXELS = 2**28

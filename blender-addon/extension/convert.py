@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .job import Refused
+from .running import Refused
 
 ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_projection", "range_parameters"
 

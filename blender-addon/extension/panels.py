@@ -4,11 +4,11 @@
 import bpy
 
 from . import convert
-from .job import Running
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
 from .reports import LINES
+from .running import Running
 from .translations import NAMES, OPERATORS, word
-from .units import length, number
+from .words import length, number
 
 
 class ScansPanel:

@@ -10,7 +10,7 @@ from .operators.merge import REPORT
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
-from .units import length
+from .words import length
 
 
 def sculpt_lines(context, figures):

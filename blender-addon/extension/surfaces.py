@@ -5,7 +5,7 @@ import numpy as np
 import surfrecon
 
 from . import convert
-from .job import Refused
+from .running import Refused
 
 SURFACES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 

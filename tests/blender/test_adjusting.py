@@ -82,26 +82,26 @@ def test_a_merge_measures_itself(tmp_path):
 
 
 def test_a_task_is_a_job(extension):
-    job = extension.job
+    jobs = extension.running
 
     def slow(note):
         for k in range(1000):
             note(k / 1000)
             time.sleep(0.002)
 
-    running = job.Task("slow", slow)
+    running = jobs.Task("slow", slow)
     running.cancel()
     with pytest.raises(surfrecon.Cancelled):
         running.result()
     assert running.done() and running.progress()[1] < 1
-    assert job.Task("quick", lambda note: 7).result() == 7
-    with pytest.raises(job.Refused, match="why"):
-        job.Task("wrong", fail).result()
+    assert jobs.Task("quick", lambda note: 7).result() == 7
+    with pytest.raises(jobs.Refused, match="why"):
+        jobs.Task("wrong", fail).result()
 
 
 def fail(note):
     note(0)
-    raise import_module("bl_ext.user_default.surfrecon.job").Refused("why")
+    raise import_module("bl_ext.user_default.surfrecon.running").Refused("why")
 
 
 def test_a_coarse_surface_keeps_the_shape(extension):

@@ -103,8 +103,8 @@ def test_a_stopped_operator_changes_nothing(call, extension, monkeypatch, name, 
 @pytest.mark.parametrize("name", ["merge", "error_map"])
 def test_objects_are_read_one_by_one_and_may_vanish_meanwhile(call, extension, monkeypatch, name):
     """Between two objects the window lives: here one that is still to be read is removed."""
-    read = extension.job.Gathering.read
-    monkeypatch.setattr(extension.job, "READING_SECONDS", 0)
+    read = extension.running.Gathering.read
+    monkeypatch.setattr(extension.running, "READING_SECONDS", 0)
     removed = []
 
     def looked(self):
@@ -113,7 +113,7 @@ def test_objects_are_read_one_by_one_and_may_vanish_meanwhile(call, extension, m
             bpy.data.objects.remove(bpy.context.selected_objects[-1])
         return read(self)
 
-    monkeypatch.setattr(extension.job.Gathering, "read", looked)
+    monkeypatch.setattr(extension.running.Gathering, "read", looked)
     with pytest.raises(RuntimeError, match="meanwhile: try again"):
         call(name)
     assert removed and extension.job.Running.job is None

@@ -162,7 +162,7 @@ def test_a_preview_is_shaded_triangles(extension):
 
 
 def test_times_are_told_as_people_do(extension):
-    duration = extension.job.duration
+    duration = extension.words.duration
     assert [duration(x) for x in (0.2, 59.6, 99, 150, 7300)] == ["1 s", "60 s", "99 s", "3 min", "2 h 2 min"]
 
 
@@ -171,7 +171,7 @@ def test_several_surfaces_and_none(extension):
 
     surfaces = extension.surfaces
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    with raises(extension.job.Refused, match="has no faces"):
+    with raises(extension.running.Refused, match="has no faces"):
         surfaces.surface_of([], depsgraph)
     add_mesh("a", torus(10))
     add_mesh("b", torus(12))

@@ -6,7 +6,8 @@ import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
 from .. import convert
-from ..job import JobOperator, Refused, Task
+from ..job import JobOperator
+from ..running import Refused, Task
 
 REPORT = "surfrecon_clean"
 

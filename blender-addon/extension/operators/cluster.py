@@ -11,10 +11,11 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntPropert
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Known, Refused, Task
+from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
 from ..properties import LARGEST, description, option, threads
+from ..running import Known, Refused, Task
 from ..scene import SCANS, dress, link, put_forward
 from ..translations import NAMES
 

@@ -6,9 +6,10 @@ import numpy as np
 import surfrecon
 
 from .. import convert
-from ..job import JobOperator, Refused, gathered
+from ..job import JobOperator
+from ..running import Refused, gathered
 from ..scene import material_of_nodes, sources_of
-from ..units import length
+from ..words import length
 
 ATTRIBUTE, FIGURES, COLOURS = "error", "surfrecon_error", "error_colour"
 # Views that the error map has switched from the solid view, which shows no materials.

@@ -10,7 +10,9 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
 from .. import convert
-from ..job import Refused, refuse_no_numbers, sentence
+from ..job import refuse_no_numbers
+from ..running import Refused
+from ..words import sentence
 
 FORMATS = (
     ("CONF", "Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),

@@ -18,11 +18,13 @@ from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helpe
 from mathutils import Matrix
 
 from .. import convert
-from ..job import Adjusting, JobOperator, Refused
+from ..adjusting import Adjusting
+from ..job import JobOperator
 from ..preferences import preference
+from ..running import Refused
 from ..scene import frame_selected, into_collection, select_only, show_colours, tint
 from ..translations import NAMES
-from ..units import number
+from ..words import number
 
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
 

@@ -7,9 +7,10 @@ import surfrecon
 from bpy.props import BoolProperty
 
 from .. import convert, surfaces
-from ..job import JobOperator, Refused
+from ..job import JobOperator
+from ..running import Refused
 from ..scene import sources_of
-from ..units import length
+from ..words import length
 from .error_map import ATTRIBUTE, round_up, show
 
 REPORT = "surfrecon_measure"

@@ -6,10 +6,11 @@ import numpy as np
 import surfrecon
 
 from .. import convert
-from ..job import JobOperator, Refused, gathered
+from ..job import JobOperator
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
+from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
-from ..units import number
+from ..words import number
 from .error_map import ATTRIBUTE
 
 REPORT = "surfrecon_report"

@@ -8,9 +8,10 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator
 from ..preview import thinned
 from ..properties import given, option
+from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
 from .error_map import round_up, show
 

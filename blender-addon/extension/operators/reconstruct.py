@@ -8,9 +8,10 @@ from bpy.props import BoolProperty, EnumProperty
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused, gathered
+from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..properties import option, threads
+from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
 
 REPORT = "surfrecon_reconstruct"

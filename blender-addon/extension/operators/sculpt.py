@@ -8,12 +8,13 @@ from bpy.props import BoolProperty, FloatProperty
 from mathutils import Matrix
 
 from .. import convert
-from ..job import JobOperator, Refused
+from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
 from ..properties import description, given, option
+from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
-from ..units import length
+from ..words import length
 from .error_map import show
 
 REPORT = "surfrecon_sculpt"

@@ -8,9 +8,10 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty
 from mathutils import Matrix
 
 from .. import cameras, convert, surfaces
-from ..job import JobOperator, Refused
+from ..job import JobOperator
 from ..preview import PIXELS
 from ..properties import given, option
+from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Jobs: what runs while the window lives. Those of the library (`surfrecon.Job`), and what stands for one here."""
+
+import threading
+import time
+
+import bpy
+import surfrecon
+
+from .words import duration
+
+# Estimates of the time left are worth nothing before.
+SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
+
+# Objects are read for no longer than this between two events of the window.
+READING_SECONDS = 0.03
+
+
+class Refused(Exception):
+    """What the user selected can't be used; the text is one sentence that says why and what to do."""
+
+
+class Gathering:
+    """Stands for the job until its objects are read, which begins once the first progress has been drawn."""
+
+    looked_at, share, steps = 0, 0.0, None
+
+    def progress(self):
+        """The share of the objects that is read."""
+        return "Reading the objects", self.share
+
+    def read(self):
+        """Reads on for a moment; returns the job once all is read, else `None`."""
+        end = time.monotonic() + READING_SECONDS
+        while True:
+            try:
+                self.share = next(self.steps)
+            except StopIteration as all_read:
+                return all_read.value
+            if time.monotonic() > end:
+                return None
+
+    def done(self):
+        """Never: the real job takes its place."""
+        return False
+
+    def cancel(self):
+        """There is nothing to stop."""
+
+    def drawn(self):
+        """Whether the window was drawn since: Blender draws between two events of the timer."""
+        self.looked_at += 1
+        return self.looked_at > 1
+
+
+def gathered(context, objects, read):
+    """`read(object, depsgraph)` of each object, as a list. A generator, for `start`, that yields the share done.
+
+    The user may work on meanwhile, so objects are known by their names and looked up when their turn comes.
+    """
+    keys = [(obj.name, obj.library.filepath if obj.library is not None else None) for obj in objects]
+    found = []
+    for k, key in enumerate(keys):
+        yield k / len(keys)
+        obj = bpy.data.objects.get(key)
+        if obj is None:
+            raise Refused(f'"{key[0]}" was removed meanwhile: try again')
+        found.append(read(obj, context.evaluated_depsgraph_get()))
+    return found
+
+
+class Task:
+    """A Python function as a job, for what needs arrays and nothing of Blender: `function(fraction)` returns the result
+    and calls `fraction(share done)` now and then, which raises `surfrecon.Cancelled` once it is to stop.
+    """
+
+    def __init__(self, title, function):
+        self.title, self.share, self.stopped = title, 0.0, False
+        self.value = self.problem = None
+        self.thread = threading.Thread(target=self._run, args=(function,), daemon=True)
+        self.thread.start()
+
+    def _run(self, function):
+        try:
+            self.value = function(self._note)
+        except Exception as problem:  # of another thread: raised again where the result is asked for
+            self.problem = problem
+
+    def _note(self, share):
+        self.share = share
+        if self.stopped:
+            raise surfrecon.Cancelled("cancelled")
+
+    def progress(self):
+        """Title and share done."""
+        return self.title, self.share
+
+    def done(self):
+        """Whether it has ended."""
+        return not self.thread.is_alive()
+
+    def cancel(self):
+        """Asks it to stop."""
+        self.stopped = True
+
+    def result(self):
+        """What the function returned; raises what it raised."""
+        self.thread.join()
+        if self.stopped:
+            raise surfrecon.Cancelled("cancelled")
+        if self.problem is not None:
+            raise self.problem
+        return self.value
+
+
+class Known:
+    """A result that is at hand already, as a job."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def progress(self):
+        """All is done."""
+        return "", 1.0
+
+    def done(self):
+        """It is."""
+        return True
+
+    def cancel(self):
+        """Too late."""
+
+    def result(self):
+        """The result."""
+        return self.value
+
+
+class Running:
+    """The one job that may run at a time, for the panel to show."""
+
+    job = None
+    title = ""
+    stage = ""
+    fraction = 0.0
+    started = 0.0
+    # When the job was asked to stop, if it was.
+    stopped = None
+    # Whether it has ended and its result can't come into the scene yet.
+    waiting = False
+
+    @classmethod
+    def begin(cls, job, title):
+        """Takes a started job."""
+        cls.job, cls.title, cls.stage, cls.fraction = job, title, "", 0.0
+        cls.started, cls.stopped, cls.waiting = time.monotonic(), None, False
+
+    @classmethod
+    def ended(cls):
+        """Notes the progress and tells whether the work has ended."""
+        cls.stage, cls.fraction = cls.job.progress()
+        return cls.job.done()
+
+    @classmethod
+    def seconds(cls):
+        """Since the job began."""
+        return time.monotonic() - cls.started
+
+    @classmethod
+    def seconds_left(cls):
+        """An estimate, or `None` as long as there is none."""
+        if cls.seconds() < SETTLED_SECONDS or cls.fraction < SETTLED_SHARE:
+            return None
+        return cls.seconds() * (1 - cls.fraction) / cls.fraction
+
+    @classmethod
+    def text(cls):
+        """Stage, share done and time left, for people."""
+        if cls.stopped is not None:
+            return "stopping"
+        if cls.waiting:
+            return "Switch to Object Mode to get the result"
+        left = cls.seconds_left()
+        return f"{cls.stage} {cls.fraction:.0%}" + (f", {duration(left)} left" if left is not None else "")
+
+    @classmethod
+    def stop(cls):
+        """Asks the job to stop, which it does within a tenth of a second; who watches it does the rest."""
+        cls.job.cancel()
+        cls.stopped = time.monotonic()
+
+    @classmethod
+    def wait(cls, seconds):
+        """Until the job has ended, but no longer than that."""
+        end = time.monotonic() + seconds
+        while not cls.job.done() and time.monotonic() < end:
+            time.sleep(0.002)
+
+    @classmethod
+    def take(cls):
+        """The job, which no longer counts as running."""
+        job, cls.job = cls.job, None
+        return job
+
+    @classmethod
+    def cancel(cls):
+        """Cancels the job, if there is one, and forgets it."""
+        if cls.job is not None:
+            cls.take().cancel()
