@@ -78,6 +78,14 @@ impl Error {
 /// A number as people read it: very large and very small ones with a power of ten, not with hundreds of digits.
 pub(crate) struct Shown(pub f64);
 
+impl Shown {
+    /// Rounded to so many digits.
+    pub fn digits(x: f64, digits: usize) -> Self {
+        // Through text: a quotient by a power of ten would show its rounding.
+        Shown(format!("{x:.*e}", digits - 1).parse().unwrap_or(x))
+    }
+}
+
 impl std::fmt::Display for Shown {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Shown(x) = *self;
@@ -99,5 +107,7 @@ mod tests {
         let shown = [0.0, 0.5, -12345.678, 1e-9, 1e300, -2.5e-300, f64::NAN, f64::from(0.1_f32), 16_777_217.0]
             .map(|x| Shown(x).to_string());
         assert_eq!(shown, ["0", "0.5", "-12345.678", "1e-9", "1e300", "-2.5e-300", "NaN", "0.1", "16777217"]);
+        assert_eq!(Shown::digits(0.048_858_845_389_326_65, 4).to_string(), "0.04886");
+        assert_eq!(Shown::digits(1_234_567.0, 2).to_string(), "1200000");
     }
 }

@@ -50,14 +50,9 @@ impl Budget {
             Shown(self.voxel),
             size(needed),
             size(available),
-            two_digits(fits)
+            Shown::digits(fits, 2)
         )))
     }
-}
-
-fn two_digits(x: f64) -> Shown {
-    // Through text: a quotient by a power of ten would show its rounding.
-    Shown(format!("{x:.1e}").parse().unwrap_or(x))
 }
 
 /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells.

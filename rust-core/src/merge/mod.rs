@@ -353,15 +353,8 @@ fn refuse_nothing(surface: &reconstruct::Surface, voxel: f64) -> Result<()> {
     }
     Err(Error::input(format!(
         "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
-        Shown(rounded_down(voxel))
+        Shown::digits(voxel, 4)
     )))
-}
-
-/// A length cut to four digits, for people.
-fn rounded_down(length: f64) -> f64 {
-    let decimals = 3 - length.abs().log10().floor() as i32;
-    let step = 10_f64.powi(decimals.abs());
-    if decimals > 0 { (length * step).floor() / step } else { (length / step).floor() * step }
 }
 
 /// What stage 1 found in all scans.
