@@ -18,11 +18,12 @@ def image():
 
 def test_every_sample_is_within_the_tolerance(image):
     result = surfrecon.sculpt(image, tolerance=0.01)
-    assert 0 < result.max_error <= 0.01 * (1 + 1e-9) and result.tolerance == 0.01
+    assert 0 < result.max_error <= result.max_error_single and result.max_error <= result.tolerance == 0.01
     errors = result.error_image
     assert errors.shape == (90, 120) and errors.dtype == np.float32
     assert np.array_equal(np.isnan(errors), ~image.valid)
-    assert np.float32(result.max_error) == np.nanmax(np.abs(errors)) == np.abs(errors[result.worst_pixel])
+    worst = np.abs(errors[result.worst_pixel])
+    assert result.max_error <= worst == np.nanmax(np.abs(errors)) <= 0.01  # rounded up, and still within
     assert result.rms_error < result.p95_error < result.max_error
     report = result.report
     assert report["triangles"] == len(result.mesh.triangles) < 0.2 * report["full_triangles"]
@@ -31,7 +32,7 @@ def test_every_sample_is_within_the_tolerance(image):
     assert check["is_manifold"] and check["boundary_loops"] == 2
     rows, cols = result.mesh.vertex_attributes["range_row"], result.mesh.vertex_attributes["range_col"]
     assert np.array_equal(result.mesh.positions, image.points[rows, cols])
-    assert result.mesh.face_attributes["error"].max() == np.float32(result.max_error)
+    assert result.mesh.face_attributes["error"].max() == worst
 
 
 def test_a_sculptor_gives_what_a_single_call_gives(image):
@@ -42,7 +43,7 @@ def test_a_sculptor_gives_what_a_single_call_gives(image):
     assert np.isclose(coarse.tolerance, 0.05 * sculptor.depth_extent)
     assert np.array_equal(coarse.mesh.triangles, surfrecon.sculpt(image, relative_tolerance=0.05).mesh.triangles)
     few = sculptor.at_most(300)
-    assert 200 < len(few.mesh.triangles) <= 300 and few.max_error <= few.tolerance * (1 + 1e-9)
+    assert 200 < len(few.mesh.triangles) <= 300 and few.max_error <= few.tolerance
     with pytest.raises(surfrecon.InputError, match="at most 3 triangles are asked for"):
         sculptor.at_most(3)
     levels = sculptor.levels([0.001, 0.01, 0.1])

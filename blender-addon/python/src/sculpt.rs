@@ -309,6 +309,14 @@ impl Sculpted {
         self.core.certificate.max_error
     }
 
+    /// No sample lies farther from the mesh once its coordinates are rounded to single precision, as Blender, STL and glTF
+    /// hold them. ``Mesh.write`` takes double precision where single precision would break the tolerance and the format
+    /// has it (PLY, OBJ).
+    #[getter]
+    fn max_error_single(&self) -> f64 {
+        self.core.certificate.max_error_single
+    }
+
     /// Root of the mean square of the distances.
     #[getter]
     fn rms_error(&self) -> f64 {
@@ -327,8 +335,8 @@ impl Sculpted {
         self.core.certificate.worst_pixel.map(Into::into)
     }
 
-    /// (rows, cols) float32: signed distance a pixel, positive where the mesh lies behind the sample; NaN where there is
-    /// no mesh. Newly copied.
+    /// (rows, cols) float32: signed distance a pixel, positive where the mesh lies behind the sample, rounded away from 0; NaN
+    /// where there is no mesh. Newly copied.
     #[getter]
     fn error_image<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let errors = numpy::PyArray1::from_slice(py, &self.core.certificate.error_image);

@@ -30,6 +30,10 @@ pub struct TriMesh {
     pub vertex_attributes: Vec<Attribute>,
     /// One entry a triangle each.
     pub face_attributes: Vec<Attribute>,
+    /// How far each vertex may be moved by rounding its coordinates without breaking what was certified of the mesh, in the
+    /// unit of the coordinates; `None` where nothing was. Files that can hold double precision do where single precision
+    /// would move a vertex farther.
+    pub rounding_room: Option<f64>,
 }
 
 /// A named attribute. Names in use: `colour` (sRGB with straight alpha), `confidence`, `intensity`, `error` (world units),
@@ -134,6 +138,11 @@ impl TriMesh {
     /// Corners of triangle `t`.
     pub fn corners(&self, t: usize) -> [DVec3; 3] {
         self.triangles[t].map(|v| self.positions[v as usize])
+    }
+
+    /// How far single precision moves the vertex that it moves farthest; 0 where it holds all coordinates.
+    pub fn single_rounding(&self) -> f64 {
+        self.positions.iter().map(|p| p.distance(p.as_vec3().as_dvec3())).fold(0.0, f64::max)
     }
 
     /// Median length of the edges, 0 without triangles.

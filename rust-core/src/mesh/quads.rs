@@ -66,6 +66,7 @@ impl QuadMesh {
             triangles: triangles.collect(),
             vertex_attributes: self.vertex_attributes.clone(),
             face_attributes: self.face_attributes.iter().map(|a| a.gather(&twice)).collect(),
+            rounding_room: None,
         }
     }
 }

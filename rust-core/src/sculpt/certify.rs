@@ -12,10 +12,26 @@ use crate::progress::{Pace, Progress};
 use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 
 /// Distances between samples and mesh along the samples' rays, in world units.
+///
+/// # The error of a sample
+/// It is computed in double precision, and no other way:
+///
+/// * A sample that is a vertex of the triangle, coordinate by coordinate, has error 0.
+/// * On a lattice, let `w_i` be twice the area, in pixels, of the triangle that a pixel makes with the edge across from
+///   corner `i`, and `w` their sum: whole numbers, so exact. Of an orthographic image of heights `h` the error is
+///   `sum w_i (h - h_i) / w`; of a pinhole image of depths `d` along the optical axis it is `(w / sum (w_i / d_i) - d) s`,
+///   where `s` is the length of the ray by depth. As no `w_i` is negative, rounding is at most a few units in the last
+///   place of the largest `h - h_i`, or of the range.
+/// * Elsewhere it is the distance from the sample, along its ray, to the triangle that the ray meets.
+///
+/// Errors in single precision are rounded up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Certificate {
     /// Largest distance.
     pub max_error: f64,
+    /// No sample lies farther from the mesh once its coordinates are rounded to single precision, as some hosts and files
+    /// hold them: [`Certificate::max_error`] and what rounding may add.
+    pub max_error_single: f64,
     /// Root of the mean square.
     pub rms_error: f64,
     /// 95 % of the samples lie at most this far from the mesh.
@@ -25,9 +41,33 @@ pub struct Certificate {
     /// Samples whose rays meet the mesh.
     pub covered: usize,
     /// Signed distance a pixel, row by row: positive where the mesh lies behind the sample; NaN where no ray meets it.
+    /// Rounded away from 0.
     pub error_image: Vec<f32>,
-    /// Largest distance of the samples whose rays meet each triangle.
+    /// Largest distance of the samples whose rays meet each triangle, rounded up.
     pub face_errors: Vec<f32>,
+    /// How far, at most, the mesh moves along a ray by what it moves anywhere: 1 by the cosine between ray and normal of its
+    /// steepest triangle.
+    pub steepness: f64,
+}
+
+/// What was measured of each pixel and triangle.
+pub(super) struct Measured {
+    /// Signed distance a pixel, NaN where no ray meets the mesh.
+    pub errors: Vec<f64>,
+    /// Largest distance of each triangle, rounded up.
+    face_errors: Vec<f32>,
+}
+
+/// In single precision, away from 0.
+fn round_up(x: f64) -> f32 {
+    let single = x as f32;
+    if f64::from(single).abs() >= x.abs() || x.is_nan() {
+        single
+    } else if x > 0.0 {
+        single.next_up()
+    } else {
+        single.next_down()
+    }
 }
 
 /// Measures a mesh in the sensor's frame against the image it came from.
@@ -47,27 +87,29 @@ pub struct Certificate {
 /// [`crate::Error::Cancelled`]; a mesh that is not finite or names vertices it doesn't have.
 pub fn certify(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<Certificate> {
     let valid: Vec<u32> = (0..image.len() as u32).filter(|&i| image.is_valid(i as usize)).collect();
-    certify_pixels(image, &valid, mesh, progress)
+    summarize(image, mesh, measure(image, &valid, mesh, progress)?, progress)
 }
 
-/// Like [`certify`] for some of the pixels, rising; on a lattice for all.
-pub(super) fn certify_pixels(
+/// The errors of some of the pixels, rising; on a lattice of all.
+pub(super) fn measure(image: &RangeImage, pixels: &[u32], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Measured> {
+    mesh.validate()?;
+    match (image.projection(), image.samples()) {
+        (Projection::Orthographic { .. } | Projection::Pinhole { .. }, Samples::Values(values)) => {
+            on_lattice(image, values, mesh, progress)
+        }
+        _ => along_rays(image, pixels, mesh, progress),
+    }
+}
+
+/// The certificate of a mesh and its errors.
+pub(super) fn summarize(
     image: &RangeImage,
-    pixels: &[u32],
     mesh: &TriMesh,
+    measured: Measured,
     progress: &Progress<'_>,
 ) -> Result<Certificate> {
-    mesh.validate()?;
-    let (errors, face_errors) = match (image.projection(), image.samples()) {
-        (Projection::Orthographic { .. } | Projection::Pinhole { .. }, Samples::Values(values)) => {
-            on_lattice(image, values, mesh, progress)?
-        }
-        _ => along_rays(image, pixels, mesh, progress)?,
-    };
-    summarize(image.cols(), errors, face_errors, progress)
-}
-
-fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>, progress: &Progress<'_>) -> Result<Certificate> {
+    let Measured { errors, face_errors } = measured;
+    let cols = image.cols();
     let mut sizes: Vec<f64> = Vec::with_capacity(errors.len());
     for block in progress.blocks(&errors) {
         sizes.extend(block?.iter().filter(|e| !e.is_nan()).map(|e| e.abs()));
@@ -87,15 +129,42 @@ fn summarize(cols: usize, errors: Vec<f64>, face_errors: Vec<f32>, progress: &Pr
         *sizes.select_nth_unstable_by(rank, f64::total_cmp).1
     };
     progress.check()?;
+    let steepness = steepness(image, mesh, progress)?;
+    let rounding = mesh.single_rounding();
     Ok(Certificate {
         max_error,
+        max_error_single: if rounding > 0.0 { max_error + rounding * steepness } else { max_error },
         rms_error: if covered == 0 { 0.0 } else { scale * (squares / covered as f64).sqrt() },
         p95_error,
         worst_pixel: worst.map(|i| [i / cols, i % cols]),
         covered,
-        error_image: errors.into_iter().map(|e| e as f32).collect(),
+        error_image: errors.into_iter().map(round_up).collect(),
         face_errors,
+        steepness,
     })
+}
+
+/// See [`Certificate::steepness`]; 1 without triangles.
+fn steepness(image: &RangeImage, mesh: &TriMesh, progress: &Progress<'_>) -> Result<f64> {
+    let of_triangle = |[a, b, c]: [DVec3; 3]| {
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        match image.projection() {
+            Projection::Orthographic { .. } => 1.0 / normal.z.abs(),
+            Projection::PointGrid(Viewing::Parallel(direction)) => 1.0 / normal.dot(direction.normalize()).abs(),
+            projection => {
+                let eye = if let Projection::PointGrid(Viewing::From(eye)) = projection { *eye } else { DVec3::ZERO };
+                let farthest = [a, b, c].map(|p| p.distance(eye)).into_iter().fold(0.0, f64::max);
+                farthest / normal.dot(a - eye).abs()
+            }
+        }
+    };
+    let triangles: Vec<usize> = (0..mesh.triangles.len()).collect();
+    let mut steepest = 1.0_f64;
+    for block in progress.blocks(&triangles) {
+        steepest = block?.iter().map(|&t| of_triangle(mesh.corners(t))).fold(steepest, f64::max);
+    }
+    // What rounding takes from the products.
+    Ok(steepest * (1.0 + 1e-9))
 }
 
 /// A vertex as a pixel image sees it.
@@ -105,13 +174,17 @@ struct Projected {
     row: f64,
     /// What is linear in column and row on a triangle: height, or the inverse of depth.
     value: f64,
+    /// The pixel whose sample this is, [`NO_PIXEL`] if of none.
+    pixel: usize,
 }
+
+const NO_PIXEL: usize = usize::MAX;
 
 /// Vertices nearer to a pixel's centre than this many pixels were meant to be there.
 const SNAP: f64 = 1e-5;
 
-fn project(projection: &Projection, p: DVec3) -> Projected {
-    let (col, row, value) = match projection {
+fn project(image: &RangeImage, p: DVec3) -> Projected {
+    let (col, row, value) = match image.projection() {
         Projection::Orthographic { first, step } => ((p.x - first[0]) / step[0], (p.y - first[1]) / step[1], p.z),
         Projection::Pinhole { focal, centre, .. } => {
             (p.x / p.z * focal[0] + centre[0], p.y / p.z * focal[1] + centre[1], 1.0 / p.z)
@@ -119,25 +192,28 @@ fn project(projection: &Projection, p: DVec3) -> Projected {
         _ => (f64::NAN, f64::NAN, f64::NAN),
     };
     let snap = |x: f64| if (x - x.round()).abs() < SNAP { x.round() } else { x };
-    Projected { col: snap(col), row: snap(row), value }
+    let (near_col, near_row) = (col.round(), row.round());
+    let is_within = |x: f64, count: usize| x >= 0.0 && x < count as f64;
+    if is_within(near_col, image.cols()) && is_within(near_row, image.rows()) {
+        let pixel = near_row as usize * image.cols() + near_col as usize;
+        if image.point_in_sensor(pixel) == p {
+            return Projected { col: near_col, row: near_row, value, pixel };
+        }
+    }
+    Projected { col: snap(col), row: snap(row), value, pixel: NO_PIXEL }
 }
 
 /// Rows handled by one thread at a time.
 const BAND: usize = 32;
 
-fn on_lattice(
-    image: &RangeImage,
-    values: &[f64],
-    mesh: &TriMesh,
-    progress: &Progress<'_>,
-) -> Result<(Vec<f64>, Vec<f32>)> {
+fn on_lattice(image: &RangeImage, values: &[f64], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Measured> {
     let (rows, cols) = (image.rows(), image.cols());
     let mut errors = vec![f64::NAN; rows * cols];
     let mut face_errors = vec![0.0_f32; mesh.triangles.len()];
     if errors.is_empty() {
-        return Ok((errors, face_errors));
+        return Ok(Measured { errors, face_errors });
     }
-    let projected: Vec<Projected> = mesh.positions.par_iter().map(|&p| project(image.projection(), p)).collect();
+    let projected: Vec<Projected> = mesh.positions.par_iter().map(|&p| project(image, p)).collect();
     let mut bands: Vec<Vec<u32>> = vec![Vec::new(); rows.div_ceil(BAND)];
     let mut pace = Pace::new(progress);
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -162,19 +238,23 @@ fn on_lattice(
             for &t in triangles {
                 let corners = mesh.triangles[t as usize].map(|v| projected[v as usize]);
                 let mut worst = 0.0_f64;
-                for_each_pixel(corners, [first_row, first_row + errors.len() / cols], cols, |row, col, value| {
+                for_each_pixel(corners, [first_row, first_row + errors.len() / cols], cols, |row, col, weights| {
                     let i = row * cols + col;
                     if values[i].is_nan() {
                         return;
                     }
-                    let error = behind(image.projection(), row, col, values[i], value);
+                    let error = if corners.iter().any(|c| c.pixel == i) {
+                        0.0
+                    } else {
+                        behind(image.projection(), row, col, values[i], &corners, weights)
+                    };
                     worst = worst.max(error.abs());
                     let slot = &mut errors[i - first_row * cols];
                     if slot.is_nan() || slot.abs() < error.abs() {
                         *slot = error;
                     }
                 });
-                faces.push(worst as f32);
+                faces.push(round_up(worst));
             }
             Ok(faces)
         })
@@ -185,11 +265,20 @@ fn on_lattice(
             face_errors[t as usize] = face_errors[t as usize].max(error);
         }
     }
-    Ok((errors, face_errors))
+    Ok(Measured { errors, face_errors })
 }
 
-/// How far behind the sample the mesh lies along the ray.
-fn behind(projection: &Projection, row: usize, col: usize, sample: f64, value: f64) -> f64 {
+/// How far behind the sample a triangle lies along the ray, by the weights of its corners: see [`Certificate`].
+fn behind(
+    projection: &Projection,
+    row: usize,
+    col: usize,
+    sample: f64,
+    corners: &[Projected; 3],
+    weights: [f64; 3],
+) -> f64 {
+    let [a, b, c] = weights;
+    let sum = |values: [f64; 3]| a * values[0] + b * values[1] + c * values[2];
     match projection {
         Projection::Pinhole { focal, centre, depth } => {
             let (x, y) = ((col as f64 - centre[0]) / focal[0], (row as f64 - centre[1]) / focal[1]);
@@ -198,14 +287,19 @@ fn behind(projection: &Projection, row: usize, col: usize, sample: f64, value: f
                 DepthKind::Planar => sample,
                 DepthKind::Ray => sample / stretch,
             };
-            (1.0 / value - depth) * stretch
+            ((a + b + c) / sum(corners.map(|c| c.value)) - depth) * stretch
         }
-        _ => sample - value,
+        _ => sum(corners.map(|c| sample - c.value)) / (a + b + c),
     }
 }
 
-/// Calls `visit(row, col, value)` for the pixels of some rows in a closed triangle.
-fn for_each_pixel([a, b, c]: [Projected; 3], rows: [usize; 2], cols: usize, mut visit: impl FnMut(usize, usize, f64)) {
+/// Calls `visit(row, col, weights of the corners)` for the pixels of some rows in a closed triangle; none is negative.
+fn for_each_pixel(
+    [a, b, c]: [Projected; 3],
+    rows: [usize; 2],
+    cols: usize,
+    mut visit: impl FnMut(usize, usize, [f64; 3]),
+) {
     let area = (b.col - a.col) * (c.row - a.row) - (b.row - a.row) * (c.col - a.col);
     if area == 0.0 || !area.is_finite() {
         return;
@@ -217,14 +311,16 @@ fn for_each_pixel([a, b, c]: [Projected; 3], rows: [usize; 2], cols: usize, mut 
     if high < 0.0 || right < 0.0 {
         return;
     }
+    let turn = area.signum();
     for row in low..=high as usize {
         let y = row as f64 - a.row;
         for col in left..=right as usize {
             let x = col as f64 - a.col;
-            let of_b = (x * (c.row - a.row) - y * (c.col - a.col)) / area;
-            let of_c = ((b.col - a.col) * y - (b.row - a.row) * x) / area;
-            if of_b >= 0.0 && of_c >= 0.0 && of_b + of_c <= 1.0 {
-                visit(row, col, a.value + of_b * (b.value - a.value) + of_c * (c.value - a.value));
+            let of_b = turn * (x * (c.row - a.row) - y * (c.col - a.col));
+            let of_c = turn * ((b.col - a.col) * y - (b.row - a.row) * x);
+            let of_a = area.abs() - of_b - of_c;
+            if of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 {
+                visit(row, col, [of_a, of_b, of_c]);
             }
         }
     }
@@ -233,16 +329,11 @@ fn for_each_pixel([a, b, c]: [Projected; 3], rows: [usize; 2], cols: usize, mut 
 /// Rays handled between two looks at the progress.
 const BLOCK: usize = 4096;
 
-fn along_rays(
-    image: &RangeImage,
-    pixels: &[u32],
-    mesh: &TriMesh,
-    progress: &Progress<'_>,
-) -> Result<(Vec<f64>, Vec<f32>)> {
+fn along_rays(image: &RangeImage, pixels: &[u32], mesh: &TriMesh, progress: &Progress<'_>) -> Result<Measured> {
     let mut errors = vec![f64::NAN; image.len()];
     let mut face_errors = vec![0.0_f32; mesh.triangles.len()];
     if mesh.triangles.is_empty() {
-        return Ok((errors, face_errors));
+        return Ok(Measured { errors, face_errors });
     }
     let bits = |p: DVec3| p.to_array().map(f64::to_bits);
     // Rounding may let the ray of a vertex on the border miss its own triangles and meet what lies behind them.
@@ -297,10 +388,10 @@ fn along_rays(
         errors[pixel as usize] = error;
         if let Some(triangle) = triangle {
             let slot = &mut face_errors[triangle as usize];
-            *slot = slot.max(error.abs() as f32);
+            *slot = slot.max(round_up(error.abs()));
         }
     }
-    Ok((errors, face_errors))
+    Ok(Measured { errors, face_errors })
 }
 
 /// How far before its sample a ray starts.

@@ -9,6 +9,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::view::{CentralSite, ParallelSite, Site, View};
 use crate::error::Result;
@@ -36,7 +37,7 @@ pub(super) trait Windowed: Site {
 
     /// A box around a triangle: lowest and highest place along both axes. Where the window goes around, the first of them
     /// lies in [0, 1].
-    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2];
+    fn window(corners: [&Self; 3]) -> Window;
 
     /// Rises with the range.
     fn depth(&self) -> f64;
@@ -45,7 +46,7 @@ pub(super) trait Windowed: Site {
 impl Windowed for ParallelSite {
     const AROUND: bool = false;
 
-    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2] {
+    fn window(corners: [&Self; 3]) -> Window {
         let [a, b, c] = corners.map(|s| s.seen);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         [[low.x, high.x], [low.y, high.y]]
@@ -59,7 +60,7 @@ impl Windowed for ParallelSite {
 impl Windowed for CentralSite {
     const AROUND: bool = true;
 
-    fn window(corners: [&Self; 3]) -> [[f64; 2]; 2] {
+    fn window(corners: [&Self; 3]) -> Window {
         let directions = corners.map(|s| s.0.normalize_or_zero());
         let [a, b, c] = directions;
         // The arcs between two directions reach beyond their chords' boxes by less than the square of the chords.
@@ -95,8 +96,22 @@ fn bounds(values: [f64; 3]) -> (f64, f64) {
 /// Cells along an axis of the window at most.
 const MOST_CELLS: f64 = 4096.0;
 
-/// The windows' grid: what is seen in each cell as lists of numbers.
+/// Entries of a cell from which on it is divided further ...
+const CROWDED: u32 = 128;
+/// ... so many times at most.
+const MOST_LEVELS: u32 = 32;
+
+/// A box in the sensor's window: lowest and highest place along both axes.
+pub(super) type Window = [[f64; 2]; 2];
+
+/// The windows' grid: what is seen in each cell as lists of numbers. A few windows much larger than the others, or far from
+/// them, put nothing else together: large ones have a list of their own, and a crowded cell is a grid of its own.
 pub(super) struct Grid {
+    /// What large windows are measured by.
+    whole: Window,
+    /// Numbers of large windows: most of these overlap each other.
+    large: Vec<u32>,
+    /// Where the others lie.
     low: [f64; 2],
     /// Cells by length.
     scale: [f64; 2],
@@ -104,41 +119,96 @@ pub(super) struct Grid {
     first: Vec<u32>,
     /// Number and next entry.
     entries: Vec<[u32; 2]>,
+    /// Crowded cells.
+    divided: FxHashMap<usize, Grid>,
 }
 
 const END: u32 = u32::MAX;
 
 impl Grid {
     /// For `windows` that are about as many as cells of a mean size.
-    pub fn new(windows: &[[[f64; 2]; 2]], around: bool) -> Self {
-        let mut low = [f64::INFINITY; 2];
-        let mut high = [f64::NEG_INFINITY; 2];
-        let mut sum = [0.0; 2];
+    pub fn new(windows: &[Window], around: bool) -> Self {
+        let mut whole = bounding_box(windows.iter());
+        if around {
+            whole[0] = [0.0, 1.0];
+        }
+        Grid::divide(windows, whole, around, MOST_LEVELS)
+    }
+
+    fn divide(windows: &[Window], whole: Window, around: bool, levels: u32) -> Self {
+        let small = || windows.iter().filter(|window| !is_large(window, &whole));
+        let count = small().count();
+        let mut bounds = bounding_box(small());
         for axis in 0..2 {
-            for window in windows {
-                low[axis] = low[axis].min(window[axis][0]);
-                high[axis] = high[axis].max(window[axis][1]);
-                sum[axis] += (window[axis][1] - window[axis][0]) / windows.len() as f64;
-            }
+            bounds[axis] = clipped(bounds[axis], whole[axis]);
         }
         if around {
-            (low[0], high[0]) = (0.0, 1.0);
+            bounds[0] = [0.0, 1.0];
         }
+        let size = [0, 1].map(|i| bounds[i][1] - bounds[i][0]);
         let most = MOST_CELLS.min((windows.len() as f64).sqrt().ceil() + 1.0);
         let cells = [0, 1].map(|i| {
-            let wanted = ((high[i] - low[i]) / (1.5 * sum[i])).floor();
+            let extent = |window: &Window| {
+                let [low, high] = if around { window[i] } else { clipped(window[i], bounds[i]) };
+                (high - low) / count as f64
+            };
+            let wanted = (size[i] / (1.5 * small().map(extent).sum::<f64>())).floor();
             if wanted >= 1.0 { wanted.min(most) } else { 1.0 }
         });
         let scale = [0, 1].map(|i| {
-            let scale = cells[i] / (high[i] - low[i]);
+            let scale = cells[i] / size[i];
             if scale.is_finite() { scale } else { 0.0 }
         });
         let cells = cells.map(|n| n as usize);
-        Grid { low, scale, cells, first: vec![END; cells[0] * cells[1]], entries: Vec::new() }
+        let mut grid = Grid {
+            whole,
+            large: Vec::new(),
+            low: bounds.map(|b| b[0]),
+            scale,
+            cells,
+            first: vec![END; cells[0] * cells[1]],
+            entries: Vec::new(),
+            divided: FxHashMap::default(),
+        };
+        if levels > 0 && grid.first.len() > 1 && count > CROWDED as usize {
+            grid.divide_crowded(small(), levels - 1);
+        }
+        grid
     }
 
-    /// The cells of a window. Where it goes around, the cells of the second turn are those of the first.
-    fn cells_of(&self, window: &[[f64; 2]; 2]) -> impl Iterator<Item = usize> + use<> {
+    fn divide_crowded<'w>(&mut self, windows: impl Iterator<Item = &'w Window> + Clone, levels: u32) {
+        let mut counts = vec![0_u32; self.first.len()];
+        for window in windows.clone() {
+            self.cells_of(window).for_each(|(cell, _)| counts[cell] += 1);
+        }
+        if counts.iter().all(|&n| n <= CROWDED) {
+            return;
+        }
+        let mut crowds: FxHashMap<usize, Vec<Window>> = FxHashMap::default();
+        for window in windows {
+            for (cell, turn) in self.cells_of(window).filter(|&(cell, _)| counts[cell] > CROWDED) {
+                crowds.entry(cell).or_default().push(turned(window, turn));
+            }
+        }
+        for (cell, crowd) in crowds {
+            let all = bounding_box(crowd.iter());
+            let place = [cell % self.cells[0], cell / self.cells[0]];
+            let whole = [0, 1].map(|axis| {
+                let edge = |i: usize| self.low[axis] + i as f64 / self.scale[axis];
+                // An axis without an extent has one cell.
+                let ends = [edge(place[axis]), edge(place[axis] + 1)];
+                if ends.iter().all(|e| e.is_finite()) { clipped(all[axis], ends) } else { all[axis] }
+            });
+            let inner = Grid::divide(&crowd, whole, false, levels);
+            if inner.first.len() > 1 || !inner.divided.is_empty() {
+                self.divided.insert(cell, inner);
+            }
+        }
+    }
+
+    /// The cells of a window, and how often it has gone around there. Where it goes around, the cells of the second turn are
+    /// those of the first.
+    fn cells_of(&self, window: &Window) -> impl Iterator<Item = (usize, usize)> + use<> {
         let along = |axis: usize, turns: usize| {
             let cell = |x: f64| ((x - self.low[axis]) * self.scale[axis]) as usize;
             let most = self.cells[axis] * turns - 1;
@@ -147,18 +217,30 @@ impl Grid {
         let ((left, right), (top, bottom)) = (along(0, 2), along(1, 1));
         let cols = self.cells[0];
         let right = right.min(left + cols - 1);
-        (top..=bottom).flat_map(move |row| (left..=right).map(move |col| row * cols + col % cols))
+        (top..=bottom).flat_map(move |row| (left..=right).map(move |col| (row * cols + col % cols, col / cols)))
     }
 
     /// Removes all numbers.
     fn clear(&mut self) {
+        self.large.clear();
         self.first.fill(END);
         self.entries.clear();
+        self.divided.values_mut().for_each(Grid::clear);
     }
 
     /// Adds a number to all cells of a window.
-    pub fn add(&mut self, window: &[[f64; 2]; 2], number: u32) {
-        for cell in self.cells_of(window) {
+    pub fn add(&mut self, window: &Window, number: u32) {
+        if is_large(window, &self.whole) {
+            self.large.push(number);
+            return;
+        }
+        for (cell, turn) in self.cells_of(window) {
+            if !self.divided.is_empty()
+                && let Some(inner) = self.divided.get_mut(&cell)
+            {
+                inner.add(&turned(window, turn), number);
+                continue;
+            }
             let entry = self.entries.len() as u32;
             self.entries.push([number, self.first[cell]]);
             self.first[cell] = entry;
@@ -166,8 +248,21 @@ impl Grid {
     }
 
     /// Whether something holds of all numbers in the cells of a window; some come more than once.
-    pub fn all(&self, window: &[[f64; 2]; 2], mut holds: impl FnMut(u32) -> bool) -> bool {
-        self.cells_of(window).all(|cell| {
+    pub fn all(&self, window: &Window, mut holds: impl FnMut(u32) -> bool) -> bool {
+        self.all_of(window, &mut holds)
+    }
+
+    #[inline]
+    fn all_of<F: FnMut(u32) -> bool>(&self, window: &Window, holds: &mut F) -> bool {
+        if !self.large.iter().all(|&number| holds(number)) {
+            return false;
+        }
+        self.cells_of(window).all(|(cell, turn)| {
+            if !self.divided.is_empty()
+                && let Some(inner) = self.divided.get(&cell)
+            {
+                return inner.all_of(&turned(window, turn), holds);
+            }
             let mut entry = self.first[cell];
             while entry != END {
                 let [number, next] = self.entries[entry as usize];
@@ -179,6 +274,30 @@ impl Grid {
             true
         })
     }
+}
+
+/// Whether a window takes up a quarter of the whole along both axes.
+fn is_large(window: &Window, whole: &Window) -> bool {
+    (0..2).all(|axis| {
+        let [low, high] = clipped(window[axis], whole[axis]);
+        high - low >= 0.25 * (whole[axis][1] - whole[axis][0])
+    })
+}
+
+/// The part of an interval that lies in another; its nearer end where none does.
+fn clipped([low, high]: [f64; 2], [least, most]: [f64; 2]) -> [f64; 2] {
+    [low.max(least).min(most), high.max(least).min(most)]
+}
+
+fn bounding_box<'w>(windows: impl Iterator<Item = &'w Window>) -> Window {
+    windows.fold([[f64::INFINITY, f64::NEG_INFINITY]; 2], |all, window| {
+        [0, 1].map(|axis| [all[axis][0].min(window[axis][0]), all[axis][1].max(window[axis][1])])
+    })
+}
+
+/// A window in the cells of its second turn around.
+fn turned([[left, right], y]: &Window, turn: usize) -> Window {
+    [[left - turn as f64, right - turn as f64], *y]
 }
 
 /// Triangles handled by one thread at a time, and between two looks at the progress.
@@ -344,6 +463,60 @@ mod tests {
             .flat_map(|a| [[a, a + 1, a + down + 1], [a, a + down + 1, a + down]])
             .collect();
         assert!(hidden(&view, &triangles, &Progress::none()).unwrap().iter().all(|h| !h));
+    }
+
+    #[test]
+    fn work_grows_with_what_is_seen_however_far_outliers_lie() {
+        // Numbers looked at for all triangles of a lattice, some of its corners at other scales.
+        let looks = |side: usize, outliers: &[f32], eye: Option<f64>| {
+            let mut points: Vec<[f32; 3]> =
+                (0..side * side).map(|i| [(i % side) as f32, (i / side) as f32, 0.0]).collect();
+            let (corner, middle) = (points.len() - 1, points.len() / 2 + side / 2);
+            for (k, &far) in outliers.iter().enumerate() {
+                points[[corner, middle, 0, middle / 2][k % 4]] = [far, -far, 0.0];
+            }
+            let viewing = eye.map_or(Viewing::Parallel(-DVec3::Z), |z| Viewing::From(DVec3::Z * z));
+            let image = RangeImage::from_points(side, side, points, viewing).unwrap();
+            let cells = (0..(side - 1) * (side - 1)).map(|i| (i / (side - 1) * side + i % (side - 1)) as u32);
+            let down = side as u32;
+            let triangles: Vec<[u32; 3]> =
+                cells.flat_map(|a| [[a, a + 1, a + down + 1], [a, a + down + 1, a + down]]).collect();
+            let windows: Vec<Window> = match Sight::new(&image, false) {
+                Sight::Parallel(view) => windows_of(&view, &triangles),
+                Sight::Central(view) => windows_of(&view, &triangles),
+                _ => unreachable!("a point grid"),
+            };
+            let mut grid = Grid::new(&windows, eye.is_some());
+            (0..).zip(&windows).for_each(|(t, window)| grid.add(window, t));
+            let mut looks = 0_u64;
+            for (t, window) in (0..).zip(&windows) {
+                let mut met = false;
+                assert!(grid.all(window, |other| {
+                    looks += 1;
+                    met |= other == t;
+                    true
+                }));
+                assert!(met, "what was added to a window is found in it");
+            }
+            looks as f64 / triangles.len() as f64
+        };
+        for eye in [None, Some(50.0)] {
+            for outliers in [&[][..], &[1e9, 1e9, -1e9, 1e9], &[1e3, 1e9, 1e15, -1e20]] {
+                let [small, large] = [100, 200].map(|side| looks(side, outliers, eye));
+                assert!(large < 250.0 && large < 1.5 * small, "{small} to {large} a triangle beside {outliers:?}");
+            }
+        }
+    }
+
+    fn windows_of<V: View>(view: &V, triangles: &[[u32; 3]]) -> Vec<Window>
+    where
+        V::Site: Windowed,
+    {
+        let window = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|p| view.site(p));
+            V::Site::window([&a, &b, &c])
+        };
+        triangles.iter().map(window).collect()
     }
 
     #[test]

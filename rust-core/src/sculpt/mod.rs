@@ -7,7 +7,7 @@
 //! | 3 | `ladder`, `dig`, `delaunay` | tiles and their required pixels -> a mesh within the tolerance |
 //! | 4 | `polish`, `patch`, `borders`, `star`, `sides`, `search` | mesh -> mesh of fewer triangles within the tolerance |
 //! | 5 | `finish` | triangles over pixels -> mesh with attributes |
-//! | 6 | `certify` | mesh and image -> distances, measured anew |
+//! | 6 | `certify`, `mend` | mesh and image -> distances, measured anew; what breaks the bound is split |
 //!
 //! `reference` is the paper's own pipeline, for comparison.
 //!
@@ -52,6 +52,7 @@ mod finish;
 
 // 6. the certificate
 mod certify;
+mod mend;
 
 // The paper's own pipeline
 pub mod reference;
@@ -108,7 +109,8 @@ pub struct Sculpted {
 ///
 /// # Guarantees
 /// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the
-///   tolerance. The certificate measures it. Where a point grid folds as seen along its rays, or a scan goes around more
+///   tolerance. The certificate measures it, and is compared with the tolerance before anything is returned: no error in
+///   the result is above the number that was asked for, by rounding either. Where a point grid folds as seen along its rays, or a scan goes around more
 ///   than once, triangles that hide behind others count as jumps; the report counts them.
 /// * Seen from the sensor the mesh covers exactly those triangles' area, once; with `simplify_borders` at most half a pixel
 ///   more along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an

@@ -1,5 +1,7 @@
 //! A mesh over pixels between the stages: triangles, each with the pixels seen in it.
 
+use rustc_hash::FxHashSet;
+
 /// Triangles over pixel indices, turning like columns toward rows, with the pixels that are no vertices: each one in the
 /// list of one triangle that it is seen in or on the edge of.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -44,10 +46,15 @@ impl Pieces {
 
     /// Some of the triangles.
     pub fn some(&self, triangles: &[u32]) -> Self {
-        let mut some = Pieces { moved: self.moved.clone(), ..Pieces::default() };
+        let mut some = Pieces::default();
         for &t in triangles {
             some.pixels.extend(self.pixels_of(t as usize));
             some.push(self.triangles[t as usize]);
+        }
+        if !self.moved.is_empty() {
+            // Others of the moved may be back at their samples in their own part.
+            let vertices: FxHashSet<u32> = some.triangles.iter().flatten().copied().collect();
+            some.moved.extend(self.moved.iter().filter(|(pixel, _)| vertices.contains(pixel)));
         }
         some
     }

@@ -7,6 +7,7 @@ use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
 use super::folds::Windowed;
 use super::ladder::Ladder;
+use super::mend::{self, Bound};
 use super::pieces::Pieces;
 use super::search::Search;
 use super::star::Rules;
@@ -47,10 +48,11 @@ const COARSE: usize = 16;
 const SMALL: usize = 8192;
 
 /// A mesh not yet measured.
-struct Dug {
+pub(super) struct Dug {
     pieces: Pieces,
     /// Triangles before the polish.
     triangles: usize,
+    pub(super) bound: Bound,
     clock: Clock,
 }
 
@@ -101,7 +103,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             progress.stage(0, 1);
             let dug = self.dig(tolerance, &|| progress.stage(1, 1), progress)?;
             progress.stage(2, 1);
-            self.finish(dug, tolerance, progress)
+            self.finish(dug, progress)
         })
     }
 
@@ -147,7 +149,15 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
                 }
             }
             progress.stage(1, 1);
-            self.finish(best, high, progress)
+            loop {
+                let sculpted = self.finish(best, progress)?;
+                if sculpted.report.triangles <= triangles {
+                    return Ok(sculpted);
+                }
+                // Mending took more than there were left: a little farther.
+                high *= 1.0 + 1e-3;
+                best = self.dig(high, &|| (), progress)?;
+            }
         })
     }
 
@@ -163,12 +173,14 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     }
 
     /// Digs and polishes; `dug` is called in between.
-    fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+    pub(super) fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+        let [nearest, farthest] = self.domain.range;
+        let bound = Bound::new(tolerance, nearest.abs().max(farthest.abs()));
         match Sight::new(self.image.borrow(), self.domain.mirrored) {
-            Sight::Flat(view) => self.dig_tiles(&view, tolerance, dug, progress),
-            Sight::Pinhole(view) => self.dig_tiles(&view, tolerance, dug, progress),
-            Sight::Parallel(view) => self.peel(&view, tolerance, dug, progress),
-            Sight::Central(view) => self.peel(&view, tolerance, dug, progress),
+            Sight::Flat(view) => self.dig_tiles(&view, bound, dug, progress),
+            Sight::Pinhole(view) => self.dig_tiles(&view, bound, dug, progress),
+            Sight::Parallel(view) => self.peel(&view, bound, dug, progress),
+            Sight::Central(view) => self.peel(&view, bound, dug, progress),
         }
     }
 
@@ -176,7 +188,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     fn dig_tiles<V: View>(
         &self,
         view: &V,
-        tolerance: f64,
+        bound: Bound,
         dug: &(dyn Fn() + Sync),
         progress: &Progress<'_>,
     ) -> Result<Dug>
@@ -185,18 +197,18 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     {
         let domain = &self.domain;
         let mut clock = Clock::start(self.seconds);
-        let pieces = self.ladder.dig(view, domain, tolerance, progress)?;
+        let pieces = self.ladder.dig(view, domain, bound.dug, progress)?;
         clock.lap("dig");
         dug();
         if self.params.simplify_borders {
-            self.polish(view, &Hugging { domain }, pieces, tolerance, clock, progress)
+            self.polish(view, &Hugging { domain }, pieces, bound, clock, progress)
         } else {
-            self.polish(view, &Straight { domain, on_lattice: true }, pieces, tolerance, clock, progress)
+            self.polish(view, &Straight { domain, on_lattice: true }, pieces, bound, clock, progress)
         }
     }
 
     /// Fine to coarse, where pixels are on no lattice: polishes the step-discontinuity triangulation.
-    fn peel<V: View>(&self, view: &V, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug>
+    fn peel<V: View>(&self, view: &V, bound: Bound, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug>
     where
         V::Site: Windowed,
     {
@@ -205,9 +217,9 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         let clock = Clock::start(self.seconds);
         let pieces = Pieces::full(&domain.triangles);
         if self.params.simplify_borders {
-            self.polish(view, &Fenced::new(view, domain), pieces, tolerance, clock, progress)
+            self.polish(view, &Fenced::new(view, domain), pieces, bound, clock, progress)
         } else {
-            self.polish(view, &Straight { domain, on_lattice: false }, pieces, tolerance, clock, progress)
+            self.polish(view, &Straight { domain, on_lattice: false }, pieces, bound, clock, progress)
         }
     }
 
@@ -216,14 +228,14 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         view: &V,
         border: &dyn Border,
         mut pieces: Pieces,
-        tolerance: f64,
+        bound: Bound,
         mut clock: Clock,
         progress: &Progress<'_>,
     ) -> Result<Dug> {
         let region = Region { domain: &self.domain, border };
         let triangles = pieces.triangles.len();
         let mut rules = Rules {
-            tolerance,
+            tolerance: bound.dug,
             least_sine_squared: self.params.min_angle.sin().powi(2),
             aspect: aspect(self.image.borrow()),
             shake: None,
@@ -243,11 +255,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         clock.lap("polish");
         let free = !self.params.interpolate && self.params.effort > 0;
         let search = if free { Search::Free } else { Search::Full };
-        if free {
-            // Moved vertices are rounded to coordinates at last.
-            let farthest = self.domain.range[0].abs().max(self.domain.range[1].abs());
-            rules.tolerance = (tolerance * (1.0 - 1e-12) - 16.0 * f64::EPSILON * farthest).max(0.0);
-        }
+        rules.tolerance = if free { bound.free } else { bound.dug };
         let (mut round, mut share) = (0, 1.0);
         while (self.params.effort > 1 || free)
             && let Some(cut) = polish::next_search(round, &self.domain, pieces.triangles.len(), share)
@@ -259,19 +267,37 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             round += 1;
         }
         clock.lap("search");
-        Ok(Dug { pieces, triangles, clock })
+        Ok(Dug { pieces, triangles, bound, clock })
     }
 
-    fn finish(&self, dug: Dug, tolerance: f64, progress: &Progress<'_>) -> Result<Sculpted> {
-        let Dug { pieces, triangles: dug_triangles, mut clock } = dug;
-        let image = self.image.borrow();
-        let mut mesh = finish::mesh(image, &self.domain, &pieces, progress)?;
-        clock.lap("mesh");
-        let certificate = certify::certify_pixels(image, &self.domain.pixels, &mesh, progress)?;
+    /// Measures the mesh, and mends it until it keeps the bound.
+    pub(super) fn finish(&self, dug: Dug, progress: &Progress<'_>) -> Result<Sculpted> {
+        let Dug { mut pieces, triangles: dug_triangles, bound, mut clock } = dug;
+        let (image, pixels) = (self.image.borrow(), &self.domain.pixels);
+        let (mut mesh, measured) = loop {
+            let mesh = finish::mesh(image, &self.domain, &pieces, progress)?;
+            clock.lap("mesh");
+            let measured = certify::measure(image, pixels, &mesh, progress)?;
+            clock.lap("certify");
+            let broken = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize]));
+            let Some(&broken) = broken else { break (mesh, measured) };
+            pieces = self.mend(&pieces, &measured.errors, &bound, progress)?.ok_or_else(|| {
+                let [col, row] = self.domain.place(broken);
+                Error::input(format!(
+                    "{}: around pixel ({row}, {col}) samples lie too close to one another for their distance from the origin: \
+                     double precision can't tell their rays apart; move the image nearer to the origin",
+                    image.name
+                ))
+            })?;
+        };
+        let certificate = certify::summarize(image, &mesh, measured, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
+        // The bound leaves so much for rounding the coordinates in a file.
+        let room = (bound.certified - certificate.max_error) / certificate.steepness;
+        mesh.rounding_room = Some(room.max(0.0));
         clock.lap("certify");
         let report = SculptReport {
-            tolerance,
+            tolerance: bound.tolerance,
             depth_extent: self.depth_extent(),
             full_triangles: self.domain.triangles.len(),
             hidden_triangles: self.domain.hidden,
@@ -281,6 +307,15 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             seconds: clock.laps,
         };
         Ok(Sculpted { mesh, certificate, report })
+    }
+
+    fn mend(&self, pieces: &Pieces, errors: &[f64], bound: &Bound, progress: &Progress<'_>) -> Result<Option<Pieces>> {
+        match Sight::new(self.image.borrow(), self.domain.mirrored) {
+            Sight::Flat(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Pinhole(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Parallel(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Central(view) => mend::mend(&view, pieces, errors, bound, progress),
+        }
     }
 }
 
@@ -296,6 +331,10 @@ impl Clock {
 
     fn lap(&mut self, name: &'static str) {
         let now = Instant::now();
-        self.laps.push((name, (now - std::mem::replace(&mut self.last, now)).as_secs_f64()));
+        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
+        match self.laps.iter_mut().find(|lap| lap.0 == name) {
+            Some(lap) => lap.1 += seconds,
+            None => self.laps.push((name, seconds)),
+        }
     }
 }

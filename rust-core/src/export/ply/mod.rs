@@ -38,7 +38,8 @@ pub enum PlyEncoding {
 /// In which precision coordinates are written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PositionType {
-    /// Single precision, unless the coordinates lie so far from the origin that it would lose detail.
+    /// Single precision, unless the coordinates lie so far from the origin that it would lose detail, or it would break
+    /// what was certified of the mesh ([`TriMesh::rounding_room`]).
     #[default]
     Auto,
     /// Single precision.
@@ -73,7 +74,12 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
     let options = options.into();
     mesh.validate()?;
     let mut vertices = element("vertex", mesh.positions.len());
-    vertices.columns.push(positions(&mesh.positions, options.positions)?);
+    let breaks_bound = mesh.rounding_room.is_some_and(|room| mesh.single_rounding() > room);
+    let kind = match options.positions {
+        PositionType::Auto if breaks_bound => PositionType::Double,
+        kind => kind,
+    };
+    vertices.columns.push(positions(&mesh.positions, kind)?);
     attributes(&mut vertices, &mesh.vertex_attributes)?;
     let mut faces = element("face", mesh.triangles.len());
     faces.columns.push(Column {

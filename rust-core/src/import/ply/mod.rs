@@ -308,6 +308,7 @@ fn mesh(parts: Parts<DVec3>, element: &Element) -> Parsed<Content> {
         triangles: parts.triangles,
         vertex_attributes: parts.vertices.attributes.into_mesh_attributes(),
         face_attributes: parts.face_attributes.map(Attributes::into_mesh_attributes).unwrap_or_default(),
+        rounding_room: None,
     }))
 }
 
