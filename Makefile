@@ -30,9 +30,9 @@ test-gui: extension ## Run the extension in the window of a real Blender (Debian
 check: ## Formatting, lints, documentation, licences of dependencies
 	@tools/check.sh
 
-bench: ## Run this library beside its peers on the same data: out/bench/*.json; ONLY=merge runs one benchmark
+bench: ## Run this library beside its peers on the same data: out/bench/*.json; ONLY=merge runs one benchmark, ALL=1 the heavy cases too
 	@tools/setup_apt.sh bench
-	@bench/run.sh $(ONLY)
+	@bench/run.sh $(ONLY) $(if $(ALL),--all)
 
 fuzz: ## Feed each reader damaged files for FUZZ_SECONDS=60
 	@tools/fuzz.sh

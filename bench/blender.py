@@ -22,56 +22,52 @@ import table
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "bench" / "into_blender.py"
+COLUMNS = ["case", "ms", "blender_minimum_ms", "peak_mb"]
+# A row and a column of this many vertices make a million triangles.
+SIDE, SMALLEST = 709, 40
 CASES = {"plain": "million triangles", "colour and error": "million triangles with colour and error"}
+AFTER = "after the operator"
 
 
-def hand_over(repeats):
-    """What bench/into_blender.py prints, a dictionary a case; `None` without Blender's module."""
+def hand_over(wanted, record):
+    """What bench/into_blender.py prints, a dictionary a case; nothing without Blender's module."""
     made = subprocess.run([ROOT / "tools" / "venv.sh", "blender-4.5"], stdout=subprocess.PIPE, text=True, check=False)
     if made.returncode != 0:
-        print("SKIPPED into Blender: its Python environment could not be prepared")
-        return None
-    command = [f"{made.stdout.strip()}/bin/python", PROGRAM, ROOT / "blender-addon", str(repeats)]
-    printed = measured.run(command, timeout=1800)[1]
-    return [json.loads(line) for line in printed.splitlines() if line.startswith("{")]
+        record.skip("into Blender: its Python environment could not be prepared")
+        return
+    side, repeats = (SMALLEST, 1) if wanted.smallest else (SIDE, wanted.repeats)
+    command = [f"{made.stdout.strip()}/bin/python", PROGRAM, ROOT / "blender-addon", str(repeats), str(side)]
+    yield from (json.loads(line) for line in measured.run(command)[1].splitlines() if line.startswith("{"))
 
 
-def first_progress():
+def first_progress(record):
     """Milliseconds until the window shows progress; `None` where no window can be had."""
     subprocess.run([sys.executable, ROOT / "tools" / "build_extension.py"], check=True, stdout=subprocess.DEVNULL)
     command = [ROOT / "tools" / "test_gui.sh", "bench/blender_window.py"]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     found = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
     if not found:
-        print(f"SKIPPED the window: {done.stdout.strip().splitlines()[-1:]}")
+        record.skip(f"first progress: there is no window: {' '.join(done.stdout.strip().splitlines()[-1:])}")
         return None
     return found[0]["first_progress_ms"]
 
 
-def main(only_cases, repeats):
-    """Measures; returns the rows."""
-    rows = []
-    for found in (hand_over(repeats) or []) if only_cases in " ".join([*CASES.values(), "after the operator"]) else []:
-        if found["case"] == "operator":
-            rows.append(empty("after the operator") | {"peak_mb": max(found["left_mb"], 0.0)})
-            continue
-        rows.append(
-            {
-                "case": CASES[found["case"]],
-                "ms": 1e3 * found["ours"][0],
-                "blender_minimum_ms": 1e3 * found["minimum"][0],
-                "peak_mb": max(found["peak_mb"], 0.0),
-            }
-        )
-    if only_cases in "first progress":
-        milliseconds = first_progress()
+def main(wanted, record):
+    """Runs the benchmark."""
+    if any(wanted.takes(case) for case in [*CASES.values(), AFTER]):
+        for found in hand_over(wanted, record):
+            if found["case"] == "operator":
+                record.put(empty(AFTER) | {"peak_mb": max(found["left_mb"], 0.0)})
+                continue
+            figures = {"ms": 1e3 * found["ours"][0], "blender_minimum_ms": 1e3 * found["minimum"][0]}
+            record.put({"case": CASES[found["case"]]} | figures | {"peak_mb": max(found["peak_mb"], 0.0)})
+    if wanted.takes("first progress") and not wanted.smallest:
+        milliseconds = first_progress(record)
         if milliseconds is not None:
-            rows.append(empty("first progress") | {"ms": milliseconds})
-    if "stopping" in only_cases or only_cases in "stopping":
-        for name, (longest, _) in stopping.main(only_cases).items():
-            rows.append(empty(f"stopping {name}") | {"ms": longest})
-    table.show(rows, {"case": "case", "ms": "ms", "Blender's minimum": "blender_minimum_ms", "MB": "peak_mb"})
-    return {"rows": rows}
+            record.put(empty("first progress") | {"ms": milliseconds})
+    for name, longest in stopping.longest(wanted):
+        record.put(empty(name) | {"ms": longest})
+    table.show(record.rows, {"case": "case", "ms": "ms", "Blender's minimum": "blender_minimum_ms", "MB": "peak_mb"})
 
 
 def empty(case):

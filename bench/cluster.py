@@ -8,8 +8,8 @@ figures. The angles before and after the relaxation are drawn as histograms to o
 
 import json
 import os
-import statistics
 import subprocess
+import sys
 import tempfile
 from pathlib import Path
 
@@ -35,9 +35,9 @@ APART = {"acvd", "acvd-1", "acvd-2", "sklearn-kmeans", "faiss-kmeans"}
 # On the large meshes: subdividing them further is not what anybody does, and k-means of others takes minutes.
 LARGE = ["surfrecon", "surfrecon-fitted", "acvd", "meshlab-isotropic", "meshlab-quadric"]
 SAMPLES = 200_000
-# Of a row; what a tool does not make is null.
-KEYS = ["case", "tool", "k", "cpu_s", "wall_s", "peak_mb", "vertices", "min_angle_mean", "below_30_pct", "quality_mean"]
-KEYS += ["dist_mean", "dist_max", "components", "genus"]
+# What a mesh is worth; null where a tool makes none.
+QUALITY = ["vertices", "min_angle_mean", "below_30_pct", "quality_mean", "dist_mean", "dist_max", "components", "genus"]
+COLUMNS = ["case", "tool", "k", "runs", "cpu_s", "wall_s", "peak_mb", *QUALITY]
 
 
 def merged(path, voxel):
@@ -47,19 +47,18 @@ def merged(path, voxel):
     return surfrecon.merge(surfrecon.open(path), voxel=voxel, min_component_share=0.1).mesh
 
 
-def read(path):
-    """A mesh of a file."""
+def cases(wanted, record):
+    """Name, mesh, numbers of vertices and tools of each case that is wanted."""
     import surfrecon
 
-    return surfrecon.read(path)
-
-
-def cases(skipped):
-    """Name, maker, numbers of vertices and tools of each case; those that can't run are named in `skipped`."""
+    if wanted.smallest:
+        # Without what has an environment of its own.
+        yield "sculpture", surfrecon.sculpture(cell=12.0), [400], [tool for tool in REMESHERS if tool not in APART]
+        return
     data = os.environ.get("SURFRECON_DATA")
     found = [
-        ("bunny", "points/bunny70k.ply", read, [100, 800, 1500, 10_000], REMESHERS + CLUSTERERS),
-        ("igea", "meshes/igea.ply", read, [10_000], REMESHERS),
+        ("bunny", "points/bunny70k.ply", surfrecon.read, [100, 800, 1500, 10_000], REMESHERS + CLUSTERERS),
+        ("igea", "meshes/igea.ply", surfrecon.read, [10_000], REMESHERS),
         ("bunny merged", "stanford_bunny/bun.conf", lambda p: merged(p, 0.00047), [20_000], LARGE),
         (
             "dragon merged",
@@ -70,10 +69,18 @@ def cases(skipped):
         ),
     ]
     for name, file, make, counts, tools in found:
+        counts = [k for k in counts if wanted.takes(case_name(name, k))]
+        if not counts:
+            continue
         if data and (Path(data) / file).is_file():
-            yield name, lambda make=make, path=Path(data) / file: make(path), counts, tools
+            yield name, make(Path(data) / file), counts, tools
         else:
-            skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+            record.skip(f"{name}: {file} is not in SURFRECON_DATA")
+
+
+def case_name(name, k):
+    """A mesh and the number of vertices that it is brought to."""
+    return f"{name}, {k:,} vertices"
 
 
 def shape(positions, triangles):
@@ -95,7 +102,7 @@ def figures_of(positions, triangles, dense):
 
     angles, quality = shape(positions, triangles)
     there = 100 * surface.distances(dense["samples"], positions, triangles) / dense["diagonal"]
-    samples = surface.sample(positions, triangles, SAMPLES, seed=4)
+    samples = surface.sample(positions, triangles, len(dense["samples"]), seed=4)
     back = 100 * surface.distances(samples, dense["positions"], dense["triangles"]) / dense["diagonal"]
     check = surfrecon.Mesh(positions, triangles).check()
     return {
@@ -129,26 +136,30 @@ def energy(labels, dense):
     return float((weights * ((points - means[labels]) ** 2).sum(1)).sum() / dense["diagonal"] ** 2)
 
 
-def measure(case, tool, k, mesh, dense, python, repeats):
-    """A row, what is only printed, and the angles: medians of the times of `repeats` fresh processes."""
-    row, runs = {"case": case, "tool": tool, "k": k}, []
+def measure(case, tools, k, mesh, dense, pythons, wanted, record):
+    """Runs the tools on a mesh; returns their rows with what is only printed, and our angles before and after."""
+    shown, angles = {}, []
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "mesh.npz"
-        try:
-            for _ in range(repeats):
-                command = [python, HERE / "peer_cluster.py", tool, mesh, k, out]
-                process, printed = measured.run(command)
-                runs.append({"peak_mb": process["peak_mb"]} | json.loads(printed.strip().splitlines()[-1]))
-        except measured.Failed as failed:
-            return row | {"failed": str(failed)}, {}, None
-        with np.load(out) as made:
-            made = dict(made)
-    row |= {key: statistics.median(run[key] for run in runs) for key in ("cpu_s", "wall_s", "peak_mb")}
-    if "labels" in made:
-        return row, {"energy": energy(made["labels"], dense)}, None
-    kept, shown = figures_of(made["positions"], made["triangles"].astype(np.int64), dense)
-    angles = [runs[0][f"angles_{when}"] for when in ("before", "after")] if "angles_after" in runs[0] else None
-    return row | kept, shown, angles
+
+        def once(tool):
+            command = [pythons[tool in APART], HERE / "peer_cluster.py", tool, mesh, k, out]
+            figures, printed = measured.run(command)
+            told = json.loads(printed.strip().splitlines()[-1])
+            if tool == "surfrecon":
+                angles[:] = [told[f"angles_{when}"] for when in ("before", "after")]
+            with np.load(out) as made:
+                return figures | {key: told[key] for key in ("cpu_s", "wall_s")}, dict(made)
+
+        def judge(tool, made):
+            if "labels" in made:
+                shown[tool] = {"energy": energy(made["labels"], dense)}
+                return dict.fromkeys(QUALITY)
+            kept, shown[tool] = figures_of(made["positions"], made["triangles"].astype(np.int64), dense)
+            return kept
+
+        rows = record.measure(tools, wanted.repeats, once, lambda tool: {"case": case, "tool": tool, "k": k}, judge)
+    return [row | shown.get(row["tool"], {}) for row in rows], angles
 
 
 def histogram(path, title, before, after):
@@ -177,50 +188,38 @@ def histogram(path, title, before, after):
     path.write_text("\n".join(parts) + "\n")
 
 
-def main(only_cases, repeats):
+def main(wanted, record):
     """Runs all cases, prints a table a case and number of vertices."""
-    import sys
-
-    apart = subprocess.run([HERE.parent / "tools" / "venv.sh", "bench-cluster"], capture_output=True, text=True)
-    apart = Path(apart.stdout.strip()) / "bin" / "python" if apart.returncode == 0 else None
-    rows, skipped = [], []
-    if apart is None:
-        skipped.append("ACVD, scikit-learn, faiss: their environment could not be made")
-    out = HERE.parent / "out" / "bench"
-    out.mkdir(parents=True, exist_ok=True)
-    for name, make, counts, tools in cases(skipped):
-        if only_cases not in name:
-            continue
-        made = make()
-        positions, triangles = np.asarray(made.positions, float), np.asarray(made.triangles).astype(np.int64)
+    apart = None
+    if not wanted.smallest:
+        made = subprocess.run([HERE.parent / "tools" / "venv.sh", "bench-cluster"], capture_output=True, text=True)
+        if made.returncode == 0:
+            apart = Path(made.stdout.strip()) / "bin" / "python"
+        else:
+            record.skip("ACVD, scikit-learn, faiss: their environment could not be made")
+    for name, mesh, counts, tools in cases(wanted, record):
+        positions, triangles = np.asarray(mesh.positions, float), np.asarray(mesh.triangles).astype(np.int64)
         dense = {"positions": positions, "triangles": triangles}
-        dense["samples"] = surface.sample(positions, triangles, SAMPLES, seed=3)
+        dense["samples"] = surface.sample(positions, triangles, 2_000 if wanted.smallest else SAMPLES, seed=3)
         dense["diagonal"] = float(np.linalg.norm(np.ptp(positions[np.unique(triangles)], axis=0)))
-        check = made.check()
+        check = mesh.check()
         print(
             f"\n{name}: {len(positions):,} vertices, {len(triangles):,} triangles, components {check['components']}, "
             f"boundary loops {check['boundary_loops']}, genus {check['genus']}"
         )
+        tools = [tool for tool in tools if apart or tool not in APART]
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "mesh.npz"
             np.savez(file, positions=positions, triangles=triangles.astype(np.int32))
             for k in counts:
-                shown = []
-                for tool in tools:
-                    if tool in APART and apart is None:
-                        continue
-                    python = apart if tool in APART else sys.executable
-                    row, more, angles = measure(name, tool, k, file, dense, python, repeats)
-                    rows.append(dict.fromkeys(KEYS) | row)
-                    shown.append(row | more)
-                    if tool == "surfrecon" and angles is not None:
-                        title = f"{name}, {k:,} vertices: angles of the triangles"
-                        histogram(out / f"cluster-{name.replace(' ', '-')}-{k}.svg", title, *angles)
+                case = case_name(name, k)
+                there = wanted.tools(case, tools)
+                shown, angles = measure(name, there, k, file, dense, (sys.executable, apart), wanted, record)
+                if angles:
+                    drawing = wanted.out / f"cluster-{name.replace(' ', '-')}-{k}.svg"
+                    histogram(drawing, f"{case}: angles of the triangles", *angles)
                 columns = ["tool", "cpu_s", "wall_s", "peak_mb", "vertices", "min_angle_mean", "least_angle"]
                 columns += ["below_30_pct", "quality_mean", "dist_mean", "dist_max", "back_mean", "back_max"]
                 columns += ["components", "genus", "loops", "manifold", "energy", "failed"]
-                print(f"\n{name}, k = {k:,}")
+                print(f"\n{name}, k = {k:,}", flush=True)
                 table.show(shown, {column: column for column in columns if any(column in row for row in shown)})
-    for line in skipped:
-        print(f"skipped: {line}")
-    return {"rows": rows, "skipped": skipped}

@@ -5,7 +5,7 @@ of the compiled programs are the whole process's, those of the Python packages l
 """
 
 import json
-import statistics
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,13 +14,13 @@ import measured
 import numpy as np
 import table
 
-ROOT = Path(__file__).resolve().parent.parent
-OUT = ROOT / "out" / "bench"
-PROGRAM = ROOT / "target" / "release" / "examples" / "delaunay"
+HERE = Path(__file__).resolve().parent
 OURS = "surfrecon"
 # Tool and threads. Qhull takes minutes on lattices and is left to the small case.
 TOOLS = [(OURS, 1), (OURS, 2), ("cgal", 1), ("cgal", 2), ("tetgen", 1), ("gmsh", 1), ("qhull", 1)]
+COMPILED = ["cgal", "tetgen"]
 QHULL_LIMIT = 200_000
+COLUMNS = ["case", "tool", "threads", "points", "runs", "cpu_s", "wall_s", "peak_mb", "tets"]
 # For each run: ten times what the slowest tool takes for the largest set. Gmsh does not end on two layers of a lattice.
 CPU_LIMIT_S = 240
 
@@ -80,63 +80,56 @@ CASES = {
     "100^3 integers": lambda: lattice(100),
     "two layers of integers 500 k": lambda: two_layers(500),
 }
+SMALLEST = {"uniform 2 k": lambda: uniform(2_000, 1)}
 
 
 def compile_peers():
     """The program of the compiled peers, or why there is none."""
-    source, program = ROOT / "bench" / "peer_delaunay.cpp", ROOT / "target" / "bench" / "peer_delaunay"
+    source, program = HERE / "peer_delaunay.cpp", HERE.parent / "target" / "bench" / "peer_delaunay"
     program.parent.mkdir(parents=True, exist_ok=True)
     if program.is_file() and program.stat().st_mtime > source.stat().st_mtime:
         return program, None
+    if not shutil.which("c++"):
+        return None, "there is no C++ compiler"
     # CGAL's interval arithmetic needs its rounding left alone.
     flags = ["-O3", "-march=native", "-ffp-contract=off", "-frounding-math", "-DNDEBUG", "-DCGAL_LINKED_WITH_TBB"]
     libraries = ["-ltet", "-ltbb", "-ltbbmalloc", "-lgmp", "-lmpfr"]
     command = ["c++", "-std=c++17", *flags, source, "-o", program, *libraries]
     built = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
-    errors = [line for line in built.stderr.splitlines() if "error" in line]
+    errors = [line for line in built.stderr.splitlines() if "error" in line] or ["the compiler failed"]
     return program, None if built.returncode == 0 else errors[0]
 
 
-def command(tool, threads, points, program):
+def command(tool, wanted, points, compiled):
     """The program and arguments that tetrahedralize a file of points."""
-    if tool == OURS:
-        return [PROGRAM, points, "--threads", threads]
-    if tool in ("cgal", "tetgen"):
-        return [program, tool, points, threads]
-    return [sys.executable, ROOT / "bench" / "peer_delaunay.py", tool, points, threads]
+    name, threads = tool
+    if name == OURS:
+        return [wanted.programs / "examples" / "delaunay", points, "--threads", threads]
+    if name in COMPILED:
+        return [compiled, name, points, threads]
+    return [sys.executable, HERE / "peer_delaunay.py", name, points, threads]
 
 
-def run_case(name, points, repeats, program, missing):
+def run_case(name, points, tools, wanted, record, compiled):
     """Runs the tools in turn on one set of points; returns a row a tool."""
-    tools = [tool for tool in TOOLS if tool[0] != "qhull" or len(points) <= QHULL_LIMIT]
-    file = OUT / "inputs" / f"{name.replace(' ', '_')}.f64"
+    file = wanted.out / "inputs" / f"{name.replace(' ', '_')}.f64"
     file.parent.mkdir(parents=True, exist_ok=True)
     points.astype("<f8").tofile(file)
-    runs, failures = {tool: [] for tool in tools}, {}
-    for turn in range(repeats):
-        for tool in tools:
-            if tool in failures:
-                continue
-            print(f"  {name}: {tool[0]} on {tool[1]}, run {turn + 1} of {repeats}", flush=True)
-            try:
-                if missing and tool[0] in ("cgal", "tetgen"):
-                    raise measured.Failed(missing)
-                figures, printed = measured.run(command(*tool, file, program), cpu_limit=CPU_LIMIT_S)
-                runs[tool].append(figures | json.loads(printed.splitlines()[-1]))
-            except measured.Failed as failed:
-                failures[tool] = str(failed)
-                print(f"    failed: {failed}", flush=True)
+
+    def head(tool):
+        return {"case": name, "tool": tool[0], "threads": tool[1], "points": len(points)}
+
+    def once(tool):
+        print(f"  {name}: {tool[0]} on {tool[1]}", flush=True)
+        figures, printed = measured.run(command(tool, wanted, file, compiled), cpu_limit=CPU_LIMIT_S)
+        told = json.loads(printed.splitlines()[-1])
+        tets = told.pop("tets")
+        return figures | told, tets
+
+    tools = [tool for tool in tools if tool[0] != "qhull" or len(points) <= QHULL_LIMIT]
+    tools = [tool for tool in tools if wanted.takes(name, tool[0])]
+    rows = record.measure(tools, wanted.repeats, once, head, lambda _, tets: {"tets": tets}, add_ratios)
     file.unlink()
-    rows = []
-    for tool in tools:
-        row = {"case": name, "tool": tool[0], "threads": tool[1], "points": len(points)}
-        if tool in failures:
-            rows.append(row | {"failed": failures[tool]})
-            continue
-        for key in ("cpu_s", "wall_s", "peak_mb"):
-            row[key] = statistics.median(run[key] for run in runs[tool])
-        rows.append(row | {"tets": runs[tool][0]["tets"]})
-    add_ratios(rows)
     return rows
 
 
@@ -146,26 +139,32 @@ def add_ratios(rows):
     for (tool, threads), row in done.items():
         ours = done.get((OURS, threads))
         if ours and tool != OURS:
-            row["ours_cpu_ratio"] = ours["cpu_s"] / row["cpu_s"]
+            row["ours_cpu_ratio"] = ours["cpu_s"] / max(row["cpu_s"], measured.LEAST_S)
             row["ours_wall_ratio"] = ours["wall_s"] / row["wall_s"]
         if tool == OURS and threads > 1 and (OURS, 1) in done:
             row["speedup"] = done[OURS, 1]["wall_s"] / row["wall_s"]
 
 
-def main(only_cases, repeats):
-    """Runs the benchmark and returns what goes into the JSON file."""
-    program, missing = compile_peers()
-    rows = []
-    for name, make in CASES.items():
-        if only_cases in name:
-            rows += run_case(name, make(), repeats, program, missing)
+def main(wanted, record):
+    """Runs the benchmark."""
+    cases, tools, compiled = CASES, TOOLS, None
+    if wanted.smallest:
+        # Neither those that must be compiled, nor Gmsh, which needs libraries of the system.
+        cases, tools = SMALLEST, [tool for tool in TOOLS if tool[0] in (OURS, "qhull")]
+    else:
+        compiled, missing = compile_peers()
+        if missing:
+            record.skip(f"{' and '.join(COMPILED)}: {missing}")
+            tools = [tool for tool in TOOLS if tool[0] not in COMPILED]
+    for name, make in cases.items():
+        if wanted.takes(name):
+            run_case(name, make(), tools, wanted, record, compiled)
             print()
     columns = {
         "case": "case", "tool": "tool", "threads": "threads", "CPU s": "cpu_s", "wall s": "wall_s", "MB": "peak_mb",
         "tetrahedra": "tets", "ours / it, CPU": "ours_cpu_ratio", "wall": "ours_wall_ratio", "speedup": "speedup",
     }  # fmt: skip
-    table.show(rows, columns)
-    for row in rows:
+    table.show(record.rows, columns)
+    for row in record.rows:
         if "failed" in row:
             print(f"  {row['case']}: {row['tool']} failed: {row['failed']}")
-    return {"rows": rows}

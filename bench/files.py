@@ -7,7 +7,6 @@ Blender both ways take turns in one process; the peak is what ours needs beyond 
 
 import json
 import os
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -34,6 +33,14 @@ CASES = {
     "aerial": ("made/large.las", ["laspy"]),
     "aerial, packed": ("made/large.laz", ["laspy"]),
 }
+SMALLEST = {
+    "large scan": ("made/large.ptx", []),
+    "large text": ("made/large.ply", ["trimesh", "meshio"]),
+    "large mesh": ("made/large.stl", ["open3d", "pymeshlab"]),
+    "aerial": ("made/large.las", ["laspy"]),
+}
+INTO_BLENDER = "into Blender"
+COLUMNS = ["case", "format", "tool", "mb_per_s", "wall_s", "peak_mb"]
 
 READ = {
     "surfrecon": "import surfrecon\ndef read(path): return surfrecon.open(path)[0].read()",
@@ -78,36 +85,35 @@ print(json.dumps([statistics.median(times), statistics.median(walls), peak / 102
 """
 
 
-def into_blender(repeats):
+def into_blender(wanted, record):
     """The rows of a million triangles into Blender; none without its module."""
-    head = {"case": "into Blender", "format": "bpy"}
+    head = {"case": INTO_BLENDER, "format": "bpy"}
     try:
-        found = blender.hand_over(repeats)
+        for found in blender.hand_over(wanted, record):
+            if found["case"] == "plain":
+                for tool, (cpu, wall) in (("surfrecon", found["ours"]), ("bpy", found["minimum"])):
+                    speed = found["megabytes"] / max(cpu, measured.LEAST_S)
+                    record.put(head | {"tool": tool, "mb_per_s": speed, "wall_s": wall, "peak_mb": found["peak_mb"]})
     except measured.Failed as problem:
-        return [head | {"tool": "surfrecon", "failed": str(problem)[:60]}]
-    if found is None:
-        return []
-    plain = next(row for row in found if row["case"] == "plain")
-    return [
-        head | {"tool": tool, "mb_per_s": plain["megabytes"] / cpu, "wall_s": wall, "peak_mb": plain["peak_mb"]}
-        for tool, (cpu, wall) in (("surfrecon", plain["ours"]), ("bpy", plain["minimum"]))
-    ]
+        record.put(head | {"tool": "surfrecon", "failed": str(problem)})
 
 
-def made(folder):
-    """Files larger than the real ones: a scan and an aerial strip of a million points, a mesh of 400,000 triangles."""
+def made(folder, side):
+    """A scan and an aerial strip of side x side points, and a mesh: for a side of 1000, larger than the real ones."""
     program = """
 import sys, numpy as np, surfrecon
 random = np.random.default_rng(1)
-shape = (1000, 1000)
+n = int(sys.argv[2])
+shape = (n, n)
 points = np.dstack([random.uniform(-20, 20, shape), random.uniform(-20, 20, shape), random.uniform(1, 9, shape)])
 image = surfrecon.RangeImage.from_points(points.astype(np.float32), viewing=("from", (0, 0, 0)), name="large")
 image.intensity = random.uniform(0, 1, shape)
 image.write(sys.argv[1] + "/large.ptx")
-side = np.arange(448)
-vertices = np.dstack([*np.meshgrid(side, side), random.uniform(0, 1, (448, 448))]).reshape(-1, 3)
-a = (side[:-1, None] * 448 + side[None, :-1]).ravel()
-triangles = np.concatenate([np.stack([a, a + 1, a + 448], 1), np.stack([a + 1, a + 449, a + 448], 1)])
+m = 448 * n // 1000
+side = np.arange(m)
+vertices = np.dstack([*np.meshgrid(side, side), random.uniform(0, 1, (m, m))]).reshape(-1, 3)
+a = (side[:-1, None] * m + side[None, :-1]).ravel()
+triangles = np.concatenate([np.stack([a, a + 1, a + m], 1), np.stack([a + 1, a + m + 1, a + m], 1)])
 mesh = surfrecon.Mesh(vertices.astype(np.float32), triangles)
 mesh.write(sys.argv[1] + "/large.stl")
 # Written by somebody else: numbers of six digits, as scanners' programs print them.
@@ -120,52 +126,46 @@ with open(sys.argv[1] + "/large.ply", "w") as out:
 import laspy
 strip = laspy.LasData(laspy.LasHeader(point_format=3, version="1.2"))
 strip.header.scales, strip.header.offsets = [0.001] * 3, [4e5, 5e6, 0]
-t = np.linspace(0, 400, 1_000_000)
-strip.x, strip.y = 4e5 + t + random.normal(0, 0.02, len(t)), 5e6 + np.arange(len(t)) % 1000 * 0.05
+t = np.linspace(0, 400, n * n)
+strip.x, strip.y = 4e5 + t + random.normal(0, 0.02, len(t)), 5e6 + np.arange(len(t)) % n * 0.05
 strip.z, strip.gps_time = 10 * np.sin(t / 20) + random.normal(0, 0.02, len(t)), t
 strip.intensity = random.integers(0, 4000, len(t)).astype(np.uint16)
 strip.red = strip.green = strip.blue = (t * 100).astype(np.uint16)
 strip.write(sys.argv[1] + "/large.las")
 strip.write(sys.argv[1] + "/large.laz")
 """
-    subprocess.run([sys.executable, "-c", program, str(folder)], check=True)
+    subprocess.run([sys.executable, "-c", program, str(folder), str(side)], check=True)
 
 
-def main(only_cases, repeats):
-    """Measures; returns the rows."""
+def main(wanted, record):
+    """Runs the benchmark."""
     data = os.environ.get("SURFRECON_DATA")
-    rows = []
+    cases = {case: found for case, found in (SMALLEST if wanted.smallest else CASES).items() if wanted.takes(case)}
     with tempfile.TemporaryDirectory() as folder:
-        made(folder)
-        for case, (file, peers) in CASES.items():
-            if only_cases not in case:
-                continue
+        if any(file.startswith("made/") for file, _ in cases.values()):
+            made(folder, 100 if wanted.smallest else 1000)
+        for case, (file, peers) in cases.items():
             path = Path(folder, Path(file).name) if file.startswith("made/") else Path(data or "", file)
-            if not path.is_file():
-                print(f"SKIPPED {case}: there is no {file} in SURFRECON_DATA")
-                continue
-            for tool in ["surfrecon", *peers]:
-                rows.append(row(case, path, tool, repeats))
-    if only_cases in "into Blender":
-        rows += into_blender(repeats)
+            if path.is_file():
+                read(case, path, wanted.tools(case, ["surfrecon", *peers]), wanted, record)
+            else:
+                record.skip(f"{case}: {file} is not in SURFRECON_DATA")
+    if wanted.takes(INTO_BLENDER):
+        into_blender(wanted, record)
     table.show(
-        rows,
+        record.rows,
         {"case": "case", "format": "format", "tool": "tool", "MB/s": "mb_per_s", "s": "wall_s", "MB": "peak_mb"}
-        | ({"failed": "failed"} if any("failed" in row for row in rows) else {}),
+        | ({"failed": "failed"} if any("failed" in row for row in record.rows) else {}),
     )
-    return {"rows": rows}
 
 
-def row(case, path, tool, repeats):
-    """The figures of a tool on a file."""
-    head = {"case": case, "format": path.suffix[1:], "tool": tool}
-    program = PROGRAM.format(read=READ[tool])
-    try:
-        runs = [
-            json.loads(measured.run([sys.executable, "-c", program, path], timeout=300)[1].strip().splitlines()[-1])
-            for _ in range(repeats)
-        ]
-    except measured.Failed as problem:
-        return head | {"failed": str(problem)[:60]}
-    cpu, wall, peak = (statistics.median(run[k] for run in runs) for k in range(3))
-    return head | {"mb_per_s": path.stat().st_size / 1e6 / max(cpu, 1e-4), "wall_s": wall, "peak_mb": peak}
+def read(case, path, tools, wanted, record):
+    """Has the tools read a file; a row each."""
+    megabytes = path.stat().st_size / 1e6
+
+    def once(tool):
+        command = [sys.executable, "-c", PROGRAM.format(read=READ[tool]), path]
+        cpu, wall, peak = json.loads(measured.run(command, timeout=300)[1].strip().splitlines()[-1])
+        return {"mb_per_s": megabytes / max(cpu, measured.LEAST_S), "wall_s": wall, "peak_mb": peak}, None
+
+    record.measure(tools, wanted.repeats, once, lambda tool: {"case": case, "format": path.suffix[1:], "tool": tool})

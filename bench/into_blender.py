@@ -1,9 +1,10 @@
 """A mesh of the library into Blender, beside the fewest calls of Blender that make the same mesh from arrays at hand.
 
-Runs under the Python of a Blender module: into_blender.py ADDON_FOLDER REPEATS. A line of JSON a case: seconds of the
-CPU and of the clock for us and for the minimum, their medians; and megabytes that the library, by its own count, and
-NumPy, by Python's, hold more than before while the mesh is made (`peak_mb`) and after it (`left_mb`). A last line, of
-the case `operator`, has what is left when a whole operator has ended.
+Runs under the Python of a Blender module: into_blender.py ADDON_FOLDER REPEATS SIDE, with SIDE x SIDE vertices. A line
+of JSON a case: the megabytes of coordinates and corners that Blender is handed; seconds of the CPU and of the clock for
+us and for the minimum, their medians; and megabytes that the library, by its own count, and NumPy, by Python's, hold
+more than before while the mesh is made (`peak_mb`) and after it (`left_mb`). A last line, of the case `operator`, has
+what is left when a whole operator has ended.
 """
 
 import gc
@@ -22,7 +23,7 @@ import numpy as np
 import surfrecon
 
 convert = importlib.import_module("extension.convert")
-SIDE = 709
+SIDE = int(sys.argv[3])
 
 
 def shape():
@@ -143,6 +144,7 @@ def main():
         peak, left = memory(lambda call=calls[0]: bpy.data.meshes.remove(call()))
         row = {
             "case": case,
+            "megabytes": (COORDINATES.nbytes + CORNERS.nbytes) / 1e6,
             "ours": best[0],
             "minimum": best[1],
             "peak_mb": peak,

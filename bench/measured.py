@@ -37,6 +37,10 @@ def main():
     return os.waitstatus_to_exitcode(status) & 0xFF
 
 
+# CPU seconds that the system's clocks can tell apart, about: what is divided by is at least this.
+LEAST_S = 1e-4
+
+
 class Failed(Exception):
     """The program ended with an error or took too long; the text is what it said last."""
 

@@ -10,7 +10,7 @@ import os
 import statistics
 import subprocess
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import measured
@@ -20,13 +20,15 @@ from ply import read_ply
 from prepare import prepare
 from surface import distances, sample, topology
 
-ROOT = Path(__file__).resolve().parent.parent
-OUT = ROOT / "out" / "bench"
-EXAMPLES = ROOT / "target" / "release" / "examples"
-SAMPLES = 200_000
+HERE = Path(__file__).resolve().parent
 
 OURS, WHEEL = "surfrecon", "surfrecon-wheel"
 TOOLS = [OURS, WHEEL, "pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"]
+# What a surface is worth; null where there is none.
+QUALITY = ["components", "boundary_loops", "boundary_edges", "nonmanifold_edges", "nonmanifold_vertices"]
+QUALITY += ["rms_mm", "mean_mm", "p95_mm", "max_mm", "surface_to_scans_mean_mm", "surface_to_scans_max_mm"]
+HEAD = ["case", "tool", "voxel_mm", "input_triangles", "runs", "cpu_s", "wall_s", "peak_mb", "triangles"]
+COLUMNS = HEAD + QUALITY
 
 
 @dataclass
@@ -38,6 +40,7 @@ class Case:
     voxel: float
     mm: float = 1e3  # millimetres in the scans' unit
     truth: Path | None = None  # the shape that was scanned, where it is known
+    samples: int = 200_000  # points of each surface whose distances to others are averaged
     paper: tuple | None = None  # shares of case a, b, c in per cent in the paper's Table 2
 
 
@@ -47,52 +50,63 @@ DATA_CASES = [
     ("dragon 0.75 mm", "stanford_dragon_stand/dragonStandRight.conf", 0.00075, None),
     ("happy 0.60 mm", "stanford_happy_stand/happyStandRight.conf", 0.0006, None),
 ]
-VIRTUAL_SCANS, VIRTUAL_VOXEL = 12, 1.0
 
 
-def data_cases(skipped):
-    """The cases on real scans; those that can't run are named in `skipped`."""
+@dataclass
+class Virtual:
+    """Virtual scans of a shape: what bench/merge.py hands to the example `virtual_scans`."""
+
+    scans: int
+    pixels: int  # across the shape
+    detail: float  # of the shape, mm
+    voxel: float  # cell to merge with, mm
+
+
+VIRTUAL, SMALLEST = Virtual(12, 520, 1.8, 1.0), Virtual(4, 60, 12.0, 8.0)
+
+
+def cases(wanted, record):
+    """The cases that are wanted: on real scans, and on virtual ones of a known shape."""
     data = os.environ.get("SURFRECON_DATA")
-    cases = []
-    for name, conf, voxel, paper in DATA_CASES:
-        if not data:
-            skipped.append(f"{name}: SURFRECON_DATA is not set")
-        elif not (Path(data) / conf).is_file():
-            skipped.append(f"{name}: {conf} is not in SURFRECON_DATA")
+    for name, conf, voxel, paper in () if wanted.smallest else DATA_CASES:
+        if not wanted.takes(name):
+            continue
+        if data and (Path(data) / conf).is_file():
+            yield Case(name, Path(data) / conf, voxel, paper=paper)
         else:
-            cases.append(Case(name, Path(data) / conf, voxel, paper=paper))
-    return cases
+            record.skip(f"{name}: {conf} is not in SURFRECON_DATA")
+    virtual = SMALLEST if wanted.smallest else VIRTUAL
+    name = f"virtual {virtual.voxel:g} mm"
+    if wanted.takes(name):
+        folder = virtual_scans(wanted, virtual)
+        case = Case(name, folder / "scans.conf", virtual.voxel, mm=1.0, truth=folder / "truth.ply")
+        yield replace(case, samples=2_000) if wanted.smallest else case
 
 
-def virtual_scans(scans):
+def virtual_scans(wanted, virtual):
     """Scans a known shape, in millimetres, with noise, dropouts and slightly wrong poses; returns the folder."""
-    folder = OUT / "inputs" / f"virtual_{scans}"
-    program = [EXAMPLES / "virtual_scans", folder, "--scans", scans, "--ascii"]
+    folder = wanted.out / "inputs" / f"virtual_{virtual.scans}_{virtual.pixels}"
+    program = [wanted.programs / "examples" / "virtual_scans", folder, "--ascii", "--scans", virtual.scans]
+    program += ["--pixels", virtual.pixels, "--cell", virtual.detail]
     subprocess.run(list(map(str, program)), check=True, stdout=subprocess.DEVNULL)
     return folder
 
 
-def virtual_case():
-    """Where the truth is known."""
-    folder = virtual_scans(VIRTUAL_SCANS)
-    voxel = VIRTUAL_VOXEL
-    return Case(f"virtual {voxel:g} mm", folder / "scans.conf", voxel, mm=1.0, truth=folder / "truth.ply")
-
-
-def command(tool, case, folder, out, report):
+def command(tool, case, wanted, folder, out, report):
     """The program and arguments that merge the scans of a case."""
     if tool == OURS:
-        return [EXAMPLES / "merge_scans", case.conf, out, "--voxel", case.voxel, "--report", report]
+        program = wanted.programs / "examples" / "merge_scans"
+        return [program, case.conf, out, "--voxel", case.voxel, "--report", report]
     if tool == WHEEL:
-        return [sys.executable, ROOT / "bench" / "wheel_merge.py", case.conf, out, case.voxel]
-    return [sys.executable, ROOT / "bench" / "peer_merge.py", tool, folder, case.voxel, out]
+        return [sys.executable, HERE / "wheel_merge.py", case.conf, out, case.voxel]
+    return [sys.executable, HERE / "peer_merge.py", tool, folder, case.voxel, out]
 
 
 def quality(case, folder, out):
     """Figures of a merged surface; distances in mm."""
     mesh = read_ply(out)
     if mesh.faces is None or len(mesh.faces) == 0:
-        return {"triangles": 0}
+        return dict.fromkeys(QUALITY) | {"triangles": 0}
     figures = topology(mesh.vertices, mesh.faces)
     off = distances(read_ply(folder / "points.ply").vertices, mesh.vertices, mesh.faces) * case.mm
     figures |= {
@@ -103,13 +117,13 @@ def quality(case, folder, out):
     }
     # Surface where no scan has any: how far the result strays from the scans.
     scans = read_ply(folder / "all.ply")
-    on_surface = sample(mesh.vertices, mesh.faces, SAMPLES)
+    on_surface = sample(mesh.vertices, mesh.faces, case.samples)
     astray = distances(on_surface, scans.vertices, scans.faces) * case.mm
     figures |= {"surface_to_scans_mean_mm": float(astray.mean()), "surface_to_scans_max_mm": float(astray.max())}
     if case.truth:
         truth = read_ply(case.truth)
         to_truth = distances(on_surface, truth.vertices, truth.faces) * case.mm
-        from_truth = distances(sample(truth.vertices, truth.faces, SAMPLES), mesh.vertices, mesh.faces) * case.mm
+        from_truth = distances(sample(truth.vertices, truth.faces, case.samples), mesh.vertices, mesh.faces) * case.mm
         figures |= {
             "to_truth_mean_mm": float(to_truth.mean()),
             "to_truth_max_mm": float(to_truth.max()),
@@ -119,42 +133,31 @@ def quality(case, folder, out):
     return figures
 
 
-def run_case(case, tools, repeats):
+def run_case(case, wanted, record):
     """Runs the tools in turn on one case; returns a row a tool and our own report."""
-    folder = OUT / "inputs" / f"{case.conf.parent.name}_prepared"
+    folder = wanted.out / "inputs" / f"{case.conf.parent.name}_prepared"
     prepared = prepare(case.conf, folder)
-    runs, failures = {tool: [] for tool in tools}, {}
-    report = OUT / "inputs" / "report.json"
-    surfaces = {tool: OUT / "surfaces" / f"{case.name} {tool}.ply".replace(" ", "_") for tool in tools}
-    (OUT / "surfaces").mkdir(parents=True, exist_ok=True)
-    for turn in range(repeats):
-        for tool in tools:
-            if tool in failures:
-                continue
-            print(f"  {case.name}: {tool}, run {turn + 1} of {repeats}", flush=True)
-            try:
-                figures, _ = measured.run(command(tool, case, folder.resolve(), surfaces[tool], report))
-                runs[tool].append(figures)
-            except measured.Failed as failed:
-                failures[tool] = str(failed)
-                print(f"    failed: {failed}", flush=True)
-    rows = []
-    for tool in tools:
-        row = {
-            "case": case.name,
-            "tool": tool,
-            "voxel_mm": case.voxel * case.mm,
-            "input_triangles": prepared["triangles"],
-        }
-        if tool in failures:
-            rows.append(row | {"failed": failures[tool]})
-            continue
-        for name in ("cpu_s", "wall_s", "peak_mb"):
-            row[name] = statistics.median(run[name] for run in runs[tool])
-        row["cpu_s_all"] = [run["cpu_s"] for run in runs[tool]]
-        rows.append(row | quality(case, folder, surfaces[tool]))
-    add_ratios(rows)
-    return rows, json.loads(report.read_text()) if OURS in tools and OURS not in failures else None
+    report = wanted.out / "inputs" / "report.json"
+    (wanted.out / "surfaces").mkdir(parents=True, exist_ok=True)
+
+    def head(tool):
+        voxel = case.voxel * case.mm
+        return {"case": case.name, "tool": tool, "voxel_mm": voxel, "input_triangles": prepared["triangles"]}
+
+    def once(tool):
+        print(f"  {case.name}: {tool}", flush=True)
+        out = surface_file(wanted, case, tool)
+        return measured.run(command(tool, case, wanted, folder, out, report))[0], out
+
+    tools = wanted.tools(case.name, TOOLS)
+    rows = record.measure(tools, wanted.repeats, once, head, lambda _, out: quality(case, folder, out), add_ratios)
+    ours = next((row for row in rows if row["tool"] == OURS), {"failed": "not run"})
+    return rows, None if "failed" in ours else json.loads(report.read_text())
+
+
+def surface_file(wanted, case, tool):
+    """Where the surface that a tool made is kept to be looked at."""
+    return wanted.out / "surfaces" / f"{case.name} {tool}.ply".replace(" ", "_")
 
 
 def add_ratios(rows, tool=OURS):
@@ -203,23 +206,26 @@ def show_shares(shares):
     )
 
 
-def growth(repeats):
-    """How our time and memory grow with twice the scans and half the voxel; a row for each combination."""
+def growth(wanted, record):
+    """How our time and memory grow with twice the scans and half the cell; a row for each combination."""
+    virtual = SMALLEST if wanted.smallest else VIRTUAL
     rows = []
-    for scans in (VIRTUAL_SCANS, 2 * VIRTUAL_SCANS):
-        conf = virtual_scans(scans) / "scans.conf"
-        for voxel in (VIRTUAL_VOXEL, VIRTUAL_VOXEL / 2):
+    for scans in (virtual.scans, 2 * virtual.scans):
+        conf = virtual_scans(wanted, replace(virtual, scans=scans)) / "scans.conf"
+        for voxel in (virtual.voxel, virtual.voxel / 2):
             case = Case(f"{scans} scans {voxel:g} mm", conf, voxel, mm=1.0)
-            out, report = OUT / "inputs" / "growth.ply", OUT / "inputs" / "growth.json"
-            print(f"  {case.name}: {repeats} runs", flush=True)
-            runs = [measured.run(command(OURS, case, None, out, report))[0] for _ in range(repeats)]
+            out, report = wanted.out / "inputs" / "growth.ply", wanted.out / "inputs" / "growth.json"
+            print(f"  {case.name}: {wanted.repeats} runs", flush=True)
+            program = command(OURS, case, wanted, None, out, report)
+            runs = [measured.run(program)[0] for _ in range(wanted.repeats)]
             figures = {name: statistics.median(run[name] for run in runs) for name in ("cpu_s", "wall_s", "peak_mb")}
             told = json.loads(report.read_text())
             row = {"scans": scans, "voxel_mm": voxel, "input_triangles": told["input_triangles"]} | figures
-            rows.append(row | {"triangles": sum(told["faces"]), "intersections": told["intersections"]})
-    for row in rows:
-        row["cpu_growth"] = row["cpu_s"] / rows[0]["cpu_s"]
-        row["peak_growth"] = row["peak_mb"] / rows[0]["peak_mb"]
+            row |= {"triangles": sum(told["faces"]), "intersections": told["intersections"]}
+            rows.append(row)
+            row["cpu_growth"] = row["cpu_s"] / rows[0]["cpu_s"]
+            row["peak_growth"] = row["peak_mb"] / rows[0]["peak_mb"]
+            record.put(row, "growth")
     return rows
 
 
@@ -234,26 +240,20 @@ def show_growth(rows):
     table.show(rows, columns)
 
 
-def main(only_cases, repeats):
-    """Runs the benchmark and returns what goes into the JSON file."""
-    skipped = []
-    cases = [case for case in [*data_cases(skipped), virtual_case()] if only_cases in case.name]
-    rows, shares = [], []
-    for case in cases:
+def main(wanted, record):
+    """Runs the benchmark."""
+    shares = []
+    for case in cases(wanted, record):
         print(f"\n{case.name}", flush=True)
-        of_case, report = run_case(case, TOOLS, repeats)
-        show_rows(of_case)
-        rows += of_case
+        rows, report = run_case(case, wanted, record)
+        show_rows(rows)
         if report and case.paper:
             total = sum(report["faces"]) or 1
             made = {k: 100 * n / total for k, n in zip("abc", report["faces"], strict=True)}
             paper = {f"paper_{k}": share for k, share in zip("abc", case.paper, strict=True)}
             shares.append({"case": case.name} | made | paper)
+            record.put(shares[-1], "face_shares")
     if shares:
         show_shares(shares)
-    grown = growth(repeats) if only_cases in "growth" else []
-    if grown:
-        show_growth(grown)
-    for reason in skipped:
-        print(f"SKIPPED {reason}")
-    return {"rows": rows, "face_shares": shares, "growth": grown, "skipped": skipped}
+    if wanted.takes("growth"):
+        show_growth(growth(wanted, record))

@@ -1,8 +1,8 @@
-"""One tool of the sculpting benchmark in a process of its own: peer_sculpt.py TOOL GRID.npy TOLERANCE OUT.npz.
+"""One tool of the sculpting benchmark in a process of its own: peer_sculpt.py TOOL GRID.npy TOLERANCE OUT.npz PROGRAMS.
 
-GRID holds heights, NaN where invalid. OUT receives `positions` (column, row, height) and `triangles`; printed is a line
-of JSON with the wall and CPU seconds of the meshing alone and, for ours, the wall seconds of going there from twice the
-tolerance with a sculptor that has been nowhere else.
+GRID holds heights, NaN where invalid. PROGRAMS is the folder of the tools that are compiled. OUT receives `positions`
+(column, row, height) and `triangles`; printed is a line of JSON with the wall and CPU seconds of the meshing alone and,
+for ours, the wall seconds of going there from twice the tolerance with a sculptor that has been nowhere else.
 """
 
 import json
@@ -14,10 +14,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-
-ROOT = Path(__file__).resolve().parent.parent
-REFERENCE = ROOT / "target" / "release" / "examples" / "sculpt_reference"
-MESHOPT = ROOT / "target" / "release" / "surfrecon-bench-meshopt"
 
 
 def filled(heights):
@@ -52,12 +48,12 @@ def surfrecon_mesh(heights, tolerance, effort, **options):
     return result.mesh.positions, result.mesh.triangles, figures
 
 
-def reference_mesh(heights, tolerance):
+def reference_mesh(heights, tolerance, programs):
     """The paper's own pipeline; the CPU time includes reading the grid and writing the mesh."""
     with tempfile.TemporaryDirectory() as folder:
         grid, out = Path(folder) / "grid", Path(folder) / "mesh"
         heights.astype("<f8").tofile(grid)
-        command = [REFERENCE, grid, str(heights.shape[1]), repr(tolerance), out]
+        command = [programs / "examples" / "sculpt_reference", grid, str(heights.shape[1]), repr(tolerance), out]
         printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         positions = np.fromfile(out, "<f8").reshape(-1, 3)
@@ -156,7 +152,7 @@ def quadric_mesh(heights, tolerance, tool):
     return best
 
 
-def meshopt_mesh(heights, tolerance):
+def meshopt_mesh(heights, tolerance, programs):
     """meshoptimizer, told the tolerance as its largest error: its own measure, so that the bound need not hold.
 
     As for the quadric collapses, lengths along the grid are as the heights. The CPU time includes reading and writing.
@@ -167,7 +163,7 @@ def meshopt_mesh(heights, tolerance):
         files = [Path(folder) / name for name in ("positions", "triangles", "out")]
         (positions * [pitch, pitch, 1]).astype("<f4").tofile(files[0])
         triangles.astype("<u4").tofile(files[1])
-        command = [MESHOPT, files[0], files[1], repr(tolerance), files[2]]
+        command = [programs / "surfrecon-bench-meshopt", files[0], files[1], repr(tolerance), files[2]]
         printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         left = np.fromfile(files[2], "<u4").reshape(-1, 3)
@@ -182,22 +178,22 @@ def timed(work):
 
 
 TOOLS = {
-    "surfrecon": lambda h, t: surfrecon_mesh(h, t, 1),
-    "surfrecon-dug": lambda h, t: surfrecon_mesh(h, t, 0),
-    "surfrecon-search": lambda h, t: surfrecon_mesh(h, t, 2),
-    "surfrecon-free": lambda h, t: surfrecon_mesh(h, t, 2, interpolate=False),
-    "surfrecon-floor": lambda h, t: surfrecon_mesh(h, t, 1, min_angle=np.radians(10)),
-    "surfrecon-borders": lambda h, t: surfrecon_mesh(h, t, 1, simplify_borders=True),
+    "surfrecon": lambda h, t, _: surfrecon_mesh(h, t, 1),
+    "surfrecon-dug": lambda h, t, _: surfrecon_mesh(h, t, 0),
+    "surfrecon-search": lambda h, t, _: surfrecon_mesh(h, t, 2),
+    "surfrecon-free": lambda h, t, _: surfrecon_mesh(h, t, 2, interpolate=False),
+    "surfrecon-floor": lambda h, t, _: surfrecon_mesh(h, t, 1, min_angle=np.radians(10)),
+    "surfrecon-borders": lambda h, t, _: surfrecon_mesh(h, t, 1, simplify_borders=True),
     "surfrecon-reference": reference_mesh,
-    "pydelatin": delatin_mesh,
-    "pymartini": martini_mesh,
+    "pydelatin": lambda h, t, _: delatin_mesh(h, t),
+    "pymartini": lambda h, t, _: martini_mesh(h, t),
     "meshoptimizer": meshopt_mesh,
-    "open3d-quadric": lambda h, t: quadric_mesh(h, t, open3d_collapse),
-    "meshlab-quadric": lambda h, t: quadric_mesh(h, t, meshlab_collapse),
+    "open3d-quadric": lambda h, t, _: quadric_mesh(h, t, open3d_collapse),
+    "meshlab-quadric": lambda h, t, _: quadric_mesh(h, t, meshlab_collapse),
 }
 
 if __name__ == "__main__":
-    tool, grid, tolerance, out = sys.argv[1:]
-    positions, triangles, figures = TOOLS[tool](np.load(grid), float(tolerance))
+    tool, grid, tolerance, out, programs = sys.argv[1:]
+    positions, triangles, figures = TOOLS[tool](np.load(grid), float(tolerance), Path(programs))
     np.savez(out, positions=positions, triangles=triangles)
     print(json.dumps(figures))

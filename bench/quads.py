@@ -36,6 +36,8 @@ CASES = {
     "399 x 263 -> 55 x 37": ((399, 263), 1, (6, 4, 10)),
     "4096 x 4096": ((4096, 4096), 1, None),
 }
+SMALLEST = {"61 x 73": ((61, 73), 1, (5, 5, 7))}
+COLUMNS = ["case", "tool", "runs", "rel_err_adaptive", "rel_err_uniform", "wall_s", "mpix_per_s"]
 
 PROGRAM = """
 import json, sys, time, statistics
@@ -75,60 +77,52 @@ print(json.dumps(out))
 """
 
 
-def main(only_cases, repeats):
-    """Measures; returns the rows."""
+def main(wanted, record):
+    """Runs the benchmark."""
     data = os.environ.get("SURFRECON_DATA")
-    rows, shown, worse = [], [], 0
-    for case, (source, most, tiles) in CASES.items():
-        if only_cases not in case:
+    shown, worse = [], 0
+    for case, (source, most, tiles) in (SMALLEST if wanted.smallest else CASES).items():
+        if not wanted.takes(case):
             continue
         if isinstance(source, str):
-            source = os.path.join(data or "", source)
+            file, source = source, os.path.join(data or "", source)
             if not os.path.exists(source):
-                print(f"SKIPPED {case}: there is no {CASES[case][0]} in SURFRECON_DATA")
+                record.skip(f"{case}: {file} is not in SURFRECON_DATA")
                 continue
-        made, extra = row(case, json.dumps([source, most, tiles]), repeats)
-        rows.append(made)
+        made, extra = row(case, json.dumps([source, most, tiles]), wanted, record)
         shown.append(made | extra)
         worse += extra.get("not_below", 0)
     columns = {"case": "case", "scans": "scans", "grid": "grid", "adaptive %": "rel_err_adaptive"}
     columns |= {"uniform %": "rel_err_uniform", "ratio": "ratio", "worst ratio": "worst", "s": "wall_s"}
     columns |= {"Mpix/s": "mpix_per_s", "of bandwidth": "share_of_bandwidth"}
-    if any("failed" in row for row in rows):
+    if any("failed" in row for row in shown):
         columns["failed"] = "failed"
     table.show(shown, columns)
     print(f"scans whose adaptive grid is not better than the uniform one: {worse}")
-    return {"rows": rows}
 
 
-def row(case, arguments, repeats):
-    """The figures of a case: means over its scans, medians over the runs."""
-    head = {"case": case, "tool": "surfrecon"}
-    try:
-        runs = [
-            json.loads(measured.run([sys.executable, "-c", PROGRAM, arguments], timeout=600)[1].splitlines()[-1])
-            for _ in range(repeats)
-        ]
-    except measured.Failed as problem:
-        return head | {"failed": str(problem)[:200]}, {}
-    scans = runs[0]
-    mean = statistics.mean
-    wall = statistics.median(mean(scan["seconds"] for scan in run) for run in runs)
-    share = statistics.median(mean(scan["share"] for scan in run) for run in runs)
-    ratios = [scan["adaptive"] / scan["uniform"] for scan in scans if scan["uniform"] > 0]
-    figures = {
-        "rel_err_adaptive": 100 * mean(scan["adaptive"] for scan in scans),
-        "rel_err_uniform": 100 * mean(scan["uniform"] for scan in scans),
-        "wall_s": wall,
-        "mpix_per_s": mean(scan["pixels"] for scan in scans) / wall / 1e6,
-    }
-    sizes = sorted({"{} x {}".format(*scan["size"]) for scan in scans})
-    extra = {
-        "scans": len(scans),
-        "grid": sizes[0] if len(sizes) == 1 else f"{sizes[0]} ...",
-        "ratio": statistics.geometric_mean(ratios),
-        "worst": max(ratios),
-        "not_below": sum(ratio >= 1 for ratio in ratios),
-        "share_of_bandwidth": share,
-    }
-    return head | figures, extra
+def row(case, arguments, wanted, record):
+    """The row of a case, medians over the runs of means over its scans, and what is only printed."""
+    extra, shares = {}, []
+
+    def once(_):
+        printed = measured.run([sys.executable, "-c", PROGRAM, arguments], timeout=600)[1]
+        scans = json.loads(printed.splitlines()[-1])
+        wall = statistics.mean(scan["seconds"] for scan in scans)
+        figures = {"wall_s": wall, "mpix_per_s": statistics.mean(scan["pixels"] for scan in scans) / wall / 1e6}
+        shares.append(statistics.mean(scan["share"] for scan in scans))
+        extra["share_of_bandwidth"] = statistics.median(shares)
+        return figures, scans
+
+    def judge(_, scans):
+        ratios = [scan["adaptive"] / scan["uniform"] for scan in scans if scan["uniform"] > 0]
+        sizes = sorted({"{} x {}".format(*scan["size"]) for scan in scans})
+        extra["scans"], extra["grid"] = len(scans), sizes[0] if len(sizes) == 1 else f"{sizes[0]} ..."
+        extra["ratio"], extra["worst"] = statistics.geometric_mean(ratios), max(ratios)
+        extra["not_below"] = sum(ratio >= 1 for ratio in ratios)
+        return {
+            f"rel_err_{kind}": 100 * statistics.mean(scan[kind] for scan in scans) for kind in ("adaptive", "uniform")
+        }
+
+    made = record.measure(["surfrecon"], wanted.repeats, once, lambda tool: {"case": case, "tool": tool}, judge)
+    return made[0], extra

@@ -1,22 +1,24 @@
-"""Runs the benchmarks: run.py [NAME] [--cases TEXT] [--repeats N]. Called by run.sh, which builds and installs first.
+"""Runs the benchmarks: run.py [NAME] [OPTION...]. Called by run.sh, which builds and installs first.
 
-A benchmark is a module beside this one with `main(only_cases, repeats)` that prints its tables and returns what
-out/bench/NAME.json holds besides the machine: at least `rows`.
+A benchmark is a module beside this one with `COLUMNS`, which all its rows have, and `main(wanted, record)`, which
+prints its tables and puts its rows into the record: out/bench/NAME.json.
 """
 
 import argparse
 import importlib
-import json
 import os
 import platform
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
+from record import ONCE_CPU_S, Record
+from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
+
 BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "blender", "meshlab"]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
-OUT = Path(__file__).resolve().parent.parent / "out" / "bench"
+ROOT = Path(__file__).resolve().parent.parent
 PEERS = [
     "pymeshlab",
     "open3d",
@@ -30,6 +32,8 @@ PEERS = [
     "numpy",
     "scipy",
 ]
+# As other programs here say that what they need is not at hand.
+UNAVAILABLE = 3
 
 
 def machine():
@@ -47,26 +51,64 @@ def machine():
     }
 
 
-def main():
-    """Runs the named benchmark or all."""
-    parser = argparse.ArgumentParser(description="This library beside its peers on the same data.")
+def options():
+    """What the command line asks for."""
+    left_out = "\n".join(f"  {name + ':':11}{', '.join(patterns)}" for name, patterns in HEAVY.items())
+    parser = argparse.ArgumentParser(
+        description="This library beside its peers on the same data; ten minutes of CPU time a benchmark at most.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=f"A tool whose run takes more than {ONCE_CPU_S} s of CPU time is run once. Left out without --all, as "
+        f'"case: tool":\n{left_out}',
+    )
     parser.add_argument("name", nargs="?", choices=BENCHMARKS, help="one benchmark; all without it")
     parser.add_argument("--cases", default="", help="only cases whose name contains this text")
-    parser.add_argument("--repeats", type=int, default=3, help="runs a tool, of which the median counts")
-    options = parser.parse_args()
-    OUT.mkdir(parents=True, exist_ok=True)
-    failed = False
-    for name in [options.name] if options.name else BENCHMARKS:
-        print(f"== {name}", flush=True)
-        where = machine()
-        results = importlib.import_module(MODULES.get(name, name)).main(options.cases, options.repeats)
-        file = OUT / f"{name}.json"
-        file.write_text(json.dumps({"benchmark": name, "machine": where} | results, indent=1) + "\n")
-        print(f"\nwritten: {file.relative_to(OUT.parent.parent)}")
-        failed |= any(
-            "failed" in row for row in results["rows"] if row.get("tool", "surfrecon").startswith("surfrecon")
-        )
-    return 1 if failed else 0
+    parser.add_argument("--repeats", type=int, help="runs a tool, of which the median counts: 3, of the smallest 1")
+    extent = parser.add_mutually_exclusive_group()
+    extent.add_argument(
+        "--all", dest="extent", action="store_const", const=ALL, default=USUAL, help="the heavy cases too, see below"
+    )
+    extent.add_argument(
+        "--smallest", dest="extent", action="store_const", const=SMALLEST, help="whether it works, in seconds"
+    )
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / "bench", help="folder for all that is written")
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    parser.add_argument("--programs", type=Path, default=target / "release", help="folder with our own programs")
+    asked = parser.parse_args()
+    asked.repeats = asked.repeats or (1 if asked.extent == SMALLEST else 3)
+    return asked
+
+
+def run(name, asked, where):
+    """Runs one benchmark; says how it went: its rows, failed rows of ours, what was skipped."""
+    print(f"== {name}", flush=True)
+    module = importlib.import_module(MODULES.get(name, name))
+    out = asked.out.resolve()
+    record = Record(out / f"{name}.json", {"benchmark": name, "extent": asked.extent, "machine": where}, module.COLUMNS)
+    module.main(Wanted(name, out, asked.programs.resolve(), asked.repeats, asked.extent, asked.cases), record)
+    record.finish()
+    failed = [row for row in record.rows if "failed" in row]
+    ours = sum(row.get("tool", "surfrecon").startswith("surfrecon") for row in failed)
+    print(
+        f"\n{record.file}: {len(record.rows)} rows, {ours} of ours and {len(failed) - ours} of peers failed, "
+        f"{len(record.skipped)} skipped, {record.kept['cpu_s']:.0f} s of CPU time",
+        flush=True,
+    )
+    return len(record.rows), ours, len(record.skipped)
+
+
+def main():
+    """Runs the named benchmark or all. Status 1: something of ours failed; UNAVAILABLE: nothing could be run."""
+    asked = options()
+    where = machine()
+    rows, failed, skipped = zip(
+        *(run(name, asked, where) for name in ([asked.name] if asked.name else BENCHMARKS)), strict=True
+    )
+    if sum(failed):
+        return 1
+    if sum(rows) == 0:
+        print("nothing was run: " + ("see above" if sum(skipped) else f"no case is named {asked.cases!r}"))
+        return UNAVAILABLE
+    return 0
 
 
 if __name__ == "__main__":

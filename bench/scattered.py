@@ -7,7 +7,6 @@ points; of Python packages those of the reconstruction alone, without imports an
 import json
 import os
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -21,9 +20,11 @@ import table
 from scipy.spatial import cKDTree
 
 HERE = Path(__file__).resolve().parent
-TARGET = Path(os.environ.get("CARGO_TARGET_DIR", HERE.parent / "target"))
-TOOLS = ["surfrecon", "surfrecon-1-thread", "cgal-advancing-front"]
+OURS, CGAL = "surfrecon", "cgal-advancing-front"
 PYTHON_TOOLS = ["open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"]
+# What a surface is worth; null where there is none.
+QUALITY = ["used_pct", "boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus"]
+COLUMNS = ["case", "tool", "runs", "cpu_s", "wall_s", "peak_mb", "triangles", *QUALITY]
 # The packages take minutes for more, and their results are far from manifold for fewer already.
 PYTHON_LIMIT = 140_000
 # For each run of a package: about a thousand times what this library takes for the smaller sets.
@@ -102,8 +103,14 @@ def torus(count):
     return np.stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)], 1)
 
 
-def cases(skipped):
-    """Name and maker of each set of points; those that can't run are named in `skipped`."""
+SMALLEST = 400
+
+
+def cases(wanted, record):
+    """Name and maker of each set of points that is wanted."""
+    if wanted.smallest:
+        yield f"torus {SMALLEST}", lambda: torus(SMALLEST)
+        return
     data = os.environ.get("SURFRECON_DATA")
     files = [
         ("bunny", "stanford_bunny/bun_zipper.ply", lambda path: ply.read_ply(path).vertices),
@@ -119,16 +126,19 @@ def cases(skipped):
         ("armadillo 1M", "meshes/libigl_armadillo.obj", lambda path: surface.sample(*obj(path), 1_000_000, 1)),
     ]
     for name, file, make in files:
+        if not wanted.takes(name):
+            continue
         if data and (Path(data) / file).is_file():
             yield name, lambda make=make, path=Path(data) / file: make(path)
         else:
-            skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
+            record.skip(f"{name}: {file} is not in SURFRECON_DATA")
     # Sizes of the paper's Table 1, and one beyond.
     for count in (*PAPER, 200_000):
-        yield f"torus {count}", lambda count=count: torus(count)
+        if wanted.takes(f"torus {count}"):
+            yield f"torus {count}", lambda count=count: torus(count)
 
 
-def build_cgal(folder, skipped):
+def build_cgal(folder, record):
     """The program of CGAL's reconstruction, or `None`."""
     compiler = shutil.which("c++")
     program = Path(folder) / "cgal_advancing_front"
@@ -138,7 +148,7 @@ def build_cgal(folder, skipped):
             [compiler, "-std=c++17", "-O3", "-DNDEBUG", source, "-o", program, "-lgmp", "-lmpfr"], check=True
         )
         return program
-    skipped.append("cgal-advancing-front: libcgal-dev is not installed")
+    record.skip(f"{CGAL}: libcgal-dev is not installed")
     return None
 
 
@@ -147,7 +157,7 @@ def quality(points, vertices, triangles):
     figures = surface.topology(vertices, triangles)
     row = {"triangles": len(triangles)}
     if len(triangles) == 0:
-        return row
+        return dict.fromkeys(QUALITY) | row
     exact = np.ascontiguousarray(points.astype(np.float32) + np.float32(0)).view([("", np.float32)] * 3).ravel()
     on_it = np.ascontiguousarray(vertices[np.unique(triangles)].astype(np.float32) + np.float32(0))
     used = np.isin(np.unique(exact), on_it.view([("", np.float32)] * 3).ravel())
@@ -157,68 +167,55 @@ def quality(points, vertices, triangles):
     }
 
 
-def run(tool, points, file, spacing, folder, cgal):
-    """One run: its figures, vertices and triangles."""
-    out = Path(folder) / "out"
-    if tool in TOOLS:
-        if tool == "cgal-advancing-front":
-            command = [cgal, file, out]
-        else:
-            command = [TARGET / "release" / "examples" / "reconstruct_points", file, out]
-            command += ["--threads", 1] if tool.endswith("1-thread") else []
-        figures, _ = measured.run(command, cpu_limit=PROGRAM_CPU_S)
-        return figures, points, np.fromfile(out, np.uint32)[1:].reshape(-1, 3).astype(np.int64)
-    out = out.with_suffix(".npz")
-    command = [sys.executable, HERE / "peer_scattered.py", tool, file, spacing, out]
-    figures, printed = measured.run(command, cpu_limit=PYTHON_CPU_S)
-    found = np.load(out)
-    seconds = json.loads(printed.strip().splitlines()[-1])
-    return figures | seconds, found["vertices"], found["triangles"].astype(np.int64)
+def run_case(name, points, tools, folder, wanted, record):
+    """Runs the tools, programs by their commands, on a set of points; a row each."""
+    file, out = Path(folder) / "points.f64", Path(folder) / "out.npz"
+    points.tofile(file)
+    spacing = float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
 
+    def once(tool):
+        if tools[tool]:
+            figures, _ = measured.run([*tools[tool], file, out], cpu_limit=PROGRAM_CPU_S)
+            return figures, (points, np.fromfile(out, np.uint32)[1:].reshape(-1, 3).astype(np.int64))
+        if len(points) > PYTHON_LIMIT:
+            raise measured.Failed(f"not run for more than {PYTHON_LIMIT:,} points, which takes minutes")
+        command = [sys.executable, HERE / "peer_scattered.py", tool, file, spacing, out]
+        figures, printed = measured.run(command, cpu_limit=PYTHON_CPU_S)
+        found = np.load(out)
+        seconds = json.loads(printed.strip().splitlines()[-1])
+        return figures | seconds, (found["vertices"], found["triangles"].astype(np.int64))
 
-def measure(case, tool, points, file, spacing, folder, cgal, repeats):
-    """One row: medians of `repeats` fresh processes."""
-    row = {"case": case, "tool": tool}
-    if tool in PYTHON_TOOLS and len(points) > PYTHON_LIMIT:
-        return row | {"failed": f"not run for more than {PYTHON_LIMIT:,} points, which takes minutes"}
-    runs = []
-    try:
-        for _ in range(repeats):
-            figures, vertices, triangles = run(tool, points, file, spacing, folder, cgal)
-            runs.append(figures)
-    except measured.Failed as failed:
-        return row | {"failed": str(failed)}
-    row |= {key: statistics.median(figures[key] for figures in runs) for key in ("cpu_s", "wall_s", "peak_mb")}
-    return row | quality(points, vertices, triangles)
+    def judge(_, made):
+        return quality(points, *made)
+
+    return record.measure(
+        wanted.tools(name, tools), wanted.repeats, once, lambda tool: {"case": name, "tool": tool}, judge
+    )
 
 
 def compare(rows):
     """Says which part of CGAL's CPU time this library takes, and which runs have no figures."""
     cpu = {row["tool"]: row["cpu_s"] for row in rows if "cpu_s" in row}
-    for tool in TOOLS[:2]:
-        if tool in cpu and TOOLS[2] in cpu:
-            print(f"{tool}: {cpu[tool] / cpu[TOOLS[2]]:.3f} of the CPU time of {TOOLS[2]}")
+    for tool, seconds in cpu.items():
+        if tool.startswith(OURS) and CGAL in cpu:
+            print(f"{tool}: {seconds / cpu[CGAL]:.3f} of the CPU time of {CGAL}")
     for row in rows:
         if "failed" in row:
             print(f"{row['tool']}: {row['failed']}")
 
 
-def main(only_cases, repeats):
+def main(wanted, record):
     """Runs all cases, prints a table a case."""
-    rows, skipped = [], []
+    ours = wanted.programs / "examples" / "reconstruct_points"
     with tempfile.TemporaryDirectory() as folder:
-        cgal = build_cgal(folder, skipped)
-        for name, make in cases(skipped):
-            if only_cases not in name:
-                continue
+        tools = {OURS: [ours], f"{OURS}-1-thread": [ours, "--threads", 1]}
+        # The smallest case does without what must be compiled.
+        cgal = None if wanted.smallest else build_cgal(folder, record)
+        tools |= {CGAL: [cgal]} if cgal else {}
+        tools |= dict.fromkeys(PYTHON_TOOLS)
+        for name, make in cases(wanted, record):
             points = np.ascontiguousarray(make(), np.float64)
-            file = Path(folder) / "points.f64"
-            points.tofile(file)
-            spacing = float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
-            tools = [tool for tool in TOOLS if cgal or tool != "cgal-advancing-front"]
-            tools += PYTHON_TOOLS
-            found = [measure(name, tool, points, file, spacing, folder, cgal, repeats) for tool in tools]
-            rows += found
+            found = run_case(name, points, tools, folder, wanted, record)
             columns = ["tool", "cpu_s", "wall_s", "peak_mb", "triangles", "used_pct", "boundary_loops"]
             columns += ["nonmanifold_edges", "nonmanifold_vertices", "genus"]
             known = KNOWN.get(name, "genus 1" if name.startswith("torus") else "")
@@ -227,6 +224,3 @@ def main(only_cases, repeats):
             print(f"\n{name}, {len(points):,} points ({known})", flush=True)
             table.show(found, {column: column for column in columns})
             compare(found)
-    for text_of_case in skipped:
-        print(f"skipped: {text_of_case}")
-    return {"rows": rows, "skipped": skipped}

@@ -14,8 +14,6 @@ head is harder than the paper's images: curved everywhere, and with 130 pixels a
 
 import json
 import os
-import statistics
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -41,23 +39,29 @@ SMALL = 100_000
 SLOW_PCT = 0.069
 # Growth is measured at one tolerance.
 GROWTH_PCT = 0.041
-# A run that takes longer is given up.
+# A run that takes more CPU time is given up.
 LIMIT_S = 300
 # Triangles left in % and seconds on the paper's image of 26,028 triangles (table 1).
 PAPER = {0.28: (10.4, 43.07), 0.14: (15.6, 44.22), 0.069: (21.5, 46.39), 0.041: (26.1, 48.84), 0.013: (42.9, 61.06)}
 PAPER_SIZE = ["forked pipe", "bottle", "head"]
+COLUMNS = ["case", "tool", "tau_pct", "runs", "triangles", "pct_of_full", "max_err_pct", "rms_err_pct"]
+COLUMNS += ["cpu_s", "wall_s", "peak_mb"]
 
 
-def tools_for(kind, pixels, tolerance_pct):
+def tools_for(case, kind, pixels, tolerance_pct, wanted):
     """The tools that run on a grid: all on those of the main cases, others are counted only."""
-    if kind != "main":
-        return TIMED
+    if wanted.smallest:
+        return TIMED + BEST + OTHERS + REFERENCE + QUADRIC
     small, slow = pixels <= SMALL, tolerance_pct == SLOW_PCT
-    return TIMED + BEST + OTHERS * (small or slow) + REFERENCE * small + QUADRIC * (small and slow)
+    main = BEST + OTHERS * (small or slow) + REFERENCE * small + QUADRIC * (small and slow)
+    return wanted.tools(case, TIMED + main * (kind == "main"))
 
 
-def cases(skipped):
-    """Name, kind and maker of each grid; those that can't run are named in `skipped`."""
+def cases(wanted, record):
+    """Name, kind and maker of each grid that is wanted."""
+    if wanted.smallest:
+        yield "synthetic 32", "main", lambda: height_maps.synthetic(32)
+        return
     data = os.environ.get("SURFRECON_DATA")
     main = [
         ("bun000", "stanford_bunny/bun000.ply", height_maps.scan),
@@ -75,15 +79,17 @@ def cases(skipped):
     ]
     for kind, files in (("main", main), ("others", others)):
         for name, file, make in files:
+            if not wanted.takes(name):
+                continue
             if data and (Path(data) / file).is_file():
                 yield name, kind, lambda make=make, path=Path(data) / file: make(path)
             else:
-                skipped.append(f"{name}: {file} is not in SURFRECON_DATA")
-    for name, make in zip(PAPER_SIZE, (height_maps.pipe, height_maps.bottle, height_maps.head), strict=True):
-        yield name, "main", make
-    yield "synthetic 1024", "main", lambda: height_maps.synthetic(1024)
-    for side in (128, 256, 512, 1024, 2048, 4096):
-        yield f"growth {side}", "growth", lambda side=side: height_maps.synthetic(side)
+                record.skip(f"{name}: {file} is not in SURFRECON_DATA")
+    made = list(zip(PAPER_SIZE, ["main"] * 3, (height_maps.pipe, height_maps.bottle, height_maps.head), strict=True))
+    made += [("synthetic 1024", "main", lambda: height_maps.synthetic(1024))]
+    sides = (128, 256, 512, 1024, 2048, 4096)
+    made += [(f"growth {side}", "growth", lambda side=side: height_maps.synthetic(side)) for side in sides]
+    yield from (case for case in made if wanted.takes(case[0]))
 
 
 def check(heights, positions, triangles):
@@ -137,24 +143,30 @@ def full_triangles(heights):
     return int(2 * (corners == 4).sum() + (corners == 3).sum())
 
 
-def measure(case, tool, grid, heights, tolerance_pct, repeats):
-    """One row: medians of the times of `repeats` fresh processes."""
-    row = {"case": case, "tool": tool, "tau_pct": tolerance_pct}
-    runs = []
+def measure(case, tools, file, heights, tolerance_pct, wanted, record, repeats):
+    """A row a tool at one tolerance."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "mesh.npz"
-        try:
-            for _ in range(repeats):
-                command = [sys.executable, HERE / "peer_sculpt.py", tool, grid, tolerance_pct / 100, out]
-                figures, printed = measured.run(command, timeout=LIMIT_S)
-                runs.append({"peak_mb": figures["peak_mb"]} | json.loads(printed.strip().splitlines()[-1]))
-        except measured.Failed as failed:
-            return row | {"failed": str(failed)}
-        mesh = np.load(out)
-        triangles, largest, rms = check(heights, mesh["positions"], mesh["triangles"].astype(int))
-    row |= {"triangles": triangles, "pct_of_full": 100 * triangles / full_triangles(heights)}
-    row |= {"max_err_pct": 100 * largest, "rms_err_pct": 100 * rms}
-    return row | {key: statistics.median(run[key] for run in runs) for key in runs[0]}
+
+        def once(tool):
+            command = [sys.executable, HERE / "peer_sculpt.py", tool, file, tolerance_pct / 100, out, wanted.programs]
+            figures, printed = measured.run(command, cpu_limit=LIMIT_S)
+            mesh = np.load(out)
+            return figures | json.loads(printed.strip().splitlines()[-1]), (mesh["positions"], mesh["triangles"])
+
+        def judge(_, mesh):
+            triangles, largest, rms = check(heights, mesh[0], mesh[1].astype(int))
+            share = 100 * triangles / full_triangles(heights)
+            return {
+                "triangles": triangles,
+                "pct_of_full": share,
+                "max_err_pct": 100 * largest,
+                "rms_err_pct": 100 * rms,
+            }
+
+        return record.measure(
+            tools, repeats, once, lambda tool: {"case": case, "tool": tool, "tau_pct": tolerance_pct}, judge
+        )
 
 
 def against_greedy(rows):
@@ -166,8 +178,10 @@ def against_greedy(rows):
         if row["tool"].startswith("surfrecon") and "failed" not in row and other:
             ratio = {"case": row["case"], "tool": row["tool"], "tau_pct": row["tau_pct"]}
             ratio["triangles"] = row["triangles"] / other["triangles"]
-            ratio |= {key: row[key] / other["wall_s"] for key in ("wall_s", "redig_s") if key in row}
-            ratios.append(ratio | {"cpu_s": row["cpu_s"] / other["cpu_s"]})
+            ratio |= {
+                key: row[key] / max(other["wall_s"], measured.LEAST_S) for key in ("wall_s", "redig_s") if key in row
+            }
+            ratios.append(ratio | {"cpu_s": row["cpu_s"] / max(other["cpu_s"], measured.LEAST_S)})
     print("\nOf pydelatin's triangles, wall time (first run and coming back to a tolerance) and CPU time")
     columns = ["case", "tool", "tau_pct", "triangles", "wall_s", "redig_s", "cpu_s"]
     table.show(ratios, {column: column for column in columns})
@@ -202,31 +216,30 @@ def growth(rows):
     table.show(found, {column: column for column in columns})
 
 
-def main(only_cases, repeats):
+def main(wanted, record):
     """Runs all cases, prints a table a case."""
-    peer = ["--manifest-path", HERE / "meshopt" / "Cargo.toml", "--target-dir", HERE.parent / "target"]
-    subprocess.run(["cargo", "build", "--release", "--quiet", "--locked", *peer], check=True)
-    rows, skipped = [], []
-    for name, kind, make in cases(skipped):
-        if only_cases not in name:
-            continue
+    built = (wanted.programs / "surfrecon-bench-meshopt").is_file()
+    if not built and not wanted.smallest:
+        record.skip("meshoptimizer: its program, bench/meshopt, is not built")
+    for name, kind, make in cases(wanted, record):
         heights = make()
         with tempfile.TemporaryDirectory() as folder:
-            grid = Path(folder) / "grid.npy"
-            np.save(grid, heights)
-            for tolerance in [GROWTH_PCT] if kind == "growth" else TOLERANCES_PCT:
+            file = Path(folder) / "grid.npy"
+            np.save(file, heights)
+            tolerances = [SLOW_PCT] if wanted.smallest else [GROWTH_PCT] if kind == "growth" else TOLERANCES_PCT
+            for tolerance in tolerances:
                 found = []
-                for tool in tools_for(kind, heights.size, tolerance):
-                    times = repeats if tool in TIMED and kind != "others" and heights.size < 1 << 22 else 1
-                    found.append(measure(name, tool, grid, heights, tolerance, times))
-                rows += found
+                tools = tools_for(name, kind, heights.size, tolerance, wanted)
+                tools = [tool for tool in tools if built or tool != "meshoptimizer"]
+                timed = [tool for tool in tools if tool in TIMED]
+                repeats = wanted.repeats if kind != "others" and heights.size < 1 << 22 else 1
+                found += measure(name, timed, file, heights, tolerance, wanted, record, repeats)
+                rest = [tool for tool in tools if tool not in TIMED]
+                found += measure(name, rest, file, heights, tolerance, wanted, record, 1)
                 columns = ["tool", "tau_pct", "triangles", "pct_of_full", "max_err_pct", "rms_err_pct"]
                 columns += ["cpu_s", "wall_s", "redig_s", "peak_mb"]
-                print(f"\n{name}, {tolerance} %")
+                print(f"\n{name}, {tolerance} %", flush=True)
                 table.show(found, {column: column for column in columns})
-    against_greedy(rows)
-    beside_the_paper(rows)
-    growth(rows)
-    for text in skipped:
-        print(f"SKIPPED {text}")
-    return {"rows": rows, "skipped": skipped}
+    against_greedy(record.rows)
+    beside_the_paper(record.rows)
+    growth(record.rows)

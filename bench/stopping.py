@@ -11,7 +11,8 @@ import time
 import numpy as np
 import surfrecon
 
-MOMENTS, PIXELS = 16, 900
+# Moments, and rows and columns of the scans.
+USUAL, SMALLEST = (16, 900), (1, 60)
 
 
 def sheet(pixels):
@@ -22,12 +23,12 @@ def sheet(pixels):
     return surfrecon.RangeImage.from_points(points, viewing=("parallel", (0, 0, -1)), name="sheet")
 
 
-def calls(folder):
+def calls(folder, pixels):
     """Each call by the name of its button."""
     job = surfrecon.Job
     shape = surfrecon.sculpture(cell=4.0)
-    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=500))
-    large, small = sheet(PIXELS), sheet(PIXELS // 2)
+    images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=5 * pixels // 9))
+    large, small = sheet(pixels), sheet(pixels // 2)
     mesh, coarse = large.triangulate(), small.triangulate()
     points = np.concatenate([image.world_points()[image.valid] for image in images])
     sculptor = surfrecon.Sculptor(large)
@@ -36,13 +37,13 @@ def calls(folder):
     scans = list(surfrecon.open(path))
     return {
         "Import Range Scans": lambda: job.read(scans),
-        "Virtual Scan": lambda: job.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=600)),
-        "Merge Scans": lambda: job.merge(images, voxel=0.25, measure=True),
+        "Virtual Scan": lambda: job.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=2 * pixels // 3)),
+        "Merge Scans": lambda: job.merge(images, voxel=225 / pixels, measure=True),
         "Surface from Points": lambda: job.surface(surfrecon.Reconstructor(points)),
         "Sculpt Scan, preparing": lambda: job.sculptor(large),
         "Sculpt Scan": lambda: job.refine(sculptor, relative_tolerance=0.0005),
         "Quad Grid": lambda: job.adaptive_quads(large, rows=60, columns=60),
-        "Cluster Surface": lambda: job.cluster(coarse, vertices=20_000),
+        "Cluster Surface": lambda: job.cluster(coarse, vertices=pixels * pixels // 40),
         "Error Map": lambda: job.distances(points, mesh),
         "Measure Distance": lambda: job.surface_distance(mesh, shape, signed=True),
     }
@@ -59,16 +60,16 @@ def stopped(start, seconds):
     return time.perf_counter() - asked
 
 
-def main(only_cases):
-    """Name -> the longest and the median, milliseconds."""
-    found = {}
+def longest(wanted):
+    """Gives each call that is wanted and the longest that it ran on, milliseconds."""
+    if "stopping" not in wanted.cases and wanted.cases not in "stopping":
+        return
+    moments, pixels = SMALLEST if wanted.smallest else USUAL
     with tempfile.TemporaryDirectory() as folder:
-        for name, start in calls(folder).items():
-            if only_cases not in f"stopping {name}":
+        for name, start in calls(folder, pixels).items():
+            if not wanted.takes(f"stopping {name}"):
                 continue
             begun = time.perf_counter()
             start().result()
             whole = time.perf_counter() - begun
-            took = [stopped(start, (k + 0.5) / MOMENTS * whole) for k in range(MOMENTS)]
-            found[name] = (1e3 * max(took), 1e3 * float(np.median(took)))
-    return found
+            yield f"stopping {name}", 1e3 * max(stopped(start, (k + 0.5) / moments * whole) for k in range(moments))

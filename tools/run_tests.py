@@ -245,10 +245,9 @@ def main():
         files = str(unpack())
         library = {"SURFRECON_LIBRARY": str(ROOT / "target" / "debug" / "libsurfrecon.so")}
         # Programs of others that read what we write are those of the benchmarks.
-        peers = environment("bench")
-        if peers is not None:
-            library["SURFRECON_PEERS"] = peers
-        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": files} | library))
+        python = environment("bench")
+        peers = {"SURFRECON_PEERS": python} if python else {}
+        total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": files} | library | peers))
         extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
         total.add(extension)
         if extension.failed == 0:
@@ -256,6 +255,9 @@ def main():
                 total.add(pytest(f"Blender {version} tests", f"blender-{version}", "tests/blender"))
 
         total.add(meshlab_tests(files))
+        # Last: what they measure is what the steps before have built.
+        programs = {"PYTHONPATH": files, "SURFRECON_PROGRAMS": str(ROOT / "target" / "debug")}
+        total.add(pytest("benchmarks on their smallest cases", "python", "tests/bench", programs | peers))
 
     if "SURFRECON_DATA" not in os.environ:
         show("\nSURFRECON_DATA is not set: the tests on real scans were skipped, see CONTRIBUTING.md.")

@@ -1,0 +1,45 @@
+"""What is asked of a benchmark: which cases, how often, with which programs, and where its files go."""
+
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+SMALLEST, USUAL, ALL = "smallest", "usual", "all"
+
+# What only --all runs, by benchmark: patterns of "CASE: TOOL".
+HEAVY = {
+    "merge": ["dragon 0.75 mm: *", "happy 0.60 mm: *"],
+    "delaunay": ["uniform 3 M: *"],
+    "scattered": ["armadillo 1M: *"],
+    "sculpt": ["growth 4096: *"],
+    "cluster": ["dragon merged, *: *", "bunny, 10,000 vertices: sklearn-kmeans"],
+}
+
+
+@dataclass
+class Wanted:
+    """The options of bench/run.py for one benchmark."""
+
+    benchmark: str
+    out: Path
+    programs: Path  # where this library's own programs are
+    repeats: int
+    extent: str = USUAL
+    cases: str = ""
+
+    @property
+    def smallest(self):
+        """Whether only the case is asked for that shows that the benchmark works."""
+        return self.extent == SMALLEST
+
+    def takes(self, case, tool=""):
+        """Whether the tool runs on the case; without a tool, whether any does."""
+        if self.cases not in case:
+            return False
+        return self.extent == ALL or not any(
+            fnmatchcase(f"{case}: {tool}", pattern) for pattern in HEAVY.get(self.benchmark, [])
+        )
+
+    def tools(self, case, tools):
+        """Those of the tools that run on the case."""
+        return [tool for tool in tools if self.takes(case, tool)]

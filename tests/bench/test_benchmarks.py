@@ -1,0 +1,158 @@
+"""Each benchmark on its smallest case, and what all of them stand on."""
+
+import json
+import math
+import os
+import subprocess
+from pathlib import Path
+
+import measured
+import pytest
+import record
+import run
+
+ROOT = Path(__file__).resolve().parents[2]
+# A Python that has the peers, and a folder with our own programs: tools/run_tests.py names both.
+PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_PROGRAMS")
+# The peers that every machine which tests has, by benchmark; that of `blender` is a column.
+WITH = {
+    "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
+    "delaunay": {"qhull"},
+    "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"},
+    "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
+    "quads": set(),
+    "cluster": {"meshlab-isotropic", "meshlab-quadric"},
+    "capi": set(),
+    "io": {"open3d", "pymeshlab", "trimesh", "meshio", "laspy", "bpy"},
+    "blender": set(),
+    "meshlab": {"vcg-filter"},
+}
+# Columns that are null where a case has nothing of the kind.
+NOT_OF_ALL = {"blender": {"ms", "blender_minimum_ms", "peak_mb"}, "cluster": {"genus"}}
+
+needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
+
+
+def bench(out, *arguments, **environment):
+    """Runs bench/run.py as bench/run.sh does; returns the finished process."""
+    command = [PEERS, ROOT / "bench" / "run.py", *arguments, "--out", out]
+    command += ["--programs", PROGRAMS] if PROGRAMS else []
+    environment = {**os.environ, **environment}
+    return subprocess.run(
+        list(map(str, command)), env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
+    )
+
+
+@needs_peers
+@pytest.mark.skipif(not PROGRAMS, reason="SURFRECON_PROGRAMS does not name the folder of our own programs")
+@pytest.mark.parametrize("name", run.BENCHMARKS)
+def test_smallest_case(name, tmp_path):
+    done = bench(tmp_path, name, "--smallest")
+    if done.returncode == run.UNAVAILABLE:
+        pytest.skip(next(line for line in done.stdout.splitlines() if line.startswith("SKIPPED")))
+    assert done.returncode == 0, done.stdout
+    found = json.loads((tmp_path / f"{name}.json").read_text())
+    assert found["finished"] and found["columns"] and found["rows"]
+    for row in found["rows"]:
+        assert "failed" not in row, row
+        lacking = [key for key in found["columns"] if row[key] is None and key not in NOT_OF_ALL.get(name, ())]
+        assert not lacking, (lacking, row)
+    tools = {row.get("tool", "surfrecon") for row in found["rows"]}
+    assert any(tool.startswith("surfrecon") for tool in tools)
+    if found["skipped"]:
+        pytest.skip("; ".join(found["skipped"]))
+    assert WITH[name] <= tools
+    if name == "blender":
+        assert any(row["blender_minimum_ms"] for row in found["rows"])
+
+
+@needs_peers
+def test_what_cannot_run_is_no_success(tmp_path):
+    done = bench(tmp_path, "quads", "--cases", "terrain", SURFRECON_DATA="")
+    assert done.returncode == run.UNAVAILABLE and "SKIPPED terrain Fuji" in done.stdout, done.stdout
+    found = json.loads((tmp_path / "quads.json").read_text())
+    assert not found["rows"] and len(found["skipped"]) == 3
+    done = bench(tmp_path, "quads", "--cases", "no such case")
+    assert done.returncode == run.UNAVAILABLE and "no case is named 'no such case'" in done.stdout, done.stdout
+
+
+def test_help_says_what_is_left_out(tmp_path):
+    done = subprocess.run([ROOT / "bench" / "run.sh", "--help"], capture_output=True, text=True, check=True)
+    said = " ".join(done.stdout.split())
+    assert run.HEAVY and set(run.HEAVY) <= set(run.BENCHMARKS)
+    for patterns in run.HEAVY.values():
+        for pattern in patterns:
+            assert pattern in said
+    assert f"takes more than {record.ONCE_CPU_S} s of CPU time is run once" in said
+
+
+def test_heavy_cases_are_left_out_unless_all_is_asked_for(tmp_path):
+    usual, heavy = (run.Wanted("merge", tmp_path, tmp_path, 3, extent) for extent in (run.USUAL, run.ALL))
+    for pattern in run.HEAVY["merge"]:
+        case, tool = (part.replace("*", "x") for part in pattern.split(": "))
+        assert heavy.takes(case, tool) and not usual.takes(case, tool)
+    assert usual.takes("bunny 0.470 mm", "surfrecon") and usual.takes("bunny 0.470 mm", "open3d-vbg")
+
+
+def new(tmp_path, columns=("case", "tool", "cpu_s")):
+    return record.Record(tmp_path / "some.json", {"benchmark": "some"}, columns)
+
+
+def kept(tmp_path):
+    return json.loads((tmp_path / "some.json").read_text())
+
+
+def test_rows_are_kept_as_they_are_measured(tmp_path):
+    rows, seen = new(tmp_path), []
+
+    def once(tool):
+        seen.append([(row["tool"], row["cpu_s"]) for row in kept(tmp_path)["rows"]])
+        if len(seen) == 4:
+            raise KeyboardInterrupt
+        return {"cpu_s": float(len(seen))}, None
+
+    with pytest.raises(KeyboardInterrupt):
+        rows.measure(["a", "b"], 3, once, lambda tool: {"case": "c", "tool": tool})
+    assert seen == [[], [("a", 1.0)], [("a", 1.0), ("b", 2.0)], [("a", 2.0), ("b", 2.0)]]
+    found = kept(tmp_path)
+    assert [row["cpu_s"] for row in found["rows"]] == [2.0, 2.0] and not found["finished"]
+
+
+def test_an_end_while_writing_leaves_the_file_as_it_was(tmp_path, monkeypatch):
+    rows = new(tmp_path)
+    rows.put({"case": "c", "tool": "a", "cpu_s": math.inf})
+    before = kept(tmp_path)
+    assert before["rows"][0]["cpu_s"] is None
+
+    def broken(path, text):
+        with open(path, "w") as file:
+            file.write(text[: len(text) // 2])
+        raise OSError("no space")
+
+    monkeypatch.setattr(Path, "write_text", broken)
+    with pytest.raises(OSError):
+        rows.put({"case": "c", "tool": "b", "cpu_s": 1.0})
+    assert kept(tmp_path) == before
+
+
+def test_a_row_without_its_columns_is_refused(tmp_path):
+    rows = new(tmp_path)
+    with pytest.raises(ValueError, match="cpu_s"):
+        rows.put({"case": "c", "tool": "a"})
+    rows.put({"case": "c", "tool": "a", "failed": "killed"})
+    assert len(kept(tmp_path)["rows"]) == 1
+
+
+def test_slow_and_failing_tools_run_once():
+    clock, ran = [0.0], []
+
+    def once(tool):
+        ran.append(tool)
+        clock[0] += {"slow": record.ONCE_CPU_S + 1, "quick": 1}.get(tool, 0)
+        if tool == "broken":
+            raise measured.Failed("broken")
+        return tool
+
+    for tool, made, problem in record.in_turn(["slow", "broken", "quick"], 3, once, used=lambda: clock[0]):
+        assert (made, problem) == ((None, "broken") if tool == "broken" else (tool, None))
+    assert ran == ["slow", "broken", "quick", "quick", "quick"]
