@@ -61,10 +61,13 @@ def voxel_block_grid(folder, voxel, out):
     for file in (folder / "scans.txt").read_text().split("\n")[:-1]:
         scan = np.load(folder / "depth" / f"{Path(file).stem}.npz")
         image = open3d.t.geometry.Image(core.Tensor(scan["depth"]))
-        intrinsic, extrinsic = core.Tensor(scan["K"]), core.Tensor(scan["E"])
         far = 1.01 * float(scan["depth"].max())
-        blocks = grid.compute_unique_block_coordinates(image, intrinsic, extrinsic, 1.0, far, truncation)
-        grid.integrate(blocks, image, intrinsic, extrinsic, 1.0, far, truncation)
+        # Blocks are found from rays through whole numbers, the middles of our pixels. To integrate, a projection is cut
+        # down to the pixel it lies in: there middles lie at halves.
+        middles, halves = scan["K"], scan["K"] + [[0, 0, 0.5], [0, 0, 0.5], [0, 0, 0]]
+        extrinsic = core.Tensor(scan["E"])
+        blocks = grid.compute_unique_block_coordinates(image, core.Tensor(middles), extrinsic, 1.0, far, truncation)
+        grid.integrate(blocks, image, core.Tensor(halves), extrinsic, 1.0, far, truncation)
     mesh = grid.extract_triangle_mesh(0.5)
     write_ply(out, mesh.vertex.positions.numpy(), mesh.triangle.indices.numpy())
 

@@ -8,7 +8,7 @@ This library reads the raw scans; the peers can't, so their time starts from the
 | `scans.txt` | their paths, one a line |
 | `points.ply` | all points that a triangle uses, with normals (screened Poisson); distances are measured from these |
 | `all.ply` | all triangulated scans as one soup |
-| `depth/<scan>.npz` | `depth`, intrinsic `K`, extrinsic `E` (Open3D) |
+| `depth/<scan>.npz` | `depth`, intrinsic `K` (middles of pixels at whole numbers), extrinsic `E` (Open3D) |
 """
 
 import hashlib
