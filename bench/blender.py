@@ -65,7 +65,7 @@ def main(wanted, record):
         milliseconds = first_progress(record)
         if milliseconds is not None:
             record.put(empty("first progress") | {"ms": milliseconds})
-    for name, longest in stopping.longest(wanted):
+    for name, longest in stopping.longest(wanted, record):
         record.put(empty(name) | {"ms": longest})
     table.show(record.rows, {"case": "case", "ms": "ms", "Blender's minimum": "blender_minimum_ms", "MB": "peak_mb"})
 

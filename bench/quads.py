@@ -90,7 +90,8 @@ def main(wanted, record):
                 record.skip(f"{case}: {file} is not in SURFRECON_DATA")
                 continue
         made, extra = row(case, json.dumps([source, most, tiles]), wanted, record)
-        shown.append(made | extra)
+        if made:
+            shown.append(made | extra)
         worse += extra.get("not_below", 0)
     columns = {"case": "case", "scans": "scans", "grid": "grid", "adaptive %": "rel_err_adaptive"}
     columns |= {"uniform %": "rel_err_uniform", "ratio": "ratio", "worst ratio": "worst", "s": "wall_s"}
@@ -125,4 +126,4 @@ def row(case, arguments, wanted, record):
         }
 
     made = record.measure(["surfrecon"], wanted.repeats, once, lambda tool: {"case": case, "tool": tool}, judge)
-    return made[0], extra
+    return (made[0] if made else {}), extra

@@ -10,7 +10,9 @@ import measured
 
 # A tool whose run takes longer runs once: what disturbs so long a run is small beside it, and repeating the slowest
 # peers would be most of a benchmark's time.
-ONCE_CPU_S = 10
+ONCE_CPU_S = 5
+# No run is begun after as much CPU time: a benchmark takes ten minutes at most, for the longest run takes under two.
+BUDGET_CPU_S = 480
 
 
 def cpu_s():
@@ -19,15 +21,18 @@ def cpu_s():
     return sum(usage.ru_utime + usage.ru_stime for usage in both)
 
 
-def in_turn(tools, repeats, once, used=cpu_s):
+def in_turn(tools, repeats, once, used=cpu_s, may=lambda tool: True):
     """Runs the tools in turn, so that another load on the machine meets all of them alike.
 
     Gives for each run the tool and what `once(tool)` gave, or the text of the `measured.Failed` it raised. A tool that
-    failed, or whose run took more than ONCE_CPU_S by `used`, is not run again.
+    failed, whose run took more than ONCE_CPU_S by `used`, or that `may(tool)` not run any more, is not run again.
     """
     left = list(tools)
     for _ in range(repeats):
         for tool in list(left):
+            if not may(tool):
+                left.remove(tool)
+                continue
             before = used()
             try:
                 made, problem = once(tool), None
@@ -48,10 +53,10 @@ def finite(value):
 
 
 class Record:
-    """The rows of a benchmark. Each that has no `failed` has all `columns`."""
+    """The rows of a benchmark. Each that has no `failed` has all `columns`; `budget` is in CPU seconds by `used`."""
 
-    def __init__(self, file, head, columns):
-        self.file, self.columns, self.began = file, list(columns), cpu_s()
+    def __init__(self, file, head, columns, budget=math.inf, used=cpu_s):
+        self.file, self.columns, self.budget, self.used, self.began = file, list(columns), budget, used, used()
         self.kept = {**head, "finished": False, "cpu_s": 0.0, "columns": self.columns, "rows": [], "skipped": []}
         file.parent.mkdir(parents=True, exist_ok=True)
         self.save()
@@ -68,7 +73,7 @@ class Record:
 
     def save(self):
         """Writes the file anew, in one step."""
-        self.kept["cpu_s"] = cpu_s() - self.began
+        self.kept["cpu_s"] = self.used() - self.began
         whole = self.file.with_suffix(".part")
         whole.write_text(json.dumps(finite(self.kept), indent=1, allow_nan=False) + "\n")
         os.replace(whole, self.file)
@@ -89,6 +94,16 @@ class Record:
         self.skipped.append(reason)
         self.save()
 
+    def has_time(self):
+        """Whether CPU time is left."""
+        return self.used() - self.began < self.budget
+
+    def has_time_for(self, what):
+        """Whether CPU time is left; without any, `what` is skipped."""
+        if not self.has_time():
+            self.skip(f"{what}: {self.budget} s of CPU time are used up; --all knows no limit")
+        return self.has_time()
+
     def finish(self):
         """The benchmark has come to its end."""
         self.kept["finished"] = True
@@ -101,9 +116,17 @@ class Record:
         is worth. `derive(rows)` adds what follows from the other rows of the case. Returns the rows.
         """
         runs, rows = {tool: [] for tool in tools}, {}
-        for tool, made, problem in in_turn(tools, repeats, once):
+
+        def named(tool):
+            return " ".join(str(part) for part in head(tool).values())
+
+        def may(tool):
+            # One that has a row is not skipped, only not repeated.
+            return self.has_time() or (tool not in rows and self.has_time_for(named(tool)))
+
+        for tool, made, problem in in_turn(tools, repeats, once, self.used, may):
             if problem:
-                print(f"    {' '.join(str(part) for part in head(tool).values())}: {problem}", flush=True)
+                print(f"    {named(tool)}: {problem}", flush=True)
                 rows.setdefault(tool, {}).clear()
                 rows[tool] |= head(tool) | {"failed": problem}
             else:

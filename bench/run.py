@@ -6,13 +6,14 @@ prints its tables and puts its rows into the record: out/bench/NAME.json.
 
 import argparse
 import importlib
+import math
 import os
 import platform
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
-from record import ONCE_CPU_S, Record
+from record import BUDGET_CPU_S, ONCE_CPU_S, Record
 from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
 
 BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "blender", "meshlab"]
@@ -57,8 +58,9 @@ def options():
     parser = argparse.ArgumentParser(
         description="This library beside its peers on the same data; ten minutes of CPU time a benchmark at most.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=f"A tool whose run takes more than {ONCE_CPU_S} s of CPU time is run once. Left out without --all, as "
-        f'"case: tool":\n{left_out}',
+        epilog=f"A tool whose run takes more than {ONCE_CPU_S} s of CPU time is run once.\n"
+        f"Without --all nothing is begun after {BUDGET_CPU_S} s of CPU time, and left out are, as case and tool:\n"
+        + left_out,
     )
     parser.add_argument("name", nargs="?", choices=BENCHMARKS, help="one benchmark; all without it")
     parser.add_argument("--cases", default="", help="only cases whose name contains this text")
@@ -83,7 +85,9 @@ def run(name, asked, where):
     print(f"== {name}", flush=True)
     module = importlib.import_module(MODULES.get(name, name))
     out = asked.out.resolve()
-    record = Record(out / f"{name}.json", {"benchmark": name, "extent": asked.extent, "machine": where}, module.COLUMNS)
+    head = {"benchmark": name, "extent": asked.extent, "machine": where}
+    budget = math.inf if asked.extent == ALL else BUDGET_CPU_S
+    record = Record(out / f"{name}.json", head, module.COLUMNS, budget)
     module.main(Wanted(name, out, asked.programs.resolve(), asked.repeats, asked.extent, asked.cases), record)
     record.finish()
     failed = [row for row in record.rows if "failed" in row]

@@ -27,8 +27,8 @@ QUALITY = ["used_pct", "boundary_loops", "nonmanifold_edges", "nonmanifold_verti
 COLUMNS = ["case", "tool", "runs", "cpu_s", "wall_s", "peak_mb", "triangles", *QUALITY]
 # The packages take minutes for more, and their results are far from manifold for fewer already.
 PYTHON_LIMIT = 140_000
-# For each run of a package: about a thousand times what this library takes for the smaller sets.
-PYTHON_CPU_S = 120
+# For each run of a package: some hundred times what this library takes for the smaller sets.
+PYTHON_CPU_S = 30
 # For each run of a program: ten times what CGAL takes for the noisy scans on a slow machine.
 PROGRAM_CPU_S = 900
 # What is known of the shapes. The hypersheet is Costa's minimal surface: a torus with three ends.

@@ -84,6 +84,7 @@ def test_help_says_what_is_left_out(tmp_path):
         for pattern in patterns:
             assert pattern in said
     assert f"takes more than {record.ONCE_CPU_S} s of CPU time is run once" in said
+    assert f"nothing is begun after {record.BUDGET_CPU_S} s" in said
 
 
 def test_heavy_cases_are_left_out_unless_all_is_asked_for(tmp_path):
@@ -156,3 +157,25 @@ def test_slow_and_failing_tools_run_once():
     for tool, made, problem in record.in_turn(["slow", "broken", "quick"], 3, once, used=lambda: clock[0]):
         assert (made, problem) == ((None, "broken") if tool == "broken" else (tool, None))
     assert ran == ["slow", "broken", "quick", "quick", "quick"]
+
+
+def test_nothing_is_begun_when_the_time_is_used_up(tmp_path):
+    clock, ran = [0.0], []
+    rows = record.Record(tmp_path / "some.json", {"benchmark": "some"}, [], 3, used=lambda: clock[0])
+
+    def once(tool):
+        ran.append(tool)
+        clock[0] += 1
+        return {"cpu_s": 1.0}, None
+
+    rows.measure(["a", "b"], 1, once, lambda tool: {"case": "first", "tool": tool})
+    rows.measure(["a", "b"], 3, once, lambda tool: {"case": "second", "tool": tool})
+    assert ran == ["a", "b", "a"]
+    found = kept(tmp_path)
+    assert [(row["case"], row["tool"], row["runs"]) for row in found["rows"]] == [
+        ("first", "a", 1),
+        ("first", "b", 1),
+        ("second", "a", 1),
+    ]
+    assert found["skipped"] == ["second b: 3 s of CPU time are used up; --all knows no limit"]
+    assert not rows.has_time_for("growth") and len(kept(tmp_path)["skipped"]) == 2
