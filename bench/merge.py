@@ -172,7 +172,7 @@ def add_ratios(rows, tool=OURS):
         if ours and "cpu_s" in row:
             for name in ("cpu", "wall", "peak"):
                 unit = "mb" if name == "peak" else "s"
-                row[f"{name}_ratio"] = row[f"{name}_{unit}"] / ours[f"{name}_{unit}"]
+                row[f"{name}_ratio"] = row[f"{name}_{unit}"] / max(ours[f"{name}_{unit}"], measured.LEAST_S)
 
 
 def show_rows(rows):

@@ -47,8 +47,8 @@ def add_ratios(rows):
     ours = next((row for row in rows if row["tool"] == OURS and "filter_cpu_s" in row), None)
     for row in rows:
         if ours and "filter_cpu_s" in row:
-            row["filter_cpu_ratio"] = row["filter_cpu_s"] / ours["filter_cpu_s"]
-            row["filter_wall_ratio"] = row["filter_wall_s"] / ours["filter_wall_s"]
+            row["filter_cpu_ratio"] = row["filter_cpu_s"] / max(ours["filter_cpu_s"], measured.LEAST_S)
+            row["filter_wall_ratio"] = row["filter_wall_s"] / max(ours["filter_wall_s"], measured.LEAST_S)
 
 
 def show(rows):
