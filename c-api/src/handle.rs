@@ -2,14 +2,17 @@
 //!
 //! Each is looked up in a table, so that a handle of another kind, one that was freed and one that never was are told apart
 //! and refused, and freeing a handle while another thread works with it only takes effect when that is done.
+//!
+//! Every lock here is held behind [`fork::prevent`], so that a forked process can go on with the handles it has.
 
 use std::any::Any;
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, DefaultHasher};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, PoisonError, RwLock};
 
-use crate::pointer;
 use crate::status::{Failure, srf_status::*};
+use crate::{fork, pointer};
 
 /// A kind of handle.
 pub trait Handle {
@@ -23,20 +26,17 @@ pub trait Handle {
 /// that works with it on another thread goes on with what it began with.
 type Slot<T> = RwLock<Arc<T>>;
 
-type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>)>;
+type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>), BuildHasherDefault<DefaultHasher>>;
 
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
-fn table() -> &'static RwLock<Table> {
-    static TABLE: OnceLock<RwLock<Table>> = OnceLock::new();
-    TABLE.get_or_init(RwLock::default)
-}
+static TABLE: RwLock<Table> = RwLock::new(HashMap::with_hasher(BuildHasherDefault::new()));
 
 fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, Failure> {
     if handle.is_null() {
         return Err(Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")));
     }
-    let table = table().read().unwrap_or_else(PoisonError::into_inner);
+    let table = TABLE.read().unwrap_or_else(PoisonError::into_inner);
     let Some((kind, slot)) = table.get(&handle.addr()) else {
         let text = format!("{name} is not a handle of this library, or one that was freed");
         return Err(Failure::new(SRF_ERR_HANDLE, text));
@@ -48,6 +48,7 @@ fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, 
 
 /// What a handle stands for. It lives as long as the answer does, even if the handle is freed meanwhile.
 pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Arc<H::Inner>, Failure> {
+    let _fork = fork::prevent();
     Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
 }
 
@@ -60,6 +61,7 @@ pub fn change<H: Handle>(
 where
     H::Inner: Clone,
 {
+    let _fork = fork::prevent();
     let slot = slot(name, handle)?;
     let mut inner = slot.write().unwrap_or_else(PoisonError::into_inner);
     change(Arc::make_mut(&mut inner))
@@ -71,7 +73,10 @@ pub fn give<H: Handle>(name: &str, out: *mut *mut H, inner: H::Inner) -> Result<
     // Multiples of 16 like addresses of objects; never NULL, never one that was freed.
     let number = NEXT.fetch_add(1, Ordering::Relaxed) * 16;
     let slot: Arc<Slot<H::Inner>> = Arc::new(RwLock::new(Arc::new(inner)));
-    table().write().unwrap_or_else(PoisonError::into_inner).insert(number, (H::NAME, slot));
+    {
+        let _fork = fork::prevent();
+        TABLE.write().unwrap_or_else(PoisonError::into_inner).insert(number, (H::NAME, slot));
+    }
     pointer::write(name, out, std::ptr::without_provenance_mut(number))
 }
 
@@ -80,9 +85,12 @@ pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
     if handle.is_null() {
         return Ok(());
     }
-    slot(name, handle.cast_const())?;
+    let ended = {
+        let _fork = fork::prevent();
+        slot(name, handle.cast_const())?;
+        TABLE.write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr())
+    };
     // What it stood for is dropped after the table is free for others again.
-    let ended = table().write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr());
     drop(ended);
     Ok(())
 }

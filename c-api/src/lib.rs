@@ -8,13 +8,14 @@
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
 //! | `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `guard` | no panic gets out: every entry runs inside it |
 //! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
 //! | `sized` | structs that grow only at the end |
 //! | `pointer` | pointers of the caller, checked and used in one place |
 //!
-//! `unsafe` blocks are in `pointer` alone; the lint is lifted for the whole crate because exporting a symbol counts as
-//! unsafe too.
+//! `unsafe` blocks are in `pointer` alone, a function of the system is declared in `fork`; the lint is lifted for the whole
+//! crate because exporting a symbol counts as unsafe too.
 
 #![allow(unsafe_code)]
 // The comments become the header's, where each argument's line is its contract.
@@ -24,6 +25,7 @@ mod array;
 mod cloud;
 mod cluster;
 mod files;
+mod fork;
 mod guard;
 mod handle;
 mod image;

@@ -1,9 +1,10 @@
 //! Making a surface through scattered points.
 
-use std::sync::{Arc, Mutex, TryLockError};
+use std::sync::Arc;
 
 use surfrecon::PointCloud;
 use surfrecon::scattered::{Closure, Reason, ReconstructParams, Reconstructed, Reconstructor, Threshold, Topology};
+use surfrecon::threads::{Exclusive, Taken};
 
 use crate::array::{Borrowed, srf_array};
 use crate::cloud::srf_cloud;
@@ -22,7 +23,7 @@ pub struct srf_reconstructor {
     _opaque: [u8; 0],
 }
 
-handle!(srf_reconstructor, Mutex<Reconstructor<Arc<PointCloud>>>);
+handle!(srf_reconstructor, Exclusive<Reconstructor<Arc<PointCloud>>>);
 
 /// What the perimeter of a facet is compared with.
 #[allow(non_camel_case_types)]
@@ -244,7 +245,7 @@ pub unsafe extern "C" fn srf_reconstructor_create(
         if let Some(sensors) = Borrowed::optional("sensors", sensors, 3)? {
             reconstructor.seen_from(sensors.points()?)?;
         }
-        handle::give("out_reconstructor", out_reconstructor, Mutex::new(reconstructor))
+        handle::give("out_reconstructor", out_reconstructor, Exclusive::new(reconstructor))
     })
 }
 
@@ -295,19 +296,20 @@ pub unsafe extern "C" fn srf_reconstructor_surface(
 }
 
 fn surface(
-    shared: &Mutex<Reconstructor<Arc<PointCloud>>>,
+    shared: &Exclusive<Reconstructor<Arc<PointCloud>>>,
     params: &ReconstructParams,
     progress: *const srf_progress,
 ) -> Result<Reconstructed, Failure> {
     // Waiting here could wait for ever: for this very thread, from its progress callback.
-    let mut reconstructor = match shared.try_lock() {
-        Ok(reconstructor) => reconstructor,
-        Err(TryLockError::Poisoned(left)) => left.into_inner(),
-        Err(TryLockError::WouldBlock) => {
-            let text = "reconstructor is making another surface: wait for it, or create two";
-            return Err(Failure::new(SRF_ERR_INPUT, text.to_owned()));
-        }
-    };
+    let mut reconstructor = shared.take().map_err(|taken| {
+        let text = match taken {
+            Taken::InUse => "reconstructor is making another surface: wait for it, or create two",
+            Taken::LeftBehind => {
+                "reconstructor was making a surface when this process was forked, and can't be used here: create another"
+            }
+        };
+        Failure::new(SRF_ERR_INPUT, text.to_owned())
+    })?;
     Ok(reconstructor.surface(params, &watched(progress))?)
 }
 

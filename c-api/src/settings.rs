@@ -7,8 +7,8 @@ use std::sync::{PoisonError, RwLock};
 use surfrecon::memory;
 
 use crate::guard::guard;
-use crate::pointer;
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{fork, pointer};
 
 /// A length, or another value, that is to be measured from the data.
 pub const SRF_FROM_DATA: f64 = -1.0;
@@ -81,6 +81,7 @@ pub extern "C" fn srf_memory_limit() -> u64 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_log(log: srf_log_fn, user: *mut c_void) -> srf_status {
     guard(|| {
+        let _fork = fork::prevent();
         *LOG.write().unwrap_or_else(PoisonError::into_inner) = log.map(|log| (log, user.expose_provenance()));
         Ok(())
     })
@@ -93,7 +94,10 @@ pub fn threads(asked: u32) -> usize {
 
 /// Tells the log.
 pub fn tell(level: srf_log_level, text: &str) {
-    let log = *LOG.read().unwrap_or_else(PoisonError::into_inner);
+    let log = {
+        let _fork = fork::prevent();
+        *LOG.read().unwrap_or_else(PoisonError::into_inner)
+    };
     if let Some((log, user)) = log {
         let text = CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
         pointer::call_log(log, level as i32, &text, std::ptr::with_exposed_provenance_mut(user));

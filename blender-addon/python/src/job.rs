@@ -57,6 +57,8 @@ pub struct Job {
     /// The progress shown last: it never falls.
     highest: Mutex<f64>,
     thread: Mutex<Option<JoinHandle<Outcome>>>,
+    /// Where the thread is: a process that is forked from this one has a job without it.
+    process: u32,
 }
 
 /// The calls that a job makes one after the other, each with a progress of its own and its share of the time.
@@ -116,7 +118,11 @@ impl Job {
             .name("surfrecon-job".to_owned())
             .spawn(work)
             .map_err(|e| input_error(format!("the system refuses another thread: {e}")))?;
-        Ok(Job { watched, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)) })
+        Ok(Job { watched, highest: Mutex::new(0.0), thread: Mutex::new(Some(thread)), process: std::process::id() })
+    }
+
+    fn is_here(&self) -> bool {
+        self.process == std::process::id()
     }
 }
 
@@ -366,8 +372,11 @@ impl Job {
 
     /// Name of the running stage, and the share of the whole that is done: 0 to 1, never falling.
     fn progress(&self) -> (&'static str, f64) {
-        let tick = self.watched.tick();
         let mut highest = self.highest.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.is_here() {
+            return ("running in another process", *highest);
+        }
+        let tick = self.watched.tick();
         *highest = highest.max(tick.fraction);
         (tick.stage, *highest)
     }
@@ -377,10 +386,14 @@ impl Job {
         self.watched.cancel();
     }
 
-    /// Whether the work has ended, in whatever way. Also true once the result was fetched.
+    /// Whether the work has ended, in whatever way. Also true once the result was fetched, and in a process forked from the
+    /// job's, where nobody works on it.
     ///
     /// A cancelled job has ended as soon as its work has; its thread may still be giving memory back.
     fn done(&self) -> bool {
+        if !self.is_here() {
+            return true;
+        }
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner);
         self.watched.is_stopping() || thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -389,9 +402,15 @@ impl Job {
     ///
     /// Raises:
     ///     Cancelled: after ``cancel``.
-    ///     RuntimeError: the result was fetched before.
+    ///     RuntimeError: the result was fetched before, or another process started the job.
     ///     others: like the call itself.
     fn result<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        if !self.is_here() {
+            return Err(PyRuntimeError::new_err(format!(
+                "this job runs in process {}, from which this one was forked: fetch its result there",
+                self.process
+            )));
+        }
         let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
         let Some(thread) = thread else {
             return Err(PyRuntimeError::new_err("the result of this job was already fetched"));
@@ -441,5 +460,10 @@ impl Job {
 impl Drop for Job {
     fn drop(&mut self) {
         self.watched.cancel();
+        if !self.is_here() {
+            // Its thread's number may be that of another thread here.
+            let thread = self.thread.get_mut().unwrap_or_else(PoisonError::into_inner);
+            std::mem::forget(thread.take());
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Scattered points -> surface.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
 use pyo3::prelude::*;
@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 use surfrecon::scattered::{
     Closure, Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor, Threshold, Topology,
 };
+use surfrecon::threads::{Exclusive, Taken};
 use surfrecon::{Error, PointCloud as CoreCloud, Progress};
 
 use crate::arrays;
@@ -17,7 +18,7 @@ use crate::params::{count_of, value_of};
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 
-type Shared = Arc<Mutex<CoreReconstructor<Arc<CoreCloud>>>>;
+type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 
 /// Makes a surface through scattered points, over their Delaunay tetrahedralization.
 ///
@@ -94,13 +95,13 @@ impl Reconstructor {
     ) -> PyResult<Self> {
         let reconstructor = prepared(points, normals, colour, sensors)?;
         let points = reconstructor.cloud().positions.len();
-        Ok(Reconstructor { reconstructor: Arc::new(Mutex::new(reconstructor)), points })
+        Ok(Reconstructor { reconstructor: Arc::new(Exclusive::new(reconstructor)), points })
     }
 
     /// Makes a surface; options, result and errors as of ``reconstruct``.
     ///
     /// Raises:
-    ///     InputError: also while it makes another surface, on another thread.
+    ///     InputError: also while it makes another surface, on another thread, or did when this process was forked.
     #[pyo3(signature = (*, threshold = None, topology = None, closure = None, factor = None, threads = None,
         progress = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
@@ -152,10 +153,9 @@ impl SurfaceCall {
     /// See [`CoreReconstructor::surface`]; [`Error::Input`] while another surface is being made: waiting for that could be
     /// waiting for this very thread, from a progress callback.
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
-        let Some(mut reconstructor) = self.take() else {
-            return Err(Error::input("the reconstructor is making another surface: wait for it, or make two"));
-        };
-        reconstructor.surface(&self.params, progress)
+        self.take()?
+            .ok_or_else(|| Error::input("the reconstructor is making another surface: wait for it, or make two"))?
+            .surface(&self.params, progress)
     }
 
     /// Runs it once the surface before is made, or a cancelled one's memory given back; for threads without callbacks.
@@ -164,7 +164,7 @@ impl SurfaceCall {
     /// See [`CoreReconstructor::surface`].
     pub fn run_in_turn(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
         loop {
-            if let Some(mut reconstructor) = self.take() {
+            if let Some(mut reconstructor) = self.take()? {
                 return reconstructor.surface(&self.params, progress);
             }
             progress.check()?;
@@ -172,11 +172,14 @@ impl SurfaceCall {
         }
     }
 
-    fn take(&self) -> Option<MutexGuard<'_, CoreReconstructor<Arc<CoreCloud>>>> {
-        match self.reconstructor.try_lock() {
-            Ok(reconstructor) => Some(reconstructor),
-            Err(TryLockError::Poisoned(left)) => Some(left.into_inner()),
-            Err(TryLockError::WouldBlock) => None,
+    /// `None` while another surface is being made.
+    fn take(&self) -> surfrecon::Result<Option<MutexGuard<'_, CoreReconstructor<Arc<CoreCloud>>>>> {
+        match self.reconstructor.take() {
+            Ok(reconstructor) => Ok(Some(reconstructor)),
+            Err(Taken::InUse) => Ok(None),
+            Err(Taken::LeftBehind) => Err(Error::input(
+                "the reconstructor was making a surface when this process was forked, and can't be used here: make another",
+            )),
         }
     }
 }

@@ -13,7 +13,7 @@ use super::classify::Bundles;
 use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
 use super::passes;
-use super::table::{EDGE_CORNERS, INTERIOR, TABLE};
+use super::table::{EDGE_CORNERS, INTERIOR, Table, table};
 use crate::error::Result;
 use crate::mesh::{Attribute, TriMesh};
 use crate::progress::Progress;
@@ -209,13 +209,14 @@ impl Bricks<'_> {
 /// Cancelled.
 pub fn count_triangles(bricks: &mut [Box<BrickSurface>], progress: &Progress<'_>) -> Result<()> {
     let index: FxHashMap<[i32; 3], u32> = bricks.iter().enumerate().map(|(i, b)| (b.brick, i as u32)).collect();
+    let table = table();
     let counts: Vec<u32> = bricks
         .par_iter()
         .map(|surface| {
             progress.check()?;
             let inside = corner_rows(surface, |brick| index.get(&brick).map(|&i| &bricks[i as usize].inside));
             let mut count = 0;
-            for_each_cell(surface, |cell| count += TABLE.count(configuration(&inside, cell)) as u32);
+            for_each_cell(surface, |cell| count += table.count(configuration(&inside, cell)) as u32);
             Ok(count)
         })
         .collect::<Result<_>>()?;
@@ -290,12 +291,13 @@ pub fn reconstruct(
         ..Surface::default()
     };
     let parts = split(&bricks, &mut surface);
+    let table = table();
     let rest = parts
         .into_par_iter()
         .map(|mut part| {
             progress.advance(1)?;
             let (artificial, at_nodes) = part.place_vertices(bundles, lattice);
-            Ok((artificial, at_nodes, part.write_triangles(&bricks)))
+            Ok((artificial, at_nodes, part.write_triangles(&bricks, &table)))
         })
         .collect::<Result<Vec<_>>>()?;
     for (artificial, at_nodes, boundary) in rest {
@@ -395,7 +397,7 @@ impl Part<'_> {
     }
 
     /// Writes the triangles; returns the sides without a second triangle.
-    fn write_triangles(&mut self, bricks: &Bricks<'_>) -> Vec<[u32; 2]> {
+    fn write_triangles(&mut self, bricks: &Bricks<'_>, table: &Table) -> Vec<[u32; 2]> {
         let surface = self.surface;
         let inside = corner_rows(surface, |b| bricks.at(b).map(|s| &s.0.inside));
         let valid = corner_rows(surface, |b| bricks.at(b).map(|s| &s.0.valid));
@@ -413,7 +415,7 @@ impl Part<'_> {
         let mut boundary = Vec::new();
         let mut next = 0;
         for_each_cell(surface, |cell| {
-            let triangles = TABLE.triangles(configuration(&inside, cell));
+            let triangles = table.triangles(configuration(&inside, cell));
             if surface.settled[row(cell[1], cell[2])] >> cell[0] & 1 != 0 {
                 self.cases[next..next + triangles.len()].fill(Case::Settled);
             }

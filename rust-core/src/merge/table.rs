@@ -17,7 +17,9 @@
 //! the neighbouring cell, and four triangles would share an edge. So any set of whole cells gives edges with at most two
 //! triangles.
 
-use std::sync::LazyLock;
+use std::sync::Arc;
+
+use crate::threads::Exclusive;
 
 /// Two corners of each edge, the lower first.
 pub const EDGE_CORNERS: [[u8; 2]; 12] =
@@ -44,7 +46,35 @@ pub struct Table {
     starts: [u16; 257],
 }
 
+/// The table, made for the first merge.
+pub fn table() -> Arc<Table> {
+    static KEPT: Exclusive<Option<Arc<Table>>> = Exclusive::new(None);
+    if let Some(table) = KEPT.wait().and_then(|kept| kept.clone()) {
+        return table;
+    }
+    let made = Arc::new(Table::new());
+    if let Some(mut kept) = KEPT.wait() {
+        *kept = Some(made.clone());
+    }
+    made
+}
+
 impl Table {
+    fn new() -> Self {
+        let mut table = Table { triangles: Vec::new(), starts: [0; 257] };
+        for configuration in 0..=255 {
+            for polygon in loops(configuration) {
+                let triangles = triangulate(&polygon);
+                table.triangles.extend(triangles.iter().map(|&edges| CellTriangle {
+                    edges,
+                    faces: [0, 1, 2].map(|i| common_face(edges[i], edges[(i + 1) % 3]).unwrap_or(INTERIOR)),
+                }));
+            }
+            table.starts[configuration as usize + 1] = table.triangles.len() as u16;
+        }
+        table
+    }
+
     /// The triangles of a configuration.
     #[inline]
     pub fn triangles(&self, configuration: u8) -> &[CellTriangle] {
@@ -59,22 +89,6 @@ impl Table {
         (self.starts[c + 1] - self.starts[c]) as usize
     }
 }
-
-/// The table.
-pub static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let mut table = Table { triangles: Vec::new(), starts: [0; 257] };
-    for configuration in 0..=255 {
-        for polygon in loops(configuration) {
-            let triangles = triangulate(&polygon);
-            table.triangles.extend(triangles.iter().map(|&edges| CellTriangle {
-                edges,
-                faces: [0, 1, 2].map(|i| common_face(edges[i], edges[(i + 1) % 3]).unwrap_or(INTERIOR)),
-            }));
-        }
-        table.starts[configuration as usize + 1] = table.triangles.len() as u16;
-    }
-    table
-});
 
 fn edge_between(a: u8, b: u8) -> u8 {
     let pair = [a.min(b), a.max(b)];
@@ -188,7 +202,7 @@ mod tests {
     #[test]
     fn a_single_inside_corner_faces_away_from_it() {
         for corner in 0..8_u8 {
-            let triangles = TABLE.triangles(1 << corner);
+            let triangles = table().triangles(1 << corner);
             assert_eq!(triangles.len(), 1);
             let [a, b, c] = triangles[0].edges.map(middle);
             let at = glam::DVec3::new((corner & 1).into(), (corner >> 1 & 1).into(), (corner >> 2).into());
@@ -200,7 +214,7 @@ mod tests {
     fn sides_inside_a_cell_have_two_triangles_and_sides_on_faces_one() {
         for configuration in 0..=255_u8 {
             let mut sides = Vec::new();
-            for t in TABLE.triangles(configuration) {
+            for t in table().triangles(configuration) {
                 for i in 0..3 {
                     sides.push((t.edges[i], t.edges[(i + 1) % 3], t.faces[i]));
                 }

@@ -128,6 +128,12 @@ fn nothing_leaks_and_nothing_is_undefined() {
 }
 
 #[test]
+fn a_forked_program_goes_on() {
+    let program = compile("cc", &["-std=c11", "-pthread", "-O1"], "tests/c/fork.c");
+    assert_eq!(program.run(&[]).trim(), "fine");
+}
+
+#[test]
 fn valgrind_has_nothing_to_report() {
     if Command::new("valgrind").arg("--version").output().is_err() {
         println!("SKIPPED: valgrind is not installed");

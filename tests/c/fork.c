@@ -1,0 +1,107 @@
+/* A program that forks: after a call, and while other threads are in the middle of calls and at the tables of handles. Every
+   child goes on with what it has; one that hangs is ended by its alarm, and that is a failure. */
+#define _DEFAULT_SOURCE
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "surfrecon.h"
+
+static atomic_int at_an_end;
+
+static void must(int holds, const char *what)
+{
+    if (!holds) {
+        fprintf(stderr, "%s: %s\n", what, srf_last_error_message());
+        _exit(1);
+    }
+}
+
+static srf_mesh *octahedron(void)
+{
+    static const double corners[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    static const uint32_t sides[8][3] = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+    const srf_array positions = {corners, 6, 0, SRF_F64, 3}, triangles = {sides, 8, 0, SRF_U32, 3};
+    srf_mesh *mesh = NULL;
+
+    must(srf_mesh_create(&positions, &triangles, &mesh) == SRF_OK, "mesh");
+    return mesh;
+}
+
+/* Merges a mesh; the number of triangles. */
+static size_t merge(const srf_mesh *mesh)
+{
+    srf_merger *merger = NULL;
+    srf_mesh *merged = NULL;
+    srf_merge_params params;
+    srf_array triangles;
+
+    must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_mesh(merger, mesh, NULL, "octahedron") == SRF_OK, "add");
+    must(srf_merge_params_init(&params) == SRF_OK, "init");
+    params.voxel = 0.05;
+    must(srf_merger_run(merger, &params, NULL, &merged, NULL) == SRF_OK, "merge");
+    must(srf_mesh_triangles(merged, &triangles) == SRF_OK, "triangles");
+    must(srf_mesh_free(merged) == SRF_OK && srf_merger_free(merger) == SRF_OK, "free");
+    return triangles.count;
+}
+
+static void *merging(void *mesh)
+{
+    while (!at_an_end) merge(mesh);
+    return NULL;
+}
+
+static void *at_the_table(void *mesh)
+{
+    while (!at_an_end) {
+        srf_merger *merger = NULL;
+        must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_mesh(merger, mesh, NULL, "") == SRF_OK, "add");
+        must(srf_set_log(NULL, NULL) == SRF_OK && srf_merger_free(merger) == SRF_OK, "free");
+    }
+    return NULL;
+}
+
+/* Forks; the child merges, or only asks for a handle, and has twenty seconds for it. */
+static void child(const srf_mesh *mesh, size_t expected)
+{
+    int status = 0;
+    const pid_t process = fork();
+
+    must(process >= 0, "fork");
+    if (process == 0) {
+        alarm(20);
+        if (expected) {
+            must(merge(mesh) == expected, "the child merges otherwise");
+        } else {
+            srf_mesh *own = octahedron();
+            srf_array positions;
+            must(srf_mesh_positions(mesh, &positions) == SRF_OK && positions.count == 6, "the parent's mesh");
+            must(srf_set_log(NULL, NULL) == SRF_OK && srf_mesh_free(own) == SRF_OK, "free");
+        }
+        _exit(0);
+    }
+    must(waitpid(process, &status, 0) == process, "wait");
+    if (WIFSIGNALED(status)) fprintf(stderr, "a child was ended by signal %d\n", WTERMSIG(status));
+    must(WIFEXITED(status) && WEXITSTATUS(status) == 0, "child");
+}
+
+int main(void)
+{
+    srf_mesh *mesh = octahedron();
+    const size_t expected = merge(mesh);
+    pthread_t threads[3];
+    int i;
+
+    child(mesh, expected);
+    must(pthread_create(&threads[0], NULL, merging, mesh) == 0, "thread");
+    for (i = 1; i < 3; ++i) must(pthread_create(&threads[i], NULL, at_the_table, mesh) == 0, "thread");
+    for (i = 0; i < 2000; ++i) child(mesh, i % 100 == 0 ? expected : 0);
+    at_an_end = 1;
+    for (i = 0; i < 3; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
+    must(srf_mesh_free(mesh) == SRF_OK, "free");
+    puts("fine");
+    return 0;
+}
