@@ -45,6 +45,17 @@ impl ScanSource for Source {
             Source::Scan { set, index } => set.set.scans[*index].load(triangulation),
         }
     }
+
+    fn content(&self, triangulation: &TriangulateParams) -> surfrecon::Result<u64> {
+        match self {
+            Source::Image(image) => image.image.content(triangulation),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
+                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.content(triangulation)
+            }
+            Source::Scan { set, index } => set.set.scans[*index].content(triangulation),
+        }
+    }
 }
 
 /// What a merge consists of so far.

@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::merge::{MergeParams, Merged, OrientedSurface, ScanSource};
+use surfrecon::merge::{MergeParams, Merged, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::mesh::measure::Side;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, RangeImage as CoreImage, TriMesh, import};
@@ -176,7 +176,19 @@ impl ScanSource for Source {
         match self {
             Source::File(scan) => scan.load(triangulation),
             Source::Image(image) => image.load(triangulation),
-            Source::Mesh { mesh, world_from_mesh, .. } => OrientedSurface::from_mesh(mesh, *world_from_mesh),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(triangulation)
+            }
+        }
+    }
+
+    fn content(&self, triangulation: &TriangulateParams) -> surfrecon::Result<u64> {
+        match self {
+            Source::File(scan) => scan.content(triangulation),
+            Source::Image(image) => image.content(triangulation),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.content(triangulation)
+            }
         }
     }
 }

@@ -118,9 +118,45 @@ pub fn separate_at_nodes(surface: &mut Surface, lattice: &Lattice) {
         for &AtNode { vertex, axis, node, upward } in group {
             let offset = if upward { APART } else { -APART };
             surface.positions[vertex as usize] = lattice.world(node, axis as usize, offset);
+            // It lies on no scan any more.
+            surface.scan[vertex as usize] = -1;
         }
     }
 }
 
 /// How close to a node, in cells, a vertex must lie to be looked at by [`separate_at_nodes`].
 pub const NEAR_NODE: f32 = APART as f32;
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3};
+
+    use super::super::{MergeParams, PlacedMesh, run};
+    use crate::mesh::measure::{Side, deviation};
+    use crate::mesh::{AttributeData, TriMesh};
+    use crate::progress::Progress;
+
+    #[test]
+    fn a_vertex_moved_out_of_a_node_is_marked() {
+        // A plane through nodes of the grid: three edges meet it in each of these.
+        let (u, v) = (DVec3::new(9.0, -9.0, 0.0), DVec3::new(-9.0, -9.0, 18.0));
+        let plane = TriMesh::new(vec![u, v, -u - v], vec![[0, 2, 1]]);
+        let placed = PlacedMesh { name: "plane".to_owned(), mesh: &plane, world_from_mesh: DAffine3::IDENTITY };
+        let params = MergeParams { voxel: Some(1.0), max_hole_length: Some(0.0), ..MergeParams::default() };
+        let mesh = run(&[&placed], &params, &Progress::none()).unwrap().mesh;
+        let off = deviation(&mesh.positions, &plane, Side::Ignored, 0, &Progress::none()).unwrap().distances;
+        let (Some(AttributeData::Bool(interpolated)), Some(AttributeData::I32(source))) =
+            (mesh.vertex_attribute("interpolated"), mesh.vertex_attribute("source_scan"))
+        else {
+            panic!("attributes are missing")
+        };
+        // What a place within a cell is rounded to.
+        let exact = 2f64.powi(-20);
+        assert!(off.iter().any(|d| *d > exact), "no vertex was moved");
+        for v in 0..off.len() {
+            assert!(interpolated[v] || off[v] <= exact, "vertex {v} at {} lies {} off", mesh.positions[v], off[v]);
+            assert_eq!(interpolated[v], source[v] < 0);
+        }
+        assert!(interpolated.iter().any(|i| !i), "all are marked");
+    }
+}

@@ -31,9 +31,13 @@ const MAX_NODE: i64 = 1_000_000_000;
 /// Cells from the world's origin must stay below this, so that fixed-point coordinates fit an `i64`.
 const MAX_WORLD_CELL: f64 = (1_u64 << 42) as f64;
 
+/// Nodes between two places for a base, as a power of two: so many that scans of one object nearly always share one, so few
+/// that the reach of [`MAX_NODE`] hardly suffers.
+const BASE_BITS: u32 = 24;
+
 /// The grid. Node coordinates count from `base`, a node of the world's grid near the scans: so georeferenced scans fit 32
 /// bits. Whole bricks lie between two bases and world coordinates are rounded before the base is subtracted, so which
-/// base it is changes no result.
+/// base it is changes no result, but what lies within reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// Size of a cell in world units.
@@ -43,7 +47,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// A grid whose base lies near `near`; bricks are counted from the world node `corner`, which changes no result but
+    /// A grid whose base is the place for one that is nearest to `near`; bricks are counted from the world node `corner`, which changes no result but
     /// the order of its vertices and triangles.
     ///
     /// # Errors
@@ -57,7 +61,8 @@ impl Lattice {
                 Shown(voxel)
             )));
         }
-        let base = |i: usize| ((cell[i] as i64 - corner[i]) >> BRICK_BITS << BRICK_BITS) + corner[i];
+        let half = 1 << (BASE_BITS - 1);
+        let base = |i: usize| ((cell[i] as i64 - corner[i] + half) >> BASE_BITS << BASE_BITS) + corner[i];
         Ok(Lattice { voxel, base: [base(0), base(1), base(2)] })
     }
 

@@ -10,6 +10,7 @@ mod bundles;
 
 // 1. intersections of the scans with the lines of the grid
 mod discretize;
+mod intake;
 
 mod defaults;
 
@@ -47,16 +48,10 @@ mod close;
 // afterwards: how far the surface lies from the scans
 mod deviation;
 
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use anomalies::{Analyser, BrickSurface};
-use budget::Budget;
-use bundles::Buckets;
 use classify::{BrickLabels, Classifier};
-use discretize::discretize;
-use glam::DVec3;
 use lattice::Lattice;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -248,9 +243,7 @@ fn merge(
 ) -> Result<Merged> {
     let mut clock = Clock::start();
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
-    // Numbers by name, so that the order of the list does not matter.
-    let mut sources = sources.to_vec();
-    sources.sort_by(|a, b| a.name().cmp(b.name()));
+    let sources = source::in_order(sources, &params.triangulation, progress)?;
     report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
 
     progress.stage(0, 1);
@@ -261,10 +254,9 @@ fn merge(
     clock.lap("measure");
 
     progress.stage(1, sources.len() as u64);
-    let lattice = OnceLock::new();
-    let mut scans =
-        discretize_all(&sources, params, &lattice, |near| Lattice::new(report.voxel, near, corner), progress)?;
-    let lattice = *lattice.get().ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
+    let lattice_near = |near| Lattice::new(report.voxel, near, corner);
+    let mut scans = intake::discretize_all(&sources, params, lattice_near, progress)?;
+    let lattice = scans.lattice;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
     report.working_bytes = report.intersections * size_of::<bundles::Crossing>() as u64;
@@ -355,71 +347,6 @@ fn refuse_nothing(surface: &reconstruct::Surface, voxel: f64) -> Result<()> {
         "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
         Shown::digits(voxel, 4)
     )))
-}
-
-/// What stage 1 found in all scans.
-struct Discretized {
-    /// The crossings of each worker.
-    buckets: Vec<Buckets>,
-    triangles: u64,
-    full_trust: f32,
-    /// Whether every scan has colours.
-    coloured: bool,
-}
-
-/// Loads scan after scan, at most one a worker at a time, and finds its crossings.
-fn discretize_all(
-    sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    lattice: &OnceLock<Lattice>,
-    lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
-    progress: &Progress<'_>,
-) -> Result<Discretized> {
-    let budget = OnceLock::new();
-    let next = AtomicUsize::new(0);
-    let workers = rayon::current_num_threads().min(sources.len());
-    let found = (0..workers)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(|_| {
-            let mut found = Discretized { buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true };
-            let mut buckets = Buckets::default();
-            loop {
-                let scan = next.fetch_add(1, Ordering::Relaxed);
-                let Some(source) = sources.get(scan) else { break };
-                let surface = source.load(&params.triangulation)?;
-                progress.check()?;
-                if let Some(&[first, ..]) = surface.triangles.first() {
-                    let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
-                    let lattice = match lattice.get() {
-                        Some(lattice) => *lattice,
-                        None => {
-                            let made = lattice_near(near)?;
-                            *lattice.get_or_init(|| made)
-                        }
-                    };
-                    budget.get_or_init(|| Budget::new(lattice.voxel)).expect(&surface)?;
-                    discretize(&surface, source.name(), scan as u32, &lattice, &mut buckets, progress)?;
-                    found.triangles += surface.triangles.len() as u64;
-                    found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
-                    found.coloured &= surface.colour.is_some();
-                }
-                progress.advance(1)?;
-            }
-            found.buckets.push(buckets);
-            Ok(found)
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(found.into_iter().fold(
-        Discretized { buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true },
-        |mut all, mut worker| {
-            all.buckets.append(&mut worker.buckets);
-            all.triangles += worker.triangles;
-            all.full_trust = all.full_trust.max(worker.full_trust);
-            all.coloured &= worker.coloured;
-            all
-        },
-    ))
 }
 
 type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;

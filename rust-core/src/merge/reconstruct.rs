@@ -51,7 +51,7 @@ pub struct Surface {
     pub confidence: Vec<f32>,
     /// sRGB with straight alpha.
     pub colour: Vec<[u8; 4]>,
-    /// Scan of largest weight, -1 for artificial vertices.
+    /// Scan of largest weight, -1 for vertices that lie on no scan exactly: artificial ones, and those moved out of nodes.
     pub scan: Vec<i32>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,

@@ -1,15 +1,21 @@
 //! Where the merge gets its scans from: each is loaded when its turn comes and dropped afterwards.
 
+use std::hash::Hasher as _;
+
+use bytemuck::NoUninit;
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use rustc_hash::FxHasher;
 
 use crate::error::{Error, Result};
 use crate::mesh::{AttributeData, TriMesh};
-use crate::range_image::RangeImage;
+use crate::progress::Progress;
+use crate::range_image::{RangeImage, Samples};
 use crate::triangulate::{self, TriangulateParams};
 
 /// One scan to merge: something that can be loaded as an oriented surface, more than once.
 pub trait ScanSource: Sync {
-    /// Name for messages; also what ties are broken by, so that the order of the scans does not matter.
+    /// Name for messages; also what ties are broken by, then by content, so that the order of the scans does not matter.
     fn name(&self) -> &str;
 
     /// Reads the scan.
@@ -17,6 +23,65 @@ pub trait ScanSource: Sync {
     /// # Errors
     /// Whatever reading or triangulating can meet.
     fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface>;
+
+    /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
+    /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn content(&self, triangulation: &TriangulateParams) -> Result<u64> {
+        let surface = self.load(triangulation)?;
+        let mut content = Content::of(&surface.world_from_surface);
+        content.add(&surface.positions);
+        content.add(&surface.triangles);
+        content.add(&surface.confidence);
+        content.add_some(surface.colour.as_deref());
+        Ok(content.0.finish())
+    }
+}
+
+/// The scans in the order of their numbers: by name, then by content, so that the order of the list does not matter.
+///
+/// # Errors
+/// A scan that shares its name can't be loaded; cancelled.
+pub(super) fn in_order<'a>(
+    sources: &[&'a dyn ScanSource],
+    triangulation: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<Vec<&'a dyn ScanSource>> {
+    let mut sources = sources.to_vec();
+    sources.sort_by(|a, b| a.name().cmp(b.name()));
+    for namesakes in sources.chunk_by_mut(|a, b| a.name() == b.name()).filter(|namesakes| namesakes.len() > 1) {
+        let content = |source: &&'a dyn ScanSource| {
+            progress.check()?;
+            Ok((source.content(triangulation)?, *source))
+        };
+        let mut known = namesakes.par_iter().map(content).collect::<Result<Vec<_>>>()?;
+        known.sort_by_key(|known| known.0);
+        namesakes.iter_mut().zip(known).for_each(|(slot, known)| *slot = known.1);
+    }
+    Ok(sources)
+}
+
+/// What [`ScanSource::content`] is made of.
+struct Content(FxHasher);
+
+impl Content {
+    fn of(place: &DAffine3) -> Self {
+        let mut content = Content(FxHasher::default());
+        content.add(&place.to_cols_array());
+        content
+    }
+
+    fn add<T: NoUninit>(&mut self, values: &[T]) {
+        self.0.write_usize(values.len());
+        self.0.write(bytemuck::cast_slice(values));
+    }
+
+    fn add_some<T: NoUninit>(&mut self, values: Option<&[T]>) {
+        self.0.write_u8(values.is_some().into());
+        self.add(values.unwrap_or_default());
+    }
 }
 
 /// An oriented triangle surface placed in the world, with a weight a vertex: a triangulated scan or any mesh.
@@ -45,6 +110,19 @@ impl ScanSource for RangeImage {
     fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
         named(&self.name, OrientedSurface::from_range_image(self, triangulation))
     }
+
+    fn content(&self, _: &TriangulateParams) -> Result<u64> {
+        let mut content = Content::of(&self.world_from_sensor);
+        // Numbers of the projection in words: these are few, and their kinds differ.
+        content.add(format!("{:?} {} {}", self.projection(), self.rows(), self.cols()).as_bytes());
+        match self.samples() {
+            Samples::Values(values) => content.add(values),
+            Samples::Points(points) => content.add(points),
+        }
+        content.add_some(self.confidence.as_deref());
+        content.add_some(self.colour.as_deref());
+        Ok(content.0.finish())
+    }
 }
 
 /// A mesh in memory, with its name and its place in the world.
@@ -65,6 +143,20 @@ impl ScanSource for PlacedMesh<'_> {
 
     fn load(&self, _: &TriangulateParams) -> Result<OrientedSurface> {
         named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
+    }
+
+    fn content(&self, _: &TriangulateParams) -> Result<u64> {
+        let mut content = Content::of(&self.world_from_mesh);
+        content.add(&self.mesh.positions);
+        content.add(&self.mesh.triangles);
+        for name in ["confidence", "colour"] {
+            match self.mesh.vertex_attribute(name) {
+                Some(AttributeData::F32(values)) => content.add(values),
+                Some(AttributeData::Colour(values)) => content.add(values),
+                _ => content.add::<u8>(&[]),
+            }
+        }
+        Ok(content.0.finish())
     }
 }
 
@@ -116,5 +208,74 @@ impl OrientedSurface {
             colour,
             spacing: mesh.median_edge(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{MergeParams, run};
+    use super::*;
+    use crate::range_image::Projection;
+
+    /// Two patches of a plane that overlap, the second shifted and trusted less.
+    fn patches(names: [&str; 2]) -> [RangeImage; 2] {
+        [0, 1].map(|i| {
+            let plane = Projection::Orthographic { first: [0.05 + 1.5 * f64::from(i), 0.03], step: [0.1, 0.1] };
+            let heights = (0..900).map(|k| 0.01 * f64::from(i) + 0.02 * f64::from(k % 30)).collect();
+            let mut image = RangeImage::from_values(30, 30, heights, plane).unwrap();
+            image.name = names[i as usize].to_owned();
+            image
+        })
+    }
+
+    fn sources(scans: &[&dyn ScanSource]) -> Vec<i32> {
+        let params = MergeParams { voxel: Some(0.17), max_hole_length: Some(0.0), ..MergeParams::default() };
+        let mesh = run(scans, &params, &Progress::none()).unwrap().mesh;
+        match mesh.vertex_attribute("source_scan") {
+            Some(AttributeData::I32(sources)) => sources.clone(),
+            _ => panic!("no sources"),
+        }
+    }
+
+    #[test]
+    fn namesakes_are_numbered_by_content() {
+        let [a, b] = patches(["", ""]);
+        let numbers = sources(&[&a, &b]);
+        assert!(numbers.contains(&0) && numbers.contains(&1));
+        assert_eq!(sources(&[&b, &a]), numbers);
+        // As meshes, and as scans that are no more than loaded.
+        let params = TriangulateParams::default();
+        let meshes = [&a, &b].map(|image| {
+            let surface = image.load(&params).unwrap();
+            TriMesh::new(surface.positions, surface.triangles)
+        });
+        let placed = [0, 1].map(|i| PlacedMesh {
+            name: "twin".to_owned(),
+            mesh: &meshes[i],
+            world_from_mesh: DAffine3::IDENTITY,
+        });
+        assert_eq!(sources(&[&placed[0], &placed[1]]), sources(&[&placed[1], &placed[0]]));
+        struct Plain<'a>(&'a RangeImage);
+        impl ScanSource for Plain<'_> {
+            fn name(&self) -> &str {
+                "plain"
+            }
+            fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
+                self.0.load(triangulation)
+            }
+        }
+        assert_eq!(sources(&[&Plain(&a), &Plain(&b)]), sources(&[&Plain(&b), &Plain(&a)]));
+    }
+
+    #[test]
+    fn scans_of_different_names_are_numbered_by_them() {
+        let [a, b] = patches(["b", "a"]);
+        let numbers = sources(&[&a, &b]);
+        assert_eq!(sources(&[&b, &a]), numbers);
+        let [c, d] = patches(["a", "b"]);
+        let turned: Vec<i32> = sources(&[&c, &d]).iter().map(|&s| if s < 0 { s } else { 1 - s }).collect();
+        // Ties go to the smaller number, so not all turn.
+        let same = turned.iter().zip(&numbers).filter(|(a, b)| a == b).count();
+        assert!(10 * same > 9 * numbers.len(), "{same} of {}", numbers.len());
     }
 }
