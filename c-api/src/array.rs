@@ -111,7 +111,7 @@ impl<'a> Borrowed<'a> {
         Failure::new(SRF_ERR_INPUT, format!("{}: type must be {wanted}, got {got}", self.name))
     }
 
-    fn collect<T: AnyBitPattern, R>(&self, convert: impl Fn(T) -> R) -> Result<Vec<R>, Failure> {
+    fn collect<T: AnyBitPattern, R>(&self, mut convert: impl FnMut(T) -> R) -> Result<Vec<R>, Failure> {
         let mut all = Vec::new();
         all.try_reserve_exact(self.count).map_err(|_| {
             Failure::new(
@@ -143,7 +143,11 @@ impl<'a> Borrowed<'a> {
     pub fn points_f32(&self) -> Result<Vec<[f32; 3]>, Failure> {
         match self.type_ {
             t if t == SRF_F32 as u32 => self.collect(|p: [f32; 3]| p),
-            t if t == SRF_F64 as u32 => self.collect(|p: [f64; 3]| p.map(|x| x as f32)),
+            t if t == SRF_F64 as u32 => {
+                let mut overflow = None;
+                let points = self.collect(|p: [f64; 3]| p.map(|x| single(x, &mut overflow)))?;
+                self.fits(overflow).map(|()| points)
+            }
             _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
         }
     }
@@ -161,9 +165,20 @@ impl<'a> Borrowed<'a> {
     pub fn values_f32(&self) -> Result<Vec<f32>, Failure> {
         match self.type_ {
             t if t == SRF_F32 as u32 => self.collect(|x: [f32; 1]| x[0]),
-            t if t == SRF_F64 as u32 => self.collect(|x: [f64; 1]| x[0] as f32),
+            t if t == SRF_F64 as u32 => {
+                let mut overflow = None;
+                let values = self.collect(|x: [f64; 1]| single(x[0], &mut overflow))?;
+                self.fits(overflow).map(|()| values)
+            }
             _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
         }
+    }
+
+    /// Refuses a number that single precision can't hold.
+    fn fits(&self, overflow: Option<f64>) -> Result<(), Failure> {
+        let Some(number) = overflow else { return Ok(()) };
+        let text = format!("{}: {number:e} is more than single precision can hold", self.name);
+        Err(Failure::new(SRF_ERR_INPUT, text))
     }
 
     /// Triples of vertices.
@@ -203,6 +218,15 @@ impl<'a> Borrowed<'a> {
             )),
         }
     }
+}
+
+/// A number in single precision; a finite one that becomes infinite is kept in `overflow`.
+fn single(number: f64, overflow: &mut Option<f64>) -> f32 {
+    let rounded = number as f32;
+    if rounded.is_infinite() && number.is_finite() {
+        *overflow = Some(number);
+    }
+    rounded
 }
 
 /// A view of a slice of ours.

@@ -4,7 +4,7 @@
 //!  files, host objects        one grid, one cloud, one mesh      verbs
 //!  import ────────────────►   range_image ──► triangulate ──►    merge ──►  mesh ──► export
 //!  scan (virtual scanner) ►   point_cloud ──► scattered ─────►              check, measure
-//!  beneath all: geom, params, progress, threads, memory, error
+//!  beneath all: geom, params, magnitude, progress, threads, memory, error
 //! ```
 
 #![cfg_attr(test, allow(clippy::print_stdout, clippy::print_stderr))]
@@ -14,6 +14,7 @@ pub mod error;
 pub mod export;
 pub mod geom;
 pub mod import;
+pub mod magnitude;
 pub mod memory;
 pub mod merge;
 pub mod mesh;

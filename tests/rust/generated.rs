@@ -104,5 +104,9 @@ fn range(p: &ParamSpec) -> String {
 }
 
 fn number(value: f64) -> String {
-    if value == std::f64::consts::FRAC_PI_2 { "π/2".to_owned() } else { value.to_string() }
+    match value {
+        std::f64::consts::FRAC_PI_2 => "π/2".to_owned(),
+        value if value >= 1e16 => format!("{value:e}"),
+        value => value.to_string(),
+    }
 }

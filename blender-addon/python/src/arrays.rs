@@ -66,9 +66,27 @@ pub fn floats(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResul
 }
 
 /// Like [`floats`], in single precision.
+///
+/// # Errors
+/// Also `InputError` for a finite number that single precision can't hold.
 pub fn floats32(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<f32>, Vec<usize>)> {
     let array = numbers(value, what, "fiu", shape)?;
-    copy::<f32>(&array, "float32")
+    let (rounded, extents) = copy::<f32>(&array, "float32")?;
+    if let Some(i) = rounded.iter().position(|x| x.is_infinite()) {
+        check_single(&copy::<f64>(&array, "float64")?.0, &rounded, i, what)?;
+    }
+    Ok((rounded, extents))
+}
+
+/// Refuses finite numbers that single precision rounds to an infinite one, from entry `first` on.
+///
+/// # Errors
+/// `InputError`.
+pub fn check_single(exact: &[f64], rounded: &[f32], first: usize, what: &str) -> PyResult<()> {
+    match (first..exact.len()).find(|&i| exact[i].is_finite() && !rounded[i].is_finite()) {
+        None => Ok(()),
+        Some(i) => Err(input_error(format!("{what}: entry {i}, {:?}, is more than float32 can hold", exact[i]))),
+    }
 }
 
 /// An array of whole numbers of the wanted shape, copied row by row.

@@ -85,12 +85,27 @@ impl Mesh {
     }
 
     /// ``(position - origin) * scale`` as one flat float32 array (3 n,), newly made: what hosts' meshes take.
+    ///
+    /// Raises:
+    ///     InputError: a coordinate that float32 can't hold.
     #[pyo3(signature = (origin = [0.0; 3], scale = 1.0))]
-    fn positions_f32<'py>(&self, py: Python<'py>, origin: [f64; 3], scale: f64) -> Bound<'py, numpy::PyArray1<f32>> {
+    fn positions_f32<'py>(
+        &self,
+        py: Python<'py>,
+        origin: [f64; 3],
+        scale: f64,
+    ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
         let origin = DVec3::from_array(origin);
         let near = |p: &DVec3| ((*p - origin) * scale).as_vec3().to_array();
         let near: Vec<[f32; 3]> = self.mesh.positions.iter().map(near).collect();
-        numpy::PyArray1::from_vec(py, near.into_flattened())
+        if let Some(v) = near.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+            let at = self.mesh.positions[v].to_array();
+            return Err(input_error(format!(
+                "vertex {v} at {at:?} is more than float32 can hold with the origin {:?} and the scale {scale:?}",
+                origin.to_array()
+            )));
+        }
+        Ok(numpy::PyArray1::from_vec(py, near.into_flattened()))
     }
 
     /// Lowest and highest coordinates, (2, 3) float64; ``None`` without vertices.

@@ -209,9 +209,14 @@ impl QuadGrid {
     }
 
     /// The positions as one flat float32 array (3 n,), newly made: what hosts' meshes take.
-    fn positions_f32<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f32>> {
-        let flat: Vec<f32> = arrays::coordinates(&self.mesh.positions).iter().map(|&x| x as f32).collect();
-        PyArray1::from_vec(py, flat)
+    ///
+    /// Raises:
+    ///     InputError: a coordinate that float32 can't hold.
+    fn positions_f32<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let exact = arrays::coordinates(&self.mesh.positions);
+        let flat: Vec<f32> = exact.iter().map(|&x| x as f32).collect();
+        arrays::check_single(exact, &flat, 0, "positions")?;
+        Ok(PyArray1::from_vec(py, flat))
     }
 
     /// (m, 4) uint32: corners of the quads that are not on the background. A read-only view.

@@ -147,6 +147,7 @@ impl RangeImage {
         let viewing = self::viewing(viewing)?;
         let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
         let coordinates: Vec<f32> = exact.iter().map(|&x| x as f32).collect();
+        arrays::check_single(&exact, &coordinates, 0, "points")?;
         keeps_detail(&exact, &coordinates, shape[1])?;
         let points: Vec<[f32; 3]> = bytemuck::cast_slice(&coordinates).to_vec();
         made(Core::from_points(shape[0], shape[1], points, viewing), name)

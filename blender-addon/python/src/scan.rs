@@ -110,7 +110,7 @@ impl Camera {
     ) -> PyResult<Self> {
         let projection = Projection::Pinhole { focal, centre, depth: DepthKind::Planar };
         let world_from_sensor = arrays::rigid(world_from_sensor, "world_from_sensor")?;
-        made(scan::Camera { rows, cols, projection, world_from_sensor })
+        made(Ok(scan::Camera { rows, cols, projection, world_from_sensor }))
     }
 
     /// A terrestrial scanner: all around, from ``lowest`` to ``highest`` elevation (radians), row 0 the highest.
@@ -164,8 +164,8 @@ fn vertical(up: Option<&Bound<'_, PyAny>>, usual: DVec3) -> PyResult<DVec3> {
     up.map_or(Ok(usual), |up| arrays::vector(up, "up"))
 }
 
-fn made(camera: scan::Camera) -> PyResult<Camera> {
-    camera.validate().map_err(|e| to_python(&e))?;
+fn made(camera: surfrecon::Result<scan::Camera>) -> PyResult<Camera> {
+    let camera = camera.and_then(|camera| camera.validate().map(|()| camera)).map_err(|e| to_python(&e))?;
     Ok(Camera { camera })
 }
 
@@ -213,7 +213,7 @@ pub fn turntable(
         return Err(input_error("the mesh has no vertices".to_owned()));
     };
     let cameras = scan::turntable(bounds, &table).map_err(|e| to_python(&e))?;
-    cameras.into_iter().map(made).collect()
+    cameras.into_iter().map(|camera| made(Ok(camera))).collect()
 }
 
 /// Scans a mesh virtually: its colours come with it, and the truth is known.

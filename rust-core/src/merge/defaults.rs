@@ -33,7 +33,12 @@ pub fn voxel(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, pro
         })
         .collect::<Result<Vec<_>>>()?;
     let (sum, samples) = sums.iter().fold((0.0, 0_u64), |(s, n), &(sum, samples)| (s + sum, n + samples));
-    if samples == 0 || sum <= 0.0 {
+    if samples > 0 && sum <= 0.0 {
+        return Err(Error::input(
+            "the samples of the scans are so close to each other that their distance counts as 0: use a smaller unit",
+        ));
+    }
+    if samples == 0 {
         return Err(Error::input(
             "no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit",
         ));

@@ -273,7 +273,7 @@ fn merge(
         }
     };
     clock.lap("overlap");
-    report.merge_distance = merge_distance * report.voxel;
+    report.merge_distance = params.merge_distance.unwrap_or(merge_distance * report.voxel);
     let rule = fuse::Rule { merge_distance, full_trust: f64::from(scans.full_trust) };
     let fused = raw
         .into_par_iter()

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHasher;
 
 use crate::error::{Error, Result};
+use crate::magnitude;
 use crate::mesh::{AttributeData, TriMesh};
 use crate::progress::Progress;
 use crate::range_image::{RangeImage, Samples};
@@ -189,9 +190,15 @@ impl OrientedSurface {
     /// Takes a mesh as it is: confidence 1 where it has none.
     ///
     /// # Errors
-    /// An index out of range, a coordinate that is not finite, an attribute of the wrong length.
+    /// An index out of range, a coordinate that is not finite or larger than [`magnitude::LARGEST`], an attribute of the wrong
+    /// length.
     pub fn from_mesh(mesh: &TriMesh, world_from_mesh: DAffine3) -> Result<Self> {
         mesh.validate()?;
+        magnitude::points("vertex", &mesh.positions)?;
+        let m = world_from_mesh;
+        for column in [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation] {
+            magnitude::place("each column of the transform that places the mesh", column)?;
+        }
         let confidence = match mesh.vertex_attribute("confidence") {
             Some(AttributeData::F32(c)) => c.iter().map(|&c| if c >= 0.0 && c.is_finite() { c } else { 0.0 }).collect(),
             _ => vec![1.0; mesh.positions.len()],
@@ -277,5 +284,17 @@ mod tests {
         // Ties go to the smaller number, so not all turn.
         let same = turned.iter().zip(&numbers).filter(|(a, b)| a == b).count();
         assert!(10 * same > 9 * numbers.len(), "{same} of {}", numbers.len());
+    }
+
+    #[test]
+    fn numbers_too_large_are_refused_by_name() {
+        let [a, _] = patches(["a", "b"]);
+        let surface = a.load(&TriangulateParams::default()).unwrap();
+        let mut mesh = TriMesh::new(surface.positions, surface.triangles);
+        let far = DAffine3::from_scale(DVec3::new(1.0, 1e200, 1.0));
+        let text = |mesh: &TriMesh, place| OrientedSurface::from_mesh(mesh, place).unwrap_err().to_string();
+        assert!(text(&mesh, far).contains("(0, 1e200, 0)"));
+        mesh.positions[7].z = -1e200;
+        assert!(text(&mesh, DAffine3::IDENTITY).starts_with("vertex 7 lies at "));
     }
 }

@@ -58,7 +58,7 @@ fn crossings(mesh: &TriMesh, voxel: f64) -> Vec<(usize, [i32; 2], f64, i32)> {
     let surface = OrientedSurface::from_mesh(mesh, DAffine3::IDENTITY).unwrap();
     let lattice = Lattice { voxel, base: [0; 3] };
     let mut buckets = Buckets::default();
-    discretize(&surface, "mesh", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
+    discretize::discretize(&surface, "mesh", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
     let mut all = Vec::new();
     for bundle in bundles::gather(vec![buckets]) {
         for c in bundle.chunks.iter().flatten() {
@@ -79,7 +79,7 @@ fn edge_sums(mesh: &TriMesh, voxel: f64) -> std::collections::HashMap<(usize, [i
     let surface = OrientedSurface::from_mesh(mesh, DAffine3::IDENTITY).unwrap();
     let lattice = Lattice { voxel, base: [0; 3] };
     let mut buckets = Buckets::default();
-    discretize(&surface, "mesh", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
+    discretize::discretize(&surface, "mesh", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
     let mut sums = std::collections::HashMap::new();
     for bundle in bundles::gather(vec![buckets]) {
         let axis = bundle.key.axis as usize;

@@ -11,6 +11,7 @@ use super::TriMesh;
 use super::measure::{CHUNK, Deviation, Side, Summary, measure_points};
 use crate::error::{Error, Result};
 use crate::geom::bvh::{Bvh, Closest};
+use crate::magnitude;
 use crate::progress::Progress;
 
 /// The bound is brought within this share of the largest distance found.
@@ -90,7 +91,8 @@ impl Part {
 /// Time O(k log m) for m triangles of the reference and k measurements, memory O(k).
 ///
 /// # Errors
-/// [`Error::Input`] for a reference without triangles, bad indices, and coordinates that aren't finite;
+/// [`Error::Input`] for a reference without triangles, bad indices, and coordinates that aren't finite or are larger than
+/// [`magnitude::LARGEST`];
 /// [`Error::Cancelled`].
 pub fn certify(
     surface: &TriMesh,
@@ -102,9 +104,7 @@ pub fn certify(
     surface.validate()?;
     reference.validate()?;
     let points = &surface.positions;
-    if let Some(i) = points.iter().position(|p| !p.is_finite()) {
-        return Err(Error::input(format!("vertex {i} has a coordinate that is not finite: {}", points[i])));
-    }
+    magnitude::points("vertex", points)?;
     if reference.triangles.is_empty() && !points.is_empty() {
         return Err(Error::input("the reference has no triangle to measure distances to"));
     }
@@ -278,6 +278,11 @@ mod tests {
         let mut bad = mesh.clone();
         bad.positions[3].y = f64::NAN;
         assert!(text(&bad, &mesh).contains("vertex 3"));
+        bad.positions[3].y = -1e200;
+        for (a, b) in [(&bad, &mesh), (&mesh, &bad)] {
+            let text = text(a, b);
+            assert!(text.starts_with("vertex 3 lies at (") && text.contains("-1e200"), "{text}");
+        }
         let empty = certified(&TriMesh::default(), &mesh);
         assert!(empty.reached == 0.0 && empty.vertices.summary.count == 0);
         // Corners alone, without a triangle between them, have nothing to split.

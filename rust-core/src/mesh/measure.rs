@@ -7,8 +7,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriMesh;
-use crate::error::{Error, Result, Shown};
-use crate::geom::bvh::{Bvh, Closest, Feature, LARGEST};
+use crate::error::{Error, Result};
+use crate::geom::bvh::{Bvh, Closest, Feature};
+use crate::magnitude;
 use crate::progress::Progress;
 
 /// Points that are measured between two looks at the progress.
@@ -150,12 +151,7 @@ pub fn nearest_triangles(
 }
 
 fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
-    if let Some(i) = points.iter().position(|p| !p.is_finite() || p.abs().max_element() > LARGEST) {
-        let [x, y, z] = points[i].to_array().map(Shown);
-        return Err(Error::input(format!(
-            "point {i} lies at ({x}, {y}, {z}): coordinates must be finite and at most {LARGEST:e}"
-        )));
-    }
+    magnitude::points("point", points)?;
     if mesh.triangles.is_empty() && !points.is_empty() {
         return Err(Error::input("the mesh has no triangle to measure distances to"));
     }
@@ -523,9 +519,10 @@ mod tests {
         let text = |points: &[DVec3], mesh: &TriMesh| {
             deviation(points, mesh, Side::Ignored, 1, &Progress::none()).unwrap_err().to_string()
         };
+        let beyond = 2.0 * magnitude::LARGEST;
         // The largest of a number and of what is none is the number.
         let nan = DVec3::new(f64::NAN, 0.0, 0.0);
-        for bad in [DVec3::NAN, DVec3::INFINITY, nan, DVec3::new(0.0, f64::NAN, 1.0), DVec3::splat(2.0 * LARGEST)] {
+        for bad in [DVec3::NAN, DVec3::INFINITY, nan, DVec3::new(0.0, f64::NAN, 1.0), DVec3::splat(beyond)] {
             assert!(text(&[DVec3::ZERO, bad], &mesh).contains("point 1"), "{bad}");
         }
         let broken = TriMesh::new(vec![nan, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);

@@ -67,6 +67,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::magnitude::LARGEST;
 use crate::memory;
 use crate::mesh::Attribute;
 use crate::progress::{Plan, Progress};
@@ -386,9 +387,9 @@ fn depth_extent(image: &RangeImage, ranges: &[f64]) -> Result<f64> {
         return Err(Error::input(format!("{name}: no pixel is valid")));
     }
     let extent = limits.1 - limits.0;
-    if !extent.is_finite() {
+    if limits.0.abs().max(limits.1.abs()) > LARGEST {
         return Err(Error::input(format!(
-            "{name}: ranges from {:e} to {:e} are farther apart than can be computed with: use a larger unit",
+            "{name}: ranges from {:e} to {:e} are farther than can be computed with: use a larger unit",
             limits.0, limits.1
         )));
     }

@@ -9,8 +9,8 @@ use glam::DVec3;
 
 use super::QuadGrid;
 use crate::error::{Error, Result};
-use crate::memory;
 use crate::mesh::QuadMesh;
+use crate::{magnitude, memory};
 
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;
@@ -63,9 +63,10 @@ impl QuadGrid {
     /// Fits a B-spline surface to all vertices of the grid, those on the background as well. O(vertices).
     ///
     /// # Errors
-    /// [`Error::Input`] for an order other than 2, 3 or 4, for fewer control points than the order along a side, or more than
+    /// [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for an order other than 2, 3 or 4, for fewer control points than the order along a side, or more than
     /// vertices.
     pub fn spline(&self, params: &SplineParams) -> Result<Fit> {
+        magnitude::points("vertex", &self.positions)?;
         let order = params.order;
         if !(2..=MOST).contains(&order) {
             return Err(Error::input(format!("the order of a spline must be 2, 3 or 4, got {order}")));

@@ -28,7 +28,8 @@ pub use projection::{DepthKind, Projection, Viewing};
 
 use glam::{DAffine3, DVec3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
+use crate::magnitude;
 use crate::point_cloud::PointCloud;
 
 /// The measurements of a range image, row by row; an invalid pixel is NaN.
@@ -77,8 +78,8 @@ impl RangeImage {
     /// also those that aren't positive, which such sensors write where nothing came back.
     ///
     /// # Errors
-    /// [`Error::Input`] if the number of values is not `rows * cols`, or the projection is a point grid or has
-    /// parameters that aren't finite.
+    /// [`Error::Input`] if the number of values is not `rows * cols`, the projection is a point grid or has parameters
+    /// that aren't usable, or a point would have a coordinate that isn't finite.
     pub fn from_values(rows: usize, cols: usize, mut values: Vec<f64>, projection: Projection) -> Result<Self> {
         if matches!(projection, Projection::PointGrid(_)) {
             return Err(Error::input("a point grid needs a point a pixel: use RangeImage::from_points"));
@@ -88,8 +89,21 @@ impl RangeImage {
         let is_distance = matches!(projection, Projection::Pinhole { .. } | Projection::Spherical { .. });
         // Chosen, not branched on: where a scan has holes is hard to guess.
         let least = if is_distance { f64::from_bits(1) } else { f64::MIN };
-        for value in &mut values {
-            *value = if (least..=f64::MAX).contains(value) { *value } else { f64::NAN };
+        let mut lanes = [0.0_f64; 8];
+        for values in values.chunks_mut(lanes.len()) {
+            for (largest, value) in lanes.iter_mut().zip(values) {
+                *value = if (least..=f64::MAX).contains(value) { *value } else { f64::NAN };
+                *largest = if value.abs() > *largest { value.abs() } else { *largest };
+            }
+        }
+        let largest = lanes.into_iter().fold(0.0, f64::max);
+        let reach = projection.reach(rows, cols, largest);
+        if !reach.is_finite() {
+            return Err(Error::input(format!(
+                "points of the image would have coordinates that are not finite: values reach to {}, which the projection \
+                 {projection:?} takes too far; use a larger unit",
+                Shown(largest)
+            )));
         }
         Ok(Self::assemble(rows, cols, Samples::Values(values), projection))
     }
@@ -232,10 +246,11 @@ impl RangeImage {
     /// (zero where a pixel has too few neighbours) and colours.
     ///
     /// # Errors
-    /// An attribute of the wrong length, or more than 2^32 - 2 pixels.
+    /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`].
     pub fn to_point_cloud(&self) -> Result<PointCloud> {
         self.validate()?;
         let grid = samples::SampleGrid::new(self)?;
+        magnitude::points("sample", &grid.positions)?;
         let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid));
         let normals = normals::sample_normals(self, &grid, limit);
         Ok(PointCloud {
@@ -317,6 +332,39 @@ mod tests {
                 assert!(seen > 5 && seen == image.valid_count());
             }
         }
+    }
+
+    #[test]
+    fn what_can_t_be_computed_with_is_refused_by_name() {
+        let made = |projection, value: f64| {
+            RangeImage::from_values(2, 3, vec![1.0, 1.0, value, 1.0, f64::NAN, 2.0], projection)
+        };
+        let refused = |projection, value, words: [&str; 2]| {
+            let text = made(projection, value).unwrap_err().to_string();
+            assert!(words.iter().all(|word| text.contains(word)), "{text}");
+        };
+        let plane = |first: f64, step: f64| Projection::Orthographic { first: [first, 0.0], step: [step, -1.0] };
+        let pinhole =
+            |focal: f64, centre: f64, depth| Projection::Pinhole { focal: [focal; 2], centre: [centre; 2], depth };
+        for value in [1e300, -1e300, f64::INFINITY, 0.0] {
+            assert!(made(plane(0.0, 1.0), value).is_ok(), "{value}");
+        }
+        refused(plane(f64::INFINITY, 1.0), 1.0, ["place of the first pixel", "inf"]);
+        refused(plane(f64::NAN, 1.0), 1.0, ["place of the first pixel", "NaN"]);
+        refused(plane(0.0, 0.0), 1.0, ["step from column to column", "got 0"]);
+        refused(plane(0.0, 1e308), 7.0, ["values reach to 7", "1e308"]);
+        for depth in [DepthKind::Planar, DepthKind::Ray] {
+            refused(pinhole(1e-320, 1.0, depth), 1.0, ["focal length fx", "1e-320"]);
+            refused(pinhole(1.0, 1e80, depth), 1.0, ["centre cx", "1e80"]);
+            assert!(made(pinhole(1e-70, 1.0, depth), 1.0).is_ok());
+        }
+        refused(pinhole(1e-70, 1e10, DepthKind::Planar), 1e300, ["values reach to 1e300", "Pinhole"]);
+        let viewed = |viewing| RangeImage::from_points(1, 1, vec![[0.0; 3]], viewing).map(drop);
+        assert!(viewed(Viewing::Parallel(DVec3::new(0.0, 1e-70, 1e70))).is_ok());
+        for bad in [DVec3::ZERO, DVec3::new(0.0, 1e-80, 0.0), DVec3::new(0.0, 1.0, 1e80), DVec3::NAN] {
+            assert!(viewed(Viewing::Parallel(bad)).unwrap_err().to_string().contains("viewing direction"), "{bad}");
+        }
+        assert!(viewed(Viewing::From(DVec3::splat(1e80))).unwrap_err().to_string().contains("1e80"));
     }
 
     #[test]

@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
+use crate::magnitude;
 
 /// What a pinhole image's values measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,37 +64,62 @@ pub enum Projection {
 }
 
 impl Projection {
-    /// Checks that the parameters are finite and not degenerate.
+    /// Checks that the parameters are finite, not degenerate and no larger than can be computed with.
     ///
     /// # Errors
-    /// [`Error::Input`] naming the parameter.
+    /// [`Error::Input`] naming the parameter and its value.
     pub fn validate(&self) -> Result<()> {
-        let fail = |what: &str| Err(Error::input(format!("{what} must be finite and not zero")));
-        let usable = |v: &[f64; 2]| v.iter().all(|x| x.is_finite() && *x != 0.0);
-        let finite = |v: &[f64; 2]| v.iter().all(|x| x.is_finite());
         match self {
             Projection::Orthographic { first, step } | Projection::Spherical { first, step } => {
-                if !usable(step) || !finite(first) {
-                    return fail("the projection's step from pixel to pixel");
+                let numbers = [
+                    ("place of the first pixel, across,", first[0]),
+                    ("place of the first pixel, down,", first[1]),
+                    ("step from column to column", step[0]),
+                    ("step from row to row", step[1]),
+                ];
+                for (k, (name, number)) in numbers.into_iter().enumerate() {
+                    if !number.is_finite() || k >= 2 && number == 0.0 {
+                        return Err(Error::input(format!(
+                            "the projection's {name} must be finite{}, got {}",
+                            if k >= 2 { " and not zero" } else { "" },
+                            Shown(number)
+                        )));
+                    }
                 }
             }
             Projection::Pinhole { focal, centre, .. } => {
-                if !usable(focal) || !finite(centre) {
-                    return fail("the camera's focal lengths");
-                }
+                magnitude::divisor("the camera's focal length fx", focal[0])?;
+                magnitude::divisor("the camera's focal length fy", focal[1])?;
+                magnitude::coordinate("the camera's centre cx", centre[0])?;
+                magnitude::coordinate("the camera's centre cy", centre[1])?;
             }
             Projection::PointGrid(Viewing::Parallel(direction)) => {
-                if !direction.is_finite() || *direction == DVec3::ZERO {
-                    return fail("the viewing direction");
-                }
+                magnitude::direction("the viewing direction", *direction)?;
             }
             Projection::PointGrid(Viewing::From(origin)) => {
-                if !origin.is_finite() {
-                    return Err(Error::input("the sensor's origin must be finite"));
-                }
+                magnitude::place("the sensor's origin", *origin)?;
             }
         }
         Ok(())
+    }
+
+    /// Largest number met on the way to a point that a pixel of an image of this size measures with a value up to `value`;
+    /// for a point grid the points' own.
+    pub(crate) fn reach(&self, rows: usize, cols: usize, value: f64) -> f64 {
+        let last = [cols.saturating_sub(1) as f64, rows.saturating_sub(1) as f64];
+        let farthest = |at: [f64; 2]| at[0].abs().max(at[1].abs());
+        match self {
+            Projection::Orthographic { first, step } | Projection::Spherical { first, step } => {
+                (0..2).map(|axis| farthest([first[axis], first[axis] + last[axis] * step[axis]])).fold(value, f64::max)
+            }
+            Projection::Pinhole { focal, centre, depth } => {
+                let slope = (0..2)
+                    .map(|axis| farthest([centre[axis], last[axis] - centre[axis]]) / focal[axis].abs())
+                    .fold(1.0, f64::max);
+                if *depth == DepthKind::Planar { slope.max(slope * value) } else { slope.max(value) }
+            }
+            Projection::PointGrid(_) => value,
+        }
     }
 
     /// The point that value `value` of pixel `(row, col)` measures. Meaningless for a point grid, where the point itself

@@ -2,7 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
+use crate::magnitude::{self, LARGEST};
 use crate::range_image::{DepthKind, Projection};
 
 /// A virtual scanner: `rows` x `cols` pixels, how they see, and the true pose.
@@ -20,46 +21,69 @@ pub struct Camera {
 
 impl Camera {
     /// Parallel rays: looks along `toward`, `target` in the middle of the image, pixels `spacing` apart, row 0 on the side of
-    /// `up`. No usable direction leaves the axes as they are.
-    pub fn orthographic(rows: usize, cols: usize, spacing: f64, target: DVec3, toward: DVec3, up: DVec3) -> Self {
-        let axes = axes(toward, up);
+    /// `up`, or any side if that is zero. Along -z for a `toward` of zero.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a number that can't be computed with.
+    pub fn orthographic(
+        rows: usize,
+        cols: usize,
+        spacing: f64,
+        target: DVec3,
+        toward: DVec3,
+        up: DVec3,
+    ) -> Result<Self> {
+        magnitude::coordinate("the camera's spacing", spacing)?;
+        magnitude::place("the camera's target", target)?;
+        let axes = axes(toward, up)?;
         let first = [-0.5 * spacing * (cols.max(1) - 1) as f64, 0.5 * spacing * (rows.max(1) - 1) as f64];
-        Camera {
+        Ok(Camera {
             rows,
             cols,
             projection: Projection::Orthographic { first, step: [spacing, -spacing] },
             // The frame looks along -z.
             world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.x, axes.y, -axes.toward), target),
-        }
+        })
     }
 
     /// A depth camera at `eye` that looks at `target`; `height_angle` is the angle between its first and its last row.
-    pub fn pinhole(rows: usize, cols: usize, height_angle: f64, eye: DVec3, target: DVec3, up: DVec3) -> Self {
-        let axes = axes(target - eye, up);
-        let focal = 0.5 * (rows.max(2) - 1) as f64 / (0.5 * height_angle).tan();
+    ///
+    /// # Errors
+    /// [`Error::Input`] for an angle that is not between 0 and pi, or a number that can't be computed with.
+    pub fn pinhole(rows: usize, cols: usize, height_angle: f64, eye: DVec3, target: DVec3, up: DVec3) -> Result<Self> {
+        magnitude::place("the camera's eye", eye)?;
+        magnitude::place("the camera's target", target)?;
+        let axes = axes(target - eye, up)?;
+        let focal = focal(rows, height_angle)?;
         let centre = [0.5 * (cols.max(1) - 1) as f64, 0.5 * (rows.max(1) - 1) as f64];
-        Camera {
+        Ok(Camera {
             rows,
             cols,
             projection: Projection::Pinhole { focal: [focal, focal], centre, depth: DepthKind::Planar },
             // The frame has y down and looks along +z.
             world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.x, -axes.y, axes.toward), eye),
-        }
+        })
     }
 
     /// A terrestrial scanner at `eye` with `up` as its vertical: all around, and from `lowest` to `highest` elevation, in
     /// radians, row 0 the highest.
-    pub fn spherical(rows: usize, cols: usize, lowest: f64, highest: f64, eye: DVec3, up: DVec3) -> Self {
-        let ahead = up.any_orthogonal_vector();
-        let axes = axes(ahead, up);
+    ///
+    /// # Errors
+    /// [`Error::Input`] for elevations that are equal, a vertical that is zero, or a number that can't be computed with.
+    pub fn spherical(rows: usize, cols: usize, lowest: f64, highest: f64, eye: DVec3, up: DVec3) -> Result<Self> {
+        magnitude::coordinate("the camera's lowest elevation", lowest)?;
+        magnitude::coordinate("the camera's highest elevation", highest)?;
+        magnitude::place("the camera's eye", eye)?;
+        magnitude::direction("the camera's vertical", up)?;
+        let axes = axes(up.any_orthogonal_vector(), up)?;
         let first = [-std::f64::consts::PI, highest];
         let step = [std::f64::consts::TAU / cols.max(1) as f64, (lowest - highest) / (rows.max(2) - 1) as f64];
-        Camera {
+        Ok(Camera {
             rows,
             cols,
             projection: Projection::Spherical { first, step },
             world_from_sensor: DAffine3::from_mat3_translation(DMat3::from_cols(axes.toward, -axes.x, axes.y), eye),
-        }
+        })
     }
 
     /// Checks that the camera can see.
@@ -78,14 +102,35 @@ impl Camera {
             return Err(Error::input("a point grid has no rays to scan along: give the camera another projection"));
         }
         self.projection.validate()?;
+        let reach = self.projection.reach(self.rows, self.cols, 1.0);
+        if !(reach <= LARGEST) {
+            return Err(Error::input(format!(
+                "the camera's rays reach to {}: at most {LARGEST:e} can be computed with",
+                Shown(reach)
+            )));
+        }
         let (m, t) = (self.world_from_sensor.matrix3, self.world_from_sensor.translation);
         let gram = m.transpose() * m;
         let rigid = gram.abs_diff_eq(DMat3::IDENTITY, 1e-6) && m.determinant() > 0.0 && t.is_finite();
         if !rigid {
             return Err(Error::input(format!("the camera's pose must be a rotation and a translation, got {m} {t}")));
         }
+        magnitude::place("the camera's place", t)?;
         Ok(())
     }
+}
+
+/// Focal length in pixels of a camera with this angle between its first and its last row.
+fn focal(rows: usize, height_angle: f64) -> Result<f64> {
+    let focal = 0.5 * (rows.max(2) - 1) as f64 / (0.5 * height_angle).tan();
+    if height_angle > 0.0 && height_angle < std::f64::consts::PI && focal <= LARGEST {
+        return Ok(focal);
+    }
+    Err(Error::input(format!(
+        "the angle between a camera's first and last row must be > 0 and < pi, with a focal length of at most {LARGEST:e} \
+         pixels, got {} rad",
+        Shown(height_angle)
+    )))
 }
 
 struct Axes {
@@ -96,14 +141,19 @@ struct Axes {
     toward: DVec3,
 }
 
-/// Axes of a viewer that looks `toward` with `up` upward; any upright ones where `up` says nothing.
-fn axes(toward: DVec3, up: DVec3) -> Axes {
+/// Axes of a viewer that looks `toward`, along -z if that is zero, with `up` upward; any upright ones where `up` says nothing.
+fn axes(toward: DVec3, up: DVec3) -> Result<Axes> {
+    for (name, given) in [("the direction a camera looks in", toward), ("the camera's vertical", up)] {
+        if given != DVec3::ZERO {
+            magnitude::direction(name, given)?;
+        }
+    }
     let toward = toward.try_normalize().unwrap_or(DVec3::NEG_Z);
     let x = toward.cross(up).try_normalize().filter(|x| x.is_finite());
     let x = x.unwrap_or_else(|| toward.any_orthonormal_vector());
     // Once more: where `up` is nearly along `toward` their product has lost digits.
     let x = (x - toward * x.dot(toward)).normalize();
-    Axes { x, y: x.cross(toward), toward }
+    Ok(Axes { x, y: x.cross(toward), toward })
 }
 
 /// How [`turntable`] places its cameras.
@@ -145,16 +195,18 @@ impl Default for Turntable {
 /// # Errors
 /// [`Error::Input`] for bounds or a vertical that aren't finite or have no size, or an angle that isn't between 0 and pi.
 pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Camera>> {
-    let up = table.up.try_normalize().ok_or_else(|| Error::input("the turntable's vertical must have a direction"))?;
+    let up = magnitude::direction("the turntable's vertical", table.up)?.normalize();
+    magnitude::coordinate("the cameras' elevation", table.elevation)?;
+    for corner in [lo, hi] {
+        magnitude::place("each corner of the bounds of what a turntable turns", corner)?;
+    }
     let centre = lo.midpoint(hi);
     let radius = 0.5 * lo.distance(hi);
-    if !(radius > 0.0 && radius.is_finite() && centre.is_finite()) {
-        return Err(Error::input(format!("a turntable needs finite bounds of some size, got {lo} to {hi}")));
+    if radius == 0.0 {
+        return Err(Error::input(format!("a turntable needs bounds of some size, got {lo} to {hi}")));
     }
-    if let Some(angle) = table.height_angle
-        && !(angle > 0.0 && angle < std::f64::consts::PI)
-    {
-        return Err(Error::input(format!("the cameras' angle must be > 0 and < pi, got {angle} rad")));
+    if let Some(angle) = table.height_angle {
+        focal(table.pixels, angle)?;
     }
     let (a, b) = (up.any_orthonormal_vector(), up.cross(up.any_orthonormal_vector()));
     // Two rings of the same number of cameras look between each other's, so their azimuths are shifted.
@@ -164,7 +216,7 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Came
         for k in 0..count {
             let azimuth = std::f64::consts::TAU * (k as f64 + shift) / count as f64;
             let from = (a * azimuth.cos() + b * azimuth.sin()) * elevation.cos() + up * elevation.sin();
-            cameras.push(match table.height_angle {
+            let camera = match table.height_angle {
                 None => {
                     orthographic_fit((lo, hi), 2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64, -from, up)
                 }
@@ -172,15 +224,16 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Came
                     let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
                     Camera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
                 }
-            });
+            };
+            cameras.push(camera?);
         }
     }
     Ok(cameras)
 }
 
 /// An orthographic camera that sees the bounds with a margin of at least half a pixel, and little else.
-fn orthographic_fit((lo, hi): (DVec3, DVec3), spacing: f64, toward: DVec3, up: DVec3) -> Camera {
-    let axes = axes(toward, up);
+fn orthographic_fit((lo, hi): (DVec3, DVec3), spacing: f64, toward: DVec3, up: DVec3) -> Result<Camera> {
+    let axes = axes(toward, up)?;
     let size = hi - lo;
     let pixels = |axis: DVec3| (size.dot(axis.abs()) / spacing).ceil() as usize + 2;
     Camera::orthographic(pixels(axes.y), pixels(axes.x), spacing, lo.midpoint(hi), toward, up)

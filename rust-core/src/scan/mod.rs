@@ -26,6 +26,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geom::bvh::{Bvh, Hit, PACKET, Ray};
+use crate::magnitude;
 use crate::mesh::{AttributeData, TriMesh};
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
@@ -195,7 +196,8 @@ impl ScanParams {
     /// Checks every parameter against [`PARAMS`].
     ///
     /// # Errors
-    /// [`Error::Parameter`] naming the first one out of range.
+    /// [`Error::Parameter`] naming the first one out of range; [`Error::Input`] for a length larger than
+    /// [`magnitude::LARGEST`].
     pub fn validate(&self) -> Result<()> {
         let given = [
             ("noise", self.noise),
@@ -212,6 +214,9 @@ impl ScanParams {
             let spec = PARAMS.iter().find(|p| p.name == name).expect("every field is in the table");
             spec.check(value)?;
         }
+        magnitude::coordinate("noise", self.noise)?;
+        magnitude::coordinate("quantum", self.quantum)?;
+        magnitude::coordinate("pose_shift", self.pose_shift)?;
         Ok(())
     }
 }

@@ -17,9 +17,9 @@ fn turned() -> DMat3 {
 fn cameras(rows: usize, cols: usize) -> Vec<Camera> {
     let eye = turned() * DVec3::new(0.1, 0.3, 5.0);
     let mut cameras = vec![
-        Camera::orthographic(rows, cols, 0.05, DVec3::ZERO, -eye, DVec3::Y),
-        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z),
-        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z),
+        Camera::orthographic(rows, cols, 0.05, DVec3::ZERO, -eye, DVec3::Y).unwrap(),
+        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
+        Camera::pinhole(rows, cols, 0.5, eye, DVec3::ZERO, DVec3::Z).unwrap(),
     ];
     if let Projection::Pinhole { depth, .. } = &mut cameras[2].projection {
         *depth = DepthKind::Ray;
@@ -163,7 +163,7 @@ fn the_same_image_for_any_number_of_threads() {
 
 fn wall() -> (TriMesh, Camera) {
     let mesh = Shape::Plane { half: DVec2::splat(10.0) }.mesh(1);
-    (mesh, Camera::pinhole(300, 300, 0.2, DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, DVec3::Y))
+    (mesh, Camera::pinhole(300, 300, 0.2, DVec3::new(0.0, 0.0, 8.0), DVec3::ZERO, DVec3::Y).unwrap())
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn noise_and_dropouts_grow_at_grazing_angles() {
         (c, ScanParams { noise: 0.01, noise_grazing: 2.0, dropout: 0.1, dropout_grazing: 0.8, ..ScanParams::default() })
     }) {
         let toward = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, -cosine);
-        let camera = Camera::orthographic(300, 300, 1e-3, DVec3::ZERO, toward, DVec3::Y);
+        let camera = Camera::orthographic(300, 300, 1e-3, DVec3::ZERO, toward, DVec3::Y).unwrap();
         let image = shoot(&mesh, &camera, &params);
         let expected = 0.1 + 0.8 * (1.0 - cosine).powi(4);
         assert!((share(&image) - expected).abs() < 5.0 * (expected / 90_000.0).sqrt(), "{} {expected}", share(&image));
@@ -270,7 +270,7 @@ fn colours_are_mixed_from_the_corners() {
     );
     let colours = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0]];
     mesh.vertex_attributes.push(crate::mesh::Attribute::colour("colour", colours));
-    let camera = Camera::orthographic(1, 1, 1.0, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
+    let camera = Camera::orthographic(1, 1, 1.0, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
     // The pixel's ray meets the centroid.
     assert_eq!(shoot(&mesh, &camera, &ScanParams::default()).colour, Some(vec![[85, 85, 85, 170]]));
 }
@@ -299,7 +299,7 @@ fn a_ring_of_cameras_sees_all_of_the_shape() {
 #[test]
 fn a_spherical_camera_sees_all_around() {
     let mesh = Shape::Cuboid { half: DVec3::splat(2.0) }.mesh(2);
-    let camera = Camera::spherical(45, 90, -1.5, 1.5, DVec3::new(0.3, 0.2, -0.1), DVec3::Y);
+    let camera = Camera::spherical(45, 90, -1.5, 1.5, DVec3::new(0.3, 0.2, -0.1), DVec3::Y).unwrap();
     let image = shoot(&mesh, &camera, &ScanParams { backfaces: true, ..ScanParams::default() });
     assert_eq!(image.valid_count(), image.len());
     assert!(image.point_in_world(0).y > 1.9 && image.point_in_world(image.len() - 1).y < -1.9);
@@ -309,7 +309,7 @@ fn a_spherical_camera_sees_all_around() {
 fn odd_sizes_and_empty_meshes() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(2);
     for (rows, cols) in [(0, 0), (0, 5), (5, 0), (1, 1), (1, 17), (9, 3)] {
-        let camera = Camera::orthographic(rows, cols, 0.01, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
+        let camera = Camera::orthographic(rows, cols, 0.01, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y).unwrap();
         assert_eq!(shoot(&mesh, &camera, &ScanParams::default()).valid_count(), rows * cols);
         assert_eq!(shoot(&TriMesh::default(), &camera, &ScanParams::default()).valid_count(), 0);
     }
@@ -375,4 +375,50 @@ fn the_default_parameters_are_those_of_the_table() {
             assert_eq!(value, v, "{}", spec.name);
         }
     }
+}
+
+#[test]
+fn cameras_of_unusable_numbers_are_refused_by_name() {
+    let (zero, far) = (DVec3::ZERO, DVec3::new(0.0, 1e200, 0.0));
+    let pinhole = |angle: f64, eye, target, up| Camera::pinhole(9, 9, angle, eye, target, up).map(drop);
+    let flat = |spacing, target, toward, up| Camera::orthographic(9, 9, spacing, target, toward, up).map(drop);
+    let around = |lowest, highest, eye, up| Camera::spherical(9, 9, lowest, highest, eye, up).map(drop);
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    assert!(pinhole(1.0, x, zero, z).is_ok() && flat(0.1, zero, x, zero).is_ok() && around(-1.0, 1.0, zero, y).is_ok());
+    let all = [
+        (pinhole(std::f64::consts::PI, x, zero, z), "3.14159"),
+        (pinhole(0.0, x, zero, z), "got 0 rad"),
+        (pinhole(1e-320, x, zero, z), "1e-320"),
+        (pinhole(f64::NAN, x, zero, z), "NaN"),
+        (pinhole(1.0, far, zero, z), "eye must have finite coordinates"),
+        (pinhole(1.0, x, far, z), "target must have finite coordinates"),
+        (pinhole(1.0, x, zero, far), "vertical must be a direction"),
+        (flat(1e200, zero, x, z), "spacing must be a finite number"),
+        (flat(0.1, far, x, z), "(0, 1e200, 0)"),
+        (flat(0.1, zero, far, z), "the direction a camera looks in"),
+        (flat(0.1, zero, 1e-200 * x, z), "(1e-200, 0, 0)"),
+        (around(-1e308, 1.0, zero, z), "lowest elevation"),
+        (around(-1.0, 1e308, zero, z), "highest elevation"),
+        (around(-1.0, 1.0, far, z), "eye"),
+        (around(-1.0, 1.0, zero, zero), "vertical must be a direction"),
+    ];
+    for (outcome, words) in all {
+        let text = outcome.unwrap_err().to_string();
+        assert!(text.contains(words), "{text} says nothing of {words}");
+    }
+    let bounds = (DVec3::splat(-1.0), DVec3::splat(1.0));
+    let table = |change: fn(&mut Turntable)| {
+        let mut table = Turntable::default();
+        change(&mut table);
+        turntable(bounds, &table).map(drop).unwrap_err().to_string()
+    };
+    assert!(table(|t| t.height_angle = Some(std::f64::consts::PI)).contains("3.14159"));
+    assert!(table(|t| t.height_angle = Some(0.0)).contains("got 0 rad"));
+    assert!(table(|t| t.up = DVec3::new(0.0, 0.0, 1e200)).contains("(0, 0, 1e200)"));
+    assert!(table(|t| t.elevation = 1e308).contains("1e308"));
+    let far = turntable((DVec3::ZERO, DVec3::splat(1e200)), &Turntable::default()).unwrap_err().to_string();
+    assert!(far.contains("1e200"), "{far}");
+    let mut camera = Camera::pinhole(9, 9, 1.0, x, zero, z).unwrap();
+    camera.projection = Projection::Pinhole { focal: [1e-70; 2], centre: [1e10; 2], depth: DepthKind::Planar };
+    assert!(camera.validate().unwrap_err().to_string().contains("rays reach to "));
 }

@@ -16,10 +16,10 @@ use super::{
 };
 use crate::error::{Error, Result};
 use crate::geom::delaunay3::Delaunay3;
-use crate::memory;
 use crate::mesh::{Attribute, TriMesh};
 use crate::point_cloud::PointCloud;
 use crate::progress::{Plan, Progress};
+use crate::{magnitude, memory};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
@@ -91,9 +91,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             let given = sensors.len();
             return Err(Error::input(format!("{given} sensor origins for {points} points: give one, or one a point")));
         }
-        if let Some(i) = sensors.iter().position(|p| !p.is_finite()) {
-            return Err(Error::input(format!("sensor origin {i} is not finite: {}", sensors[i])));
-        }
+        magnitude::points("sensor origin", &sensors)?;
         self.sensors = sensors;
         Ok(())
     }

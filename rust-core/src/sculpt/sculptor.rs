@@ -13,7 +13,7 @@ use super::search::Search;
 use super::star::Rules;
 use super::view::{LatticeSite, Sight, View, aspect};
 use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Shown};
 use crate::memory;
 use crate::progress::{Plan, Progress};
 use crate::range_image::RangeImage;
@@ -94,7 +94,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// The mesh within `tolerance`, finer or coarser than any before.
     ///
     /// # Errors
-    /// A tolerance out of range; [`Error::Cancelled`].
+    /// A tolerance out of range; an error that single precision can't hold; [`Error::Cancelled`].
     pub fn refine(&self, tolerance: Tolerance, progress: &Progress<'_>) -> Result<Sculpted> {
         let tolerance = tolerance.in_world(self.depth_extent())?;
         progress.plan(PLAN);
@@ -291,6 +291,13 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             })?;
         };
         let certificate = certify::summarize(image, &mesh, measured, progress)?;
+        // Those of pixels and faces are told in single precision.
+        if certificate.max_error > f64::from(f32::MAX) {
+            return Err(Error::input(format!(
+                "an error of {} is more than single precision can hold: choose a smaller tolerance, or a larger unit",
+                Shown(certificate.max_error)
+            )));
+        }
         finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
         // The bound leaves so much for rounding the coordinates in a file.
         let room = (bound.certified - certificate.max_error) / certificate.steepness;

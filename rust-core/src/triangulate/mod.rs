@@ -12,12 +12,12 @@ mod cells;
 use glam::DVec3;
 
 use crate::error::Result;
-use crate::memory;
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
 use crate::range_image::samples::SampleGrid;
 use crate::range_image::spacing::{self, EdgeLimit};
 use crate::range_image::{RangeImage, confidence};
+use crate::{magnitude, memory};
 
 /// At the peak; measured.
 const BYTES_A_PIXEL: f64 = 82.0;
@@ -95,11 +95,13 @@ pub struct RangeSurface {
 /// Cost: O(pixels), one thread; about 120 bytes a valid pixel.
 ///
 /// # Errors
-/// Parameters out of range, attributes of the wrong length, or more than 2^32 - 2 pixels.
+/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than
+/// [`magnitude::LARGEST`].
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
     let (grid, cells, spacing) = grid_and_cells(image, params, &Progress::none())?;
+    magnitude::points("sample", &grid.positions)?;
     let spacing = spacing.unwrap_or_else(|| spacing::median_spacing(&grid));
     let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
     confidence::weigh(image, &grid, &mut weights);

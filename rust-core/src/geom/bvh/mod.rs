@@ -26,9 +26,9 @@ pub use ray::{Hit, Ray};
 
 use glam::{DVec3, Vec3};
 
-use crate::error::{Error, Result, Shown};
-use crate::memory;
+use crate::error::{Error, Result};
 use crate::progress::Progress;
+use crate::{magnitude, memory};
 
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 115.0;
@@ -38,9 +38,6 @@ const BYTES_A_TRIANGLE: f64 = 115.0;
 /// It covers, with a factor of two to spare: rounding of a box to f32 (2^-24), of a ray's origin (|o| < 2, 2^-24), and
 /// five relative roundings of a slab distance of at most 2.75 (5 * 2.75 * 2^-24).
 const GROWTH: f64 = 1.0 / (1 << 19) as f64;
-
-/// Largest coordinate: products of four of them stay finite.
-pub(crate) const LARGEST: f64 = 1e75;
 
 /// Deepest level at which the surface area heuristic is followed; below it halving keeps the tree finite-stacked.
 const HEURISTIC_DEPTH: usize = 56;
@@ -113,7 +110,7 @@ impl<'a> Bvh<'a> {
     /// Builds the hierarchy with `threads` threads, 0 for one a core.
     ///
     /// # Errors
-    /// [`Error::Input`] for a coordinate that isn't finite or a corner out of range; [`Error::OutOfMemory`].
+    /// [`Error::Input`] for a coordinate that isn't finite or is larger than [`magnitude::LARGEST`], or a corner out of range; [`Error::OutOfMemory`].
     pub fn build(positions: &'a [DVec3], triangles: &[[u32; 3]], threads: usize) -> Result<Self> {
         Self::build_with(positions, triangles, threads, &Progress::none())
     }
@@ -128,16 +125,7 @@ impl<'a> Bvh<'a> {
         threads: usize,
         progress: &Progress<'_>,
     ) -> Result<Self> {
-        if let Some(v) = positions.iter().position(|p| !p.is_finite()) {
-            return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", positions[v])));
-        }
-        if let Some(v) = positions.iter().position(|p| p.abs().max_element() > LARGEST) {
-            let [x, y, z] = positions[v].to_array().map(Shown);
-            return Err(Error::input(format!(
-                "vertex {v} lies at ({x}, {y}, {z}): coordinates beyond {LARGEST:e} can't be squared safely; use a larger \
-                 unit"
-            )));
-        }
+        magnitude::points("vertex", positions)?;
         if u32::try_from(triangles.len()).is_err() {
             return Err(Error::input(format!("{} triangles are more than the supported 2^32 - 1", triangles.len())));
         }

@@ -163,6 +163,13 @@ pub(super) fn a_cloud_from_arrays() {
         let one = Array { count: 1, ..n };
         let answer = (api.srf_cloud_create)(&p, &one, none, none, none.cast(), &mut cloud);
         api.refused(answer, INPUT, "normals has 1 entries for 2 points");
+        // Finite as they are given, but not in single precision.
+        let long = [[0.0, 0.0, 1.0], [0.0, -1e200, 0.0]];
+        let answer = (api.srf_cloud_create)(&p, &Array::of(&long, F64, 3), none, none, none.cast(), &mut cloud);
+        api.refused(answer, INPUT, "normals: -1e200 is more than single precision can hold");
+        let bright = [1.0, 1e200];
+        let answer = (api.srf_cloud_create)(&p, none, none, &Array::of(&bright, F64, 1), none.cast(), &mut cloud);
+        api.refused(answer, INPUT, "intensities: 1e200 is more than single precision can hold");
     }
 }
 
