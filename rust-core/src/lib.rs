@@ -28,6 +28,7 @@ pub mod scattered;
 pub mod sculpt;
 pub mod threads;
 pub mod triangulate;
+mod work;
 
 pub use error::{Error, Result};
 pub use mesh::TriMesh;

@@ -4,7 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What each module of the core may know, besides itself and what all may: `error`, `magnitude`, `memory`, `params`, `progress`, `threads`.
+/// What each module of the core may know, besides itself and what all may: `error`, `magnitude`, `memory`, `params`,
+/// `progress`, `threads`, `work`.
 const MAY_KNOW: &[(&str, &[&str])] = &[
     ("geom", &[]),
     ("point_cloud", &[]),
@@ -35,7 +36,8 @@ const PARAMS_MAY_KNOW: &[&str] = &[
     "cluster::PARAMS",
     "scan::PARAMS",
 ];
-const BENEATH_ALL: &[&str] = &["error", "magnitude", "memory", "params", "progress", "threads", "Error", "Result"];
+const BENEATH_ALL: &[&str] =
+    &["error", "magnitude", "memory", "params", "progress", "threads", "work", "Error", "Result"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[

@@ -87,6 +87,14 @@ impl Complex<'_> {
         self.vertices(cell).iter().position(|&v| v == vertex).expect("the vertex is one of the cell's")
     }
 
+    /// A cell's vertices in the order of their numbers: what it is called whatever its own number, which depends on the
+    /// number of threads.
+    pub(super) fn name(&self, cell: u32) -> [u32; 4] {
+        let mut vertices = self.vertices(cell);
+        vertices.sort_unstable();
+        vertices
+    }
+
     /// Corners of a facet, in the order of their numbers.
     fn corners(&self, mut vertices: [u32; 3]) -> [DVec3; 3] {
         vertices.sort_unstable();

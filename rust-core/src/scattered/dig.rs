@@ -5,6 +5,8 @@
 //! includes Boissonnat's second rule (two facets on the surface, the opposite edge not on it). Where one does not, all
 //! are put back and the next way is tried.
 
+use rustc_hash::FxHashSet;
+
 use super::complex::Star;
 use super::manifold::Solid;
 use crate::error::Result;
@@ -71,7 +73,8 @@ impl Solid<'_> {
         let mut steps: Vec<Step> =
             star.cells.iter().map(|&(cell, _)| Step { cell, from: usize::MAX, length: 1 }).collect();
         steps.retain(|step| self.may_change(step.cell));
-        steps.sort_unstable_by_key(|step| self.name(step.cell));
+        steps.sort_unstable_by_key(|step| self.complex.name(step.cell));
+        let mut known: FxHashSet<u32> = steps.iter().map(|step| step.cell).collect();
         let (mut next, mut tries) = (0, 0);
         while next < steps.len() && tries < TRIES {
             let Step { cell, length, .. } = steps[next];
@@ -83,10 +86,9 @@ impl Solid<'_> {
             }
             if length < LONGEST {
                 let mut beyond = [0, 1, 2, 3].map(|slot| self.complex.neighbour(cell, slot));
-                beyond.sort_unstable_by_key(|&cell| self.name(cell));
+                beyond.sort_unstable_by_key(|&cell| self.complex.name(cell));
                 for cell in beyond {
-                    let is_new = !steps.iter().any(|step| step.cell == cell);
-                    if is_new && self.may_change(cell) && self.is_inside(cell) == side {
+                    if self.may_change(cell) && self.is_inside(cell) == side && known.insert(cell) {
                         steps.push(Step { cell, from: next, length: length + 1 });
                     }
                 }
@@ -94,13 +96,6 @@ impl Solid<'_> {
             next += 1;
         }
         false
-    }
-
-    /// A cell's vertices in order: what it is called whatever its number.
-    fn name(&self, cell: u32) -> [u32; 4] {
-        let mut vertices = self.complex.vertices(cell);
-        vertices.sort_unstable();
-        vertices
     }
 
     /// Changes the sides of the cells on a way, from its outer end at `last` to the sample.

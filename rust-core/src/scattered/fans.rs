@@ -1,8 +1,11 @@
 //! The triangles around each vertex, and where they do not form a single fan.
 
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use rayon::prelude::*;
+
+use crate::work;
 
 /// The triangles at each vertex of a list of triangles, for a range of vertices.
 struct Corners {
@@ -65,102 +68,219 @@ const USUAL: usize = 16;
 
 /// Whether the triangles at a vertex are one fan, open or closed, turning one way. Without triangles they are.
 fn is_one_fan(triangles: &[[u32; 3]], corners: &[u32]) -> bool {
-    if corners.len() > USUAL {
-        return turn_once(&corners.iter().map(|&corner| ends(triangles, corner)).collect::<Vec<_>>());
+    let (mut few, mut many) = ([[0; 2]; 2 * USUAL], Vec::new());
+    let edges = if corners.len() <= USUAL {
+        &mut few[..2 * corners.len()]
+    } else {
+        many.resize(2 * corners.len(), [0; 2]);
+        &mut many[..]
+    };
+    let (edges, turned) = edges.split_at_mut(corners.len());
+    for ((edge, turned), &corner) in edges.iter_mut().zip(turned.iter_mut()).zip(corners) {
+        let [from, to] = ends(triangles, corner);
+        (*edge, *turned) = ([from, to], [to, from]);
     }
-    let mut around = [[0; 2]; USUAL];
-    for (to, &corner) in around.iter_mut().zip(corners) {
-        *to = ends(triangles, corner);
-    }
-    turn_once(&around[..corners.len()])
+    turn_once(edges, turned)
 }
 
-/// Whether directed edges are one path, open or closed.
-fn turn_once(edges: &[[u32; 2]]) -> bool {
-    let Some(&first) = edges.first() else { return true };
-    for (i, one) in edges.iter().enumerate() {
-        if edges[..i].iter().any(|other| one[0] == other[0] || one[1] == other[1]) {
+/// Whether directed edges are one path, open or closed. `turned`: the same the other way. Sorts both.
+fn turn_once(edges: &mut [[u32; 2]], turned: &mut [[u32; 2]]) -> bool {
+    for edges in [&mut *edges, &mut *turned] {
+        edges.sort_unstable_by(|a, b| {
+            work::step();
+            a.cmp(b)
+        });
+        if edges.windows(2).any(|pair| pair[0][0] == pair[1][0]) {
             return false;
         }
     }
-    let mut count = 1;
-    let mut end = first[1];
-    while let Some(next) = edges.iter().find(|edge| edge[0] == end) {
-        if *next == first {
-            return count == edges.len();
+    // Paths and circles, then: from where a path begins, or anywhere on a circle.
+    let begins = |edge: &&[u32; 2]| turned.binary_search_by_key(&edge[0], |turned| turned[0]).is_err();
+    let Some(&first) = edges.iter().find(begins).or(edges.first()) else { return true };
+    let (mut count, mut end) = (1, first[1]);
+    while let Ok(next) = edges.binary_search_by_key(&end, |edge| edge[0]) {
+        work::step();
+        if edges[next] == first {
+            break;
         }
-        end = next[1];
-        count += 1;
-    }
-    let mut start = first[0];
-    while let Some(previous) = edges.iter().find(|edge| edge[1] == start) {
-        start = previous[0];
-        count += 1;
+        (count, end) = (count + 1, edges[next][1]);
     }
     count == edges.len()
 }
 
-/// The fans at a vertex: over an edge of more than two triangles nothing is joined. Each as places in `corners`, the
-/// largest first.
+/// The fans at a vertex: over an edge of more than two triangles nothing is joined. Each as places in `corners`, in the
+/// order of their first ones.
 fn fans(triangles: &[[u32; 3]], corners: &[u32]) -> Vec<Vec<usize>> {
-    let mut left: Vec<usize> = (0..corners.len()).collect();
-    let at = |place: usize| ends(triangles, corners[place]);
-    let joins = |edge: u32, a: usize, b: usize| {
-        let at_edge = (0..corners.len()).filter(|&p| at(p).contains(&edge)).count();
-        at_edge == 2 && ((at(a)[0] == edge && at(b)[1] == edge) || (at(a)[1] == edge && at(b)[0] == edge))
-    };
-    let mut fans: Vec<Vec<usize>> = Vec::new();
-    while !left.is_empty() {
-        let mut fan = vec![left.remove(0)];
+    // Each edge at the vertex with the places of its triangles, and whether it is where they begin or end.
+    let mut edges: Vec<(u32, usize, usize)> = Vec::with_capacity(2 * corners.len());
+    for (place, &corner) in corners.iter().enumerate() {
+        let [from, to] = ends(triangles, corner);
+        edges.extend([(from, place, 0), (to, place, 1)]);
+    }
+    edges.sort_unstable_by(|a, b| {
+        work::step();
+        a.cmp(b)
+    });
+    let mut beside = vec![[None; 2]; corners.len()];
+    for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+        if let [(_, a, side), (_, b, other)] = *edge
+            && side != other
+        {
+            (beside[a][side], beside[b][other]) = (Some(b), Some(a));
+        }
+    }
+    let mut fans = Vec::new();
+    let mut is_taken = vec![false; corners.len()];
+    for first in 0..corners.len() {
+        if std::mem::replace(&mut is_taken[first], true) {
+            continue;
+        }
+        let mut fan = vec![first];
         let mut next = 0;
         while next < fan.len() {
-            let here = fan[next];
-            next += 1;
-            left.retain(|&other| {
-                let joined = at(here).into_iter().any(|edge| joins(edge, here, other));
-                if joined {
+            work::step();
+            for other in beside[fan[next]].into_iter().flatten() {
+                if !std::mem::replace(&mut is_taken[other], true) {
                     fan.push(other);
                 }
-                !joined
-            });
+            }
+            next += 1;
         }
         fans.push(fan);
     }
-    fans.sort_by_key(|fan| std::cmp::Reverse(fan.len()));
     fans
 }
 
 /// Removes triangles until those at each vertex are one fan; `key` orders triangles where fans are equally large, the
-/// smaller stays. Returns how many were removed.
+/// smaller stays, and of equal ones that with the first triangle. Returns how many were removed.
+///
+/// Cost: O(k log k) for a vertex of k triangles, again after each round in which it lost some.
 pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: impl Fn([u32; 3]) -> f64) -> usize {
-    let before = triangles.len();
-    loop {
-        let pinched = pinched(triangles, vertices);
-        if pinched.is_empty() {
-            return before - triangles.len();
-        }
-        let corners = Corners::new(triangles, 0..vertices as u32);
-        let mut removed = vec![false; triangles.len()];
-        for vertex in pinched {
-            let around = corners.of(vertex);
-            let mut fans = fans(triangles, around);
-            let worth = |fan: &Vec<usize>| {
+    let mut suspects = pinched(triangles, vertices);
+    if suspects.is_empty() {
+        return 0;
+    }
+    let corners = Corners::new(triangles, 0..vertices as u32);
+    let mut is_gone = vec![false; triangles.len()];
+    let mut around = Vec::new();
+    while !suspects.is_empty() {
+        // What goes in one round is decided by what the one before left.
+        let mut going = Vec::new();
+        for vertex in suspects {
+            around.clear();
+            around.extend(corners.of(vertex).iter().filter(|&&corner| !is_gone[corner as usize / 3]));
+            if is_one_fan(triangles, &around) {
+                continue;
+            }
+            let worth = |fan: Vec<usize>| {
                 let mut keys: Vec<f64> = fan.iter().map(|&p| key(triangles[around[p] as usize / 3])).collect();
                 keys.sort_unstable_by(f64::total_cmp);
-                keys
+                (keys, fan)
             };
-            fans.sort_by(|a, b| {
-                let (x, y) = (worth(a), worth(b));
-                b.len().cmp(&a.len()).then_with(|| x.partial_cmp(&y).unwrap_or(std::cmp::Ordering::Equal))
+            let mut fans: Vec<(Vec<f64>, Vec<usize>)> = fans(triangles, &around).into_iter().map(worth).collect();
+            fans.sort_by(|(x, a), (y, b)| {
+                b.len().cmp(&a.len()).then_with(|| x.partial_cmp(y).unwrap_or(Ordering::Equal))
             });
-            for place in fans.iter().skip(1).flatten() {
-                removed[around[*place] as usize / 3] = true;
-            }
+            going.extend(fans.iter().skip(1).flat_map(|(_, fan)| fan).map(|&place| around[place] as usize / 3));
         }
-        let mut index = 0;
-        triangles.retain(|_| {
-            index += 1;
-            !removed[index - 1]
-        });
+        going.iter().for_each(|&triangle| is_gone[triangle] = true);
+        suspects = going.into_iter().flat_map(|triangle| triangles[triangle]).collect();
+        suspects.sort_unstable();
+        suspects.dedup();
+    }
+    let before = triangles.len();
+    let mut is_gone = is_gone.into_iter();
+    triangles.retain(|_| !is_gone.next().unwrap_or(false));
+    before - triangles.len()
+}
+
+/// Whether triangles that form one fan at each vertex have no border. O(n).
+pub(super) fn are_closed(triangles: &[[u32; 3]], vertices: usize) -> bool {
+    // Around a vertex each edge cancels the next one; what an open fan begins and ends with is left.
+    let mut left = vec![0_u32; vertices];
+    for &[a, b, c] in triangles {
+        for [vertex, from, to] in [[a, b, c], [b, c, a], [c, a, b]] {
+            left[vertex as usize] = left[vertex as usize].wrapping_add(from).wrapping_sub(to);
+        }
+    }
+    left.into_iter().all(|left| left == 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two apexes over a ring of `around` vertices and, if there is a gap, without the triangles at one edge of it.
+    fn double_cone(around: u32, has_gap: bool) -> Vec<[u32; 3]> {
+        (0..around - u32::from(has_gap))
+            .map(|i| [i, (i + 1) % around])
+            .flat_map(|[a, b]| [[a, b, around], [b, a, around + 1]])
+            .collect()
+    }
+
+    /// What is found by comparing all triangles at a vertex with each other.
+    fn parts(triangles: &[[u32; 3]], vertex: u32) -> Vec<Vec<usize>> {
+        let at: Vec<usize> = (0..triangles.len()).filter(|&t| triangles[t].contains(&vertex)).collect();
+        let edge = |t: usize, k: usize| {
+            let place = triangles[t].iter().position(|&v| v == vertex).unwrap();
+            triangles[t][(place + 1 + k) % 3]
+        };
+        let uses = |v: u32| at.iter().filter(|&&t| triangles[t].contains(&v)).count();
+        let joined = |a: usize, b: usize| (0..2).any(|k| edge(a, k) == edge(b, 1 - k) && uses(edge(a, k)) == 2);
+        let mut parts: Vec<Vec<usize>> = Vec::new();
+        for &t in &at {
+            let (with, without): (Vec<_>, Vec<_>) =
+                parts.into_iter().partition(|part| part.iter().any(|&other| joined(t, other)));
+            parts = without;
+            parts.push(with.into_iter().flatten().chain([t]).collect());
+        }
+        parts.iter_mut().for_each(|part| part.sort_unstable());
+        parts.sort_unstable();
+        parts
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn fans_are_what_comparing_all_triangles_finds(
+            edges in proptest::collection::vec([0..24_u32, 1..24_u32], 0..30),
+        ) {
+            let triangles: Vec<[u32; 3]> = edges.iter().map(|&[a, step]| [a, (a + step) % 24, 24]).collect();
+            let corners = Corners::new(&triangles, 24..25);
+            let mut found: Vec<Vec<usize>> = fans(&triangles, corners.of(24));
+            found.iter_mut().for_each(|fan| fan.sort_unstable());
+            found.sort_unstable();
+            let parts = parts(&triangles, 24);
+            // A fan goes through each of its ends once.
+            let ends = |k: usize| triangles.iter().map(|t| t[k]).collect::<std::collections::BTreeSet<_>>().len();
+            let is_one = parts.len() <= 1 && ends(0) == triangles.len() && ends(1) == triangles.len();
+            proptest::prop_assert_eq!(found, parts);
+            proptest::prop_assert_eq!(is_one_fan(&triangles, corners.of(24)), is_one);
+        }
+    }
+
+    #[test]
+    fn a_vertex_of_many_triangles_takes_little_more_work_than_as_many_vertices() {
+        let work = |around: u32| {
+            // Two double cones with a gap share an apex: two fans of many triangles.
+            let mut triangles = double_cone(around, true);
+            triangles.extend(
+                double_cone(around, true).iter().map(|t| t.map(|v| if v == around { v } else { v + around + 2 })),
+            );
+            let (left, steps) = work::counted(|| {
+                let vertices = 2 * around as usize + 4;
+                keep_largest(&mut triangles, vertices, |t| f64::from(t[0].min(t[1])));
+                triangles.len()
+            });
+            assert!(left >= 3 * (around as usize - 1), "{left}");
+            steps
+        };
+        let (one, two) = (work(2_000), work(4_000));
+        assert!(one > 2_000 && 10 * two <= 23 * one, "{one} {two}");
+    }
+
+    #[test]
+    fn closed_is_what_has_no_border() {
+        assert!(are_closed(&double_cone(9, false), 11) && !are_closed(&double_cone(9, true), 11));
+        assert!(are_closed(&[], 3) && !are_closed(&[[0, 1, 2]], 3));
     }
 }

@@ -59,9 +59,18 @@ impl<'a> Solid<'a> {
         Separated { sides: self.sides, incident: self.incident, repaired }
     }
 
-    /// Of each sample, whether a cell around it is inside.
-    pub(super) fn inside(&self) -> Vec<bool> {
-        self.incident.iter().map(|&cell| cell != u32::MAX && self.is_inside(cell)).collect()
+    /// Of each sample, whether no triangle uses it and all cells around it are inside.
+    pub(super) fn enclosed(&self, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<bool>> {
+        let mut is_used = vec![false; self.complex.points.len()];
+        triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
+        let mut star = Star::default();
+        let mut enclosed = vec![false; is_used.len()];
+        for vertex in (0..is_used.len()).filter(|&vertex| !is_used[vertex] && self.incident[vertex] != u32::MAX) {
+            progress.check()?;
+            self.complex.star(vertex as u32, self.incident[vertex], &mut star);
+            enclosed[vertex] = star.cells.iter().all(|&(cell, _)| self.is_inside(cell));
+        }
+        Ok(enclosed)
     }
 
     pub(super) fn is_inside(&self, cell: u32) -> bool {
@@ -143,7 +152,9 @@ impl<'a> Solid<'a> {
         // Of the ways to leave one part inside and one outside, the one that changes fewest cells.
         let price = |side: bool| {
             let mut parts: Vec<&Vec<u32>> = parts.iter().filter(|part| self.is_inside(part[0]) == side).collect();
-            parts.sort_by_key(|part| Reverse((part.iter().any(|&cell| !self.may_change(cell)), part.len())));
+            let rank = |part: &[u32]| (part.iter().any(|&cell| !self.may_change(cell)), part.len());
+            let name = |part: &[u32]| part.iter().map(|&cell| self.complex.name(cell)).min();
+            parts.sort_by(|a, b| rank(b).cmp(&rank(a)).then_with(|| name(a).cmp(&name(b))));
             let small: Vec<u32> = parts.into_iter().skip(1).flatten().copied().collect();
             let possible = small.iter().all(|&cell| self.may_change(cell));
             (possible && !small.is_empty()).then_some(small)
@@ -243,9 +254,7 @@ impl<'a> Solid<'a> {
             .filter(|&slot| slot != own)
             .map(|slot| self.complex.perimeter(self.complex.facet(cell, slot)))
             .fold(0.0, f64::max) as f32;
-        let mut vertices = self.complex.vertices(cell);
-        vertices.sort_unstable();
-        queue.push(Reverse((size.to_bits(), vertices, cell, own)));
+        queue.push(Reverse((size.to_bits(), self.complex.name(cell), cell, own)));
     }
 }
 

@@ -115,7 +115,9 @@ struct Scale<'a> {
 
 impl Scale<'_> {
     /// Largest perimeter a facet may have.
-    fn allowed(&mut self, facet: [u32; 3]) -> f64 {
+    fn allowed(&mut self, mut facet: [u32; 3]) -> f64 {
+        // Sums depend on the order, and that on how a cell lists its vertices.
+        facet.sort_unstable();
         match self.global {
             Some(perimeter) => perimeter,
             None => {
@@ -168,6 +170,8 @@ fn close(
     gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     report.repaired[1] = gathered;
     let mut triangles = solid.surface();
+    // So that what is cut does not depend on the numbers of the cells.
+    canonical(&mut triangles);
     let before = triangles.len();
     if params.closure == Closure::Open {
         triangles.retain(|&triangle| complex.perimeter(triangle) <= scale.allowed(triangle));
@@ -175,6 +179,7 @@ fn close(
     // What the repair could not mend, and vertices where gaps meet.
     fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle));
     report.cut_facets = before - triangles.len();
+    report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
     Ok(triangles)
 }
 
@@ -196,31 +201,34 @@ fn open(
     let mut triangles = grow::Front::grow(complex, &balls, choices, |facet| scale.allowed(facet), progress)?;
     report.cut_facets =
         fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle));
+    report.closed = fans::are_closed(&triangles, complex.points.len());
     Ok(triangles)
 }
 
-/// The paper's carving; also whether each sample lies inside.
-fn carve_freely(
-    complex: Complex<'_>,
+/// The paper's carving, and its sides.
+fn carve_freely<'a>(
+    complex: Complex<'a>,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
-) -> Result<(Vec<[u32; 3]>, Vec<bool>)> {
+) -> Result<(Vec<[u32; 3]>, Solid<'a>)> {
     let carved = match params.threshold {
         Threshold::Global => carve::carve(complex, params.factor, |facet| complex.perimeter(facet), progress)?,
         Threshold::Local => {
             let spacings = spacing::all(complex, &complex.incident(), progress)?;
-            let size = |facet: [u32; 3]| {
+            let size = |mut facet: [u32; 3]| {
+                facet.sort_unstable();
                 3.0 * complex.perimeter(facet) / facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>()
             };
             carve::carve(complex, params.factor, size, progress)?
         }
     };
+    // The border of a solid has none itself.
     report.closed = true;
     report.threshold = carved.threshold;
     report.rounds = carved.rounds;
     let solid = Solid::new(complex, carved.sides);
-    Ok((solid.surface(), solid.inside()))
+    Ok((solid.surface(), solid))
 }
 
 /// Each triangle from its lowest vertex, and all in order: the same for any numbers of the cells.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// What tells the outside.
 pub(super) enum Witness<'a> {
-    /// Nothing: closed parts are outward already, open ones turn away from their middle.
+    /// Nothing: what divides inside from outside looks outwards already, other parts turn away from their middle.
     None,
     /// A normal a vertex, zero where there is none.
     Normals(&'a dyn Fn(u32) -> DVec3),
@@ -13,8 +13,8 @@ pub(super) enum Witness<'a> {
 }
 
 /// Turns the parts of a surface, those joined over edges, that the witness sees from behind. Returns how many.
-pub(super) fn orient(points: &[DVec3], triangles: &mut [[u32; 3]], closed: bool, witness: &Witness<'_>) -> usize {
-    if closed && matches!(witness, Witness::None) {
+pub(super) fn orient(points: &[DVec3], triangles: &mut [[u32; 3]], is_outward: bool, witness: &Witness<'_>) -> usize {
+    if is_outward && matches!(witness, Witness::None) {
         return 0;
     }
     let (part, count) = parts(points.len(), triangles);

@@ -176,9 +176,11 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             ..ReconstructReport::default()
         };
         progress.stage(first_stage, 6 * complex.len() as u64);
-        let (mut triangles, inside);
+        let (mut triangles, mut solid);
+        // Facets of what divides inside from outside look outwards.
+        let mut is_outward = true;
         if params.topology == Topology::Free {
-            (triangles, inside) = carve_freely(complex, params, &mut report, progress)?;
+            (triangles, solid) = carve_freely(complex, params, &mut report, progress)?;
         } else {
             let separated = match cells.separated.take() {
                 Some(separated) => separated,
@@ -188,23 +190,24 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             report.seconds.push(("separate", started.elapsed().as_secs_f64()));
             report.repaired[0] = separated.repaired;
             progress.stage(first_stage + 1, 1);
-            let mut solid = Solid::again(complex, separated);
+            solid = Solid::again(complex, separated);
             let on_surface = solid.on_surface();
             let missed = on_surface.iter().filter(|is_on| !**is_on).count();
             let certain = params.closure == Closure::Closed || 2 * missed < complex.points.len();
             let possible = params.closure == Closure::Auto && missed < complex.points.len();
             let fallback = (!certain && possible).then(|| (solid.clone(), report.clone()));
-            report.closed = certain || possible;
+            is_outward = certain || possible;
             let mut found = Vec::new();
-            if report.closed {
+            if is_outward {
                 found = close(&mut solid, on_surface, params, &mut report, progress)?;
             }
             if let Some(before) = fallback
                 && used(&found, complex.points.len()) < ENCLOSED * complex.points.len() as f64
             {
                 (solid, report) = before;
+                is_outward = false;
             }
-            if !report.closed {
+            if !is_outward {
                 if cells.choices.is_none() {
                     cells.choices = Some(choices(complex, &solid.incident, progress)?);
                 }
@@ -212,8 +215,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 found = open(complex, &solid.incident, choices, params, &mut report, progress)?;
             }
             triangles = found;
-            inside = solid.inside();
         }
+        let enclosed = solid.enclosed(&triangles, progress)?;
         progress.check()?;
         if triangles.is_empty() {
             return Err(Error::input(
@@ -224,8 +227,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             report.threshold /= cells.samples.factor;
         }
         canonical(&mut triangles);
-        report.turned_parts = self.orient(&mut triangles, report.closed);
-        let mut made = self.finish(triangles, &inside, report);
+        report.turned_parts = self.orient(&mut triangles, is_outward);
+        let mut made = self.finish(triangles, &enclosed, report);
         made.report.seconds.push(("surface", started.elapsed().as_secs_f64()));
         Ok(made)
     }
@@ -234,7 +237,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         &self.cells.as_ref().expect("made before the surface").samples
     }
 
-    fn orient(&self, triangles: &mut [[u32; 3]], closed: bool) -> usize {
+    fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool) -> usize {
         let samples = self.samples();
         let of = |v: u32| samples.input[v as usize] as usize;
         let normals = self.cloud().normals.as_deref();
@@ -248,21 +251,21 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             (true, Some(_)) => Witness::Normals(&normal),
             (true, None) => Witness::None,
         };
-        orient(&samples.points, triangles, closed, &witness)
+        orient(&samples.points, triangles, is_outward, &witness)
     }
 
-    /// The mesh over the used points in the order of the cloud, and which points were dropped. `inside`: whether each
+    /// The mesh over the used points in the order of the cloud, and which points were dropped. `enclosed`: whether each
     /// sample that is not used lies inside.
-    fn finish(&self, triangles: Vec<[u32; 3]>, inside: &[bool], mut report: ReconstructReport) -> Reconstructed {
+    fn finish(&self, triangles: Vec<[u32; 3]>, enclosed: &[bool], mut report: ReconstructReport) -> Reconstructed {
         let (cloud, samples) = (self.cloud(), self.samples());
         let mut number = vec![u32::MAX; samples.given()];
         for vertex in triangles.as_flattened() {
             number[samples.input[*vertex as usize] as usize] = 0;
         }
         report.dropped = samples.dropped.clone();
-        for (&point, &inside) in samples.input.iter().zip(inside) {
+        for (&point, &is_enclosed) in samples.input.iter().zip(enclosed) {
             if number[point as usize] == u32::MAX {
-                let reason = if inside { Reason::Inside } else { Reason::Outside };
+                let reason = if is_enclosed { Reason::Inside } else { Reason::Outside };
                 report.dropped.push(Dropped { point, reason });
             }
         }

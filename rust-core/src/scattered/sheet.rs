@@ -64,7 +64,7 @@ struct Chooser {
     balls: Vec<Ball>,
     facets: Vec<Facet>,
     /// Of each cell of the star, the representative of its part.
-    part: Vec<u16>,
+    part: Vec<u32>,
 }
 
 /// A cell's ball seen from the sample.
@@ -74,35 +74,34 @@ struct Ball {
     towards: DVec3,
 }
 
+/// Directions to the outside at a sample of the convex hull that add up to less than this cancel out.
+const OUTWARDS: f64 = 0.1;
+
 /// A facet at the sample, between two cells of the star.
 struct Facet {
     clearance: f32,
     vertices: [u32; 3],
-    between: [u16; 2],
+    between: [u32; 2],
 }
 
 impl Chooser {
     fn choose(&mut self, complex: Complex<'_>, vertex: u32, start: u32, chosen: &mut Vec<([u32; 3], u32)>) {
         complex.star(vertex, start, &mut self.star);
-        let count = self.star.cells.len();
-        if count > usize::from(u16::MAX) {
-            return;
-        }
         self.measure(complex, vertex);
-        let Some([up, down]) = self.poles() else { return };
+        let Some([up, down]) = self.poles(complex) else { return };
         self.collect_facets(complex);
         self.part.clear();
-        self.part.extend(0..count as u16);
+        self.part.extend(0..self.star.cells.len() as u32);
         for facet in &self.facets {
             let [a, b] = facet.between.map(|cell| root(&mut self.part, cell));
             let [above, below] = [up, down].map(|cell| root(&mut self.part, cell));
             if a != b && [a.min(b), a.max(b)] != [above.min(below), above.max(below)] {
-                self.part[usize::from(b)] = a;
+                self.part[b as usize] = a;
             }
         }
         for facet in &self.facets {
             if root(&mut self.part, facet.between[0]) != root(&mut self.part, facet.between[1]) {
-                chosen.push((facet.vertices, self.star.cells[usize::from(facet.between[0])].0));
+                chosen.push((facet.vertices, self.star.cells[facet.between[0] as usize].0));
             }
         }
     }
@@ -115,7 +114,11 @@ impl Chooser {
             self.balls.push(if complex.is_outer(cell) {
                 let slot = (0..4).find(|&i| vertices[i] == INFINITE).expect("an outer cell");
                 let hull = complex.neighbour(cell, slot);
-                let [a, b, c] = complex.facet(hull, complex.mirror(cell, slot)).map(|v| complex.points[v as usize]);
+                let mut facet = complex.facet(hull, complex.mirror(cell, slot));
+                // Rounding depends on where the turn around the facet begins.
+                let lowest = (0..3).min_by_key(|&i| facet[i]).expect("three vertices");
+                facet.rotate_left(lowest);
+                let [a, b, c] = facet.map(|v| complex.points[v as usize]);
                 let normal = (b - a).cross(c - a).normalize_or_zero();
                 Ball { radius: f32::INFINITY, sides: 0b1111, towards: normal }
             } else {
@@ -128,20 +131,24 @@ impl Chooser {
     }
 
     /// The cells of the two poles.
-    fn poles(&self) -> Option<[u16; 2]> {
-        let outwards: DVec3 = self.balls.iter().filter(|ball| ball.radius.is_infinite()).map(|ball| ball.towards).sum();
-        let better = |a: &Ball, b: &Ball| a.radius.total_cmp(&b.radius);
-        let up = if outwards.length() > 0.1 {
-            let along = |ball: &Ball| if ball.radius.is_infinite() { ball.towards.dot(outwards) } else { f64::MIN };
-            (0..self.balls.len()).max_by(|&a, &b| along(&self.balls[a]).total_cmp(&along(&self.balls[b])))?
+    fn poles(&self, complex: Complex<'_>) -> Option<[u32; 2]> {
+        let name = |i: usize| complex.name(self.star.cells[i].0);
+        let mut outer: Vec<usize> = (0..self.balls.len()).filter(|&i| self.balls[i].radius.is_infinite()).collect();
+        outer.sort_unstable_by_key(|&i| name(i));
+        let outwards: DVec3 = outer.iter().map(|&i| self.balls[i].towards).sum();
+        // Of equal ones the one of the least name.
+        let best = |places: &mut dyn Iterator<Item = usize>, worth: &dyn Fn(usize) -> f64| {
+            places.max_by(|&a, &b| worth(a).total_cmp(&worth(b)).then_with(|| name(b).cmp(&name(a))))
+        };
+        let radius = |i: usize| f64::from(self.balls[i].radius);
+        let up = if outwards.length() > OUTWARDS {
+            best(&mut outer.into_iter(), &|i| self.balls[i].towards.dot(outwards))?
         } else {
-            (0..self.balls.len()).max_by(|&a, &b| better(&self.balls[a], &self.balls[b]))?
+            best(&mut (0..self.balls.len()), &radius)?
         };
         let axis = self.balls[up].towards;
-        let down = (0..self.balls.len())
-            .filter(|&i| self.balls[i].towards.dot(axis) < -0.5)
-            .max_by(|&a, &b| better(&self.balls[a], &self.balls[b]))?;
-        Some([up as u16, down as u16])
+        let down = best(&mut (0..self.balls.len()).filter(|&i| self.balls[i].towards.dot(axis) < -0.5), &radius)?;
+        Some([up as u32, down as u32])
     }
 
     /// The facets at the sample, from the widest gate down.
@@ -163,7 +170,7 @@ impl Chooser {
                 let is_finite = vertices[2] != INFINITE;
                 let clearance =
                     if between && is_finite { smaller.min(complex.circle(vertices) as f32) } else { smaller };
-                self.facets.push(Facet { clearance, vertices, between: [place as u16, other as u16] });
+                self.facets.push(Facet { clearance, vertices, between: [place as u32, other as u32] });
             }
         }
         self.facets
@@ -171,10 +178,10 @@ impl Chooser {
     }
 }
 
-fn root(parts: &mut [u16], mut cell: u16) -> u16 {
-    while parts[usize::from(cell)] != cell {
-        let up = parts[usize::from(parts[usize::from(cell)])];
-        parts[usize::from(cell)] = up;
+fn root(parts: &mut [u32], mut cell: u32) -> u32 {
+    while parts[cell as usize] != cell {
+        let up = parts[parts[cell as usize] as usize];
+        parts[cell as usize] = up;
         cell = up;
     }
     cell

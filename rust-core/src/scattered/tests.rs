@@ -3,6 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::error::Error;
+use crate::geom::delaunay3::Delaunay3;
 use crate::mesh::check::MeshReport;
 use crate::mesh::{TriMesh, check};
 
@@ -267,7 +268,9 @@ fn a_gap_is_spanned_or_left_open() {
     let mut made = Reconstructor::new(cloud(points)).unwrap();
     let closed = check(&made.surface(&ReconstructParams::default(), &Progress::none()).unwrap().mesh);
     assert!(closed.is_closed(), "{closed}");
-    let open = check(&made.surface(&open, &Progress::none()).unwrap().mesh);
+    let made_open = made.surface(&open, &Progress::none()).unwrap();
+    assert!(!made_open.report.closed, "it has a gap");
+    let open = check(&made_open.mesh);
     assert!(open.is_manifold() && open.boundary_loops == 1 && open.genus() == Some(0), "{open}");
     assert_eq!(check(&made.surface(&ReconstructParams::default(), &Progress::none()).unwrap().mesh), closed);
 }
@@ -316,6 +319,68 @@ fn the_same_for_any_order_and_any_threads() {
         }
         let (other, _) = reconstruct(shuffled, &params);
         assert!(as_set(&one.mesh) == as_set(&other.mesh), "another order");
+    }
+}
+
+/// A ring of samples and two on its axis.
+fn double_cone(around: usize, heights: [f64; 2]) -> Vec<DVec3> {
+    let at = |i: usize| DVec2::from_angle(std::f64::consts::TAU * i as f64 / around as f64).extend(0.0);
+    (0..around).map(at).chain(heights.map(|height| DVec3::Z * height)).collect()
+}
+
+#[test]
+fn the_same_for_any_threads_where_many_insert() {
+    let mut random = random(11);
+    let noisy: Vec<DVec3> = (0..60_000)
+        .map(|_| {
+            let (z, angle) = (2.0 * random() - 1.0, random() * std::f64::consts::TAU);
+            let outward = (DVec2::from_angle(angle) * (1.0 - z * z).sqrt()).extend(z);
+            outward * (1.0 + 0.004 * (2.0 * random() - 1.0))
+        })
+        .collect();
+    // Lattices: as many ties as there can be.
+    let faces = (0..6 * 100 * 100).map(|i| {
+        let mut at = [(i % 100) as f64, (i / 100 % 100) as f64, if i / 10_000 % 2 == 0 { 0.0 } else { 99.0 }];
+        at.rotate_left(i / 20_000);
+        DVec3::from(at)
+    });
+    let sheet = (0..240 * 250).map(|i| {
+        let [x, y] = [(i % 240) as f64, (i / 240) as f64];
+        DVec3::new(x, y, if i % 240 < 120 { 0.0 } else { x - 120.0 })
+    });
+    let (shell, sheet): (Vec<DVec3>, Vec<DVec3>) = (faces.collect(), sheet.collect());
+    let cells = [1, 2].map(|n| Delaunay3::new(&noisy, n, &Progress::none()).unwrap());
+    assert!(cells[0].cells() != cells[1].cells(), "too few points: the cells have the same numbers");
+    let by_default = ReconstructParams::default();
+    let carved = ReconstructParams { topology: Topology::Free, factor: 1.5, ..by_default };
+    let cut = ReconstructParams { closure: Closure::Open, ..by_default };
+    for (name, points, params) in [
+        ("noisy sphere", &noisy, by_default),
+        ("noisy sphere, carved", &noisy, carved),
+        ("noisy sphere, cut", &noisy, cut),
+        ("shell", &shell, by_default),
+        ("shell, carved", &shell, carved),
+        ("sheet", &sheet, by_default),
+    ] {
+        let made = |threads| {
+            let (mut made, _) = reconstruct(points.clone(), &ReconstructParams { threads, ..params });
+            made.report.seconds.clear();
+            made
+        };
+        let one = made(1);
+        for threads in [2, 3] {
+            assert!(one == made(threads), "{name}: {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_double_cone_has_a_surface() {
+    for around in [1000, 5000, 10_000] {
+        for heights in [[1.0, -1.0], [0.5, -0.5], [2.0, -2.0], [1.5, -0.2]] {
+            let (made, report) = reconstruct(double_cone(around, heights), &ReconstructParams::default());
+            assert!(report.is_manifold() && made.report.used == around + 2, "{around} {heights:?}: {report}");
+        }
     }
 }
 
@@ -444,6 +509,7 @@ proptest! {
             Ok(made) => {
                 let report = check(&made.mesh);
                 prop_assert!(report.is_manifold(), "{report}");
+                prop_assert_eq!(made.report.closed, report.is_closed(), "{}", report);
                 prop_assert_eq!(made.report.used + made.report.dropped.len(), points.len());
             }
             Err(Error::Input(_)) => {}

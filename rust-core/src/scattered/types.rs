@@ -129,7 +129,7 @@ pub struct ReconstructReport {
     pub dropped: Vec<Dropped>,
     /// Delaunay tetrahedra.
     pub tetrahedra: usize,
-    /// Whether the surface was taken as closed.
+    /// Whether the surface is closed: it has no border, also not one of a gap or of facets left out.
     pub closed: bool,
     /// The threshold used: a perimeter with a global one, a perimeter in mean spacings of the facet's samples with a
     /// local one.
