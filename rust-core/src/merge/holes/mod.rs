@@ -7,7 +7,7 @@
 //! | 3 | `minimal` | loop -> triangulation of least bend, then least area |
 //! | 4 | `patch` | as fine as the surroundings |
 //! | 5 | `fair` | as smooth as the surroundings |
-//! | 6 | `fill` | tries until nothing crosses |
+//! | 6 | `fill`, `boxes` | tries until nothing crosses |
 //!
 //! Differences from the paper: (1) loops of more than `minimal::LARGEST` edges are cut along short chords first, because
 //! the triangulation is cubic; (2) the fair surface is the one of least squared umbrella with mean value weights, which,
@@ -31,6 +31,7 @@ mod patch;
 mod fair;
 
 // 6. all of it for one hole, with what to do if the result crosses something
+mod boxes;
 mod fill;
 
 use glam::DVec3;
@@ -155,17 +156,9 @@ fn settle(
     mut fills: Vec<Option<Fill>>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Option<Fill>>> {
-    let bounds: Vec<Option<Bounds>> = fills.iter().map(|fill| fill.as_ref().map(Fill::bounds)).collect();
-    // Sorted by where they begin along x, those that may meet one lie before where it ends.
-    let mut order: Vec<(usize, Bounds)> = bounds.into_iter().enumerate().filter_map(|(i, b)| Some((i, b?))).collect();
-    order.sort_by(|a, b| a.1.min.x.total_cmp(&b.1.min.x));
-    let mut pairs = Vec::new();
-    for (k, (i, a)) in order.iter().enumerate() {
-        let later = order[k + 1..].iter().take_while(|(_, b)| b.min.x <= a.max.x);
-        pairs.extend(later.filter(|(_, b)| a.meets(b)).map(|(j, _)| (*i.max(j), *i.min(j))));
-    }
-    pairs.sort_unstable();
-    for group in pairs.chunk_by(|a, b| a.0 == b.0) {
+    let bounds: Vec<(usize, Bounds)> =
+        fills.iter().enumerate().filter_map(|(i, fill)| Some((i, fill.as_ref()?.bounds()))).collect();
+    for group in boxes::meeting(&bounds, progress)?.chunk_by(|a, b| a.0 == b.0) {
         progress.check()?;
         let later = group[0].0;
         let earlier: Vec<&Fill> = group.iter().filter_map(|&(_, i)| fills[i].as_ref()).collect();

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use crate::error::Result;
 use crate::progress::Progress;
+use crate::work;
 
 /// The mesh that has the holes.
 #[derive(Clone, Copy)]
@@ -87,6 +88,7 @@ pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>], progress: &Progress<'_>
                 }
                 grid.holes_at(corners, &mut candidates);
                 if !candidates.is_empty() {
+                    candidates.iter().for_each(|_| work::step());
                     let bounds = Bounds::of(t.map(|v| mesh.positions[v as usize]));
                     let triangle = (chunk * CHUNK + i) as u32;
                     let near = candidates.iter().filter(|&&h| regions[h as usize].meets(&bounds));
@@ -105,6 +107,9 @@ pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>], progress: &Progress<'_>
 
 /// Cells along each axis of the coarse grid.
 const CELLS: u32 = 128;
+
+/// Cells along each axis that the mean hole touches at most.
+const CELLS_A_HOLE: u32 = 16;
 
 /// A hole that touches more cells than this is compared with every triangle instead, and a triangle with every hole.
 const MANY_CELLS: u32 = 8192;
@@ -183,9 +188,12 @@ impl Grid {
         let whole = regions.iter().fold(Bounds::EMPTY, |a, b| Bounds { min: a.min.min(b.min), max: a.max.max(b.max) });
         // The outermost cells take all that lies outside; the holes' own are 1 to CELLS - 2.
         let size = (whole.max - whole.min).max(DVec3::splat(f64::MIN_POSITIVE));
+        // Or each hole in a wall would touch all the cells through it.
+        let finest =
+            f64::from(CELLS_A_HOLE) * regions.len() as f64 / regions.iter().map(|r| r.max - r.min).sum::<DVec3>();
         let mut grid = Grid {
             min: whole.min,
-            cells_per_length: (f64::from(CELLS - 3) / size).min(DVec3::splat(f64::MAX)),
+            cells_per_length: (f64::from(CELLS - 3) / size).min(finest).min(DVec3::splat(f64::MAX)),
             touched: CellSet::new(),
             near: CellSet::new(),
             rank: Vec::new(),
@@ -200,7 +208,10 @@ impl Grid {
             if count(low, high) > MANY_CELLS {
                 grid.large.push(hole as u32);
             } else {
-                cells_between(low, high, |cell| entries.push((cell, hole as u32)));
+                cells_between(low, high, |cell| {
+                    work::step();
+                    entries.push((cell, hole as u32));
+                });
             }
         }
         // Cells in the order of their bits in a set.

@@ -70,6 +70,37 @@ fn grid(rows: u32, cols: u32, wrap: [bool; 2], place: impl Fn(f64, f64) -> DVec3
     TriMesh::new(positions, triangles)
 }
 
+#[test]
+fn work_grows_with_the_number_of_pinholes_in_a_wall() {
+    let pool = crate::threads::pool(1).unwrap();
+    let work = |rows: u32, cols: u32, axis: usize| {
+        let mut wall = grid(rows, cols, [false; 2], |r, c| {
+            let mut at = [1.0, r, c];
+            at.rotate_right(axis);
+            DVec3::from(at)
+        });
+        let mut triangle = 0;
+        wall.triangles.retain(|_| {
+            let square = triangle / 2;
+            triangle += 1;
+            triangle % 2 == 1 || (square / cols) % 3 != 1 || (square % cols) % 3 != 1
+        });
+        let boundary = boundary_of(&wall.triangles);
+        let (report, steps) = pool.install(|| {
+            crate::work::counted(|| {
+                close(&mut wall.positions, &mut wall.triangles, &boundary, |_| 5.0, &Progress::none()).unwrap()
+            })
+        });
+        assert_eq!((report.closed as u32, report.open.len()), (rows / 3 * (cols / 3), 1));
+        assert!(check(&wall).is_manifold());
+        steps
+    };
+    for axis in 0..3 {
+        let (one, two) = (work(90, 90, axis), work(180, 90, axis));
+        assert!(one > 900 && 10 * two <= 23 * one, "{one} {two}");
+    }
+}
+
 fn plane(size: u32) -> TriMesh {
     // Tilted, and irregular within the plane, but so that it stays one to the last bit.
     grid(size, size, [false; 2], |r, c| {
