@@ -19,7 +19,7 @@ pub(super) fn smallest(source: &Source<'_>, error: f64, progress: &Progress<'_>)
         let along = |axis: usize| ((steps * most[axis]).div_ceil(longest)).clamp(1, most[axis]) + 1;
         source.candidate(Layout::new(size, tiles, [along(0), along(1)])?, &mut || (), progress)
     };
-    let is_within = |candidate: &Candidate| candidate.measured.error(source.judge) <= error;
+    let is_within = |candidate: &Candidate| source.judged(&candidate.measured) <= error;
     // Doubles until it is fine enough, then halves the gap.
     let (mut low, mut steps) = (0, 1);
     let mut best = loop {

@@ -21,11 +21,32 @@ pub(super) enum Judge {
 }
 
 impl Judge {
-    fn of(self, sums: &Sums) -> f64 {
+    /// What grids and diagonals over the same pixels are compared by. A pixel that is missed counts as one `missed` off.
+    fn of(self, sums: &Sums, missed: f64) -> f64 {
+        let count = sums.missed as f64;
+        match self {
+            _ if sums.missed == 0 => self.of_met(sums),
+            Judge::Mean => sums.sum + count * missed,
+            Judge::Rms => sums.squares + count * missed * missed,
+            Judge::Max => sums.max.max(missed),
+        }
+    }
+
+    fn of_met(self, sums: &Sums) -> f64 {
         match self {
             Judge::Mean => sums.sum,
             Judge::Rms => sums.squares,
             Judge::Max => sums.max,
+        }
+    }
+
+    /// From sums over so many pixels.
+    fn mean(self, sum: f64, pixels: usize) -> f64 {
+        let pixels = (pixels as f64).max(1.0);
+        match self {
+            Judge::Mean => sum / pixels,
+            Judge::Rms => (sum / pixels).sqrt(),
+            Judge::Max => sum,
         }
     }
 }
@@ -55,38 +76,34 @@ pub(super) struct Quad {
 }
 
 impl Measured {
-    /// What it is judged by: a mean, a root of a mean square or a largest error.
+    /// The mean, the root of the mean square or the largest error, of the pixels that are not missed.
     pub fn error(&self, judge: Judge) -> f64 {
-        let valid = (self.valid as f64).max(1.0);
-        match judge {
-            Judge::Mean => self.total.sum / valid,
-            Judge::Rms => (self.total.squares / valid).sqrt(),
-            Judge::Max => self.total.max,
-        }
+        judge.mean(judge.of_met(&self.total), self.valid - self.total.missed)
+    }
+
+    /// The same for a decision: a pixel that is missed counts as one `missed` off.
+    pub fn judged(&self, judge: Judge, missed: f64) -> f64 {
+        judge.mean(judge.of(&self.total, missed), self.valid)
     }
 }
 
-/// Measures some grids of one image at once; those of the same number of rows read the pixels once. O(pixels) a grid.
+/// Measures some grids of one image at once; those of the same number of rows read the pixels once. Diagonals are chosen as
+/// if pixels that are missed were one `missed` off. O(pixels) a grid.
 pub(super) fn measure<const N: usize>(
     image: &RangeImage,
-    extent: f64,
+    missed: f64,
     grids: [(&Net, &Vertices); N],
     judge: Judge,
     progress: &Progress<'_>,
 ) -> Result<[Measured; N]> {
     let cols = image.cols();
-    // Where all samples are equally far, a grid can't be farther off than they are.
-    let most = if extent > 0.0 {
-        extent
-    } else {
-        (0..image.len()).find_map(|i| image.is_valid(i).then(|| image.range(i).abs())).unwrap_or(0.0)
-    };
+    let judge = (judge, missed);
     match (image.samples(), *image.projection()) {
         (Samples::Values(values), Projection::Orthographic { .. }) => {
-            with(&Flat { values, cols, most }, image, grids, judge, progress)
+            with(&Flat { values, cols }, image, grids, judge, progress)
         }
         (Samples::Values(values), Projection::Pinhole { focal, centre, depth }) => {
-            with(&Pinhole { values, cols, most, focal, centre, depth }, image, grids, judge, progress)
+            with(&Pinhole { values, cols, focal, centre, depth }, image, grids, judge, progress)
         }
         (_, projection) => {
             let viewing = match projection {
@@ -94,7 +111,7 @@ pub(super) fn measure<const N: usize>(
                 Projection::PointGrid(viewing) => viewing,
                 _ => Viewing::From(glam::DVec3::ZERO),
             };
-            with(&Free { points: Points::of(image), cols, most, viewing }, image, grids, judge, progress)
+            with(&Free { points: Points::of(image), cols, viewing }, image, grids, judge, progress)
         }
     }
 }
@@ -103,7 +120,7 @@ fn with<S: Sight, const N: usize>(
     sight: &S,
     image: &RangeImage,
     grids: [(&Net, &Vertices); N],
-    judge: Judge,
+    judge: (Judge, f64),
     progress: &Progress<'_>,
 ) -> Result<[Measured; N]> {
     let rows = grids.iter().map(|(net, _)| net.rows - 1).max().unwrap_or(0);
@@ -122,6 +139,7 @@ fn with<S: Sight, const N: usize>(
             whole.total.sum += strip.total.sum;
             whole.total.squares += strip.total.squares;
             whole.total.max = whole.total.max.max(strip.total.max);
+            whole.total.missed += strip.total.missed;
             whole.valid += strip.valid;
             whole.quads.extend(strip.quads);
         }
@@ -130,7 +148,14 @@ fn with<S: Sight, const N: usize>(
 }
 
 /// One row of quads.
-fn strip<S: Sight>(sight: &S, image: &RangeImage, net: &Net, vertices: &Vertices, i: usize, judge: Judge) -> Measured {
+fn strip<S: Sight>(
+    sight: &S,
+    image: &RangeImage,
+    net: &Net,
+    vertices: &Vertices,
+    i: usize,
+    (judge, missed): (Judge, f64),
+) -> Measured {
     let mut measured = Measured { quads: Vec::with_capacity(net.cols - 1), ..Measured::default() };
     for j in 0..net.cols - 1 {
         let corners = net.corners(i, j).map(|v| {
@@ -146,11 +171,12 @@ fn strip<S: Sight>(sight: &S, image: &RangeImage, net: &Net, vertices: &Vertices
         });
         debug_assert!(pixels as usize <= image.len());
         let sums: QuadSums = lanes.finish(sight.first_is_even(&quad), pixels);
-        let odd = judge.of(&sums.diagonals[1]) < judge.of(&sums.diagonals[0]);
+        let odd = judge.of(&sums.diagonals[1], missed) < judge.of(&sums.diagonals[0], missed);
         let chosen = sums.diagonals[usize::from(odd)];
         measured.total.sum += chosen.sum;
         measured.total.squares += chosen.squares;
         measured.total.max = measured.total.max.max(chosen.max);
+        measured.total.missed += chosen.missed;
         measured.valid += sums.valid as usize;
         measured.quads.push(Quad { max: chosen.max as f32, valid: sums.valid, pixels: sums.pixels, odd });
     }

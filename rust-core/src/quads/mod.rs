@@ -80,8 +80,9 @@ use tiles::Layout;
 /// At the peak; measured.
 const BYTES_A_PIXEL: f64 = 3.0;
 
-/// The figures of a run. Errors are distances along the samples' rays, over all valid pixels of the image, with each quad cut
-/// along its better diagonal; on the background the grid continues the surface.
+/// The figures of a run. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads,
+/// over all valid pixels of the image but those missed, with each quad cut along its better diagonal; on the background the
+/// grid continues the surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct QuadReport {
     /// Tiles from top to bottom and from left to right.
@@ -104,6 +105,10 @@ pub struct QuadReport {
     pub is_uniform: bool,
     /// Valid pixels of the image.
     pub valid_pixels: usize,
+    /// Of them, those whose rays do not meet their quad's planes in front of the sensor: they have no error.
+    pub missed_pixels: usize,
+    /// The same of the uniform grid.
+    pub uniform_missed_pixels: usize,
     /// Invalid pixels filled.
     pub gaps_filled: usize,
     /// Vertices moved so that no quad folds over.
@@ -140,6 +145,9 @@ struct Source<'a> {
     params: &'a QuadParams,
     density: Vec<u8>,
     extent: f64,
+    /// How far off a pixel counts that a grid does not meet, where grids are compared: the depth extent or, where all samples
+    /// are equally far, as far as they are.
+    missed: f64,
     judge: Judge,
 }
 
@@ -148,8 +156,10 @@ struct Source<'a> {
 /// # Guarantees
 /// * The grid is regular: every vertex has its own pixel, and seen on the pixels no quad folds over; see [`QuadGrid`]. Without a
 ///   target it has `(rows - 1) * tiles_down + 1` rows and `(columns - 1) * tiles_across + 1` columns.
-/// * Its mean error (with a target, the error that the target names) is at most that of the uniform grid of the same size.
-/// * With a target, that error is at most the one asked for, as measured. Up to one vertex a pixel may be needed.
+/// * Its mean error (with a target, the error that the target names) is at most that of the uniform grid of the same size, if
+///   a pixel that is missed counts as far off as the depth extent.
+/// * With a target, that error is at most the one asked for, as measured. Up to one vertex a pixel may be needed; only what is
+///   missed even then has none.
 /// * The same image gives the same grid for any number of threads, and in any unit that is a power of two times another.
 ///
 /// # Cost
@@ -200,7 +210,9 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
         Some(Target::Rms(_)) => Judge::Rms,
         Some(Target::Max(_)) => Judge::Max,
     };
-    let source = Source { image, filled: &filled, params, density, extent, judge };
+    let first_range = || (0..image.len()).find_map(|i| image.is_valid(i).then(|| image.range(i).abs()));
+    let missed = if extent > 0.0 { extent } else { first_range().unwrap_or(0.0) };
+    let source = Source { image, filled: &filled, params, density, extent, missed, judge };
     progress.stage(2, 1);
     let mut chosen = match params.target {
         None => {
@@ -213,6 +225,11 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
 }
 
 impl Source<'_> {
+    /// What a grid is chosen by.
+    fn judged(&self, measured: &Measured) -> f64 {
+        measured.judged(self.judge, self.missed)
+    }
+
     /// Tiles as given or by default, with so many vertices along their sides.
     fn layout(&self, vertices: [usize; 2]) -> Result<Layout> {
         let size = [self.image.rows(), self.image.cols()];
@@ -236,15 +253,15 @@ impl Source<'_> {
             let (measured, uniform) = match best.take() {
                 None => {
                     let grids = [(&net, &vertices), (&uniform_net, &uniform_vertices)];
-                    measure::measure(self.image, self.extent, grids, self.judge, progress)?.into()
+                    measure::measure(self.image, self.missed, grids, self.judge, progress)?.into()
                 }
                 Some(uniform) => {
                     let [measured] =
-                        measure::measure(self.image, self.extent, [(&net, &vertices)], self.judge, progress)?;
+                        measure::measure(self.image, self.missed, [(&net, &vertices)], self.judge, progress)?;
                     (measured, uniform)
                 }
             };
-            if measured.error(self.judge) < uniform.error(self.judge) {
+            if self.judged(&measured) < self.judged(&uniform) {
                 return Ok(Candidate {
                     layout,
                     net,
@@ -264,8 +281,8 @@ impl Source<'_> {
         let snapped = snap::snap(self.filled, &mut net, progress)?;
         if snapped > 0 {
             let vertices = place::place(self.filled, &net);
-            let [measured] = measure::measure(self.image, self.extent, [(&net, &vertices)], self.judge, progress)?;
-            if measured.error(self.judge) <= uniform.error(self.judge) {
+            let [measured] = measure::measure(self.image, self.missed, [(&net, &vertices)], self.judge, progress)?;
+            if self.judged(&measured) <= self.judged(&uniform) {
                 return Ok(Candidate {
                     layout,
                     net,
@@ -325,6 +342,8 @@ impl Source<'_> {
             uniform_max_error: uniform.error(Judge::Max),
             is_uniform: *is_uniform,
             valid_pixels: measured.valid,
+            missed_pixels: measured.total.missed,
+            uniform_missed_pixels: uniform.total.missed,
             gaps_filled,
             unfolded: *unfolded,
             snapped: *snapped,

@@ -22,6 +22,8 @@ pub(super) struct Sums {
     pub sum: f64,
     pub squares: f64,
     pub max: f64,
+    /// Valid pixels whose rays meet no plane of the surface in front of the sensor: they have no error.
+    pub missed: usize,
 }
 
 /// Sums for both diagonals: corner 0 to 2 first.
@@ -68,19 +70,22 @@ pub(super) struct Lanes {
     sums: [f64x4; 2],
     squares: [f64x4; 2],
     max: [f64x4; 2],
+    met: [f64x4; 2],
     valid: f64x4,
 }
 
 impl Lanes {
-    /// Takes in the distances of the first and the second surface at some pixels, as far as they are `valid`. None counts for more than
-    /// `most`.
+    /// Takes in the distances of the first and the second surface at some pixels, as far as they are `valid`; infinite or NaN
+    /// where a surface is not met.
     #[inline(always)]
-    fn take(&mut self, errors: [f64x4; 2], valid: f64x4, most: f64x4) {
+    fn take(&mut self, errors: [f64x4; 2], valid: f64x4) {
         for (s, error) in errors.into_iter().enumerate() {
-            let error = valid & error.fast_min(most);
+            let met = valid & error.simd_lt(f64x4::splat(f64::INFINITY));
+            let error = met & error;
             self.sums[s] += error;
             self.squares[s] += error * error;
             self.max[s] = self.max[s].fast_max(error);
+            self.met[s] += met & f64x4::ONE;
         }
         self.valid += valid & f64x4::ONE;
     }
@@ -95,6 +100,7 @@ impl Lanes {
             sum: sum(self.sums[s]),
             squares: sum(self.squares[s]),
             max: self.max[s].to_array().into_iter().fold(0.0, f64::max),
+            missed: (sum(self.valid) - sum(self.met[s])) as usize,
         };
         let diagonals = if first_is_even { [of(0), of(1)] } else { [of(1), of(0)] };
         QuadSums { diagonals, valid: sum(self.valid) as u32, pixels }
@@ -165,7 +171,6 @@ trait LinearSight {
 #[inline(always)]
 fn add_linear<S: LinearSight>(
     sight: &S,
-    most: f64,
     mut values: &[f64],
     quad: &LinearQuad,
     [row, start]: [usize; 2],
@@ -175,14 +180,13 @@ fn add_linear<S: LinearSight>(
     let down = row as f64 - quad.origin[0];
     let base = quad.planes.map(|[value, slope, _]| f64x4::splat(value + slope * down));
     let right = quad.planes.map(|[_, _, slope]| f64x4::splat(slope));
-    let most = f64x4::splat(most);
     let mut cols = f64x4::splat(start as f64) + STEPS;
     while !values.is_empty() {
         let here = block(values);
         let x = cols - f64x4::splat(quad.origin[1]);
         let [p, q, r, s] = [0, 1, 2, 3].map(|k| base[k] + right[k] * x);
         let errors = sight.errors(along, cols, here, [p.fast_max(q), r.fast_min(s)]);
-        lanes.take(errors, !here.is_nan(), most);
+        lanes.take(errors, !here.is_nan());
         cols += f64x4::splat(LANES as f64);
         values = &values[LANES.min(values.len())..];
     }
@@ -192,7 +196,6 @@ fn add_linear<S: LinearSight>(
 pub(super) struct Flat<'a> {
     pub values: &'a [f64],
     pub cols: usize,
-    pub most: f64,
 }
 
 impl LinearSight for Flat<'_> {
@@ -218,7 +221,7 @@ impl Sight for Flat<'_> {
     #[inline(always)]
     fn add(&self, quad: &LinearQuad, row: usize, start: usize, end: usize, lanes: &mut Lanes) {
         let values = &self.values[row * self.cols + start..row * self.cols + end];
-        add_linear(self, self.most, values, quad, [row, start], lanes);
+        add_linear(self, values, quad, [row, start], lanes);
     }
 
     fn first_is_even(&self, quad: &LinearQuad) -> bool {
@@ -230,7 +233,6 @@ impl Sight for Flat<'_> {
 pub(super) struct Pinhole<'a> {
     pub values: &'a [f64],
     pub cols: usize,
-    pub most: f64,
     pub focal: [f64; 2],
     pub centre: [f64; 2],
     pub depth: DepthKind,
@@ -266,7 +268,7 @@ impl Sight for Pinhole<'_> {
     #[inline(always)]
     fn add(&self, quad: &LinearQuad, row: usize, start: usize, end: usize, lanes: &mut Lanes) {
         let values = &self.values[row * self.cols + start..row * self.cols + end];
-        add_linear(self, self.most, values, quad, [row, start], lanes);
+        add_linear(self, values, quad, [row, start], lanes);
     }
 
     fn first_is_even(&self, quad: &LinearQuad) -> bool {
@@ -281,7 +283,6 @@ impl Sight for Pinhole<'_> {
 pub(super) struct Free<'a> {
     pub points: Points<'a>,
     pub cols: usize,
-    pub most: f64,
     /// All rays run this way, or start at the origin of the points.
     pub viewing: Viewing,
 }
@@ -340,6 +341,12 @@ struct FreePlane {
     offset: f64,
 }
 
+impl FreePlane {
+    fn is_seen(&self) -> bool {
+        self.normal.is_finite() && self.normal != DVec3::ZERO
+    }
+}
+
 impl Free<'_> {
     #[inline(always)]
     fn plane(&self, a: DVec3, b: DVec3, c: DVec3) -> FreePlane {
@@ -353,7 +360,8 @@ impl Free<'_> {
         }
     }
 
-    /// Distances along the rays of the samples at `points` from them to some planes; NaN or infinite where they don't meet.
+    /// Distances along the rays of the samples at `points` from them to some planes. Where a ray meets one not at all or
+    /// behind the eye, the plane is infinitely far: so the nearer and the farther one of two are what they are in front.
     #[inline(always)]
     fn behind<const N: usize>(&self, planes: [FreePlane; N], points: [f64x4; 3]) -> [f64x4; N] {
         let dot =
@@ -364,7 +372,11 @@ impl Free<'_> {
                 let eye = eye.to_array().map(f64x4::splat);
                 let rays: [f64x4; 3] = std::array::from_fn(|axis| points[axis] - eye[axis]);
                 let lengths = (rays[0] * rays[0] + rays[1] * rays[1] + rays[2] * rays[2]).sqrt();
-                planes.map(|plane| (f64x4::splat(plane.offset) / dot(plane.normal, rays) - f64x4::ONE) * lengths)
+                planes.map(|plane| {
+                    let cut = f64x4::splat(plane.offset) / dot(plane.normal, rays);
+                    let ahead = cut.simd_gt(f64x4::ZERO).select(cut, f64x4::splat(f64::INFINITY));
+                    (ahead - f64x4::ONE) * lengths
+                })
             }
         }
     }
@@ -376,7 +388,15 @@ impl Sight for Free<'_> {
     #[inline(always)]
     fn quad(&self, corners: &[Corner; 4]) -> FreeQuad {
         let [a, b, c, d] = corners.map(|c| c.point);
-        let planes = [self.plane(a, b, c), self.plane(a, c, d), self.plane(a, b, d), self.plane(b, c, d)];
+        // Three corners in a line, or in a plane that runs along the rays, have no surface to be seen.
+        let pair = |[first, second]: [FreePlane; 2]| match (first.is_seen(), second.is_seen()) {
+            (false, true) => [second, second],
+            (true, false) => [first, first],
+            _ => [first, second],
+        };
+        let even = pair([self.plane(a, b, c), self.plane(a, c, d)]);
+        let odd = pair([self.plane(a, b, d), self.plane(b, c, d)]);
+        let planes = [even[0], even[1], odd[0], odd[1]];
         let [behind] = self.behind([planes[1]], b.to_array().map(f64x4::splat));
         FreeQuad { planes, even_is_nearer: behind.to_array()[0] >= 0.0 }
     }
@@ -389,10 +409,7 @@ impl Sight for Free<'_> {
             let [p, q, r, s] = self.behind(quad.planes, points);
             let (even, odd) =
                 if quad.even_is_nearer { (p.fast_min(q), r.fast_max(s)) } else { (p.fast_max(q), r.fast_min(s)) };
-            let most = f64x4::splat(self.most);
-            // A ray within a plane through the eye has no number there.
-            let bounded = [even, odd].map(|error| error.abs().simd_lt(most).select(error.abs(), most));
-            lanes.take(bounded, !points[0].is_nan(), most);
+            lanes.take([even.abs(), odd.abs()], !points[0].is_nan());
         }
     }
 
