@@ -60,6 +60,7 @@ fn seeds() -> BTreeMap<String, Vec<u8>> {
         ("coloured.pts", "2\n0 0 0 -1200 255 0 12\n1 0 0 300 1 2 3\n"),
         ("named.asc", "//X,Y,Z,Nx,Ny,Nz\r\n1,2,3,0.6,0,0.8\r\n"),
         ("commas.csv", "1,5;-2,25;3\n0,6;0;nan\n"),
+        ("commas.txt", "1,5 -2,25 3 1 2 3\r0,6 0 2,5E-1 4 5 6\r\n"),
     ] {
         std::fs::write(&path, text).unwrap();
         keep(format!("import_points/{name}"));
@@ -94,10 +95,12 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     keep("two.ptx", std::fs::read(&path).unwrap());
     export::write_e57(&path, &[&image, &plain], &none).unwrap();
     keep("two.e57", std::fs::read(&path).unwrap());
+    keep("unbounded.e57", e57_without_bounds());
     let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 2, 1], [0, 1, 3]]);
     mesh.vertex_attributes = vec![Attribute::colour("colour", vec![[9, 8, 7, 255]; 4])];
     export::write_obj(&path, &mesh, &none).unwrap();
     keep("mesh.obj", std::fs::read(&path).unwrap());
+    keep("continued.obj", b"v 0 0 \\\r\n0\rv 1 0 0\nv 0 1 0\nf 1 \\\n\\\n2 3\n".to_vec());
     export::write_stl(&path, &mesh, &none).unwrap();
     keep("mesh.stl", std::fs::read(&path).unwrap());
     let node = export::GlbNode { name: "a", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
@@ -150,6 +153,27 @@ fn png(data: &[u8]) -> Vec<u8> {
     encoder.set_depth(png::BitDepth::Sixteen);
     encoder.write_header().unwrap().write_image_data(data).unwrap();
     bytes
+}
+
+/// 2 x 2 points whose rows and columns could be any of 16 bits.
+fn e57_without_bounds() -> Vec<u8> {
+    use e57::{E57Writer, Record, RecordDataType, RecordName, RecordValue};
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = E57Writer::new(&mut bytes, "{seed}").unwrap();
+    let index = |name| Record { name, data_type: RecordDataType::Integer { min: 0, max: 65535 } };
+    let indices = [RecordName::RowIndex, RecordName::ColumnIndex].map(index);
+    let places = [Record::CARTESIAN_X_F32, Record::CARTESIAN_Y_F32, Record::CARTESIAN_Z_F32];
+    let mut scan = writer.add_pointcloud("{seed-0}", places.into_iter().chain(indices).collect()).unwrap();
+    for i in 0..4_u8 {
+        let mut values = vec![RecordValue::Single(i.into()); 3];
+        values.extend([7 + i / 2, 9 + i % 2].map(|at| RecordValue::Integer(at.into())));
+        scan.add_point(values).unwrap();
+    }
+    scan.set_index_bounds(None);
+    scan.finalize().unwrap();
+    writer.finalize().unwrap();
+    drop(writer);
+    bytes.into_inner()
 }
 
 /// 2 x 2 heights.

@@ -41,6 +41,7 @@ pub fn write_obj(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result
 }
 
 /// Writes polygons: vertices with the fewest digits that read back as the same number, then quads, then triangles.
+/// Without any, the file is an object without a vertex, which reads back as an empty mesh.
 ///
 /// # Errors
 /// A coordinate that isn't finite, an index out of range, colours of another number than vertices; [`Error::Io`];
@@ -62,6 +63,10 @@ pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progr
     write_atomically(path, progress, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         let io = |e| Error::io(path, e);
+        if polygons.positions.is_empty() {
+            // A file without any statement would look like one that was cut off.
+            out.write_all(b"o empty\n").map_err(io)?;
+        }
         for (k, positions) in polygons.positions.chunks(CHUNK).enumerate() {
             for (i, p) in positions.iter().enumerate() {
                 write!(out, "v {} {} {}", p.x, p.y, p.z).map_err(io)?;

@@ -44,7 +44,7 @@ impl Camera {
 /// Whether a file that starts like this holds intrinsics.
 pub(super) fn sniff(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let text = text.trim_start();
     if text.starts_with('{') {
         let has = |key: &str| text.contains(&format!("\"{key}\""));
         return has("intrinsic_matrix") || (has("fx") && has("fy")) || (has("fl_x") && has("cx"));
@@ -70,7 +70,6 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return fail("whole file".to_owned(), "this is not text (UTF-8)");
     };
-    let text = text.trim_start_matches('\u{feff}');
     let camera = if text.trim_start().starts_with('{') {
         let value: Value = match serde_json::from_str(text) {
             Ok(value) => value,

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::overlap::{self, Convention};
+use super::text::lines_of;
 use super::{ReadOptions, ScanSet, file};
 use crate::error::{Error, Result};
 
@@ -76,12 +77,10 @@ pub(super) fn parse(path: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resul
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut placed = Vec::new();
-    // CR LF makes an empty line more, which would be counted: treat it as one line end first.
-    let lines = text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'));
-    for (number, line) in lines.enumerate() {
+    for (number, line) in lines_of(text).enumerate() {
         let number = number + 1;
         let fail = |problem: String| Err(Error::format(path, format!("line {number}"), problem));
-        let line = line.trim().trim_start_matches('\u{feff}');
+        let line = line.trim();
         if line.is_empty() || is_comment(line) {
             continue;
         }

@@ -1,9 +1,11 @@
 //! E57 (ASTM E2807), through the crate `e57`: scans with row and column indices become range images seen from the origin
-//! of their frame, others points. Poses, colours and intensities are kept; coordinates marked invalid, and those at
-//! exactly (0, 0, 0), are no samples.
+//! of their frame, others points. Poses, colours and intensities are kept; coordinates marked invalid are no samples. Nor
+//! are those at exactly (0, 0, 0), where no ray can have been: in grids, and where points are distances and angles.
 //!
-//! Cost: opening reads the XML part; reading a scan is one pass over it, memory for the result and some packets.
+//! Cost: opening reads the XML part; reading a scan is one pass over it, memory for the result and some packets. Without
+//! the bounds of the indices the grid is the rows and columns that the points use, which takes one more pass.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -75,12 +77,16 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         if stored.records > length.saturating_mul(8) || stored.records * 24 > scan.options.max_decoded_bytes() {
             return fail(format!("{} points don't fit a file of {length} bytes, or max_decoded_gib", stored.records));
         }
-        let size = grid_size(&stored, scan)?;
-        let mut points = reader.pointcloud_simple(&stored).map_err(|e| decoding_error(scan, &e))?;
-        points.apply_pose(false);
-        points.intensity_to_color(false);
-        points.normalize_intensity(false);
-        let points = points.map(|point| point.map_err(|e| decoding_error(scan, &e)));
+        let bounds = match index_bounds(&stored) {
+            Some([Some(rows), Some(cols)]) => Some((rows, cols)),
+            Some([rows, cols]) => {
+                let used = used_indices(points(&mut reader, &stored, scan)?)?;
+                used.map(|used| (rows.unwrap_or(used.0), cols.unwrap_or(used.1)))
+            }
+            None => None,
+        };
+        let size = bounds.map_or(Ok(None), |(rows, cols)| grid_size(rows, cols, &stored, scan))?;
+        let points = points(&mut reader, &stored, scan)?;
         match size {
             Some(size) => grid(points, size, &stored, scan),
             None => cloud(points, &stored, scan),
@@ -88,21 +94,51 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
     })
 }
 
-/// First row and column and their numbers, of a scan that has them.
-fn grid_size(stored: &Stored, scan: &Scan) -> Result<Option<[i64; 4]>> {
-    if !stored.has_row_column() {
-        return Ok(None);
-    }
-    let typed = |name: RecordName| {
-        stored.prototype.iter().find(|record| record.name == name).and_then(|record| match record.data_type {
-            RecordDataType::Integer { min, max } => Some((min, max)),
-            _ => None,
-        })
+/// The points of a scan as they are stored.
+fn points<'a, T: Read + Seek>(
+    reader: &'a mut E57Reader<T>,
+    stored: &'a Stored,
+    scan: &'a Scan,
+) -> Result<impl Iterator<Item = Result<::e57::Point>> + 'a> {
+    let mut points = reader.pointcloud_simple(stored).map_err(|e| decoding_error(scan, &e))?;
+    points.apply_pose(false);
+    points.intensity_to_color(false);
+    points.normalize_intensity(false);
+    Ok(points.map(|point| point.map_err(|e| decoding_error(scan, &e))))
+}
+
+/// First and last.
+type Range = (i64, i64);
+
+/// Rows and columns as the scan's header gives them, of a scan whose points have some.
+fn index_bounds(stored: &Stored) -> Option<[Option<Range>; 2]> {
+    let is_integer = |name: RecordName| {
+        let mut records = stored.prototype.iter().filter(|record| record.name == name);
+        records.any(|record| matches!(record.data_type, RecordDataType::Integer { .. }))
     };
+    if !(stored.has_row_column() && is_integer(RecordName::RowIndex) && is_integer(RecordName::ColumnIndex)) {
+        return None;
+    }
     let bounds = stored.index_bounds.as_ref();
-    let rows = bounds.and_then(|b| Some((b.row_min?, b.row_max?))).or_else(|| typed(RecordName::RowIndex));
-    let cols = bounds.and_then(|b| Some((b.column_min?, b.column_max?))).or_else(|| typed(RecordName::ColumnIndex));
-    let (Some(rows), Some(cols)) = (rows, cols) else { return Ok(None) };
+    let rows = bounds.and_then(|b| Some((b.row_min?, b.row_max?)));
+    let cols = bounds.and_then(|b| Some((b.column_min?, b.column_max?)));
+    Some([rows, cols])
+}
+
+/// Rows and columns that points use; `None` without points.
+fn used_indices(points: impl Iterator<Item = Result<::e57::Point>>) -> Result<Option<(Range, Range)>> {
+    let with = |range: Option<Range>, at: i64| range.map_or((at, at), |(first, last)| (first.min(at), last.max(at)));
+    let (mut rows, mut cols) = (None, None);
+    for point in points {
+        let point = point?;
+        rows = Some(with(rows, point.row));
+        cols = Some(with(cols, point.column));
+    }
+    Ok(rows.zip(cols))
+}
+
+/// First row and column and their numbers; `None` for what is no grid but a line.
+fn grid_size(rows: Range, cols: Range, stored: &Stored, scan: &Scan) -> Result<Option<[i64; 4]>> {
     let count = |(min, max): (i64, i64)| max.checked_sub(min)?.checked_add(1).filter(|count| *count > 0);
     let size = count(rows).zip(count(cols));
     let pixels = size.and_then(|(rows, cols)| (rows as u64).checked_mul(cols as u64));
@@ -174,10 +210,11 @@ fn cloud(points: impl Iterator<Item = Result<::e57::Point>>, stored: &Stored, sc
         colour: stored.has_color().then(Vec::new),
         ..PointCloud::default()
     };
+    let has_origin = stored.has_cartesian() && !stored.has_row_column();
     for point in points {
         let point = point?;
         let Some(position) = coordinates(&point).map(DVec3::from_array) else { continue };
-        if !position.is_finite() || position == DVec3::ZERO {
+        if !position.is_finite() || (position == DVec3::ZERO && !has_origin) {
             continue;
         }
         cloud.positions.push(position);
@@ -255,8 +292,8 @@ mod tests {
         assert!((image.point_in_world(2) - DVec3::new(4e6, 3.0, 5.0)).length() < 1e-9);
         assert_eq!(image.colour.as_ref().unwrap()[7], [255, 7, 0, 255]);
         let Content::Points(cloud) = set.scans[1].read().unwrap() else { panic!("no cloud") };
-        assert_eq!(cloud.positions, [DVec3::new(1.0, 2.0, 0.0), DVec3::new(2.0, 4.0, 0.0)]);
-        assert_eq!(cloud.intensity.unwrap(), [100.0, 200.0]);
+        assert_eq!(cloud.positions, [DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0), DVec3::new(2.0, 4.0, 0.0)]);
+        assert_eq!(cloud.intensity.unwrap(), [0.0, 100.0, 200.0]);
     }
 
     #[test]

@@ -16,14 +16,24 @@ use crate::progress::Progress;
 /// Most bytes that are read between two looks at the progress.
 const MOST: usize = 4 << 20;
 
+/// Bytes by which [`open`] tells text from numbers.
+const LOOKED_AT: usize = 1 << 10;
+
+/// The byte order mark of UTF-8.
+const MARK: &[u8] = b"\xEF\xBB\xBF";
+
 /// An opened regular file. Every reader gets its bytes through this one type, so that a test can make any read fail.
-pub(super) struct Regular(File);
+pub(super) struct Regular {
+    file: File,
+    /// Bytes of a byte order mark, which are no part of the content.
+    mark: u64,
+}
 
 impl Regular {
     fn read_once(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         #[cfg(test)]
         let buffer = super::faults::read(buffer)?;
-        self.0.read(buffer)
+        self.file.read(buffer)
     }
 }
 
@@ -41,12 +51,63 @@ impl Read for Regular {
 
 impl Seek for Regular {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.0.seek(to)
+        let place = match to {
+            SeekFrom::Start(at) => self.file.seek(SeekFrom::Start(at.saturating_add(self.mark))),
+            other => self.file.seek(other),
+        };
+        place?.checked_sub(self.mark).ok_or_else(|| ErrorKind::InvalidInput.into())
     }
 }
 
-/// Opens a regular file; also its length.
+/// Opens a regular file whose start says what it holds; also the length of its content. The byte order mark of a text is
+/// no part of that, wherever text is read.
+///
+/// # Errors
+/// As [`open_bytes`]; a text in UTF-16, which no reader knows.
 pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
+    let (mut file, length) = open_bytes(path)?;
+    let io = |e| Error::io(path, e);
+    let mut start = Vec::with_capacity(LOOKED_AT);
+    // Most files begin otherwise: two bytes tell.
+    (&mut file).take(2).read_to_end(&mut start).map_err(io)?;
+    if matches!(*start, [0xEF, 0xBB] | [0xFF, 0xFE] | [0xFE, 0xFF]) {
+        (&mut file).take((LOOKED_AT - 2) as u64).read_to_end(&mut start).map_err(io)?;
+        if is_utf16(&start) {
+            return Err(Error::format(path, "start of file", "this is UTF-16 text; save it as UTF-8"));
+        }
+        if start.starts_with(MARK) && !start.iter().any(|&b| is_control(b.into())) {
+            file.mark = MARK.len() as u64;
+        }
+    }
+    file.seek(SeekFrom::Start(0)).map_err(io)?;
+    let length = length - file.mark;
+    Ok((file, length))
+}
+
+/// Whether a character is none of text.
+fn is_control(c: u16) -> bool {
+    c == 0x7F || (c < 0x20 && !(0x09..=0x0D).contains(&c))
+}
+
+/// Whether a file that starts like this, a byte order mark among it, is UTF-16: numbers can have the mark, but no eight
+/// of them in a row are letters of a language that files are written in.
+fn is_utf16(start: &[u8]) -> bool {
+    let little = start.starts_with(&[0xFF, 0xFE]);
+    if !little && !start.starts_with(&[0xFE, 0xFF]) {
+        return false;
+    }
+    let units: Vec<u16> = start[2..]
+        .as_chunks::<2>()
+        .0
+        .iter()
+        .map(|&unit| if little { u16::from_le_bytes(unit) } else { u16::from_be_bytes(unit) })
+        .collect();
+    let ascii = units.iter().filter(|&&unit| unit < 0x80).count();
+    !units.is_empty() && ascii * 8 >= units.len() * 7 && !units.iter().any(|&unit| is_control(unit))
+}
+
+/// Opens a regular file of which every byte is content; also its length.
+pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
     if path.as_os_str().is_empty() {
         return Err(Error::input("the name of a file is empty"));
     }
@@ -60,12 +121,20 @@ pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
         return Err(Error::input(format!("{}: not a regular file", path.display())));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    Ok((Regular(file), metadata.len()))
+    Ok((Regular { file, mark: 0 }, metadata.len()))
 }
 
-/// Reads a whole file.
+/// Reads a whole file of text.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>> {
-    let (file, length) = open(path)?;
+    whole(open(path)?, path)
+}
+
+/// Reads all bytes of a file.
+pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    whole(open_bytes(path)?, path)
+}
+
+fn whole((file, length): (Regular, u64), path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let wanted = usize::try_from(length).ok();
     if wanted.is_none_or(|wanted| bytes.try_reserve_exact(wanted).is_err()) {
@@ -110,9 +179,17 @@ impl Watched<'_> {
         if let Err(error) = &outcome
             && error.kind() != ErrorKind::Interrupted
         {
-            self.failure.set(Some(std::io::Error::new(error.kind(), error.to_string())));
+            self.failure.set(Some(copied(error)));
         }
         outcome
+    }
+}
+
+/// The same error once more, with the system's number where it has one.
+fn copied(error: &std::io::Error) -> std::io::Error {
+    match error.raw_os_error() {
+        Some(number) => std::io::Error::from_raw_os_error(number),
+        None => std::io::Error::new(error.kind(), error.to_string()),
     }
 }
 

@@ -8,6 +8,7 @@
 //!
 //! Cost: the file and its buffers in memory, and the result.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
@@ -37,8 +38,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     }
     let text = String::from_utf8_lossy(start);
     let has = |key: &str| text.contains(&format!("\"{key}\""));
-    text.trim_start_matches('\u{feff}').trim_start().starts_with('{')
-        && (has("asset") || has("accessors") || has("bufferViews"))
+    text.trim_start().starts_with('{') && (has("asset") || has("accessors") || has("bufferViews"))
 }
 
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
@@ -51,8 +51,10 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         let problem = format!("this is neither glTF's JSON nor a binary glTF: {e}");
         Error::format(&scan.path, "start of file", problem)
     };
+    let members: Members = serde_json::from_slice(json).map_err(not_gltf)?;
+    check_version(&members, scan)?;
     let root: Root = deserialize::from_slice(json).map_err(not_gltf)?;
-    let transforms = transforms(json).map_err(not_gltf)?;
+    let transforms = transforms(&members).map_err(not_gltf)?;
     let fail = |at: String, problem: String| Err(Error::format(&scan.path, at, problem));
     if let Some(name) = root.extensions_required.first() {
         return fail("extensionsRequired".to_owned(), format!("it needs {name}, which is not read"));
@@ -85,7 +87,8 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         }
     }
     let Reader { mut mesh, colours, .. } = reader;
-    if mesh.triangles.is_empty() {
+    // A file without meshes is an empty one; meshes without triangles are something else.
+    if mesh.triangles.is_empty() && !root.meshes.is_empty() {
         return Err(Error::format(&scan.path, "scene", "there is no triangle"));
     }
     mesh.vertex_attributes.extend(colours.map(|colours| Attribute::colour("colour", colours)));
@@ -101,7 +104,7 @@ fn chunks<'a>(bytes: &'a [u8], scan: &Scan) -> Result<(&'a [u8], &'a [u8])> {
     let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     match word(4) {
         Some(2) => {}
-        Some(version) => return fail(4, &format!("version {version} is unknown; known is 2")),
+        Some(version) => return Err(other_version(&format!("{version}.0"), scan)),
         None => return fail(4, "the file ends"),
     }
     let (mut json, mut blob, mut at) = (None, &[][..], 12);
@@ -122,10 +125,30 @@ fn chunks<'a>(bytes: &'a [u8], scan: &Scan) -> Result<(&'a [u8], &'a [u8])> {
     }
 }
 
+/// The members of the document, each as text.
+type Members = BTreeMap<String, Box<RawValue>>;
+
+/// Refuses versions that are not read. What says none and has names instead of numbers is older than those that say it.
+fn check_version(members: &Members, scan: &Scan) -> Result<()> {
+    let asset = members.get("asset").and_then(|asset| serde_json::from_str::<Value>(asset.get()).ok());
+    let version = asset.as_ref().and_then(|asset| asset.get("version")?.as_str());
+    let major = version.and_then(|version| version.split('.').next()?.parse::<u32>().ok());
+    let has_names = |key: &str| members.get(key).is_some_and(|value| value.get().starts_with('{'));
+    match (version, major) {
+        (Some(version), Some(major)) if major != 2 => Err(other_version(version, scan)),
+        (None, _) if has_names("accessors") || has_names("meshes") => Err(other_version("1.0 or older", scan)),
+        _ => Ok(()),
+    }
+}
+
+fn other_version(version: &str, scan: &Scan) -> Error {
+    let problem = format!("this is glTF {version}; glTF 2.0 is read: write it anew as glTF 2.0");
+    Error::format(&scan.path, "asset", problem)
+}
+
 /// The transforms of all nodes, with all their digits.
-fn transforms(json: &[u8]) -> serde_json::Result<Vec<DMat4>> {
-    let root: std::collections::BTreeMap<String, Box<RawValue>> = serde_json::from_slice(json)?;
-    let nodes: Vec<Value> = root.get("nodes").map_or(Ok(Vec::new()), |nodes| serde_json::from_str(nodes.get()))?;
+fn transforms(members: &Members) -> serde_json::Result<Vec<DMat4>> {
+    let nodes: Vec<Value> = members.get("nodes").map_or(Ok(Vec::new()), |nodes| serde_json::from_str(nodes.get()))?;
     Ok(nodes.iter().map(transform).collect())
 }
 
@@ -183,7 +206,7 @@ fn outside(uri: &str, scan: &Scan) -> Result<Vec<u8>> {
     if !path.is_file() {
         return fail("there is no such file; buffers are in the file itself or in files beside it");
     }
-    file::read(&path)
+    file::read_bytes(&path)
 }
 
 /// A URI's name with its %XX.

@@ -1,10 +1,11 @@
 //! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are split into fans. Texture
-//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud.
+//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud; an object
+//! without a vertex is an empty mesh.
 
 use glam::DVec3;
 
 use super::file::Input;
-use super::text::Lines;
+use super::text::{Lines, lines_of, whole_lines};
 use super::{Content, Scan};
 use crate::error::Result;
 use crate::mesh::{Attribute, TriMesh};
@@ -17,10 +18,13 @@ const KNOWN: [&[u8]; 12] = [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b
 /// Whether a file that starts like this is one: its statements are known and one of them is a vertex, a name or a
 /// material library.
 pub(super) fn sniff(start: &[u8]) -> bool {
-    let whole = start.iter().rposition(|&b| b == b'\n').map_or(start, |end| &start[..end]);
     let mut telling = false;
-    for line in whole.split(|&b| b == b'\n') {
-        let mut words = line.split(|b| b.is_ascii_whitespace()).filter(|word| !word.is_empty());
+    let mut continued = false;
+    for line in lines_of(&String::from_utf8_lossy(whole_lines(start))) {
+        if std::mem::replace(&mut continued, line.ends_with('\\')) {
+            continue;
+        }
+        let mut words = line.split_ascii_whitespace().map(str::as_bytes);
         let Some(first) = words.next() else { continue };
         if first.starts_with(b"#") {
             continue;
@@ -45,8 +49,14 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     // Faces may name vertices that come later: checked at the end.
     let (mut highest, mut highest_line) = (0, 0);
+    let mut named = false;
     while lines.next_content()? {
+        // Nothing else is: comments and names may end with the backslash of a path.
+        if matches!(lines.rest()[0], b'v' | b'f') {
+            lines.join()?;
+        }
         match lines.word() {
+            b"o" => named = true,
             b"v" => {
                 let point = DVec3::new(lines.f64("x")?, lines.f64("y")?, lines.f64("z")?);
                 if !point.is_finite() {
@@ -96,7 +106,8 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         }
     }
     if positions.is_empty() {
-        return Err(lines.fail("there is no vertex"));
+        let empty = Content::Mesh(TriMesh::default());
+        return if named && triangles.is_empty() { Ok(empty) } else { Err(lines.fail("there is no vertex")) };
     }
     if highest as usize >= positions.len() && !triangles.is_empty() {
         let problem = format!("a face names vertex {}, but there are only {}", u64::from(highest) + 1, positions.len());

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use roxmltree::{Document, Node, ParsingOptions};
 
-use super::text::Lines;
+use super::text::{Lines, lines_of};
 use super::{ReadOptions, Role, ScanSet, conf, file, open_named, pose};
 use crate::error::{Error, Result};
 
@@ -29,14 +29,13 @@ pub(super) struct Placed {
 /// Whether a file that starts like this is a project.
 pub(super) fn sniff_mlp(start: &[u8]) -> bool {
     let text = file::start_of_text(start);
-    text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
-        && (text.contains("<MeshLabProject") || text.contains("MeshLabDocument"))
+    text.trim_start().starts_with('<') && (text.contains("<MeshLabProject") || text.contains("MeshLabDocument"))
 }
 
 /// Whether a file that starts like this is an alignment: a count, a name, a line `#`.
 pub(super) fn sniff_aln(start: &[u8]) -> bool {
     let text = file::start_of_text(start);
-    let mut lines = text.lines().map(str::trim);
+    let mut lines = lines_of(&text).map(str::trim);
     let count = lines.next().is_some_and(|line| line.parse::<u32>().is_ok());
     count && lines.next().is_some_and(|line| !line.is_empty()) && lines.next() == Some("#")
 }
@@ -58,7 +57,7 @@ pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
     let text = std::str::from_utf8(bytes).map_err(|_| Error::format(path, "whole file", "this is not text (UTF-8)"))?;
     // The document type that MeshLab writes declares nothing; entities are refused.
     let parsing = ParsingOptions { allow_dtd: true, nodes_limit: MOST_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), parsing)
+    let document = Document::parse_with_options(text, parsing)
         .map_err(|e| Error::format(path, format!("line {}", e.pos().row), e.to_string()))?;
     if text.contains("<!ENTITY") {
         return Err(Error::format(path, "whole file", "it declares entities, which no project needs"));

@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec3};
 
 use super::file::{self, Input};
 use super::grid::PointGrid;
-use super::text::Lines;
+use super::text::{Lines, lines_of};
 use super::{Content, ReadOptions, Scan, ScanSet, pose};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
@@ -34,7 +34,7 @@ const SHORTEST: u64 = 6;
 /// Whether a file that starts like this is one: its first ten lines have the numbers of a header.
 pub(super) fn sniff(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    let mut lines = text.lines().skip_while(|line| line.trim().is_empty());
+    let mut lines = lines_of(&text).skip_while(|line| line.trim().is_empty());
     [1, 1, 3, 3, 3, 3, 4, 4, 4, 4].iter().all(|&count| {
         let mut words = lines.next().unwrap_or("").split_ascii_whitespace();
         words.by_ref().take(count).filter(|word| word.parse::<f64>().is_ok()).count() == count && words.next().is_none()

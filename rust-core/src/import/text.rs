@@ -1,6 +1,6 @@
 //! Text in lines, through a window: numbers, words and the number of the line for messages.
 
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,18 @@ use crate::error::{Error, Result};
 /// Longest line; what is longer is no line of text.
 const LONGEST: usize = 1 << 22;
 
-/// A text file that is read line by line. Lines end with LF or CR LF.
+/// The lines of a text in memory; they end as those of a file do.
+pub(super) fn lines_of(text: &str) -> impl Iterator<Item = &str> {
+    // CR LF would make an empty line more, which would be counted: treat it as one line end first.
+    text.split('\n').flat_map(|line| line.strip_suffix('\r').unwrap_or(line).split('\r'))
+}
+
+/// The start of a text up to the end of its last line that is surely whole.
+pub(super) fn whole_lines(start: &[u8]) -> &[u8] {
+    &start[..memchr::memrchr2(b'\n', b'\r', start).unwrap_or(start.len())]
+}
+
+/// A text file that is read line by line. Lines end with LF, CR LF or CR.
 pub(super) struct Lines<'a> {
     window: Window<'a>,
     path: PathBuf,
@@ -24,6 +35,8 @@ pub(super) struct Lines<'a> {
     line: Range<usize>,
     /// The next byte of the current line to be used.
     at: usize,
+    /// Whether any line end in the window may have a CR; most texts have none.
+    has_cr: bool,
 }
 
 impl<'a> Lines<'a> {
@@ -34,18 +47,57 @@ impl<'a> Lines<'a> {
 
     /// The lines from where a window stands.
     pub(super) fn over(window: Window<'a>, path: &Path) -> Self {
-        Lines { window, path: path.to_owned(), before: 0, number: 0, line: 0..0, at: 0 }
+        let mut lines = Lines { window, path: path.to_owned(), before: 0, number: 0, line: 0..0, at: 0, has_cr: false };
+        lines.look_for_cr();
+        lines
+    }
+
+    fn look_for_cr(&mut self) {
+        self.has_cr = memchr::memchr(b'\r', self.window.rest()).is_some();
     }
 
     /// Goes to the next line; false at the end of the file.
     #[inline(always)]
     pub(super) fn next_line(&mut self) -> Result<bool> {
-        let rest = self.window.rest();
-        if let Some(length) = memchr::memchr(b'\n', rest) {
-            self.take(length, length + 1);
-            return Ok(true);
+        match self.line_end(0) {
+            Some((length, used)) => {
+                self.take(length, used);
+                Ok(true)
+            }
+            None => self.next_line_beyond(0),
         }
-        self.next_line_beyond()
+    }
+
+    /// Joins the next line to this one if it ends with a backslash, and goes on so.
+    pub(super) fn join(&mut self) -> Result<()> {
+        while self.rest().ends_with(b"\\") {
+            let (start, used, at) = (self.line.start, self.window.at - self.line.start, self.at - self.line.start);
+            self.window.blank(self.line.end - 1..self.window.at);
+            // Back to where the line begins: the window lets go only of what lies before that.
+            self.window.at = start;
+            match self.line_end(used) {
+                Some((length, used)) => self.take(length, used),
+                None => drop(self.next_line_beyond(used)?),
+            }
+            self.at = self.line.start + at;
+        }
+        Ok(())
+    }
+
+    /// The first line end from `from` on: bytes of the line before it, and with it; `None` if what follows may belong to it.
+    #[inline(always)]
+    fn line_end(&self, from: usize) -> Option<(usize, usize)> {
+        let text = self.window.rest();
+        if !self.has_cr {
+            return memchr::memchr(b'\n', &text[from..]).map(|length| (from + length, from + length + 1));
+        }
+        let length = from + memchr::memchr2(b'\n', b'\r', &text[from..])?;
+        match (text[length], text.get(length + 1)) {
+            (b'\n', _) => Some((length, length + 1)),
+            (_, Some(b'\n')) => Some((length, length + 2)),
+            (_, Some(_)) => Some((length, length + 1)),
+            (_, None) => None,
+        }
     }
 
     #[inline(always)]
@@ -57,13 +109,14 @@ impl<'a> Lines<'a> {
         self.number += 1;
     }
 
+    /// The next line, whose first `known` bytes have no line end, where it goes beyond the window.
     #[cold]
     #[inline(never)]
-    fn next_line_beyond(&mut self) -> Result<bool> {
+    fn next_line_beyond(&mut self, known: usize) -> Result<bool> {
         loop {
             let held = self.window.rest().len();
-            if let Some(length) = memchr::memchr(b'\n', self.window.rest()).filter(|&length| length <= LONGEST) {
-                self.take(length, length + 1);
+            if let Some((length, used)) = self.line_end(known).filter(|end| end.0 <= LONGEST) {
+                self.take(length, used);
                 return Ok(true);
             }
             if held > LONGEST {
@@ -74,21 +127,29 @@ impl<'a> Lines<'a> {
                 if let Some(error) = self.window.failure() {
                     return Err(Error::io(&self.path, error));
                 }
+                // No count in the text might tell.
+                if self.window.is_shorter() {
+                    let cut = "the file became shorter while it was read";
+                    return Err(Error::io(&self.path, std::io::Error::new(ErrorKind::UnexpectedEof, cut)));
+                }
                 if held == 0 {
                     self.line = self.window.at..self.window.at;
                     self.at = self.window.at;
                     return Ok(false);
                 }
-                self.take(held, held);
+                // A CR at the very end is a line end; what comes after it was looked for.
+                self.take(held - usize::from(self.window.rest().ends_with(b"\r")), held);
                 return Ok(true);
             }
             self.window.refill();
-            if self.window.rest().len() == held && !self.window.grow() {
+            // A file that has become shorter ends here: seen in the next round.
+            if self.window.rest().len() == held && !self.window.is_last() && !self.window.grow() {
                 return Err(match self.window.failure() {
                     Some(error) => Error::io(&self.path, error),
                     None => Error::OutOfMemory(format!("{}: a line of {held} bytes", self.path.display())),
                 });
             }
+            self.look_for_cr();
         }
     }
 
@@ -245,6 +306,46 @@ mod tests {
             assert_eq!(lines.f64("f").unwrap(), 3.0);
             assert!(!lines.next_content().unwrap() && lines.is_done() && lines.left().unwrap() == 0);
         }
+    }
+
+    /// Theorem: wherever windows end, LF, CR LF and CR end a line, and a CR LF ends one.
+    #[test]
+    fn line_ends_of_every_kind() {
+        let mut text = Vec::new();
+        let mut expected = Vec::new();
+        for i in 0..3000_usize {
+            let line = vec![b'a' + (i % 26) as u8; i * 7919 % 23];
+            text.extend(&line);
+            text.extend([&b"\n"[..], b"\r", b"\r\n"][i * 31 % 3]);
+            // CR and then an empty line with LF would be one line end.
+            if !(expected.last().is_some_and(|_| line.is_empty()) && i * 31 % 3 == 0 && (i - 1) * 31 % 3 == 1) {
+                expected.push(line);
+            }
+        }
+        for window in [Window::new(&text[..], text.len() as u64), Window::tiny(&text[..], text.len() as u64)] {
+            let mut lines = Lines::over(window, Path::new("t"));
+            for (i, line) in expected.iter().enumerate() {
+                assert!(lines.next_line().unwrap(), "line {i}");
+                assert_eq!((lines.rest(), lines.number), (&line[..], i as u64 + 1));
+            }
+            assert!(!lines.next_line().unwrap());
+        }
+        let joined = String::from_utf8(text).unwrap();
+        assert_eq!(lines_of(&joined).map(str::as_bytes).collect::<Vec<_>>()[..expected.len()], expected);
+    }
+
+    /// A file that is cut while it is read is said to be so; memory is not what is short.
+    #[test]
+    fn a_file_that_becomes_shorter_is_named() {
+        let text = b"v 1 2 3\nv 4 5 6\nv 7 8".repeat(100);
+        let mut lines = Lines::new(&text[..], 1 << 40, Path::new("t"));
+        let error = loop {
+            match lines.next_line() {
+                Ok(more) => assert!(more, "the file ends as if it were whole"),
+                Err(error) => break error,
+            }
+        };
+        assert!(matches!(&error, Error::Io { .. }) && error.to_string().contains("became shorter"), "{error}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use super::text::Lines;
+use super::text::{Lines, lines_of};
 use super::{Scan, file, pose};
 use crate::error::{Error, Result};
 
@@ -27,7 +27,7 @@ pub(super) struct Trajectory {
 /// Whether a file that starts like this is one.
 pub(super) fn sniff(start: &[u8]) -> bool {
     let text = String::from_utf8_lossy(start);
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let mut lines = lines_of(&text).map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let numbers = |line: Option<&str>| -> Vec<f64> {
         line.unwrap_or("").split_ascii_whitespace().map_while(|word| word.parse().ok()).collect()
     };

@@ -26,6 +26,8 @@ pub(super) struct Window<'a> {
     before: u64,
     /// Why reading stopped early. The window then looks as if the file ended.
     failure: Option<std::io::Error>,
+    /// Whether the file has become shorter since its length was asked.
+    is_shorter: bool,
 }
 
 impl<'a> Window<'a> {
@@ -48,8 +50,16 @@ impl<'a> Window<'a> {
     fn sized(reader: impl Read + 'a, length: u64, size: usize) -> Self {
         let size = usize::try_from(length).map_or(size, |length| length.min(size));
         let buffer = vec![b'\n'; size + PAD];
-        let mut window =
-            Window { reader: Box::new(reader), unread: length, buffer, end: 0, at: 0, before: 0, failure: None };
+        let mut window = Window {
+            reader: Box::new(reader),
+            unread: length,
+            buffer,
+            end: 0,
+            at: 0,
+            before: 0,
+            failure: None,
+            is_shorter: false,
+        };
         window.refill();
         window
     }
@@ -112,6 +122,11 @@ impl<'a> Window<'a> {
         self.fill();
     }
 
+    /// Makes bytes of the window blanks.
+    pub(super) fn blank(&mut self, bytes: std::ops::Range<usize>) {
+        self.buffer[bytes].fill(b' ');
+    }
+
     /// Makes room for more without letting go of anything; false if there is no more or no memory.
     pub(super) fn grow(&mut self) -> bool {
         let more = (self.buffer.len() * 3).min(usize::try_from(self.unread).unwrap_or(usize::MAX));
@@ -127,8 +142,10 @@ impl<'a> Window<'a> {
         while self.unread > 0 && self.end + PAD < self.buffer.len() {
             let room = (self.buffer.len() - PAD - self.end).min(usize::try_from(self.unread).unwrap_or(usize::MAX));
             match self.reader.read(&mut self.buffer[self.end..self.end + room]) {
-                // The file has become shorter since its length was asked.
-                Ok(0) => self.unread = 0,
+                Ok(0) => {
+                    self.is_shorter = true;
+                    self.unread = 0;
+                }
                 Ok(count) => {
                     self.end += count;
                     self.unread -= count as u64;
@@ -141,6 +158,11 @@ impl<'a> Window<'a> {
             }
         }
         self.buffer[self.end..self.end + PAD].fill(b'\n');
+    }
+
+    /// Whether there were fewer bytes than were announced.
+    pub(super) fn is_shorter(&self) -> bool {
+        self.is_shorter
     }
 
     /// Why reading stopped early, if it did.

@@ -15,7 +15,7 @@ use glam::{DAffine3, DVec3};
 
 use super::file::{self, Input, reserve};
 use super::grid::PointGrid;
-use super::text::Lines;
+use super::text::{Lines, lines_of};
 use super::window::Window;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
@@ -33,7 +33,7 @@ const LARGEST_POINT: u64 = 1 << 16;
 
 pub(super) fn sniff(start: &[u8]) -> bool {
     let text = file::start_of_text(start);
-    let mut lines = text.lines().map(str::trim);
+    let mut lines = lines_of(&text).map(str::trim);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with('#'));
     let begins = |word: &str| first.is_some_and(|line| line.split_ascii_whitespace().next() == Some(word));
     begins("VERSION") && (text.contains("FIELDS") || text.contains("COLUMNS")) || begins("FIELDS")

@@ -143,8 +143,10 @@ fn content<S: Source>(source: &mut S, header: &Header, scan: &Scan) -> Parsed<Co
         };
     }
     let parts = elements::<S, DVec3>(source, header, element, &plan, 1)?;
-    let claims = |name: &str| header.element(name).is_some_and(|e| e.count > 0);
-    if claims("face") || claims("tristrips") { mesh(parts, element) } else { Ok(point_cloud(parts.vertices, scan)) }
+    let faces: Vec<&Element> = ["face", "tristrips"].into_iter().filter_map(|name| header.element(name)).collect();
+    // Clouds often announce faces that they don't have; what has no vertices either is an empty mesh.
+    let is_mesh = faces.iter().any(|element| element.count > 0 || parts.vertices.positions.is_empty());
+    if is_mesh { mesh(parts, element) } else { Ok(point_cloud(parts.vertices, scan)) }
 }
 
 /// The element `vertex` and where its properties go.

@@ -5,10 +5,11 @@
 //! | `columns` | what the numbers of a line are |
 //! | `lines` | lines of a file, with their numbers, in bounded memory |
 //!
-//! Numbers are separated by blanks, tabs, commas or semicolons; with semicolons a comma may be the decimal point. Lines
-//! starting with `#`, `//`, `%` or `!` are comments. A line that names the columns, in a comment or not, is obeyed. A
-//! line with one whole number announces how many points follow at least, as in PTS. Without names the columns are told by their
-//! count and, where that leaves a choice, by the values of the first lines; the notes say what was understood.
+//! Numbers are separated by blanks, tabs, commas or semicolons. Between semicolons, or where blanks separate and each comma
+//! stands between digits, a comma is the decimal point; where commas seem to be both, the file is refused. Lines starting
+//! with `#`, `//`, `%` or `!` are comments. A line that names the columns, in a comment or not, is obeyed. A line with one
+//! whole number announces how many points follow at least, as in PTS. Without names the columns are told by their count and,
+//! where that leaves a choice, by the values of the first lines; the notes say what was understood.
 //!
 //! Points with a coordinate that isn't finite are left out. A line with another count of numbers than the first, or with
 //! anything that isn't a number, is an error with its number. Cost: one pass, memory for the result and a line.
@@ -24,6 +25,7 @@ use glam::DVec3;
 
 use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
+use super::text::whole_lines;
 use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
@@ -38,7 +40,7 @@ const HEAD: usize = 1 << 16;
 /// Whether a file that starts like this holds points in text.
 pub(super) fn sniff(start: &[u8]) -> bool {
     // The last line may be cut.
-    let whole = start.iter().rposition(|&b| b == b'\n').map_or(start, |end| &start[..end]);
+    let whole = whole_lines(start);
     if whole.contains(&0) {
         return false;
     }
@@ -70,8 +72,8 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 /// Opens a file as one scan; reads its first lines only.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
     let (head, _) = file::read_start(path, HEAD)?;
-    let end = if head.len() < HEAD { head.len() } else { head.iter().rposition(|&b| b == b'\n').unwrap_or(0) };
-    let columns = layout(&head[..end]).map_err(|problem| problem.into_error(path))?;
+    let columns = layout(if head.len() < HEAD { &head } else { whole_lines(&head) })
+        .map_err(|problem| problem.into_error(path))?;
     let notes = columns.iter().flat_map(|c| &c.notes).map(|note| format!("{}: {note}", file::name(path))).collect();
     Ok(ScanSet { scans: vec![Scan::with(path, options)], notes })
 }
@@ -101,8 +103,8 @@ pub(super) fn preview(scan: &Scan, count: usize) -> Result<Vec<DVec3>> {
         let mut bytes = Vec::new();
         (&mut file).take(CHUNK).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
         // Only whole lines; at the start of the file the first is one.
-        let first = if chunk == 0 { Some(0) } else { bytes.iter().position(|&b| b == b'\n').map(|at| at + 1) };
-        let (Some(first), Some(end)) = (first, bytes.iter().rposition(|&b| b == b'\n')) else { continue };
+        let first = if chunk == 0 { Some(0) } else { memchr::memchr2(b'\n', b'\r', &bytes).map(|at| at + 1) };
+        let (Some(first), Some(end)) = (first, memchr::memrchr2(b'\n', b'\r', &bytes)) else { continue };
         let mut lines = Lines::new(&bytes[first.min(end)..end]);
         let mut here = Vec::new();
         while let Ok(Some((_, line))) = lines.next() {
@@ -153,7 +155,7 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
     let mut lines = Lines::new(head);
     let (mut names, mut announced): (Option<Vec<String>>, bool) = (None, false);
     let mut rows: Vec<[f64; MOST]> = Vec::new();
-    let mut width = 0;
+    let (mut width, mut first) = (0, 0);
     while rows.len() < LOOKED_AT {
         let Some((number, line)) = lines.next()? else { break };
         match line {
@@ -176,6 +178,7 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
             Line::Numbers(numbers) => {
                 if rows.is_empty() {
                     width = numbers.len();
+                    first = number;
                     if width < 3 {
                         let problem = format!("a point needs three coordinates, this line has {width} numbers");
                         return Err(Problem::text(number, problem));
@@ -192,13 +195,21 @@ fn layout(head: &[u8]) -> Result<Option<Columns>, Problem> {
     if rows.is_empty() {
         return Ok(None);
     }
-    Ok(Some(match names.and_then(|names| Columns::named(&names)) {
+    let mut columns = match names.and_then(|names| Columns::named(&names)) {
         Some(mut columns) if columns.width() == width => {
             columns.scale_colours(&rows);
             columns
         }
+        // Names for half of the numbers.
+        Some(columns) if 2 * columns.width() == width && lines.comma_separated => {
+            return Err(Problem::text(first, lines::REMEDY));
+        }
         _ => Columns::guessed(width, announced, &rows),
-    }))
+    };
+    if lines.decimal_commas {
+        columns.notes.push("commas within numbers are taken as decimal points".to_owned());
+    }
+    Ok(Some(columns))
 }
 
 /// Text for a message, not too long.
@@ -215,12 +226,8 @@ fn parse(source: impl Read, length: u64) -> Result<PointCloud, Problem> {
     let mut reader = BufReader::with_capacity(HEAD, source);
     let mut head = Vec::new();
     (&mut reader).take(HEAD as u64).read_to_end(&mut head).map_err(|e| Problem { line: 1, kind: Kind::Io(e) })?;
-    let end = if (head.len() as u64) < length.min(HEAD as u64) || head.len() as u64 == length {
-        head.len()
-    } else {
-        head.iter().rposition(|&b| b == b'\n').unwrap_or(0)
-    };
-    let columns = layout(&head[..end])?;
+    let is_all = (head.len() as u64) < length.min(HEAD as u64) || head.len() as u64 == length;
+    let columns = layout(if is_all { &head } else { whole_lines(&head) })?;
     let mut lines = Lines::new(head.as_slice().chain(reader));
     let mut cloud = PointCloud::default();
     let Some(columns) = columns else {

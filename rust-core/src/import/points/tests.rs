@@ -24,7 +24,7 @@ fn all_separators_and_comments() {
         "1.5\t-2\t3e-2\n4\t5\t6\n\n",
         "1,5;-2,0;3e-2\n4,0;5,0;6,0\n",
         "# made by hand\n  1.5   -2 3e-2  \n// more\n4, 5, 6\n",
-        "\u{FEFF}X Y Z\n1.5 -2 3e-2\n4 5 6\n",
+        "X Y Z\r1.5 -2 3e-2\r4 5 6\r",
         "2\n1.5 -2 3e-2\n4 5 6\n",
         "z,x,y\n3e-2,1.5,-2\n6,4,5\n",
         "1.5 -2 3e-2\nnan 0 0\n4 5 6\n",

@@ -16,18 +16,27 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
-    watched(input, scan, |input| read(input, scan, progress))?.into_content(scan)
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &Scan,
+    progress: &Progress<'_>,
+) -> Result<Content> {
+    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+/// Bytes that any strip or tile may have, packed or not.
+const LITTLE: usize = 32 << 20;
+
+fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut limits = Limits::default();
-    limits.decoding_buffer_size = 32 << 20;
-    limits.intermediate_buffer_size = 32 << 20;
+    limits.decoding_buffer_size = LITTLE;
+    // Packed bytes are in the file.
+    limits.intermediate_buffer_size = usize::try_from(length).unwrap_or(usize::MAX).max(LITTLE);
     limits.ifd_value_size = 4 << 20;
-    let mut decoder = Decoder::new(input).map_err(wrong)?.with_limits(limits);
+    let mut decoder = Decoder::new(input).map_err(wrong)?.with_limits(limits.clone());
     let (width, height) = decoder.dimensions().map_err(wrong)?;
     let (cols, rows) = (width as usize, height as usize);
     let colour = decoder.colortype().map_err(wrong)?;
@@ -46,6 +55,9 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> 
         .and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
     let mut values = reserve(packed_pixels(rows as u64, cols as u64, scan)?, &scan.path)?;
     values.resize(rows * cols, f64::NAN);
+    // The whole image may be one strip, whose pixels take no more than the result's.
+    limits.decoding_buffer_size = (values.len() * size_of::<f64>()).max(LITTLE);
+    decoder = decoder.with_limits(limits);
     let (chunk_cols, chunk_rows) = decoder.chunk_dimensions();
     if chunk_cols == 0 || chunk_rows == 0 {
         return fail("tiles or strips without pixels".to_owned());
