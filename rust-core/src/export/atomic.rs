@@ -1,11 +1,10 @@
 //! Files that appear whole or not at all.
 
-use std::fs::{File, Permissions};
+use std::fs::{File, Metadata, Permissions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use tempfile::TempPath;
-
+use super::temporary::Temporary;
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -38,28 +37,39 @@ impl Seek for Output<'_> {
 
 /// A file that is written but doesn't have its name yet; dropped, it is gone.
 pub(crate) struct Staged {
-    temporary: TempPath,
+    temporary: Temporary,
     path: PathBuf,
 }
 
 impl Staged {
     /// Gives the file its name, replacing one that has it.
     pub(crate) fn keep(self) -> Result<()> {
-        self.temporary.persist(&self.path).map_err(|e| Error::io(&self.path, e.error))
+        self.temporary.persist(&self.path, folder_of(&self.path)).map_err(|e| Error::io(&self.path, e))
     }
+
+    /// Closes the file: a set of files may be larger than the number of files that may be open.
+    pub(crate) fn closed(self) -> Result<Self> {
+        let temporary = self.temporary.closed(folder_of(&self.path)).map_err(|e| Error::io(&self.path, e))?;
+        Ok(Staged { temporary, path: self.path })
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Lets `write` fill a temporary file in the folder of `path` and gives it that name at the end, replacing a file that
 /// has it; `progress` is reported meanwhile. On any error (a cancelled call among them) nothing is left and a file that
 /// was there is untouched.
 ///
-/// A link is followed, and the replaced file's permissions are kept; other names of it (hard links) keep the old content.
+/// A link is followed, and the replaced file's permissions are kept. A file with other names (hard links) is refused: they
+/// would keep the old content, or lose it to a write that fails halfway.
 ///
 /// The data is handed to the system but not forced to the disk: after a crash of the machine the file may be short.
 ///
 /// # Errors
-/// [`Error::Io`] if the file can't be made, or is there and read-only; [`Error::Input`] for a folder or a device; or what
-/// `write` returns.
+/// [`Error::Io`] if the file can't be made, or is there and read-only; [`Error::Input`] for a folder, a device or a file with
+/// several names; or what `write` returns.
 pub(crate) fn write_atomically(
     path: &Path,
     progress: &Progress<'_>,
@@ -80,27 +90,15 @@ pub(crate) fn stage(
     // The file that a link leads to is what gets written, as with any program.
     let place = if path.is_symlink() { linked(path)? } else { path.to_owned() };
     let older = older(path, &place)?;
-    let folder = match place.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
+    let folder = folder_of(&place);
     if !folder.is_dir() {
         return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".surfrecon-");
-    #[cfg(unix)]
-    {
-        // As any new file: what the process's mask leaves of this.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(older.unwrap_or_else(|| Permissions::from_mode(0o666)));
+    let temporary = Temporary::new(folder, older).map_err(|e| Error::io(path, e))?;
+    if let Some(file) = temporary.file() {
+        progress.watch(|| write(&mut Output(file)))?;
     }
-    #[cfg(not(unix))]
-    drop(older);
-    let file = builder.tempfile_in(folder).map_err(|e| Error::io(path, plain(e)))?;
-    progress.watch(|| write(&mut Output(file.as_file())))?;
-    // Closed: a set of files may be larger than the number of files that may be open.
-    Ok(Staged { temporary: file.into_temp_path(), path: place })
+    Ok(Staged { temporary, path: place })
 }
 
 /// Where a link leads: to a file, or to where one will be.
@@ -131,16 +129,26 @@ fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
     if metadata.permissions().readonly() {
         return Err(Error::io(path, std::io::Error::new(ErrorKind::PermissionDenied, "the file is read-only")));
     }
+    let names = names_of(&metadata);
+    if names > 1 {
+        return Err(Error::input(format!(
+            "{}: this file has {names} names (hard links), which writing would part: remove this name first, or write to \
+             another",
+            path.display()
+        )));
+    }
     Ok(Some(metadata.permissions()))
 }
 
-/// The system's own answer: the name of the temporary file, which the error carries, says nobody anything.
-fn plain(error: std::io::Error) -> std::io::Error {
-    let text = error.to_string();
-    match text.split_once(" at path ") {
-        Some((answer, _)) => std::io::Error::new(error.kind(), answer),
-        None => error,
-    }
+/// How many names a file has.
+#[cfg(unix)]
+fn names_of(metadata: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::nlink(metadata)
+}
+
+#[cfg(not(unix))]
+fn names_of(_: &Metadata) -> u64 {
+    1
 }
 
 #[cfg(test)]
@@ -197,13 +205,32 @@ mod tests {
         }
         drop(socket);
 
+        // Neither name changes, nor what they are names of.
+        std::fs::write(at("first"), "old").unwrap();
+        std::fs::hard_link(at("first"), at("second")).unwrap();
+        symlink("second", at("to second")).unwrap();
+        for name in ["first", "second", "to second"] {
+            let text = write(&at(name)).unwrap_err().to_string();
+            assert!(
+                text.starts_with(&at(name).display().to_string()) && text.contains("2 names (hard links)"),
+                "{text}"
+            );
+            assert!(text.ends_with("remove this name first, or write to another"), "{text}");
+        }
+        let same = |name: &str| std::os::unix::fs::MetadataExt::ino(&std::fs::metadata(at(name)).unwrap());
+        assert!(same("first") == same("second") && std::fs::read(at("first")).unwrap() == b"old");
+        for name in ["first", "to second"] {
+            std::fs::remove_file(at(name)).unwrap();
+        }
+        write(&at("second")).unwrap();
+
         std::fs::write(at("kept"), "old").unwrap();
         std::fs::set_permissions(at("kept"), Permissions::from_mode(0o444)).unwrap();
         assert!(write(&at("kept")).unwrap_err().to_string().ends_with("the file is read-only"));
         assert_eq!(std::fs::read(at("kept")).unwrap(), b"old");
         symlink("round", at("round")).unwrap();
         assert!(matches!(write(&at("round")), Err(Error::Io { .. })));
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 8);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 9);
     }
 
     #[test]
@@ -215,6 +242,11 @@ mod tests {
         assert!(text(Path::new("")).contains("not the name of a file"));
         // Nobody knows the temporary file's name.
         #[cfg(target_os = "linux")]
-        assert!(!text(Path::new("/proc/x.ply")).contains(".surfrecon-"));
+        {
+            let error = write_atomically(Path::new("/proc/x.ply"), &Progress::none(), |_| Ok(())).unwrap_err();
+            assert!(!error.to_string().contains(".surfrecon-"), "{error}");
+            // The system's own number is kept.
+            assert!(matches!(&error, Error::Io { source, .. } if source.raw_os_error().is_some()), "{error:?}");
+        }
     }
 }

@@ -16,6 +16,10 @@ use crate::range_image::RangeImage;
 /// How far a pose may be from a rigid one.
 const RIGID: f64 = 1e-6;
 
+/// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many
+/// fewer than a process may have open.
+const OPEN: usize = 100;
+
 /// A scan file and its place, for [`write_conf`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedFile {
@@ -51,7 +55,8 @@ pub fn write_scan_list(
     for image in images {
         let file = format!("{}.ply", image.name);
         let world_from_file = image.world_from_sensor * range_grid_frame(image)?;
-        written.push(ply::stage_grid(&folder.join(&file), image, &options, progress)?);
+        let grid = ply::stage_grid(&folder.join(&file), image, &options, progress)?;
+        written.push(if written.len() < OPEN { grid } else { grid.closed()? });
         placed.push(PlacedFile { file, world_from_file });
     }
     written.push(stage_conf(path, &placed)?);

@@ -8,6 +8,7 @@
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `atomic` | every file appears whole or not at all |
+//! | `temporary` | what it is until then, and what killed writers have left |
 
 pub(crate) mod atomic;
 mod conf;
@@ -18,6 +19,7 @@ mod obj;
 mod ply;
 mod scans;
 mod stl;
+mod temporary;
 
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};

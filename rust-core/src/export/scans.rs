@@ -26,6 +26,13 @@ fn eye(image: &RangeImage) -> Result<DVec3> {
     }
 }
 
+/// The system's answer that lies beneath an error, or the error's own words.
+fn answer(error: &(dyn std::error::Error + 'static)) -> std::io::Error {
+    let mut beneath = std::iter::successors(Some(error), |error| error.source());
+    let number = beneath.find_map(|error| error.downcast_ref::<std::io::Error>()?.raw_os_error());
+    number.map_or_else(|| std::io::Error::other(error.to_string()), std::io::Error::from_raw_os_error)
+}
+
 /// The point of a pixel seen from the frame's origin, in single precision like the grids it comes from.
 fn point(image: &RangeImage, pixel: usize, eye: DVec3) -> Option<[f32; 3]> {
     image.is_valid(pixel).then(|| (image.point_in_sensor(pixel) - eye).as_vec3().to_array())
@@ -108,7 +115,7 @@ pub fn write_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
     write_atomically(path, progress, |file| {
-        let failed = |e: ::e57::Error| Error::io(path, std::io::Error::other(e.to_string()));
+        let failed = |e: ::e57::Error| Error::io(path, answer(&e));
         // Names, not random numbers: the same scans make the same file.
         let mut writer = E57Writer::new(file, "{surfrecon}").map_err(failed)?;
         for (part, (image, (eye, pose))) in images.iter().zip(&places).enumerate() {
