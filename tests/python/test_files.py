@@ -1,6 +1,8 @@
 """Files through Python: the formats themselves are tested in the core."""
 
+import errno
 import os
+import resource
 from pathlib import Path
 
 import numpy as np
@@ -294,3 +296,77 @@ def test_the_bunny_opens():
     assert len(scans) == 10 and scans.notes
     triangles = sum(len(scan.read().triangulate().triangles) for scan in scans)
     assert 690_000 < triangles < 691_600
+
+
+def seen_image():
+    depth = 2 + 0.1 * np.sin(np.arange(60 * 80)).reshape(60, 80)
+    return surfrecon.RangeImage.pinhole(depth, focal=(80, 80), centre=(39.5, 29.5), name="before")
+
+
+def test_an_image_may_change_while_a_call_uses_it(tmp_path):
+    """A callback, or another thread, changes the image; the call goes on with what it was given."""
+    calls = {
+        "ply": lambda image, progress: image.write(tmp_path / "a.ply", progress=progress),
+        "ptx": lambda image, progress: surfrecon.write(tmp_path / "a.ptx", image, progress=progress),
+        "conf": lambda image, progress: surfrecon.write_scans(tmp_path / "a.conf", [image], progress=progress),
+        "sculpt": lambda image, progress: surfrecon.sculpt(image, tolerance=0.01, progress=progress),
+        "merge": lambda image, progress: surfrecon.merge([image], progress=progress),
+    }
+    for name, call in calls.items():
+        image, seen = seen_image(), []
+
+        def change(stage, share, image=image, seen=seen):
+            image.name = "after"
+            image.confidence = np.ones((60, 80))
+            image.world_from_sensor = np.diag([-1.0, -1.0, 1.0, 1.0])
+            seen.append((image.name, image.rows, float(image.confidence.sum())))
+            return True
+
+        call(image, change)
+        assert seen and set(seen) == {("after", 60, 4800.0)}, name
+    # The file has the name and the pose that the image had when the call began.
+    (tmp_path / "plain").mkdir()
+    surfrecon.write_scans(tmp_path / "plain" / "a.conf", [seen_image()])
+    written, plain = (surfrecon.open(folder / "a.conf")[0] for folder in (tmp_path, tmp_path / "plain"))
+    assert written.name == "before" and np.array_equal(written.world_from_sensor, plain.world_from_sensor)
+
+
+def test_errors_of_files_have_the_systems_number(tmp_path):
+    image = seen_image()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    for ending in ("ply", "ptx", "e57"):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
+        try:
+            with pytest.raises(surfrecon.FileError) as raised:
+                image.write(tmp_path / f"large.{ending}")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        assert raised.value.errno == errno.EFBIG, f"{ending}: {raised.value}"
+    (tmp_path / "kept.ply").write_text("kept")
+    (tmp_path / "kept.ply").chmod(0o444)
+    with pytest.raises(surfrecon.FileError, match="read-only") as raised:
+        image.write(tmp_path / "kept.ply")
+    assert raised.value.errno == errno.EACCES
+    with pytest.raises(surfrecon.FileError) as raised:
+        image.write("/proc/a.ply")
+    assert raised.value.errno == errno.ENOENT
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.ply"]
+
+
+def test_indices_beyond_all_are_shown_as_they_are():
+    """The largest of an unsigned type, often meant as -1, is told by its own number."""
+    for kind in (np.uint8, np.uint16, np.uint32, np.uint64, np.int64):
+        largest = np.iinfo(kind).max
+        with pytest.raises(surfrecon.InputError, match=rf"\b{largest}\b") as raised:
+            surfrecon.Mesh(np.eye(3), np.array([[0, 1, largest]], dtype=kind))
+        assert "-1" not in str(raised.value)
+
+
+def test_files_with_several_names_are_left_alone(tmp_path):
+    mesh = surfrecon.Mesh(np.eye(3), [[0, 1, 2]])
+    mesh.write(tmp_path / "a.ply")
+    before = (tmp_path / "a.ply").read_bytes()
+    os.link(tmp_path / "a.ply", tmp_path / "b.ply")
+    with pytest.raises(surfrecon.InputError, match=r"2 names \(hard links\)"):
+        surfrecon.Mesh(2 * np.eye(3), [[0, 1, 2]]).write(tmp_path / "b.ply")
+    assert (tmp_path / "a.ply").samefile(tmp_path / "b.ply") and (tmp_path / "b.ply").read_bytes() == before

@@ -163,6 +163,19 @@ fn unsafe_stays_where_it_is_allowed() {
     }
 }
 
+/// Others fail with "Already borrowed" when a callback or a second thread changes what a call is using.
+#[test]
+fn classes_of_python_are_frozen() {
+    let mut count = 0;
+    for (name, text) in rust_files("blender-addon/python/src") {
+        for class in code(&text).lines().filter(|line| line.trim_start().starts_with("#[pyclass")) {
+            assert!(class.contains("frozen"), "{name}: {class}");
+            count += 1;
+        }
+    }
+    assert!(count > 10, "{count} classes");
+}
+
 #[test]
 fn every_module_is_on_the_map() {
     let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");

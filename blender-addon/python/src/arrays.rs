@@ -95,6 +95,14 @@ pub fn check_single(exact: &[f64], rounded: &[f32], first: usize, what: &str) ->
 /// `TypeError` for entries that aren't integers, `InputError` for another shape.
 pub fn integers(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyResult<(Vec<i64>, Vec<usize>)> {
     let array = numbers(value, what, "iu", shape)?;
+    if dtype_kind(&array)? == "u" {
+        // What int64 can't hold would become negative.
+        let (entries, shape) = copy::<u64>(&array, "uint64")?;
+        return match entries.iter().position(|&entry| i64::try_from(entry).is_err()) {
+            Some(at) => Err(input_error(format!("{what} has an entry that is too large: {}", entries[at]))),
+            None => Ok((entries.into_iter().map(|entry| entry as i64).collect(), shape)),
+        };
+    }
     copy::<i64>(&array, "int64")
 }
 

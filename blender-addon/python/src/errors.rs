@@ -45,11 +45,25 @@ pub fn to_python(error: &Error) -> PyErr {
         Python::attach(|py| {
             let value = made.value(py);
             // Attributes of OSError, for those who look at them; the text says it all.
-            let _ = value.setattr("errno", source.raw_os_error());
+            let _ = value.setattr("errno", errno(py, source));
             let _ = value.setattr("filename", path.to_string_lossy().as_ref());
         });
     }
     made
+}
+
+/// The system's number of an error: what it said itself, else what stands for the kind of error.
+fn errno(py: Python<'_>, error: &std::io::Error) -> Option<i32> {
+    use std::io::ErrorKind;
+    let name = match error.kind() {
+        ErrorKind::NotFound => "ENOENT",
+        ErrorKind::PermissionDenied => "EACCES",
+        ErrorKind::AlreadyExists => "EEXIST",
+        ErrorKind::StorageFull => "ENOSPC",
+        _ => return error.raw_os_error(),
+    };
+    let standing = || py.import("errno").ok()?.getattr(name).ok()?.extract().ok();
+    error.raw_os_error().or_else(standing)
 }
 
 /// Runs work of the core without the interpreter lock; a panic becomes an `InternalError` instead of ending the host.

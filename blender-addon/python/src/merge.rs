@@ -209,7 +209,7 @@ fn source(index: usize, item: &Bound<'_, PyAny>) -> PyResult<Source> {
         return Ok(Source::File(scan.get().scan.clone()));
     }
     if let Ok(image) = item.cast::<RangeImage>() {
-        return Ok(Source::Image(image.try_borrow()?.image.clone()));
+        return Ok(Source::Image(image.get().image()));
     }
     let mesh_source = |mesh: &Bound<'_, Mesh>, world_from_mesh, name: Option<String>| Source::Mesh {
         name: name.unwrap_or_else(|| format!("mesh {index:06}")),

@@ -60,7 +60,7 @@ impl QuadCall {
             }
         }
         params.target = QuadParams::target_of(errors[0], errors[1]).map_err(|e| to_python(&e))?;
-        Ok(QuadCall { image: image.image.clone(), params })
+        Ok(QuadCall { image: image.image(), params })
     }
 
     pub fn run(&self, progress: &surfrecon::Progress<'_>) -> surfrecon::Result<Core> {

@@ -1,7 +1,7 @@
 //! `RangeImage`: a grid of samples with its projection and pose.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use numpy::PyArrayMethods;
 use pyo3::prelude::*;
@@ -22,25 +22,37 @@ use crate::progress::Watch;
 /// Made by ``from_points``, ``orthographic``, ``pinhole`` or ``spherical``, or by reading a file. Lengths are in the unit
 /// of the samples, angles in radians. Pixels that are not finite are invalid. Arrays it returns are read-only views
 /// without copying where the text says so; setting an attribute never changes an array given out before.
-#[pyclass(module = "surfrecon")]
+#[pyclass(frozen, module = "surfrecon")]
 pub struct RangeImage {
-    pub image: Arc<Core>,
+    /// Locked no longer than it takes to look or to change: a call works on what it found, whatever callbacks and other
+    /// threads change meanwhile.
+    image: Mutex<Arc<Core>>,
 }
 
 impl From<Core> for RangeImage {
     fn from(image: Core) -> Self {
-        RangeImage { image: Arc::new(image) }
+        RangeImage { image: Mutex::new(Arc::new(image)) }
     }
 }
 
 impl RangeImage {
-    fn pixels(&self) -> [Option<usize>; 2] {
-        [Some(self.image.rows()), Some(self.image.cols())]
+    /// The image as it is now; later changes don't reach it.
+    pub fn image(&self) -> Arc<Core> {
+        self.locked().clone()
     }
 
-    fn image_mut(&mut self) -> &mut Core {
+    fn locked(&self) -> MutexGuard<'_, Arc<Core>> {
+        self.image.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn pixels(&self) -> [Option<usize>; 2] {
+        let image = self.image();
+        [Some(image.rows()), Some(image.cols())]
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Core)) {
         // Copies if an array or a running call still shares the image.
-        Arc::make_mut(&mut self.image)
+        change(Arc::make_mut(&mut self.locked()));
     }
 }
 
@@ -223,25 +235,25 @@ impl RangeImage {
 
     /// Name for messages and reports.
     #[getter]
-    fn name(&self) -> &str {
-        &self.image.name
+    fn name(&self) -> String {
+        self.image().name.clone()
     }
 
     #[setter]
-    fn set_name(&mut self, name: String) {
-        self.image_mut().name = name;
+    fn set_name(&self, name: String) {
+        self.change(|image| image.name = name);
     }
 
     /// Number of rows.
     #[getter]
     fn rows(&self) -> usize {
-        self.image.rows()
+        self.image().rows()
     }
 
     /// Number of columns.
     #[getter]
     fn cols(&self) -> usize {
-        self.image.cols()
+        self.image().cols()
     }
 
     /// How pixels see: a dict with ``kind`` and its parameters.
@@ -253,7 +265,7 @@ impl RangeImage {
             dict.set_item(first.0, <(f64, f64)>::from(first.1))?;
             dict.set_item(second.0, <(f64, f64)>::from(second.1))
         };
-        match *self.image.projection() {
+        match *self.image().projection() {
             Projection::Orthographic { first, step } => set("orthographic", ("first", first), ("step", step))?,
             Projection::Spherical { first, step } => set("spherical", ("first", first), ("step", step))?,
             Projection::Pinhole { focal, centre, depth } => {
@@ -276,18 +288,18 @@ impl RangeImage {
     /// otherwise newly computed as float64.
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (rows, cols) = (self.image.rows(), self.image.cols());
-        if let Samples::Points(_) = self.image.samples() {
-            return arrays::view(py, &self.image, flat_points, (rows, cols, 3));
+        let image = self.image();
+        let (rows, cols) = (image.rows(), image.cols());
+        if let Samples::Points(_) = image.samples() {
+            return arrays::view(py, &image, flat_points, (rows, cols, 3));
         }
-        let image = &self.image;
         let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_sensor(i)).collect());
         Ok(grid_of_points(py, &points, rows, cols)?.into_any())
     }
 
     /// (rows, cols, 3) float64 in the world, NaN where invalid, newly computed.
     fn world_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let image = &self.image;
+        let image = self.image();
         let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_world(i)).collect());
         Ok(grid_of_points(py, &points, image.rows(), image.cols())?.into_any())
     }
@@ -296,10 +308,9 @@ impl RangeImage {
     /// from points.
     #[getter]
     fn values<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        match self.image.samples() {
-            Samples::Values(_) => {
-                arrays::view(py, &self.image, flat_values, (self.image.rows(), self.image.cols())).map(Some)
-            }
+        let image = self.image();
+        match image.samples() {
+            Samples::Values(_) => arrays::view(py, &image, flat_values, (image.rows(), image.cols())).map(Some),
             Samples::Points(_) => Ok(None),
         }
     }
@@ -307,21 +318,22 @@ impl RangeImage {
     /// (rows, cols) bool: which pixels were measured, newly computed.
     #[getter]
     fn valid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let valid: Vec<bool> = (0..self.image.len()).map(|i| self.image.is_valid(i)).collect();
-        let array = numpy::PyArray1::from_vec(py, valid).reshape([self.image.rows(), self.image.cols()])?;
+        let image = self.image();
+        let valid: Vec<bool> = (0..image.len()).map(|i| image.is_valid(i)).collect();
+        let array = numpy::PyArray1::from_vec(py, valid).reshape([image.rows(), image.cols()])?;
         Ok(array.into_any())
     }
 
     /// 4 x 4 float64, rigid: places the sensor's frame in the world.
     #[getter]
     fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        arrays::matrix(py, &self.image.world_from_sensor)
+        arrays::matrix(py, &self.image().world_from_sensor)
     }
 
     #[setter]
-    fn set_world_from_sensor(&mut self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
+    fn set_world_from_sensor(&self, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         let pose = arrays::rigid(pose, "world_from_sensor")?;
-        self.image_mut().world_from_sensor = pose;
+        self.change(|image| image.world_from_sensor = pose);
         Ok(())
     }
 
@@ -329,48 +341,52 @@ impl RangeImage {
     /// of 0 to 1.
     #[getter]
     fn colour<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if self.image.colour.is_none() {
+        let image = self.image();
+        if image.colour.is_none() {
             return Ok(None);
         }
-        arrays::view(py, &self.image, flat_colour, (self.image.rows(), self.image.cols(), 4)).map(Some)
+        arrays::view(py, &image, flat_colour, (image.rows(), image.cols(), 4)).map(Some)
     }
 
     #[setter]
-    fn set_colour(&mut self, colour: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn set_colour(&self, colour: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let colour = colour.map(|c| arrays::colours(c, "colour", &self.pixels())).transpose()?;
-        self.image_mut().colour = colour;
+        self.change(|image| image.colour = colour);
         Ok(())
     }
 
     /// (rows, cols) float32, a read-only view, or ``None``: strength of the returned signal in the sensor's unit.
     #[getter]
     fn intensity<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if self.image.intensity.is_none() {
+        let image = self.image();
+        if image.intensity.is_none() {
             return Ok(None);
         }
-        arrays::view(py, &self.image, flat_intensity, (self.image.rows(), self.image.cols())).map(Some)
+        arrays::view(py, &image, flat_intensity, (image.rows(), image.cols())).map(Some)
     }
 
     #[setter]
-    fn set_intensity(&mut self, intensity: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn set_intensity(&self, intensity: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let intensity = intensity.map(|i| arrays::floats32(i, "intensity", &self.pixels())).transpose()?;
-        self.image_mut().intensity = intensity.map(|i| i.0);
+        self.change(|image| image.intensity = intensity.map(|i| i.0));
         Ok(())
     }
 
     /// (rows, cols) float32 >= 0, a read-only view, or ``None``: computed from the geometry when needed.
     #[getter]
     fn confidence<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        if self.image.confidence.is_none() {
+        let image = self.image();
+        if image.confidence.is_none() {
             return Ok(None);
         }
-        arrays::view(py, &self.image, flat_confidence, (self.image.rows(), self.image.cols())).map(Some)
+        arrays::view(py, &image, flat_confidence, (image.rows(), image.cols())).map(Some)
     }
 
     #[setter]
-    fn set_confidence(&mut self, confidence: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    fn set_confidence(&self, confidence: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let confidence = confidence.map(|c| arrays::floats32(c, "confidence", &self.pixels())).transpose()?;
-        if let (Some((confidence, _)), image) = (&confidence, &self.image) {
+        if let Some((confidence, _)) = &confidence {
+            let image = self.image();
             let bad =
                 (0..image.len()).find(|&i| image.is_valid(i) && !(confidence[i] >= 0.0 && confidence[i].is_finite()));
             if let Some(i) = bad {
@@ -380,7 +396,7 @@ impl RangeImage {
                 )));
             }
         }
-        self.image_mut().confidence = confidence.map(|c| c.0);
+        self.change(|image| image.confidence = confidence.map(|c| c.0));
         Ok(())
     }
 
@@ -398,11 +414,11 @@ impl RangeImage {
     ///     Cancelled: the callback said so; likewise.
     #[pyo3(signature = (path, *, progress = None))]
     fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
+        let image = self.image();
         if matches!(ending(&path).as_str(), "ptx" | "e57") {
-            return write_in_place(py, path, std::slice::from_ref(&self.image), progress);
+            return write_in_place(py, path, &[image], progress);
         }
         check_ending(&path, "ply")?;
-        let image = self.image.clone();
         Watch::new(progress)
             .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
     }
@@ -421,7 +437,7 @@ impl RangeImage {
     #[pyo3(signature = (*, edge_limit = None, grazing_limit = None))]
     fn triangulate(&self, py: Python<'_>, edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<Mesh> {
         let params = triangulation(edge_limit, grazing_limit)?;
-        let image = self.image.clone();
+        let image = self.image();
         detached(py, move || {
             let surface = triangulate(&image, &params)?;
             Ok(with_grid(&image, surface))
@@ -430,7 +446,7 @@ impl RangeImage {
     }
 
     fn __repr__(&self) -> String {
-        let image = &self.image;
+        let image = self.image();
         let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
         format!("<RangeImage{name} {} x {} pixels, {} valid>", image.rows(), image.cols(), image.valid_count())
     }

@@ -140,12 +140,11 @@ pub fn write_scans(
     images: Vec<Bound<'_, RangeImage>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
+    let images: Vec<_> = images.iter().map(|image| image.get().image()).collect();
     if matches!(ending(&path).as_str(), "ptx" | "e57") {
-        let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
         return write_in_place(py, path, &images, progress);
     }
     check_ending(&path, "conf")?;
-    let images = images.iter().map(|i| Ok(i.try_borrow()?.image.clone())).collect::<PyResult<Vec<_>>>()?;
     Watch::new(progress).run(py, move |progress| {
         let images: Vec<_> = images.iter().map(AsRef::as_ref).collect();
         write_scan_list(&path, &images, PlyEncoding::default(), progress)

@@ -72,7 +72,7 @@ pub fn sculpt(
         triangulation: triangulation(edge_limit, grazing_limit)?,
         threads: count_of("sculpt", "threads", threads)?,
     };
-    let image = image.image.clone();
+    let image = image.image();
     let (rows, cols) = (image.rows(), image.cols());
     let made = Watch::new(progress).run(py, |progress| surfrecon::sculpt::run(&image, &params, progress))?;
     Sculpted::new(py, made, rows, cols)
@@ -159,7 +159,7 @@ impl PrepareCall {
             threads: count_of("sculpt", "threads", threads)?,
             ..SculptParams::default()
         };
-        Ok(PrepareCall { image: image.image.clone(), params })
+        Ok(PrepareCall { image: image.image(), params })
     }
 
     /// Finds where the mesh may be.
