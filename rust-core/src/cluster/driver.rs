@@ -54,7 +54,8 @@ const REFINEMENTS: usize = 60;
 ///   and vertices where several fans meet are doubled.
 /// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
 /// * With [`Resolution::MaxError`] every vertex of the input lies within the bound, measured on the result by
-///   [`measure::deviation`]; where nothing coarser does, the result is the input itself.
+///   [`measure::deviation`].
+/// * Where nothing coarser than the input does what was asked for, the result is the input itself, cut as said above.
 /// * The same input gives the same mesh for any number of threads.
 ///
 /// # Cost
@@ -260,6 +261,9 @@ impl<'a> Job<'a> {
             Resolution::Tenth => Some(self.surface.points.len() / 10),
             _ => None,
         };
+        if nodes.is_some_and(|wanted| wanted < self.surface.points.len()) && self.is_coarsest() {
+            return Ok(self.input_itself(clock, false));
+        }
         let patches = self.patches(resolution).expect("no bound on the error");
         let coarser = kmeans.clone();
         let mut disks = self.disks(&coarser, kmeans, patches, progress)?;
@@ -267,8 +271,15 @@ impl<'a> Job<'a> {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         clock.lap("patches");
-        let made = self.make(disks, nodes, &mut clock, progress)?;
-        Ok(made.into_result(clock, None))
+        match self.make(disks, nodes, &mut clock, progress)? {
+            Some(made) => Ok(made.into_result(clock, None)),
+            None => Ok(self.input_itself(clock, false)),
+        }
+    }
+
+    /// Whether no surface of the input's topology has fewer vertices, each part being a single triangle.
+    fn is_coarsest(&self) -> bool {
+        3 * self.surface.triangles.len() == self.surface.points.len()
     }
 
     /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
@@ -349,8 +360,14 @@ impl<'a> Job<'a> {
         Ok(Disks { labels, patches, polygons, repairs, energy: kmeans.energy() })
     }
 
-    /// Fans of the patches, relaxed.
-    fn make(&self, disks: Disks, nodes: Option<usize>, clock: &mut Clock, progress: &Progress<'_>) -> Result<Made> {
+    /// Fans of the patches, relaxed; `None` if the topology leaves more than `nodes`, and more than the input has.
+    fn make(
+        &self,
+        disks: Disks,
+        nodes: Option<usize>,
+        clock: &mut Clock,
+        progress: &Progress<'_>,
+    ) -> Result<Option<Made>> {
         let surface = &self.surface;
         let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
         let before = net.shape(progress)?;
@@ -360,6 +377,9 @@ impl<'a> Job<'a> {
         relax::relax(surface, &mut net, steps, progress)?;
         if let Some(wanted) = nodes {
             collapse::collapse(surface, &mut net, wanted, progress)?;
+            if net.points.len() > wanted.max(surface.points.len()) {
+                return Ok(None);
+            }
         }
         if steps > 0 {
             for goal in [Goal::Valence, Goal::Valence, Goal::Angle] {
@@ -372,7 +392,7 @@ impl<'a> Job<'a> {
         clock.lap("relax");
         fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;
         clock.lap("fit");
-        self.finish(disks, net, before, progress)
+        self.finish(disks, net, before, progress).map(Some)
     }
 
     fn finish(
@@ -382,10 +402,7 @@ impl<'a> Job<'a> {
         before: (measure::Quality, Vec<usize>),
         progress: &Progress<'_>,
     ) -> Result<Made> {
-        let mut labels = vec![-1; self.input.positions.len()];
-        for (&origin, &label) in self.surface.origins.iter().zip(&disks.labels) {
-            labels[origin as usize] = label as i32;
-        }
+        let labels = self.labels(disks.labels.iter().copied());
         let after = net.shape(progress)?;
         let mesh = finish::mesh(&self.surface, self.input, net);
         let report = ClusterReport {
@@ -406,8 +423,18 @@ impl<'a> Job<'a> {
         Ok(Made { mesh, labels, report })
     }
 
+    /// Labels of the input's vertices from those of the surface's.
+    fn labels(&self, of_surface: impl Iterator<Item = u32>) -> Vec<i32> {
+        let mut labels = vec![-1; self.input.positions.len()];
+        for (&origin, label) in self.surface.origins.iter().zip(of_surface) {
+            labels[origin as usize] = label as i32;
+        }
+        labels
+    }
+
     /// Splits the patches with a vertex of the input beyond `bound` until there is none.
     fn within(&self, start: &KMeans<'a>, bound: f64, mut clock: Clock, progress: &Progress<'_>) -> Result<Clustered> {
+        let reference = self.cut_input();
         let mut kmeans = start.restarted();
         kmeans.split_to(FIRST_PATCHES, progress)?;
         for _ in 0..REFINEMENTS {
@@ -418,9 +445,9 @@ impl<'a> Job<'a> {
                 break;
             }
             clock.lap("patches");
-            let made = self.make(disks, None, &mut clock, progress)?;
-            let points: Vec<_> = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
-            let deviation = measure::deviation_within(&points, &made.mesh, measure::Side::Ignored, 0, progress)?;
+            let Some(made) = self.make(disks, None, &mut clock, progress)? else { break };
+            let side = measure::Side::Ignored;
+            let deviation = measure::deviation_within(&reference.positions, &made.mesh, side, 0, progress)?;
             clock.lap("measure");
             if deviation.summary.max <= bound {
                 return Ok(made.into_result(clock, Some(deviation.summary)));
@@ -429,12 +456,20 @@ impl<'a> Job<'a> {
             kmeans.split_marked(&beyond);
             kmeans.step(progress)?;
         }
-        Ok(self.input_itself(clock))
+        Ok(self.input_itself(clock, true))
     }
 
-    /// The input as the result.
-    fn input_itself(&self, clock: Clock) -> Clustered {
-        let mesh = TriMesh { face_attributes: Vec::new(), ..self.input.clone() };
+    /// The input cut to a manifold, without attributes.
+    fn cut_input(&self) -> TriMesh {
+        let positions = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
+        TriMesh::new(positions, self.surface.triangles.clone())
+    }
+
+    /// The input as the result, cut where it is no manifold.
+    fn input_itself(&self, clock: Clock, has_bound: bool) -> Clustered {
+        let mut mesh = self.cut_input();
+        let places: Vec<usize> = self.surface.origins.iter().map(|&v| v as usize).collect();
+        mesh.vertex_attributes = self.input.vertex_attributes.iter().map(|a| a.gather(&places)).collect();
         let quality = measure::quality(&mesh);
         let report = ClusterReport {
             patches: mesh.positions.len(),
@@ -443,12 +478,12 @@ impl<'a> Job<'a> {
             cut_edges: self.surface.cut_edges,
             before: quality,
             after: quality,
-            deviation: Some(Summary::default()),
+            deviation: has_bound.then(Summary::default),
             kept_input: true,
             seconds: clock.laps,
             ..ClusterReport::default()
         };
-        Clustered { labels: (0..mesh.positions.len() as i32).collect(), mesh, report }
+        Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report }
     }
 }
 

@@ -90,7 +90,7 @@ pub struct ClusterReport {
     pub angles_after: Vec<usize>,
     /// Distances of the input's vertices to the result, measured anew on it; only where a largest error was asked for.
     pub deviation: Option<Summary>,
-    /// Whether the result is the input, as nothing coarser lies within the largest error.
+    /// Whether the result is the input, as nothing coarser lies within the largest error or has its topology.
     pub kept_input: bool,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Vec<(&'static str, f64)>,

@@ -224,6 +224,76 @@ fn a_largest_error_is_kept() {
     assert!(result.report.kept_input && result.mesh.triangles == sphere().triangles);
 }
 
+/// Three sheets of squares that meet in one line.
+fn three_sheets() -> TriMesh {
+    let (along, across) = (12, 8);
+    let mut mesh = TriMesh::default();
+    for sheet in 0..3 {
+        let out = glam::DVec2::from_angle(TAU * f64::from(sheet) / 3.0).extend(0.0);
+        let first = mesh.positions.len() as u32;
+        // The first column is that of the first sheet.
+        let at = |i: u32, j: u32| match (sheet, j) {
+            (0, _) => i * across + j,
+            (_, 0) => i * across,
+            _ => first + i * (across - 1) + j - 1,
+        };
+        for (i, j) in (0..along).flat_map(|i| (u32::from(sheet > 0)..across).map(move |j| (i, j))) {
+            // Bent: nothing coarser lies on them.
+            let bend = out.cross(DVec3::Z) * (0.05 * f64::from(i * i + j * j));
+            mesh.positions.push(out * f64::from(j) + bend + DVec3::Z * f64::from(i));
+        }
+        for (i, j) in (0..along - 1).flat_map(|i| (0..across - 1).map(move |j| (i, j))) {
+            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+            mesh.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn the_input_that_is_kept_is_cut_to_a_manifold() {
+    let mut mesh = three_sheets();
+    mesh.positions.push(DVec3::ONE);
+    mesh.vertex_attributes = vec![Attribute::f32("height", mesh.positions.iter().map(|p| p.z as f32).collect())];
+    assert_eq!(check(&mesh).non_manifold_edges, 11);
+    let result = cluster(&mesh, Resolution::MaxError(1e-9)).unwrap();
+    let report = check(&result.mesh);
+    assert!(result.report.kept_input && report.is_manifold() && report.unused_vertices == 0, "{report}");
+    assert_eq!(result.mesh.triangles.len(), mesh.triangles.len());
+    let Some(AttributeData::F32(heights)) = result.mesh.vertex_attribute("height") else { panic!() };
+    assert!(result.mesh.positions.iter().zip(heights).all(|(p, h)| p.z == f64::from(*h)));
+    // Every vertex of the input is in a patch but the one that no triangle uses.
+    let none = result.labels.iter().position(|&label| label < 0);
+    assert_eq!(none, Some(mesh.positions.len() - 1));
+    assert!(result.labels.iter().all(|&label| label < result.report.patches as i32));
+}
+
+#[test]
+fn a_result_has_no_more_vertices_than_the_input() {
+    // Separate triangles, and separate squares of two.
+    for corners in [3, 4_u32] {
+        let mut mesh = TriMesh::default();
+        for i in 0..800_u32 {
+            let corner = DVec3::new(f64::from(i % 40), f64::from(i / 40), 0.0) * 3.0;
+            mesh.positions.extend(
+                [[0, 0], [1, 0], [1, 1], [0, 1]][..corners as usize]
+                    .iter()
+                    .map(|&[x, y]| corner + DVec3::new(f64::from(x), f64::from(y), 0.0)),
+            );
+            mesh.triangles.push([0, 1, 2].map(|k| corners * i + k));
+            if corners == 4 {
+                mesh.triangles.push([0, 2, 3].map(|k| corners * i + k));
+            }
+        }
+        for vertices in [1, 500, mesh.positions.len() as u32] {
+            let result = cluster(&mesh, Resolution::Vertices(vertices)).unwrap();
+            assert!(result.mesh.positions.len() <= mesh.positions.len(), "{}", result.mesh.positions.len());
+            assert!(result.report.deviation.is_none());
+            assert_same_topology(&mesh, &result, "separate parts");
+        }
+    }
+}
+
 #[test]
 fn levels_come_in_the_order_asked_for() {
     let mesh = torus();
@@ -430,7 +500,11 @@ proptest! {
         let positions = places.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
         let mesh = TriMesh::new(positions, triangles.clone());
         match cluster(&mesh, Resolution::Patches(patches)) {
-            Ok(result) => prop_assert!(check(&result.mesh).is_manifold(), "{}", check(&result.mesh)),
+            Ok(result) => {
+                prop_assert!(check(&result.mesh).is_manifold(), "{}", check(&result.mesh));
+                let kept = cluster(&mesh, Resolution::MaxError(1e-12)).unwrap();
+                prop_assert!(check(&kept.mesh).is_manifold(), "{}", check(&kept.mesh));
+            }
             Err(_) => prop_assert!(triangles.iter().all(|[a, b, c]| a == b || b == c || c == a)),
         }
     }
