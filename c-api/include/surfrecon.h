@@ -522,8 +522,8 @@ typedef struct {
   double coverage;
 } srf_quad_params;
 
-// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels, with each quad cut along its
-// better diagonal. Starts with its size; prepared by srf_quad_report_init().
+// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
+// cut along its better diagonal. Starts with its size; prepared by srf_quad_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -557,6 +557,10 @@ typedef struct {
   uint64_t snapped;
   // Quads that are not on the background.
   uint64_t quads;
+  // Valid pixels whose rays do not meet their quad's planes in front of the sensor: they have no error.
+  uint64_t missed_pixels;
+  // The same of the uniform grid.
+  uint64_t uniform_missed_pixels;
 } srf_quad_report;
 
 // How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
@@ -580,7 +584,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if the surface was taken as closed, else 0.
+  // 1 if the surface is closed, without any border, else 0.
   uint32_t is_closed;
   // Points given.
   uint64_t points;
@@ -616,7 +620,8 @@ typedef struct {
   uint32_t struct_size;
   // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
   uint32_t threads;
-  // Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the input's.
+  // Vertices wanted; more come only where the topology needs them, at most as many as the input has. 0, the default, for a
+  // tenth of the input's.
   uint64_t vertices;
   // Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
   uint64_t patches;

@@ -20,7 +20,8 @@ pub struct srf_cluster_params {
     pub struct_size: u32,
     /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
     pub threads: u32,
-    /// Vertices wanted; more come only where the topology needs them. 0, the default, for a tenth of the input's.
+    /// Vertices wanted; more come only where the topology needs them, at most as many as the input has. 0, the default, for a
+    /// tenth of the input's.
     pub vertices: u64,
     /// Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
     pub patches: u64,

@@ -130,8 +130,8 @@ impl srf_quad_params {
     }
 }
 
-/// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels, with each quad cut along its
-/// better diagonal. Starts with its size; prepared by srf_quad_report_init().
+/// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
+/// cut along its better diagonal. Starts with its size; prepared by srf_quad_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -168,6 +168,10 @@ pub struct srf_quad_report {
     pub snapped: u64,
     /// Quads that are not on the background.
     pub quads: u64,
+    /// Valid pixels whose rays do not meet their quad's planes in front of the sensor: they have no error.
+    pub missed_pixels: u64,
+    /// The same of the uniform grid.
+    pub uniform_missed_pixels: u64,
 }
 
 impl From<&QuadReport> for srf_quad_report {
@@ -189,6 +193,8 @@ impl From<&QuadReport> for srf_quad_report {
             unfolded: r.unfolded as u64,
             snapped: r.snapped as u64,
             quads: r.kept as u64,
+            missed_pixels: r.missed_pixels as u64,
+            uniform_missed_pixels: r.uniform_missed_pixels as u64,
         }
     }
 }

@@ -154,7 +154,7 @@ impl srf_reconstruct_params {
 pub struct srf_reconstruct_report {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// 1 if the surface was taken as closed, else 0.
+    /// 1 if the surface is closed, without any border, else 0.
     pub is_closed: u32,
     /// Points given.
     pub points: u64,

@@ -22,7 +22,8 @@ use crate::reconstruct::cloud_of;
 /// Args:
 ///     mesh: the dense mesh; edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
 ///         ``PointCloud``, or (n, 3) real numbers; the surface through them, as ``reconstruct`` makes it, is clustered.
-///     vertices: vertices wanted; more come only where the topology needs them. A tenth of the mesh's by default.
+///     vertices: vertices wanted; more come only where the topology needs them, at most as many as the mesh has. A tenth of
+///         the mesh's by default.
 ///     patches: patches wanted instead: k patches give about 3 k vertices.
 ///     max_error: instead, as many vertices as it takes for every vertex of the mesh to lie this near to the result.
 ///     adaptivity: how much smaller triangles are where the surface bends: 0 makes them alike everywhere.
@@ -233,8 +234,8 @@ impl Clustered {
     /// that became patches), ``dissolved`` (patches given to their neighbours), ``halved`` (patches that were no disks),
     /// ``cut_edges`` (where the input is no manifold), ``off_surface`` (points that are not on the surface through them), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
     /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
-    /// ``max_error`` (where asked for: of the input's vertices, measured anew, else ``None``), ``kept_input`` (whether
-    /// nothing coarser lies within it), ``seconds`` by stage.
+    /// ``max_error`` (where asked for: of the input's vertices, measured anew, else ``None``), ``kept_input`` (whether the
+    /// result is the input, as nothing coarser lies within it or has the topology), ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let report = &self.core.report;

@@ -280,7 +280,8 @@ impl QuadGrid {
 
     /// Figures of the run by name: ``tiles``, ``depth_extent``; ``relative_error`` (mean distance of the samples by depth
     /// extent), ``rms_error`` and ``max_error``, each with ``uniform_`` before it for the uniform grid of the same size;
-    /// ``is_uniform``, ``valid_pixels``, ``gaps_filled``, ``unfolded``, ``snapped``, ``quads``, ``seconds`` by stage.
+    /// ``is_uniform``, ``valid_pixels``, ``missed_pixels`` (of them, those whose rays do not meet the grid: they have no
+    /// error; ``uniform_missed_pixels`` likewise), ``gaps_filled``, ``unfolded``, ``snapped``, ``quads``, ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let report = &self.core.report;
@@ -300,6 +301,8 @@ impl QuadGrid {
         dict.set_item("is_uniform", report.is_uniform)?;
         for (name, value) in [
             ("valid_pixels", report.valid_pixels),
+            ("missed_pixels", report.missed_pixels),
+            ("uniform_missed_pixels", report.uniform_missed_pixels),
             ("gaps_filled", report.gaps_filled),
             ("unfolded", report.unfolded),
             ("snapped", report.snapped),

@@ -292,8 +292,8 @@ impl Reconstructed {
         Ok(dict)
     }
 
-    /// Figures of the run by name: ``points``, ``used`` (of them), ``tetrahedra``, ``closed`` (whether the surface was
-    /// taken as closed), ``threshold`` (a perimeter with a global one, in mean spacings of a facet's points with a local
+    /// Figures of the run by name: ``points``, ``used`` (of them), ``tetrahedra``, ``closed`` (whether the surface has
+    /// no border), ``threshold`` (a perimeter with a global one, in mean spacings of a facet's points with a local
     /// one), ``rounds`` (of the paper's carving), ``repaired`` (cells that changed sides to make it manifold, points brought
     /// onto it afterwards), ``cut_facets`` (left out over gaps and for the manifold), ``turned_parts``, ``seconds`` by stage.
     #[getter]
