@@ -661,8 +661,8 @@ typedef struct {
   double mean_smallest_angle;
   // Smallest angle of the result.
   double smallest_angle;
-  // Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
-  // for.
+  // No point of the input is farther from the result, and none of the result from the input, measured on the result;
+  // SRF_FROM_DATA where no largest error was asked for.
   double max_error;
   // Points that are not on the surface through them; 0 for a mesh.
   uint64_t off_surface;

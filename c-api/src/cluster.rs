@@ -116,8 +116,8 @@ pub struct srf_cluster_report {
     pub mean_smallest_angle: f64,
     /// Smallest angle of the result.
     pub smallest_angle: f64,
-    /// Largest distance of a vertex of the input from the result, measured anew; SRF_FROM_DATA where no largest error was asked
-    /// for.
+    /// No point of the input is farther from the result, and none of the result from the input, measured on the result;
+    /// SRF_FROM_DATA where no largest error was asked for.
     pub max_error: f64,
     /// Points that are not on the surface through them; 0 for a mesh.
     pub off_surface: u64,
@@ -136,7 +136,7 @@ impl From<&Clustered> for srf_cluster_report {
             mean_smallest_angle_before: report.before.mean_smallest_angle,
             mean_smallest_angle: report.after.mean_smallest_angle,
             smallest_angle: report.after.smallest_angle,
-            max_error: report.deviation.map_or(SRF_FROM_DATA, |d| d.max),
+            max_error: report.bound.unwrap_or(SRF_FROM_DATA),
             off_surface: report.off_surface as u64,
         }
     }

@@ -55,7 +55,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             items=(
                 ("VERTICES", "Vertices", "A number of vertices"),
                 ("PATCHES", "Patches", "A number of patches, of about three vertices each"),
-                ("ERROR", "Largest error", "As many vertices as every vertex of the input needs to lie this near"),
+                ("ERROR", "Largest error", "As many vertices as both surfaces take to lie this near to each other"),
             ),
         ),
         "vertices": whole("vertices"),

@@ -25,7 +25,8 @@ use crate::reconstruct::cloud_of;
 ///     vertices: vertices wanted; more come only where the topology needs them, at most as many as the mesh has. A tenth of
 ///         the mesh's by default.
 ///     patches: patches wanted instead: k patches give about 3 k vertices.
-///     max_error: instead, as many vertices as it takes for every vertex of the mesh to lie this near to the result.
+///     max_error: instead, as many vertices as it takes for all points of the mesh to lie this near to the result, and those
+///         of the result to the mesh.
 ///     adaptivity: how much smaller triangles are where the surface bends: 0 makes them alike everywhere.
 ///     iterations: most k-means steps at the final number of patches.
 ///     relaxation: most steps of the spring relaxation.
@@ -234,7 +235,7 @@ impl Clustered {
     /// that became patches), ``dissolved`` (patches given to their neighbours), ``halved`` (patches that were no disks),
     /// ``cut_edges`` (where the input is no manifold), ``off_surface`` (points that are not on the surface through them), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
     /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
-    /// ``max_error`` (where asked for: of the input's vertices, measured anew, else ``None``), ``kept_input`` (whether the
+    /// ``max_error`` (where asked for: no point of either surface is farther from the other, else ``None``), ``kept_input`` (whether the
     /// result is the input, as nothing coarser lies within it or has the topology), ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -255,7 +256,7 @@ impl Clustered {
         dict.set_item("energy", report.energy)?;
         dict.set_item("before", shape(py, &report.before, &report.angles_before)?)?;
         dict.set_item("after", shape(py, &report.after, &report.angles_after)?)?;
-        dict.set_item("max_error", report.deviation.map(|d| d.max))?;
+        dict.set_item("max_error", report.bound)?;
         dict.set_item("kept_input", report.kept_input)?;
         let seconds = PyDict::new(py);
         for (stage, time) in &report.seconds {

@@ -13,9 +13,11 @@ use super::{
     relax,
 };
 use crate::error::Result;
+use crate::geom::bvh::Bvh;
 use crate::memory;
 use crate::mesh::AttributeData;
 use crate::mesh::TriMesh;
+use crate::mesh::certify;
 use crate::mesh::measure::{self, Summary};
 use crate::point_cloud::PointCloud;
 use crate::progress::{Plan, Progress};
@@ -43,8 +45,14 @@ const TRIES: usize = 8;
 const STEPS_A_ROUND: usize = 20;
 /// Patches that a largest error starts with.
 const FIRST_PATCHES: usize = 32;
-/// Rounds of refinement for a largest error.
+/// Rounds of refinement for a largest error ...
 const REFINEMENTS: usize = 60;
+/// ... the first of which relax what they make: of noise that nodes slide away from, that may never lie near enough.
+const RELAXED: usize = 24;
+/// Rounds after which the patches around a vertex that stays beyond are split, too, a ring more each round, ...
+const PATIENCE: u8 = 10;
+/// ... so many at most.
+const MOST_RINGS: u8 = 6;
 
 /// Clusters a mesh at one resolution.
 ///
@@ -53,8 +61,8 @@ const REFINEMENTS: usize = 60;
 ///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
 ///   and vertices where several fans meet are doubled.
 /// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
-/// * With [`Resolution::MaxError`] every vertex of the input lies within the bound, measured on the result by
-///   [`measure::deviation`].
+/// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
+///   input: between the vertices, too. [`ClusterReport::bound`] says how far they may be, measured on the result.
 /// * Where nothing coarser than the input does what was asked for, the result is the input itself, cut as said above.
 /// * The same input gives the same mesh for any number of threads.
 ///
@@ -271,7 +279,7 @@ impl<'a> Job<'a> {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         clock.lap("patches");
-        match self.make(disks, nodes, &mut clock, progress)? {
+        match self.make(disks, nodes, self.params.relaxation, &mut clock, progress)? {
             Some(made) => Ok(made.into_result(clock, None)),
             None => Ok(self.input_itself(clock, false)),
         }
@@ -365,6 +373,7 @@ impl<'a> Job<'a> {
         &self,
         disks: Disks,
         nodes: Option<usize>,
+        relaxation: u32,
         clock: &mut Clock,
         progress: &Progress<'_>,
     ) -> Result<Option<Made>> {
@@ -372,7 +381,7 @@ impl<'a> Job<'a> {
         let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
         let before = net.shape(progress)?;
         clock.lap("fans");
-        let steps = self.params.relaxation as usize;
+        let steps = relaxation as usize;
         let few = steps.min(STEPS_A_ROUND);
         relax::relax(surface, &mut net, steps, progress)?;
         if let Some(wanted) = nodes {
@@ -432,12 +441,16 @@ impl<'a> Job<'a> {
         labels
     }
 
-    /// Splits the patches with a vertex of the input beyond `bound` until there is none.
+    /// Splits the patches with a place beyond `bound` until there is none: vertices of the input first, which is soon
+    /// measured; then all points of both surfaces.
     fn within(&self, start: &KMeans<'a>, bound: f64, mut clock: Clock, progress: &Progress<'_>) -> Result<Clustered> {
         let reference = self.cut_input();
+        let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
+        // In how many rounds each vertex was beyond.
+        let mut rounds = vec![0_u8; reference.positions.len()];
         let mut kmeans = start.restarted();
         kmeans.split_to(FIRST_PATCHES, progress)?;
-        for _ in 0..REFINEMENTS {
+        for round in 0..REFINEMENTS {
             kmeans.step(progress)?;
             let disks = self.repaired(&kmeans, progress)?;
             // Halfway to a patch a vertex nothing is won over the input.
@@ -445,14 +458,30 @@ impl<'a> Job<'a> {
                 break;
             }
             clock.lap("patches");
-            let Some(made) = self.make(disks, None, &mut clock, progress)? else { break };
+            let relaxation = if round < RELAXED { self.params.relaxation } else { 0 };
+            let Some(made) = self.make(disks, None, relaxation, &mut clock, progress)? else { break };
             let side = measure::Side::Ignored;
             let deviation = measure::deviation_within(&reference.positions, &made.mesh, side, 0, progress)?;
-            clock.lap("measure");
-            if deviation.summary.max <= bound {
-                return Ok(made.into_result(clock, Some(deviation.summary)));
+            let mut beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();
+            if !beyond.contains(&true) {
+                let there = certify::within(&reference, &made.mesh, bound, progress)?;
+                let back = certify::within(&made.mesh, &reference, bound, progress)?;
+                if there.beyond.is_empty() && back.beyond.is_empty() {
+                    clock.lap("measure");
+                    let certified = (deviation.summary, there.bound.max(back.bound));
+                    return Ok(made.into_result(clock, Some(certified)));
+                }
+                // Where it is, and at the corners of the triangle that lies too far off.
+                let places = there.beyond.iter().map(|b| b[0]).chain(back.beyond.iter().map(|b| b[1]));
+                let far_off = there.beyond.iter().map(|b| b[1]).chain(back.beyond.iter().map(|b| b[0]));
+                let corners = far_off.flat_map(|t| made.mesh.corners(t as usize));
+                let at_corners = corners.filter_map(|p| bvh.closest_point(p)).map(|closest| closest.triangle);
+                for t in places.chain(at_corners) {
+                    reference.triangles[t as usize].iter().for_each(|&v| beyond[v as usize] = true);
+                }
             }
-            let beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();
+            clock.lap("measure");
+            widen(&mut beyond, &mut rounds, &reference.triangles);
             kmeans.split_marked(&beyond);
             kmeans.step(progress)?;
         }
@@ -479,12 +508,31 @@ impl<'a> Job<'a> {
             before: quality,
             after: quality,
             deviation: has_bound.then(Summary::default),
+            bound: has_bound.then_some(0.0),
             kept_input: true,
             seconds: clock.laps,
             ..ClusterReport::default()
         };
         Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report }
     }
+}
+
+/// Marks what is around vertices that were marked in many rounds, of which it counts them: their own patches are as small as
+/// may be, and were no help.
+fn widen(marked: &mut [bool], rounds: &mut [u8], triangles: &[[u32; 3]]) {
+    let mut rings = vec![0_u8; marked.len()];
+    for v in (0..marked.len()).filter(|&v| marked[v]) {
+        rounds[v] = rounds[v].saturating_add(1);
+        rings[v] = rounds[v].saturating_sub(PATIENCE).clamp(1, MOST_RINGS);
+    }
+    for _ in 1..rings.iter().copied().max().unwrap_or(0) {
+        let before = rings.clone();
+        for triangle in triangles {
+            let most = triangle.iter().map(|&v| before[v as usize]).max().unwrap_or(0);
+            triangle.iter().for_each(|&v| rings[v as usize] = rings[v as usize].max(most.saturating_sub(1)));
+        }
+    }
+    marked.iter_mut().zip(rings).for_each(|(marked, rings)| *marked = rings > 0);
 }
 
 /// A result without its times.
@@ -495,8 +543,9 @@ struct Made {
 }
 
 impl Made {
-    fn into_result(self, clock: Clock, deviation: Option<Summary>) -> Clustered {
-        let report = ClusterReport { deviation, seconds: clock.laps, ..self.report };
+    fn into_result(self, clock: Clock, certified: Option<(Summary, f64)>) -> Clustered {
+        let (deviation, bound) = certified.unzip();
+        let report = ClusterReport { deviation, bound, seconds: clock.laps, ..self.report };
         Clustered { mesh: self.mesh, labels: self.labels, report }
     }
 }

@@ -90,6 +90,9 @@ pub struct ClusterReport {
     pub angles_after: Vec<usize>,
     /// Distances of the input's vertices to the result, measured anew on it; only where a largest error was asked for.
     pub deviation: Option<Summary>,
+    /// No point of the input is farther from the result, and none of the result farther from the input, where a largest error
+    /// was asked for: not above it. 0 for the input itself.
+    pub bound: Option<f64>,
     /// Whether the result is the input, as nothing coarser lies within the largest error or has its topology.
     pub kept_input: bool,
     /// Names of the stages with their wall-clock seconds.

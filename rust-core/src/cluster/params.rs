@@ -31,7 +31,7 @@ pub const PARAMS: &[ParamSpec] = &[
         min: 0.0,
         min_excluded: true,
         max: f64::INFINITY,
-        text: "Largest distance of a vertex of the input from the result, instead of a number of vertices: there are as many as it takes.",
+        text: "Largest distance of any point of the input from the result and of the result from the input, instead of a number of vertices: there are as many as it takes.",
     },
     ParamSpec {
         operation: "cluster",

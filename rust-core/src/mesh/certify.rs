@@ -196,6 +196,102 @@ fn between(
     }
 }
 
+/// Measurements that may be spent to show that a surface lies within a limit: so many a vertex of both surfaces, and at least.
+/// Each triangle has its share of them by area.
+const PER_VERTEX_WITHIN: f64 = 32.0;
+const AT_LEAST_WITHIN: f64 = 1e6;
+/// A triangle's share at least.
+const LEAST_SHARE: f64 = 64.0;
+
+/// What is known of a surface that should lie within a limit of another.
+pub(crate) struct Within {
+    /// No point of the triangles that do is farther.
+    pub bound: f64,
+    /// Triangles that don't, or of which it can't be shown, and the triangle of the reference closest to where.
+    pub beyond: Vec<[u32; 2]>,
+}
+
+/// Which triangles of a surface lie within `limit` of a reference: all their points. Both are valid, and neither is empty.
+/// Runs in the pool that it is called in; the result is the same for any.
+///
+/// # Errors
+/// Coordinates larger than [`magnitude::LARGEST`]; [`Error::Cancelled`].
+pub(crate) fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Progress<'_>) -> Result<Within> {
+    let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
+    let area = |corners: [DVec3; 3]| (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+    let whole: f64 = (0..surface.triangles.len()).map(|t| area(surface.corners(t))).sum();
+    let vertices = surface.positions.len() + reference.positions.len();
+    let budget = (PER_VERTEX_WITHIN * vertices as f64).max(AT_LEAST_WITHIN);
+    let largest =
+        surface.positions.iter().chain(&reference.positions).fold(0.0_f64, |m, p| m.max(p.abs().max_element()));
+    // What rounding may have taken off any of the distances.
+    let rounding = 16.0 * f64::EPSILON * largest;
+    let limit = limit - rounding;
+    let settle = |t: usize| {
+        let corners = surface.corners(t);
+        let share = budget * area(corners) / whole;
+        settled(corners, reference, &bvh, limit, if share > LEAST_SHARE { share } else { LEAST_SHARE })
+    };
+    let numbers: Vec<u32> = (0..surface.triangles.len() as u32).collect();
+    let settled = numbers
+        .par_chunks(64)
+        .map(|some| {
+            progress.check()?;
+            Ok(some.iter().map(|&t| (t, settle(t as usize))).collect::<Vec<_>>())
+        })
+        .collect::<Result<Vec<_>>>()?;
+    let mut within = Within { bound: 0.0, beyond: Vec::new() };
+    for (t, outcome) in settled.into_iter().flatten() {
+        match outcome {
+            Ok(bound) => within.bound = within.bound.max(bound + rounding),
+            Err(near) => within.beyond.push([t, near]),
+        }
+    }
+    Ok(within)
+}
+
+/// A bound on the distances of a triangle's points that is not above `limit`; or, if there is none or `measurements` don't show
+/// one, the triangle of the reference closest to a point that may lie beyond.
+fn settled(
+    corners: [DVec3; 3],
+    reference: &TriMesh,
+    bvh: &Bvh<'_>,
+    limit: f64,
+    mut measurements: f64,
+) -> std::result::Result<f64, u32> {
+    let closest = |point| bvh.closest_point(point).expect("there is a triangle and the point is finite");
+    let found = corners.map(closest);
+    let (distances, nearest) = (found.map(|c| c.distance()), found.map(|c| c.triangle));
+    let mut parts = vec![Part { corners, distances, closest: nearest }];
+    let mut bound = 0.0_f64;
+    while let Some(part) = parts.pop() {
+        if let Some(k) = (0..3).find(|&k| !(part.distances[k] <= limit)) {
+            return Err(part.closest[k]);
+        }
+        let own = part.bound(reference);
+        if own <= limit {
+            bound = bound.max(own);
+            continue;
+        }
+        // A triangle of the reference that is closest to the middle often bounds what those of the corners don't.
+        let middle = closest((part.corners[0] + part.corners[1] + part.corners[2]) / 3.0);
+        let own = part.bound_by(reference, middle.triangle);
+        if own <= limit {
+            bound = bound.max(own);
+            continue;
+        }
+        measurements -= 4.0;
+        if !(middle.distance() <= limit) || measurements < 0.0 {
+            return Err(middle.triangle);
+        }
+        parts.extend(part.split([0, 1, 2].map(|k| {
+            let point = part.corners[(k + 1) % 3].midpoint(part.corners[(k + 2) % 3]);
+            (point, closest(point))
+        })));
+    }
+    Ok(bound)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -225,6 +321,25 @@ mod tests {
         assert!(there.bound >= exact && there.bound < 1.02 * exact, "{}", there.bound);
         let back = certified(&pit, &lid);
         assert!(back.reached == 1.0 && (1.0..1.011).contains(&back.bound));
+    }
+
+    #[test]
+    fn what_lies_within_a_limit_is_told_from_what_does_not() {
+        let (lid, pit) = lid_and_pit();
+        let exact = 0.5f64.sqrt();
+        let of = |surface, reference, limit| within(surface, reference, limit, &Progress::none()).unwrap();
+        let found = of(&lid, &pit, 1.001 * exact);
+        assert!(found.beyond.is_empty() && (exact..=1.001 * exact).contains(&found.bound), "{}", found.bound);
+        assert_eq!(of(&lid, &pit, 0.999 * exact).beyond.len(), 1);
+        assert!(of(&pit, &lid, 1.001).beyond.is_empty());
+        assert_eq!(of(&pit, &lid, 0.999).beyond.iter().map(|b| b[0]).collect::<Vec<_>>(), [0, 1, 2]);
+        // Large triangles over many small ones in the same plane.
+        let fine = Shape::Cuboid { half: DVec3::ONE }.mesh(60);
+        let coarse = Shape::Cuboid { half: DVec3::ONE }.mesh(1);
+        for (a, b) in [(&coarse, &fine), (&fine, &coarse)] {
+            let found = of(a, b, 1e-2);
+            assert!(found.beyond.is_empty() && found.bound <= 1e-2);
+        }
     }
 
     #[test]

@@ -406,7 +406,8 @@ fn depth_extent(image: &RangeImage, ranges: &[f64]) -> Result<f64> {
         return Err(Error::input(format!("{name}: no pixel is valid")));
     }
     let extent = limits.1 - limits.0;
-    if limits.0.abs().max(limits.1.abs()) > LARGEST {
+    // Errors are squared.
+    if limits.0.abs().max(limits.1.abs()) > LARGEST * LARGEST {
         return Err(Error::input(format!(
             "{name}: ranges from {:e} to {:e} are farther than can be computed with: use a larger unit",
             limits.0, limits.1

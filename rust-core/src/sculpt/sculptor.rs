@@ -294,7 +294,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         // Those of pixels and faces are told in single precision.
         if certificate.max_error > f64::from(f32::MAX) {
             return Err(Error::input(format!(
-                "an error of {} is more than single precision can hold: choose a smaller tolerance, or a larger unit",
+                "an error of {} is more than single precision can hold: use a larger unit, or a smaller tolerance",
                 Shown(certificate.max_error)
             )));
         }
