@@ -9,8 +9,9 @@ use glam::DVec3;
 
 use super::QuadGrid;
 use crate::error::{Error, Result};
+use crate::magnitude;
+use crate::memory;
 use crate::mesh::QuadMesh;
-use crate::{magnitude, memory};
 
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;

@@ -16,10 +16,11 @@ use super::{
 };
 use crate::error::{Error, Result};
 use crate::geom::delaunay3::Delaunay3;
+use crate::magnitude;
+use crate::memory;
 use crate::mesh::{Attribute, TriMesh};
 use crate::point_cloud::PointCloud;
 use crate::progress::{Plan, Progress};
-use crate::{magnitude, memory};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;

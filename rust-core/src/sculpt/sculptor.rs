@@ -279,8 +279,10 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             clock.lap("mesh");
             let measured = certify::measure(image, pixels, &mesh, progress)?;
             clock.lap("certify");
-            let broken = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize]));
-            let Some(&broken) = broken else { break (mesh, measured) };
+            let of_domain = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize])).copied();
+            // Where rounding lets pixels coincide, others may be covered, too.
+            let of_others = || measured.errors.iter().position(|e| !e.is_nan() && bound.is_broken_by(*e));
+            let Some(broken) = of_domain.or_else(|| of_others().map(|p| p as u32)) else { break (mesh, measured) };
             pieces = self.mend(&pieces, &measured.errors, &bound, progress)?.ok_or_else(|| {
                 let [col, row] = self.domain.place(broken);
                 Error::input(format!(

@@ -12,12 +12,13 @@ mod cells;
 use glam::DVec3;
 
 use crate::error::Result;
+use crate::magnitude;
+use crate::memory;
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
 use crate::range_image::samples::SampleGrid;
 use crate::range_image::spacing::{self, EdgeLimit};
 use crate::range_image::{RangeImage, confidence};
-use crate::{magnitude, memory};
 
 /// At the peak; measured.
 const BYTES_A_PIXEL: f64 = 82.0;

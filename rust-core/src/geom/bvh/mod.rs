@@ -27,8 +27,9 @@ pub use ray::{Hit, Ray};
 use glam::{DVec3, Vec3};
 
 use crate::error::{Error, Result};
+use crate::magnitude;
+use crate::memory;
 use crate::progress::Progress;
-use crate::{magnitude, memory};
 
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 115.0;

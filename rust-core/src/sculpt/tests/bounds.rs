@@ -153,3 +153,13 @@ fn a_written_mesh_keeps_the_tolerance() {
     }
     assert!((2..12).contains(&doubles), "{doubles}");
 }
+
+#[test]
+fn pixels_that_rounding_puts_in_one_place_are_refused() {
+    let n = f64::NAN;
+    let heights = vec![1e-3, 1e-3, 0.0, 0.0, n, 1e-3, 1e-3, 1e-3, n, 1e-3, 0.0, 1e-3, 0.0, 0.0, 0.0, 0.0];
+    let projection = Projection::Orthographic { first: [1e12, 0.0], step: [1e-5, -0.01] };
+    let image = RangeImage::from_values(2, 8, heights, projection).unwrap();
+    let text = run(&image, &absolute(0.0), &Progress::none()).unwrap_err().to_string();
+    assert!(text.contains("move the image nearer to the origin"), "{text}");
+}

@@ -197,7 +197,7 @@ pub(super) fn images_from_arrays() {
         api.refused(create(Projection { kind: 99, ..plane }, 3, samples, null.cast()), PARAMETER, "1 to 6, got 99");
         api.refused(create(plane, 4, samples, null.cast()), INPUT, "4 x 4 pixels need 4 x 4 values, got 12");
         let still = Projection { numbers: [0.0; 4], ..plane };
-        api.refused(create(still, 3, samples, null.cast()), INPUT, "step from pixel to pixel");
+        api.refused(create(still, 3, samples, null.cast()), INPUT, "step from column to column");
         let nowhere = [f64::NAN; 16];
         api.refused(create(plane, 3, samples, &nowhere), INPUT, "world_from_sensor has a number that is not finite");
         let grid = Projection { kind: 6, ..plane };
