@@ -7,7 +7,8 @@ use crate::error::{Error, Result, Shown};
 
 /// Largest size of a coordinate or a length: products of four stay finite.
 pub const LARGEST: f64 = 1e75;
-/// Smallest size of what is divided by: the longest component of a direction, a focal length.
+/// Smallest size of what is divided by: the longest component of a direction, a focal length; and of the largest coordinate
+/// of a set of points, unless all are zero.
 pub const SMALLEST: f64 = 1e-75;
 
 /// A coordinate, a length or an angle that may have any sign.
@@ -60,9 +61,20 @@ pub(crate) fn direction(name: &str, toward: DVec3) -> Result<DVec3> {
 /// Checks points; `what` is one of them, "vertex" for example.
 ///
 /// # Errors
-/// [`Error::Input`] naming the first with a coordinate that is not finite or larger than [`LARGEST`].
+/// [`Error::Input`] naming the first with a coordinate that is not finite or larger than [`LARGEST`]; or where all of them
+/// are smaller than [`SMALLEST`] and not all zero.
 pub(crate) fn points(what: &str, points: &[DVec3]) -> Result<()> {
-    let Some(i) = points.iter().position(|p| !fits(*p)) else { return Ok(()) };
+    let Some(i) = points.iter().position(|p| !fits(*p)) else {
+        let largest = points.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs())).max_element();
+        if largest == 0.0 || largest >= SMALLEST {
+            return Ok(());
+        }
+        return Err(Error::input(format!(
+            "no {what} has a coordinate larger than {}: at least {SMALLEST:e} is needed, or products of them vanish; use a \
+             smaller unit",
+            Shown(largest)
+        )));
+    };
     Err(Error::input(format!(
         "{what} {i} lies at {}: coordinates must be finite and at most {LARGEST:e}, or products of them overflow; use a \
          larger unit",

@@ -174,8 +174,13 @@ fn utf_16_is_named() {
     let mut wrong = Vec::new();
     for (name, bytes) in texts() {
         let folder = tempfile::tempdir().unwrap();
-        let text = format!("\u{feff}{}", String::from_utf8(bytes).unwrap().trim_start_matches('\u{feff}'));
-        for to_bytes in [u16::to_le_bytes, u16::to_be_bytes] {
+        let text = String::from_utf8(bytes).unwrap();
+        let text = text.trim_start_matches('\u{feff}');
+        let without_mark = text.is_ascii().then(|| text.to_owned());
+        let texts = [format!("\u{feff}{text}")].into_iter().chain(without_mark);
+        for (text, to_bytes) in
+            texts.flat_map(|text| [(text.clone(), u16::to_le_bytes as fn(_) -> _), (text, u16::to_be_bytes)])
+        {
             let bytes: Vec<u8> = text.encode_utf16().flat_map(to_bytes).collect();
             match open_text(folder.path(), &name, &bytes) {
                 Err(error) if error.to_string().contains("this is UTF-16 text; save it as UTF-8") => {}

@@ -233,7 +233,7 @@ def test_what_is_refused_is_named():
         refused(lambda: surfrecon.reconstruct(POINTS, normals=UNIT * 1e200), "normals: entry 0, ", "e200")
     high = Image.orthographic(heights() * 1e200, step=(0.1, 0.1))
     refused(lambda: spline(high), "ranges from ", "e200")
-    refused(lambda: spline(Image.orthographic(heights(), step=(1e200, 1e200))), "vertex 1 lies at (1e200, ")
+    refused(lambda: spline(Image.orthographic(heights(), step=(1e200, 1e200))), "from column to column", "1e200")
     refused(high.triangulate, "sample 0 lies at (", "e200")
     refused(lambda: sculpted(bumps(1e100), relative_tolerance=0.01), "single precision")
     focal = (1e-320, 9.0)
@@ -249,6 +249,15 @@ def test_what_is_refused_is_named():
     refused(lambda: Image.from_points(grid(), viewing=("parallel", (0, 1e-200, 0))), "viewing direction", "1e-200")
     refused(lambda: merged([(SMALL, affine(1e200))]), "mesh 000000", "1e200")
     refused(lambda: merged([scaled(SMALL, 1e-200)]), "use a smaller unit")
+    near = scaled(SMALL, 1e-80)
+    refused(lambda: surfrecon.surface_distance(near, SMALL), "no vertex", "e-80", "use a smaller unit")
+    refused(lambda: surfrecon.surface_distance(SMALL, near), "no vertex", "e-80", "use a smaller unit")
+    refused(lambda: surfrecon.cluster(near, vertices=20), "no vertex", "e-80", "use a smaller unit")
+    refused(lambda: surfrecon.cluster(far, vertices=20), "vertex 0 lies at (", "e200")
+    refused(lambda: scans_of(surfrecon.turntable(SMALL, pixels=9), scaled(SMALL, 1e-163)), "e-163", "smaller unit")
+    refused(lambda: sculpted(bumps(1e-150)), "from column to column", "e-151")
+    for spacing in (0, -1, np.nan):
+        refused(lambda spacing=spacing: Camera.orthographic(9, 9, spacing=spacing, **VIEW), "spacing must be > 0")
 
 
 def test_numbers_up_to_the_limit_are_worked_with():

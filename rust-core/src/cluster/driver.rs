@@ -14,6 +14,7 @@ use super::{
 };
 use crate::error::Result;
 use crate::geom::bvh::Bvh;
+use crate::magnitude;
 use crate::memory;
 use crate::mesh::AttributeData;
 use crate::mesh::TriMesh;
@@ -155,6 +156,7 @@ fn chain(
     before: Vec<(&'static str, f64)>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Clustered>> {
+    magnitude::points("vertex", &mesh.positions)?;
     let triangles = mesh.triangles.len();
     let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
     memory::expect(each * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;

@@ -14,7 +14,7 @@ pub const PARAMS: &[ParamSpec] = &[
         Default::FromData("a tenth of the input's vertices"),
         1.0,
         4e9,
-        "Vertices wanted. More come only if the input's topology needs them, at most as many as the input has.",
+        "Vertices wanted. More come only if the input's topology needs them, at most as many as the input has when cut to a manifold.",
     ),
     count(
         "patches",

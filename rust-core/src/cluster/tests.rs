@@ -351,7 +351,7 @@ fn degenerate_input() {
     let points = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
     assert!(text(cluster(&TriMesh::new(points.clone(), vec![[0, 1, 9]]), Resolution::Tenth)).contains("vertex 9"));
     let nan = TriMesh::new(vec![DVec3::NAN, DVec3::X, DVec3::Y], vec![[0, 1, 2]]);
-    assert!(text(cluster(&nan, Resolution::Tenth)).contains("not finite"));
+    assert!(text(cluster(&nan, Resolution::Tenth)).contains("coordinates must be finite"));
     assert!(text(cluster(&sphere(), Resolution::Patches(0))).contains("patches must be >= 1"));
     assert!(text(cluster(&sphere(), Resolution::MaxError(-1.0))).contains("max_error must be"));
 

@@ -70,7 +70,7 @@ pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
     let mut start = Vec::with_capacity(LOOKED_AT);
     // Most files begin otherwise: two bytes tell.
     (&mut file).take(2).read_to_end(&mut start).map_err(io)?;
-    if matches!(*start, [0xEF, 0xBB] | [0xFF, 0xFE] | [0xFE, 0xFF]) {
+    if start.contains(&0) || matches!(*start, [0xEF, 0xBB] | [0xFF, 0xFE] | [0xFE, 0xFF]) {
         (&mut file).take((LOOKED_AT - 2) as u64).read_to_end(&mut start).map_err(io)?;
         if is_utf16(&start) {
             return Err(Error::format(path, "start of file", "this is UTF-16 text; save it as UTF-8"));
@@ -89,21 +89,24 @@ fn is_control(c: u16) -> bool {
     c == 0x7F || (c < 0x20 && !(0x09..=0x0D).contains(&c))
 }
 
-/// Whether a file that starts like this, a byte order mark among it, is UTF-16: numbers can have the mark, but no eight
-/// of them in a row are letters of a language that files are written in.
+/// Whether a file that starts like this is UTF-16: numbers can have its byte order mark, or every other byte zero, but
+/// nearly all of them are no letters of a language that files are written in.
 fn is_utf16(start: &[u8]) -> bool {
-    let little = start.starts_with(&[0xFF, 0xFE]);
-    if !little && !start.starts_with(&[0xFE, 0xFF]) {
-        return false;
-    }
-    let units: Vec<u16> = start[2..]
+    let (marked, little) = match *start {
+        [0xFF, 0xFE, ..] => (true, true),
+        [0xFE, 0xFF, ..] => (true, false),
+        [_, 0, ..] => (false, true),
+        _ => (false, false),
+    };
+    let units: Vec<u16> = start[if marked { 2 } else { 0 }..]
         .as_chunks::<2>()
         .0
         .iter()
         .map(|&unit| if little { u16::from_le_bytes(unit) } else { u16::from_be_bytes(unit) })
         .collect();
     let ascii = units.iter().filter(|&&unit| unit < 0x80).count();
-    !units.is_empty() && ascii * 8 >= units.len() * 7 && !units.iter().any(|&unit| is_control(unit))
+    let enough = if marked { ascii * 8 >= units.len() * 7 } else { ascii == units.len() && units.len() >= 4 };
+    !units.is_empty() && enough && !units.iter().any(|&unit| is_control(unit))
 }
 
 /// Opens a regular file of which every byte is content; also its length.

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::error::{Error, Result, Shown};
+use crate::error::Result;
 use crate::magnitude;
 
 /// What a pinhole image's values measure.
@@ -71,21 +71,10 @@ impl Projection {
     pub fn validate(&self) -> Result<()> {
         match self {
             Projection::Orthographic { first, step } | Projection::Spherical { first, step } => {
-                let numbers = [
-                    ("place of the first pixel, across,", first[0]),
-                    ("place of the first pixel, down,", first[1]),
-                    ("step from column to column", step[0]),
-                    ("step from row to row", step[1]),
-                ];
-                for (k, (name, number)) in numbers.into_iter().enumerate() {
-                    if !number.is_finite() || k >= 2 && number == 0.0 {
-                        return Err(Error::input(format!(
-                            "the projection's {name} must be finite{}, got {}",
-                            if k >= 2 { " and not zero" } else { "" },
-                            Shown(number)
-                        )));
-                    }
-                }
+                magnitude::coordinate("the projection's place of the first pixel, across,", first[0])?;
+                magnitude::coordinate("the projection's place of the first pixel, down,", first[1])?;
+                magnitude::divisor("the projection's step from column to column", step[0])?;
+                magnitude::divisor("the projection's step from row to row", step[1])?;
             }
             Projection::Pinhole { focal, centre, .. } => {
                 magnitude::divisor("the camera's focal length fx", focal[0])?;

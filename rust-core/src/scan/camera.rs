@@ -33,7 +33,10 @@ impl Camera {
         toward: DVec3,
         up: DVec3,
     ) -> Result<Self> {
-        magnitude::coordinate("the camera's spacing", spacing)?;
+        if !(spacing > 0.0) {
+            return Err(Error::input(format!("the camera's spacing must be > 0, got {}", Shown(spacing))));
+        }
+        magnitude::divisor("the camera's spacing", spacing)?;
         magnitude::place("the camera's target", target)?;
         let axes = axes(toward, up)?;
         let first = [-0.5 * spacing * (cols.max(1) - 1) as f64, 0.5 * spacing * (rows.max(1) - 1) as f64];
