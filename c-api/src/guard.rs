@@ -8,7 +8,7 @@ use crate::status::{Failure, remember, srf_status};
 /// Runs the body of an entry; a failure or a panic becomes a status, its text that of the last error.
 pub fn guard(body: impl FnOnce() -> Result<(), Failure>) -> srf_status {
     // A body that panics has written nothing to the caller: results are written last.
-    let failure = match catch_unwind(AssertUnwindSafe(body)) {
+    let failure = match catch_unwind(AssertUnwindSafe(|| surfrecon::memory::guarded(body))) {
         Ok(Ok(())) => return srf_status::SRF_OK,
         Ok(Err(failure)) => failure,
         Err(panic) => Failure::new(srf_status::SRF_ERR_INTERNAL, format!("internal error: {}", text_of(panic))),

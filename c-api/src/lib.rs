@@ -21,6 +21,10 @@
 // The comments become the header's, where each argument's line is its contract.
 #![allow(clippy::missing_safety_doc)]
 
+/// Everything this library allocates is on its account: see `surfrecon::memory`.
+#[global_allocator]
+static ALLOCATOR: surfrecon_allocator::Account = surfrecon_allocator::Account(std::alloc::System);
+
 mod array;
 mod cloud;
 mod cluster;

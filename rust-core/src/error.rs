@@ -69,8 +69,11 @@ impl Error {
         Error::Format { path: path.to_owned(), at: at.into(), problem: shown(problem.into()) }
     }
 
-    /// An [`Error::Io`] for a file.
+    /// An [`Error::Io`] for a file; [`Error::OutOfMemory`] where memory is what was wanting.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
+        if source.kind() == std::io::ErrorKind::OutOfMemory {
+            return Error::OutOfMemory(format!("{}: more could not be had; close other programs", path.display()));
+        }
         Error::Io { path: path.to_owned(), source }
     }
 }

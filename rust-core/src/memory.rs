@@ -1,7 +1,16 @@
-//! Memory that a call will take, found out before it is taken: an allocation that fails ends the program, and with it the
-//! host and the user's unsaved work.
+//! Memory that a call will take, found out before it is taken; and what follows where it can't be had all the same.
+//!
+//! Linux promises more memory than it has and ends somebody's process when it is asked to keep the promise: so work is
+//! refused before it begins. Estimates can err, and not everything is estimated: so hosts make the account of
+//! `surfrecon-allocator` their allocator and wrap each call in [`guarded`]. What calls take together then stays below the
+//! limit and below what was free, and a refused allocation ends the call with an error.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use surfrecon_allocator::{Refused, set_ceiling};
+pub use surfrecon_allocator::{held, peak, restart_peak};
 
 use crate::error::{Error, Result};
 
@@ -10,8 +19,15 @@ const ALWAYS_THERE: f64 = 16e6;
 
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
-/// Sets the most memory that one call may take, in bytes, as far as it can be foreseen; `None`, the default, for all that
-/// is free. For the whole process.
+/// Calls that are running.
+static RUNNING: AtomicUsize = AtomicUsize::new(0);
+/// What was held when the first of them began.
+static BEFORE: AtomicUsize = AtomicUsize::new(0);
+/// The largest estimate since then, in bytes beyond [`BEFORE`].
+static FORESEEN: AtomicU64 = AtomicU64::new(0);
+
+/// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, for all
+/// that is free. For the whole process.
 pub fn set_limit(bytes: Option<u64>) {
     LIMIT.store(bytes.unwrap_or(u64::MAX), Ordering::Relaxed);
 }
@@ -21,10 +37,88 @@ pub fn limit() -> Option<u64> {
     Some(LIMIT.load(Ordering::Relaxed)).filter(|bytes| *bytes != u64::MAX)
 }
 
+/// Bytes that the last call, or those that are running, were estimated to take; 0 where nothing was worth an estimate.
+pub fn foreseen() -> u64 {
+    FORESEEN.load(Ordering::Relaxed)
+}
+
+/// Runs a call of a host: what it takes is kept below the limit, and an allocation that is refused is an error. Both only
+/// where `surfrecon_allocator::Account` is the program's allocator. Other panics go on.
+///
+/// # Errors
+/// What `call` returns; [`Error::OutOfMemory`].
+pub fn guarded<R, E: From<Error>>(call: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
+    surfrecon_allocator::install();
+    let running = Running::begin();
+    // Whatever the panic left half done is dropped with the closure, or its owner looks after it.
+    let outcome = catch_unwind(AssertUnwindSafe(call));
+    drop(running);
+    outcome.unwrap_or_else(|panic| match refused(&*panic) {
+        Some(error) => Err(error.into()),
+        None => resume_unwind(panic),
+    })
+}
+
+/// The error that a panic stands for, if it began with a refused allocation.
+pub fn refused(panic: &(dyn Any + Send)) -> Option<Error> {
+    let Refused { bytes } = panic.downcast_ref()?;
+    Some(Error::OutOfMemory(not_had(*bytes as f64)))
+}
+
+// Asking what is free would take memory.
+fn not_had(bytes: f64) -> String {
+    format!("{} more could not be had; use less data or coarser parameters, or raise the limit", size(bytes))
+}
+
+struct Running;
+
+impl Running {
+    fn begin() -> Self {
+        if RUNNING.fetch_add(1, Ordering::Relaxed) == 0 {
+            BEFORE.store(held(), Ordering::Relaxed);
+            FORESEEN.store(0, Ordering::Relaxed);
+            let limit = limit().map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+            set_ceiling(held().saturating_add(limit));
+        }
+        Running
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        if RUNNING.fetch_sub(1, Ordering::Relaxed) == 1 {
+            set_ceiling(usize::MAX);
+        }
+    }
+}
+
+/// Bytes that the running calls hold already.
+fn taken() -> f64 {
+    match RUNNING.load(Ordering::Relaxed) {
+        0 => 0.0,
+        _ => held().saturating_sub(BEFORE.load(Ordering::Relaxed)) as f64,
+    }
+}
+
 /// Refuses work that would need more memory than is free: `what` names the work and begins the sentence, `remedy` ends it.
 pub(crate) fn expect(bytes: f64, what: impl FnOnce() -> String, remedy: &str) -> Result<()> {
+    expect_or(bytes, what, |_| remedy.to_owned())
+}
+
+/// Refuses work on `count` of something, `fixed` bytes and so many each, that would need more memory than is free.
+/// `doing` begins the sentence: "sculpting 12 pixels needs ...".
+pub(crate) fn expect_each(count: usize, each: f64, fixed: f64, doing: &str, things: &str) -> Result<()> {
+    let fit = |available: f64| match ((available - fixed) / each).floor() {
+        n if n >= 1.0 => format!("about {n:.0} would fit"),
+        _ => "free memory, or raise the limit".to_owned(),
+    };
+    expect_or(fixed + each * count as f64, || format!("{doing} {count} {things}"), fit)
+}
+
+fn expect_or(bytes: f64, what: impl FnOnce() -> String, remedy: impl FnOnce(f64) -> String) -> Result<()> {
+    FORESEEN.fetch_max((taken() + bytes) as u64, Ordering::Relaxed);
     let limit = limit().map_or(f64::INFINITY, |bytes| bytes as f64);
-    if bytes <= ALWAYS_THERE.min(limit) {
+    if bytes <= ALWAYS_THERE.min(limit - taken()) {
         return Ok(());
     }
     let (available, there) = available();
@@ -32,17 +126,40 @@ pub(crate) fn expect(bytes: f64, what: impl FnOnce() -> String, remedy: &str) ->
         return Ok(());
     }
     Err(Error::OutOfMemory(format!(
-        "{} needs about {}, {} are {there}; {remedy}",
+        "{} needs about {}, {} are {there}; {}",
         what(),
         size(bytes),
-        size(available)
+        size(available),
+        remedy(available)
     )))
 }
 
 /// Bytes that a call may take now, and whether they are `free` or only `allowed`. Infinite where neither is known.
 pub(crate) fn available() -> (f64, &'static str) {
-    let (free, limit) = (free(), limit().map_or(f64::INFINITY, |bytes| bytes as f64));
+    let limit = limit().map_or(f64::INFINITY, |bytes| (bytes as f64 - taken()).max(0.0));
+    let free = free();
     if limit < free { (limit, "allowed") } else { (free, "free") }
+}
+
+/// A vector of `count` equal entries.
+///
+/// # Errors
+/// [`Error::OutOfMemory`] where the system or the limit refuses it; `what` names it and begins the sentence.
+pub(crate) fn filled<T: Clone>(count: usize, value: T, what: impl FnOnce() -> String) -> Result<Vec<T>> {
+    let mut all = reserved(count, what)?;
+    all.resize(count, value);
+    Ok(all)
+}
+
+/// An empty vector with room for `count` entries.
+///
+/// # Errors
+/// As [`filled`].
+pub(crate) fn reserved<T>(count: usize, what: impl FnOnce() -> String) -> Result<Vec<T>> {
+    let mut all = Vec::new();
+    all.try_reserve_exact(count)
+        .map_err(|_| Error::OutOfMemory(format!("{}: {}", what(), not_had(size_of::<T>() as f64 * count as f64))))?;
+    Ok(all)
 }
 
 /// Bytes in words.

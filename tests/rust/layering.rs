@@ -42,8 +42,9 @@ const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "ext
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
-    "blender-addon/python/src/allocator.rs",
     "blender-addon/python/src/arrays.rs",
+    "rust-core/allocator/src/lib.rs",
+    "rust-core/allocator/src/reserve.rs",
     "rust-core/tests/import_memory.rs",
     "rust-core/tests/memory.rs",
     "tests/rust/c/calls/files.rs",

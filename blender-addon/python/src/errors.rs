@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use pyo3::prelude::*;
-use surfrecon::Error;
+use surfrecon::{Error, memory};
 
 /// An exception of `surfrecon._errors` by name.
 fn exception(name: &str, text: &str) -> PyErr {
@@ -69,7 +69,7 @@ fn errno(py: Python<'_>, error: &std::io::Error) -> Option<i32> {
 /// Runs work of the core without the interpreter lock; a panic becomes an `InternalError` instead of ending the host.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> surfrecon::Result<T> + Send) -> PyResult<T> {
     // Whatever the panic left half done is dropped with the closure: nothing of it is looked at again.
-    match py.detach(|| catch_unwind(AssertUnwindSafe(work))) {
+    match py.detach(|| catch_unwind(AssertUnwindSafe(|| memory::guarded(work)))) {
         Ok(outcome) => outcome.map_err(|e| to_python(&e)),
         Err(panic) => Err(internal_error(&*panic)),
     }

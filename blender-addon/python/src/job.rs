@@ -15,7 +15,7 @@ use surfrecon::import::Content;
 use surfrecon::mesh::certify::Certified;
 use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
-use surfrecon::{Progress, Tick};
+use surfrecon::{Progress, Tick, memory};
 
 use crate::cluster::{ClusterCall, Clustered};
 use crate::errors::{input_error, internal_error, to_python};
@@ -113,7 +113,7 @@ impl Job {
     ) -> PyResult<Self> {
         let watched = Arc::new(Calls::new(shares));
         let calls = watched.clone();
-        let work = move || catch_unwind(AssertUnwindSafe(|| work(&calls)));
+        let work = move || catch_unwind(AssertUnwindSafe(|| memory::guarded(|| work(&calls))));
         let thread = std::thread::Builder::new()
             .name("surfrecon-job".to_owned())
             .spawn(work)

@@ -45,7 +45,7 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::allocator::{memory_in_use, memory_peak};
+    use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
     #[pymodule_export]
     use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]

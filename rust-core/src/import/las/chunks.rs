@@ -3,6 +3,7 @@
 //! The crate allocates what a chunk's header claims and indexes with what it decodes. So chunks are cut out here by the
 //! table at the end of the file, their claims are compared with their bytes, and a decoder that stumbles is an error.
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use laz::laszip::{ChunkTable, CompressorType};
@@ -14,7 +15,7 @@ use super::{Points, fail, read_exact, seek, u32_at, u64_at};
 use crate::error::{Error, Result};
 use crate::import::Scan;
 use crate::import::file::{Input, reserve};
-use crate::threads;
+use crate::{memory, threads};
 
 /// Bytes of decoded points held at once, unless one chunk has more.
 const HELD: usize = 16 << 20;
@@ -162,7 +163,7 @@ fn table(
             return Err(Error::io(&scan.path, error));
         }
         Ok(Err(problem)) => return fail(scan, "table of chunks", problem.to_string()),
-        Err(_) => return fail(scan, "table of chunks", "damaged"),
+        Err(panic) => return stumbled(&*panic, || fail(scan, "table of chunks", "damaged")),
     };
     let (mut place, mut left) = (begin + 8, count);
     let mut chunks = Vec::with_capacity(entries.len());
@@ -216,8 +217,13 @@ fn decode(chunk: &Chunk, items: &Vec<LazItem>, size: usize, scan: &Scan) -> Resu
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(())) => Ok(records),
         Ok(Err(problem)) => fail(scan, at(), format!("damaged: {problem}")),
-        Err(_) => fail(scan, at(), "damaged: they can't be decoded"),
+        Err(panic) => stumbled(&*panic, || fail(scan, at(), "damaged: they can't be decoded")),
     }
+}
+
+/// What a panic of the decoder means: `damaged`, but for memory that could not be had.
+fn stumbled<T>(panic: &(dyn Any + Send), damaged: impl FnOnce() -> Result<T>) -> Result<T> {
+    memory::refused(panic).map_or_else(damaged, Err)
 }
 
 /// Whether the layers that a chunk claims are in it: a whole point, the number of points, the size of each layer, these.

@@ -1,0 +1,76 @@
+"""What each call foresees of its memory, what it takes, whether a limit holds it, and how soon it stops.
+
+A row is a call on an input, in a fresh process, where four things are done with it:
+1. It runs: `peak_mb` is the most that the library held beyond what it held before, `estimate_mb` what it foresaw.
+2. It runs with half of that peak allowed: it has to raise MemoryError and take no more than it may. Then with what it
+   foresaw: it has to come to its end. `limit_kept` says whether it did both.
+3. It is interrupted as Ctrl-C does, at `cancels` moments spread evenly over its run: `stop_ms` is the longest that the
+   call went on after that.
+`kind` is `ordinary`, or `worst` for an input that takes more than its size lets expect.
+"""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import measured
+import table
+
+COLUMNS = ["case", "operation", "input", "kind", "threads", "estimate_mb", "peak_mb", "limit_kept", "stop_ms", "cancels"]
+CANCELS, SMALLEST_CANCELS = 50, 3
+# What was foreseen may be so many times what was taken.
+ALLOWED = {"ordinary": 1.5, "worst": 3.0}
+STOP_MS = 100
+# Calls that take less are not worth an estimate: nothing is asked of the system for them.
+SMALL_MB = 16.0
+CALL = Path(__file__).with_name("limits_call.py")
+SHOWN = {
+    "case": "case",
+    "kind": "kind",
+    "estimate MB": "estimate_mb",
+    "peak MB": "peak_mb",
+    "limit kept": "limit_kept",
+    "stops, ms": "stop_ms",
+    "cancels": "cancels",
+    "seconds": "seconds",
+}
+
+
+
+def run(case, cancels, folder, small):
+    """What limits_call.py prints."""
+    _, printed = measured.run([sys.executable, CALL, json.dumps([case, cancels, folder, small])], timeout=600)
+    return json.loads(printed)
+
+
+def problems(row):
+    """What a row misses of what is promised."""
+    most = ALLOWED[row["kind"]] * row["peak_mb"]
+    if row["peak_mb"] > SMALL_MB and not row["peak_mb"] <= row["estimate_mb"] <= most:
+        yield f"estimate {row['estimate_mb'] / row['peak_mb']:.2f} of the peak"
+    if not row["limit_kept"]:
+        yield "limit not kept"
+    if row["stop_ms"] > STOP_MS:
+        yield f"stops after {row['stop_ms']:.0f} ms"
+
+
+def main(wanted, record):
+    """Every call on every input that is wanted."""
+    cancels = SMALLEST_CANCELS if wanted.smallest else CANCELS
+    with tempfile.TemporaryDirectory() as folder:
+        kinds = run("cases: list", 0, folder, wanted.smallest)
+        for case, kind in kinds.items():
+            if not wanted.takes(case) or not record.has_time_for(case):
+                continue
+            operation, what = case.split(": ")
+            row = {"case": case, "operation": operation, "input": what, "kind": kind, "threads": 0}
+            try:
+                row |= run(case, cancels, folder, wanted.smallest)
+                row["misses"] = list(problems(row)) if not wanted.smallest else []
+            except measured.Failed as failed:
+                row["failed"] = str(failed)
+            record.put(row)
+            said = row.get("failed") or ", ".join(row["misses"]) or "ok"
+            print(f"    {case}: {said}", flush=True)
+    table.show([row for row in record.rows if "failed" not in row], SHOWN)
