@@ -17,7 +17,18 @@ from pathlib import Path
 import measured
 import table
 
-COLUMNS = ["case", "operation", "input", "kind", "threads", "estimate_mb", "peak_mb", "limit_kept", "stop_ms", "cancels"]
+COLUMNS = [
+    "case",
+    "operation",
+    "input",
+    "kind",
+    "threads",
+    "estimate_mb",
+    "peak_mb",
+    "limit_kept",
+    "stop_ms",
+    "cancels",
+]
 CANCELS, SMALLEST_CANCELS = 50, 3
 # What was foreseen may be so many times what was taken.
 ALLOWED = {"ordinary": 1.5, "worst": 3.0}
@@ -35,7 +46,6 @@ SHOWN = {
     "cancels": "cancels",
     "seconds": "seconds",
 }
-
 
 
 def run(case, cancels, folder, small):

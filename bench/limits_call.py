@@ -15,10 +15,25 @@ import surfrecon
 case, cancels, folder, small = json.loads(sys.argv[1])
 operation, what = case.split(": ")
 folder = Path(folder)
-size = (lambda large: max(large // 8, 40)) if small else (lambda large: large)
+
+
+def size(large):
+    """The size of an input, or of the smallest that shows that the benchmark works."""
+    return max(large // 8, 40) if small else large
+
+
+def on(make, call):
+    """Prepares an input, then gives the call on it."""
+
+    def prepare():
+        made = make()
+        return lambda: call(*made) if isinstance(made, tuple) else call(made)
+
+    return prepare
 
 
 def relief(side, noise=0.05):
+    """Heights of waves with noise."""
     side = size(side)
     y, x = np.mgrid[:side, :side].astype(float)
     z = 20 * np.sin(x / 37) * np.cos(y / 29)
@@ -26,10 +41,12 @@ def relief(side, noise=0.05):
 
 
 def orthographic(side, **options):
+    """A height map."""
     return surfrecon.RangeImage.orthographic(relief(side, **options), step=(1.0, -1.0))
 
 
 def pinhole(side):
+    """A depth camera's image with colours."""
     z = 100 + relief(side) * 0.1
     image = surfrecon.RangeImage.pinhole(z, focal=(side, side), centre=(side / 2, side / 2))
     image.colour = np.full((*z.shape, 4), 200, np.uint8)
@@ -37,15 +54,23 @@ def pinhole(side):
 
 
 def shape(cell=2.0):
+    """A closed surface."""
     return surfrecon.sculpture(cell=cell * (4 if small else 1))
 
 
+def dense(side):
+    """A mesh of two triangles a pixel."""
+    return orthographic(side, noise=0).triangulate()
+
+
 def scans(count=6, pixels=500):
+    """Scans of the shape."""
     mesh = shape()
     return surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=count, above=0, below=0, pixels=size(pixels)))
 
 
 def sphere(count, noise=0.0):
+    """Points on a sphere, or near it."""
     rng = np.random.default_rng(2)
     points = rng.normal(size=(size(count), 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
@@ -53,15 +78,18 @@ def sphere(count, noise=0.0):
 
 
 def volume(count):
+    """Points in a cube."""
     return np.random.default_rng(3).random((size(count), 3))
 
 
 def isolated(count):
+    """Triangles far from each other."""
     corners = np.random.default_rng(4).random((size(count), 1, 3)) * 1000 + np.eye(3)[None]
     return surfrecon.Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners), dtype=np.uint32).reshape(-1, 3))
 
 
 def fan(count):
+    """A vertex of as many triangles."""
     angle = np.linspace(0, 2 * np.pi, size(count), endpoint=False)
     ring = np.stack([np.cos(angle), np.sin(angle), 0.1 * np.sin(9 * angle)], -1)
     n = len(ring)
@@ -70,107 +98,150 @@ def fan(count):
 
 
 def written(name, content, **options):
+    """Writes a file; gives its path."""
     path = folder / name
     surfrecon.write(path, content, **options)
     return path
 
 
 def opened(name):
+    """The call that reads all of a file."""
     return lambda: [scan.read() for scan in surfrecon.open(folder / name)]
 
 
 def loads(name, content, **options):
+    """Writes a file, and gives the call that reads it."""
     written(name, content, **options)
     return opened(name)
 
 
 def raw(name, payload):
+    """Writes bytes, and gives the call that reads them."""
     (folder / name).write_bytes(payload)
     return opened(name)
 
 
 def text(name, rows, delimiter=" "):
+    """Writes numbers, and gives the call that reads them."""
     np.savetxt(folder / name, rows, "%.6f", delimiter)
     return opened(name)
 
 
+def esri(name, heights):
+    """Writes an ESRI grid, and gives the call that reads it."""
+    head = f"ncols {heights.shape[1]}\nnrows {heights.shape[0]}\nxllcorner 0\nyllcorner 0\ncellsize 1"
+    np.savetxt(folder / name, heights, "%.4f", header=head, comments="")
+    return opened(name)
+
+
 def png(side, value):
+    """A grey image of one value, 16 bits."""
     rows = zlib.compressobj(9)
     line = b"\0" + struct.pack(">H", value) * side
     body = b"".join(rows.compress(line) for _ in range(side)) + rows.flush()
-    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
     head = struct.pack(">IIBBBBB", side, side, 16, 0, 0, 0, 0)
     return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", body) + chunk(b"IEND", b"")
 
 
 def instances(count):
-    # One small mesh, placed many times.
+    """A glTF file of one small mesh, placed many times."""
     data = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0) * 100
-    return json.dumps({
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(count))}],
-        "nodes": [{"mesh": 0}] * count, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
-        "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 300, "type": "VEC3"}],
-    }).encode()
+    return json.dumps(
+        {
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": list(range(count))}],
+            "nodes": [{"mesh": 0}] * count,
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "buffers": [
+                {
+                    "byteLength": len(data),
+                    "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode(),
+                }
+            ],
+            "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 300, "type": "VEC3"}],
+        }
+    ).encode()
 
 
 def points(image):
+    """The valid points of an image."""
     return image.world_points()[image.valid]
 
 
 def cases():
-    # Operation and input: what prepares the input and gives the call, and whether the input is one of the worst.
+    """By operation and input: what prepares the input and gives the call, and whether the input is one of the worst."""
     s = surfrecon
-    image = lambda side=1000, **o: orthographic(side, **o)
     return {
-        "triangulate: relief": (lambda: (lambda i: lambda: i.triangulate())(image(2000)), 0),
-        "world_points: relief": (lambda: (lambda i: lambda: i.world_points())(image(2000)), 0),
-        "sculpt: relief": (lambda: (lambda i: lambda: s.sculpt(i, relative_tolerance=0.02))(image(700)), 0),
-        "sculpt: smooth": (lambda: (lambda i: lambda: s.sculpt(i, relative_tolerance=0.002))(image(1000, noise=0)), 0),
-        "sculpt: tolerance 0": (lambda: (lambda i: lambda: s.sculpt(i, tolerance=0))(image(400)), 1),
+        "triangulate: relief": (on(lambda: orthographic(2000), lambda i: i.triangulate()), 0),
+        "world_points: relief": (on(lambda: orthographic(2000), lambda i: i.world_points()), 0),
+        "sculpt: relief": (on(lambda: orthographic(700), lambda i: s.sculpt(i, relative_tolerance=0.02)), 0),
+        "sculpt: smooth": (on(lambda: orthographic(1000, noise=0), lambda i: s.sculpt(i, relative_tolerance=0.002)), 0),
+        "sculpt: tolerance 0": (on(lambda: orthographic(400), lambda i: s.sculpt(i, tolerance=0)), 1),
         "sculpt: off samples": (
-            lambda: (lambda i: lambda: s.sculpt(i, relative_tolerance=0.02, interpolate=False))(image(300)), 0),
-        "Sculptor: relief": (lambda: (lambda i: lambda: s.Sculptor(i))(image(1500)), 0),
-        "adaptive_quads: relief": (lambda: (lambda i: lambda: s.adaptive_quads(i, rows=60, columns=60))(image(2000)), 0),
-        "spline: relief": (lambda: (lambda q: lambda: q.spline())(s.adaptive_quads(image(1000), rows=60, columns=60)), 0),
-        "merge: scans": (lambda: (lambda i: lambda: s.merge(i, voxel=1.0))(scans()), 0),
-        "merge: scans, fine": (lambda: (lambda i: lambda: s.merge(i, voxel=0.4))(scans()), 0),
-        "merge: one relief": (lambda: (lambda i: lambda: s.merge([i], voxel=1.0))(image(500)), 0),
-        "merge: isolated triangles": (lambda: (lambda m: lambda: s.merge([m], voxel=0.5))(isolated(4000)), 1),
-        "merge: measured": (lambda: (lambda i: lambda: s.merge(i, voxel=1.0, measure=True))(scans()), 0),
-        "reconstruct: sphere": (lambda: (lambda p: lambda: s.reconstruct(p))(sphere(100_000)), 1),
-        "reconstruct: noisy sphere": (lambda: (lambda p: lambda: s.reconstruct(p))(sphere(60_000, 0.004)), 1),
-        "reconstruct: scan": (lambda: (lambda p: lambda: s.reconstruct(p))(points(scans(1, 600)[0])), 0),
-        "reconstruct: volume": (lambda: (lambda p: lambda: s.reconstruct(p))(volume(30_000)), 1),
-        "cluster: shape": (lambda: (lambda m: lambda: s.cluster(m, vertices=2000))(shape(2.0)), 0),
-        "cluster: fitted": (lambda: (lambda m: lambda: s.cluster(m, vertices=2000, fitting=2))(shape(2.0)), 0),
-        "cluster: largest error": (lambda: (lambda m: lambda: s.cluster(m, max_error=1.0))(shape(5.0)), 1),
-        "cluster: points": (lambda: (lambda p: lambda: s.cluster(p, vertices=2000))(points(scans(1, 400)[0])), 0),
-        "cluster: fan": (lambda: (lambda m: lambda: s.cluster(m, vertices=500))(fan(100_000)), 1),
-        "cluster: isolated triangles": (lambda: (lambda m: lambda: s.cluster(m, vertices=500))(isolated(30_000)), 1),
-        "cluster_levels: shape": (lambda: (lambda m: lambda: s.cluster_levels(m, [2000, 500]))(shape(2.0)), 0),
-        "distances: shape": (lambda: (lambda m, p: lambda: s.distances(p, m))(shape(1.0), volume(300_000) * 100), 0),
-        "surface_distance: shapes": (lambda: (lambda a, b: lambda: s.surface_distance(a, b))(shape(2.0), shape(1.5)), 0),
+            on(lambda: orthographic(300), lambda i: s.sculpt(i, relative_tolerance=0.02, interpolate=False)),
+            0,
+        ),
+        "Sculptor: relief": (on(lambda: orthographic(1500), lambda i: s.Sculptor(i)), 0),
+        "adaptive_quads: relief": (
+            on(lambda: orthographic(2000), lambda i: s.adaptive_quads(i, rows=60, columns=60)),
+            0,
+        ),
+        "spline: relief": (
+            on(lambda: s.adaptive_quads(orthographic(1000), rows=60, columns=60), lambda q: q.spline()),
+            0,
+        ),
+        "merge: scans": (on(lambda: scans(), lambda i: s.merge(i, voxel=1.0)), 0),
+        "merge: scans, fine": (on(lambda: scans(), lambda i: s.merge(i, voxel=0.4)), 0),
+        "merge: one relief": (on(lambda: orthographic(500), lambda i: s.merge([i], voxel=1.0)), 0),
+        "merge: isolated triangles": (on(lambda: isolated(4000), lambda m: s.merge([m], voxel=0.5)), 1),
+        "merge: measured": (on(lambda: scans(), lambda i: s.merge(i, voxel=1.0, measure=True)), 0),
+        "reconstruct: sphere": (on(lambda: sphere(100_000), lambda p: s.reconstruct(p)), 1),
+        "reconstruct: noisy sphere": (on(lambda: sphere(60_000, 0.004), lambda p: s.reconstruct(p)), 1),
+        "reconstruct: scan": (on(lambda: points(scans(1, 600)[0]), lambda p: s.reconstruct(p)), 0),
+        "reconstruct: volume": (on(lambda: volume(30_000), lambda p: s.reconstruct(p)), 1),
+        "cluster: shape": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000)), 0),
+        "cluster: fitted": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000, fitting=2)), 0),
+        "cluster: largest error": (on(lambda: dense(150), lambda m: s.cluster(m, max_error=1.0)), 1),
+        "cluster: points": (on(lambda: points(scans(1, 400)[0]), lambda p: s.cluster(p, vertices=2000)), 0),
+        "cluster: fan": (on(lambda: fan(100_000), lambda m: s.cluster(m, vertices=500)), 1),
+        "cluster: isolated triangles": (on(lambda: isolated(30_000), lambda m: s.cluster(m, vertices=500)), 1),
+        "cluster_levels: shape": (on(lambda: shape(2.0), lambda m: s.cluster_levels(m, [2000, 500])), 0),
+        "distances: shape": (on(lambda: (dense(700), volume(50_000) * 700), lambda m, p: s.distances(p, m)), 0),
+        "surface_distance: shapes": (
+            on(lambda: (dense(300), dense(400)), lambda a, b: s.surface_distance(a, b)),
+            0,
+        ),
         "nearest_triangles: shape": (
-            lambda: (lambda m, p: lambda: s.nearest_triangles(p, m))(shape(1.0), volume(300_000) * 100), 0),
-        "check: shape": (lambda: (lambda m: lambda: m.check())(shape(0.7)), 0),
-        "check: fan": (lambda: (lambda m: lambda: m.check())(fan(300_000)), 1),
-        "Mesh: shape": (lambda: (lambda m: lambda: s.Mesh(m.positions.copy(), m.triangles.copy()))(shape(0.7)), 0),
-        "positions_f32: shape": (lambda: (lambda m: lambda: m.positions_f32())(shape(0.7)), 0),
+            on(lambda: (dense(700), volume(50_000) * 700), lambda m, p: s.nearest_triangles(p, m)),
+            0,
+        ),
+        "check: shape": (on(lambda: dense(1000), lambda m: m.check()), 0),
+        "check: fan": (on(lambda: fan(300_000), lambda m: m.check()), 1),
+        "Mesh: shape": (on(lambda: dense(1000), lambda m: s.Mesh(m.positions.copy(), m.triangles.copy())), 0),
+        "positions_f32: shape": (on(lambda: dense(1000), lambda m: m.positions_f32()), 0),
         "RangeImage.orthographic: relief": (
-            lambda: (lambda z: lambda: s.RangeImage.orthographic(z, step=(1, -1)))(relief(3000)), 0),
+            on(lambda: relief(3000), lambda z: s.RangeImage.orthographic(z, step=(1, -1))),
+            0,
+        ),
         "virtual_scan: shape": (
-            lambda: (lambda m, c: lambda: s.virtual_scan(m, c))(m := shape(), s.turntable(m, pixels=size(1000))), 0),
-        "turntable: a million": (lambda: (lambda m: lambda: s.turntable(m, around=size(10**6)))(shape(8.0)), 1),
-        "sculpture: fine": (lambda: lambda: shape(1.0), 0),
-        "read: grid.ply": (lambda: loads("grid.ply", image(1500)), 0),
-        "read: grid text.ply": (lambda: loads("grid.ply", image(700), encoding="ascii"), 0),
-        "read: mesh.ply": (lambda: loads("mesh.ply", shape(0.7)), 0),
-        "read: mesh text.ply": (lambda: loads("mesh.ply", shape(1.0), encoding="ascii"), 0),
-        "read: mesh.obj": (lambda: loads("mesh.obj", shape(1.0)), 0),
-        "read: mesh.stl": (lambda: loads("mesh.stl", shape(0.7)), 0),
-        "read: mesh.glb": (lambda: loads("mesh.glb", shape(0.7)), 0),
+            on(lambda: (shape(), s.turntable(shape(), pixels=size(1000))), lambda m, c: s.virtual_scan(m, c)),
+            0,
+        ),
+        "turntable: a million": (on(lambda: shape(8.0), lambda m: s.turntable(m, around=size(10**6))), 1),
+        "sculpture: fine": (lambda: lambda: shape(4.0), 0),
+        "read: grid.ply": (lambda: loads("grid.ply", orthographic(1500)), 0),
+        "read: grid.asc": (lambda: esri("grid.asc", relief(1000)), 0),
+        "read: mesh.ply": (lambda: loads("mesh.ply", dense(1000)), 0),
+        "read: mesh text.ply": (lambda: loads("mesh.ply", dense(700), encoding="ascii"), 0),
+        "read: mesh.obj": (lambda: loads("mesh.obj", dense(700)), 0),
+        "read: mesh.stl": (lambda: loads("mesh.stl", dense(1000)), 0),
+        "read: mesh.glb": (lambda: loads("mesh.glb", dense(1000)), 0),
         "read: scans.e57": (lambda: loads("scans.e57", [pinhole(1000)]), 0),
         "read: scans.ptx": (lambda: loads("scans.ptx", [pinhole(600)]), 0),
         "read: points.xyz": (lambda: text("points.xyz", volume(500_000)), 0),
@@ -178,13 +249,13 @@ def cases():
         "read: map.npy": (lambda: (np.save(folder / "map.npy", relief(2000)), opened("map.npy"))[1], 0),
         "read: map.png": (lambda: raw("map.png", png(size(3000), 700)), 1),
         "read: instances.gltf": (lambda: raw("instances.gltf", instances(size(20_000))), 1),
-        "write: grid.ply": (lambda: (lambda i: lambda: written("w.ply", i))(image(1500)), 0),
-        "write: mesh.ply": (lambda: (lambda m: lambda: written("w.ply", m))(shape(0.7)), 0),
-        "write: mesh.obj": (lambda: (lambda m: lambda: written("w.obj", m))(shape(1.0)), 0),
-        "write: mesh.stl": (lambda: (lambda m: lambda: written("w.stl", m))(shape(0.7)), 0),
-        "write: mesh.glb": (lambda: (lambda m: lambda: written("w.glb", m))(shape(0.7)), 0),
-        "write: scans.e57": (lambda: (lambda i: lambda: written("w.e57", [i]))(pinhole(1000)), 0),
-        "write: scans.ptx": (lambda: (lambda i: lambda: written("w.ptx", [i]))(pinhole(600)), 0),
+        "write: grid.ply": (on(lambda: orthographic(1500), lambda i: written("w.ply", i)), 0),
+        "write: mesh.ply": (on(lambda: dense(1000), lambda m: written("w.ply", m)), 0),
+        "write: mesh.obj": (on(lambda: dense(700), lambda m: written("w.obj", m)), 0),
+        "write: mesh.stl": (on(lambda: dense(1000), lambda m: written("w.stl", m)), 0),
+        "write: mesh.glb": (on(lambda: dense(1000), lambda m: written("w.glb", m)), 0),
+        "write: scans.e57": (on(lambda: pinhole(1000), lambda i: written("w.e57", [i])), 0),
+        "write: scans.ptx": (on(lambda: pinhole(600), lambda i: written("w.ptx", [i])), 0),
     }
 
 
@@ -194,10 +265,11 @@ if what == "list":
 
 
 class Stop(Exception):
-    pass
+    """What an interrupted call raises."""
 
 
 def stop(number, frame):
+    """Ctrl-C, but for its name."""
     raise Stop
 
 
@@ -207,6 +279,7 @@ call()
 
 
 def run(limit=None):
+    """Bytes that the call took at its peak, and why it was refused, if it was."""
     surfrecon.memory_peak(restart=True)
     before = surfrecon.memory_in_use()
     surfrecon.set_memory_limit(limit)
@@ -239,7 +312,17 @@ for k in range(cancels):
         signal.setitimer(signal.ITIMER_REAL, 0)
     except Stop:
         longest, heard = max(longest, time.perf_counter() - began - delay), heard + 1
-print(json.dumps({
-    "estimate_mb": foreseen / 1e6, "peak_mb": peak / 1e6, "limit_kept": kept, "stop_ms": 1e3 * longest, "cancels": heard,
-    "seconds": whole, "refusal": refused, "without_need": without_need,
-}))
+print(
+    json.dumps(
+        {
+            "estimate_mb": foreseen / 1e6,
+            "peak_mb": peak / 1e6,
+            "limit_kept": kept,
+            "stop_ms": 1e3 * longest,
+            "cancels": heard,
+            "seconds": whole,
+            "refusal": refused,
+            "without_need": without_need,
+        }
+    )
+)

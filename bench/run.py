@@ -16,7 +16,19 @@ from pathlib import Path
 from record import BUDGET_CPU_S, ONCE_CPU_S, Record
 from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
 
-BENCHMARKS = ["merge", "delaunay", "scattered", "sculpt", "quads", "cluster", "capi", "io", "blender", "meshlab", "limits"]
+BENCHMARKS = [
+    "merge",
+    "delaunay",
+    "scattered",
+    "sculpt",
+    "quads",
+    "cluster",
+    "capi",
+    "io",
+    "blender",
+    "meshlab",
+    "limits",
+]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}
 ROOT = Path(__file__).resolve().parent.parent

@@ -7,7 +7,7 @@
  *   Pointers are borrowed for the call unless the comment says otherwise; const means not modified.
  *   Every call may be made from any thread, and no input ends the program. Work that would not fit into the memory that
  *   is free (see srf_set_memory_limit()) is refused by any call with SRF_ERR_OUT_OF_MEMORY before it begins, as far as it
- *   can be foreseen; if the system refuses memory after that, to this or to another thread, the program ends.
+ *   can be foreseen; if the system refuses memory after that, the call ends with the same status and leaves nothing behind.
  *   Files appear whole or not at all, under their name only at the end. One that is there is replaced and keeps its
  *   permissions; links are followed; a read-only file is left alone (SRF_ERR_IO), and so is what is no file
  *   (SRF_ERR_INPUT).

@@ -5,7 +5,7 @@ use std::ffi::{CString, c_char};
 use glam::DVec3;
 use surfrecon::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use surfrecon::triangulate::{self, TriangulateParams};
-use surfrecon::{TriMesh, mesh::Attribute};
+use surfrecon::{Progress, TriMesh, mesh::Attribute};
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::cloud::srf_cloud;
@@ -416,7 +416,7 @@ pub unsafe extern "C" fn srf_image_triangulate(
         let params = sized::read("params", params, srf_triangulate_params::defaults())?.to_core();
         let image = handle::get("image", image)?;
         let image = &image.image;
-        let surface = triangulate::triangulate(image, &params)?;
+        let surface = triangulate::triangulate(image, &params, &Progress::none())?;
         let place = |f: fn(usize, usize) -> usize| -> Vec<i32> {
             surface.pixels.iter().map(|&p| f(p as usize, image.cols()) as i32).collect()
         };

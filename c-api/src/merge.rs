@@ -3,6 +3,7 @@
 use std::ffi::c_char;
 use std::sync::Arc;
 
+use surfrecon::Progress;
 use surfrecon::merge::{self, MergeParams, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::triangulate::TriangulateParams;
 
@@ -35,25 +36,25 @@ impl ScanSource for Source {
         }
     }
 
-    fn load(&self, triangulation: &TriangulateParams) -> surfrecon::Result<OrientedSurface> {
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
         match self {
-            Source::Image(image) => image.image.load(triangulation),
+            Source::Image(image) => image.image.load(triangulation, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
                 let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
-                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(triangulation)
+                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(triangulation, progress)
             }
-            Source::Scan { set, index } => set.set.scans[*index].load(triangulation),
+            Source::Scan { set, index } => set.set.scans[*index].load(triangulation, progress),
         }
     }
 
-    fn content(&self, triangulation: &TriangulateParams) -> surfrecon::Result<u64> {
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
         match self {
-            Source::Image(image) => image.image.content(triangulation),
+            Source::Image(image) => image.image.content(triangulation, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
                 let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
-                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.content(triangulation)
+                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.content(triangulation, progress)
             }
-            Source::Scan { set, index } => set.set.scans[*index].content(triangulation),
+            Source::Scan { set, index } => set.set.scans[*index].content(triangulation, progress),
         }
     }
 }

@@ -50,7 +50,7 @@ pub unsafe extern "C" fn srf_spline_create(
         let quads = handle::get("quads", quads)?;
         let given = |count: usize| (count > 0).then_some(count);
         let params = SplineParams { order: order as usize, rows: given(control_rows), cols: given(control_cols) };
-        let fit = quads.grid.spline(&params)?;
+        let fit = quads.grid.spline(&params, &surfrecon::Progress::none())?;
         for (name, out, value) in [
             ("out_max_residual", out_max_residual, fit.max_residual),
             ("out_rms_residual", out_rms_residual, fit.rms_residual),

@@ -21,7 +21,7 @@ fn scans() -> Vec<RangeImage> {
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).expect("a tree");
     let extent = bounds(&mesh.positions).expect("a mesh");
     let table = Turntable { around: 8, pixels: 400, ..Turntable::default() };
-    let cameras = turntable(extent, &table).expect("cameras");
+    let cameras = turntable(extent, &table, &Progress::none()).expect("cameras");
     let look = |(i, camera)| {
         let params = ScanParams { noise: 0.001, pose_shift: 0.001, seed: i as u64, ..ScanParams::default() };
         let mut image = scan(&mesh, &bvh, camera, &params, &Progress::none()).expect("a scan");

@@ -69,7 +69,7 @@ fn gridding(c: &mut Criterion) {
         let params = SplineParams { order: 4, rows: controls, cols: controls };
         let name = if controls.is_none() { "through" } else { "near" };
         group.bench_function(BenchmarkId::new("spline_513", name), |b| {
-            b.iter(|| grid.spline(&params).expect("a surface"))
+            b.iter(|| grid.spline(&params, &Progress::none()).expect("a surface"))
         });
     }
     group.finish();

@@ -25,7 +25,7 @@ fn cameras(mesh: &TriMesh, pixels: usize) -> Vec<(&'static str, Camera)> {
     let extent = bounds(&mesh.positions).expect("a mesh");
     let view = |height_angle| {
         let table = Turntable { around: 0, above: 1, below: 0, pixels, height_angle, ..Turntable::default() };
-        turntable(extent, &table).expect("a camera")[0]
+        turntable(extent, &table, &Progress::none()).expect("a camera")[0]
     };
     let inside = Camera::spherical(pixels / 2, pixels, -1.2, 1.2, DVec3::X, DVec3::Z).expect("a usable camera");
     vec![("orthographic", view(None)), ("pinhole", view(Some(0.7))), ("spherical_inside", inside)]

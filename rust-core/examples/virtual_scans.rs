@@ -72,7 +72,7 @@ fn run(args: &Args) -> Result<()> {
     let quiet = Progress::none();
 
     let start = Instant::now();
-    let truth = sculpture::sculpture(args.cell, args.threads)?;
+    let truth = sculpture::sculpture(args.cell, args.threads, &Progress::none())?;
     let bvh = Bvh::build(&truth.positions, &truth.triangles, args.threads)?;
     write_ply(&args.folder.join("truth.ply"), &truth, encoding, &quiet)?;
     println!("truth: {} triangles, {:.2} s", truth.triangles.len(), start.elapsed().as_secs_f64());
@@ -82,7 +82,7 @@ fn run(args: &Args) -> Result<()> {
         Turntable { around: args.scans - above - below, above, below, pixels: args.pixels, ..Turntable::default() };
     let extent = bounds(&truth.positions).expect("the sculpture is not empty");
     let (mut reported, mut true_poses) = (Vec::new(), Vec::new());
-    for (k, camera) in turntable(extent, &table)?.iter().enumerate() {
+    for (k, camera) in turntable(extent, &table, &Progress::none())?.iter().enumerate() {
         let start = Instant::now();
         let params = ScanParams {
             noise: args.noise,

@@ -17,6 +17,10 @@ use crate::error::{Error, Result};
 /// Less is not worth asking the system, which takes a tenth of a millisecond.
 const ALWAYS_THERE: f64 = 16e6;
 
+/// What messages, buffers and jobs take beside what estimates count.
+const SMALL: f64 = 1e5;
+const SHARE_OF_SMALL: f64 = 0.01;
+
 static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
 /// Calls that are running.
@@ -93,7 +97,7 @@ impl Drop for Running {
 }
 
 /// Bytes that the running calls hold already.
-fn taken() -> f64 {
+pub(crate) fn taken() -> f64 {
     match RUNNING.load(Ordering::Relaxed) {
         0 => 0.0,
         _ => held().saturating_sub(BEFORE.load(Ordering::Relaxed)) as f64,
@@ -103,6 +107,20 @@ fn taken() -> f64 {
 /// Refuses work that would need more memory than is free: `what` names the work and begins the sentence, `remedy` ends it.
 pub(crate) fn expect(bytes: f64, what: impl FnOnce() -> String, remedy: &str) -> Result<()> {
     expect_or(bytes, what, |_| remedy.to_owned())
+}
+
+/// [`expect`] by work that has begun, of what the call will have taken in all.
+pub(crate) fn expect_in_all(bytes: f64, what: impl FnOnce() -> String, remedy: &str) -> Result<()> {
+    expect((bytes - taken()).max(0.0), what, remedy)
+}
+
+/// Refuses a call on `count` of something, so many bytes each, that would need more memory than is free: for what a host
+/// makes of the results of this crate.
+///
+/// # Errors
+/// [`Error::OutOfMemory`]. `doing` begins the sentence: "sculpting 12 pixels needs ...".
+pub fn foresee(count: usize, each: f64, doing: &str, things: &str) -> Result<()> {
+    expect_each(count, each, 0.0, doing, things)
 }
 
 /// Refuses work on `count` of something, `fixed` bytes and so many each, that would need more memory than is free.
@@ -116,7 +134,7 @@ pub(crate) fn expect_each(count: usize, each: f64, fixed: f64, doing: &str, thin
 }
 
 fn expect_or(bytes: f64, what: impl FnOnce() -> String, remedy: impl FnOnce(f64) -> String) -> Result<()> {
-    FORESEEN.fetch_max((taken() + bytes) as u64, Ordering::Relaxed);
+    note(taken() + bytes);
     let limit = limit().map_or(f64::INFINITY, |bytes| bytes as f64);
     if bytes <= ALWAYS_THERE.min(limit - taken()) {
         return Ok(());
@@ -134,6 +152,11 @@ fn expect_or(bytes: f64, what: impl FnOnce() -> String, remedy: impl FnOnce(f64)
     )))
 }
 
+/// Notes what the running calls are estimated to take in all, by work that compares it with what there is itself.
+pub(crate) fn note(bytes: f64) {
+    FORESEEN.fetch_max((bytes * (1.0 + SHARE_OF_SMALL) + SMALL) as u64, Ordering::Relaxed);
+}
+
 /// Bytes that a call may take now, and whether they are `free` or only `allowed`. Infinite where neither is known.
 pub(crate) fn available() -> (f64, &'static str) {
     let limit = limit().map_or(f64::INFINITY, |bytes| (bytes as f64 - taken()).max(0.0));
@@ -141,24 +164,15 @@ pub(crate) fn available() -> (f64, &'static str) {
     if limit < free { (limit, "allowed") } else { (free, "free") }
 }
 
-/// A vector of `count` equal entries.
-///
-/// # Errors
-/// [`Error::OutOfMemory`] where the system or the limit refuses it; `what` names it and begins the sentence.
-pub(crate) fn filled<T: Clone>(count: usize, value: T, what: impl FnOnce() -> String) -> Result<Vec<T>> {
-    let mut all = reserved(count, what)?;
-    all.resize(count, value);
-    Ok(all)
-}
-
 /// An empty vector with room for `count` entries.
 ///
 /// # Errors
-/// As [`filled`].
-pub(crate) fn reserved<T>(count: usize, what: impl FnOnce() -> String) -> Result<Vec<T>> {
+/// [`Error::OutOfMemory`] where there is less, or the system refuses it; `what` names it and begins the sentence.
+pub(crate) fn reserved<T>(count: usize, what: impl Fn() -> String) -> Result<Vec<T>> {
+    let bytes = size_of::<T>() as f64 * count as f64;
+    expect(bytes, &what, "use less, or raise the limit")?;
     let mut all = Vec::new();
-    all.try_reserve_exact(count)
-        .map_err(|_| Error::OutOfMemory(format!("{}: {}", what(), not_had(size_of::<T>() as f64 * count as f64))))?;
+    all.try_reserve_exact(count).map_err(|_| Error::OutOfMemory(format!("{}: {}", what(), not_had(bytes))))?;
     Ok(all)
 }
 

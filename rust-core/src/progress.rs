@@ -40,6 +40,8 @@ pub struct Progress<'a> {
     heard: AtomicBool,
     /// Checks left before the call is cancelled; `u64::MAX` for no limit.
     checks_left: AtomicU64,
+    /// The call that this one is a part of, and is cancelled with.
+    whole: Option<&'a dyn Check>,
 }
 
 impl Progress<'static> {
@@ -73,7 +75,13 @@ impl<'a> Progress<'a> {
             cancelled: AtomicBool::new(false),
             heard: AtomicBool::new(false),
             checks_left: AtomicU64::new(u64::MAX),
+            whole: None,
         }
+    }
+
+    /// For a part of this call that plans and counts for itself: it stops with this one, and nobody sees what it counts.
+    pub fn unseen(&self) -> Progress<'_> {
+        Progress { whole: Some(self), ..Progress::with_sink(None) }
     }
 
     /// Sets the stages of the call. Called once, by the driver, before the first stage.
@@ -116,7 +124,7 @@ impl<'a> Progress<'a> {
             }
         }
         if !self.cancelled.load(Ordering::Relaxed) {
-            return Ok(());
+            return self.whole.map_or(Ok(()), |whole| whole.check());
         }
         self.heard.store(true, Ordering::Relaxed);
         Err(Error::Cancelled)
@@ -147,7 +155,7 @@ impl<'a> Progress<'a> {
     ///
     /// # Errors
     /// What `work` returns; [`Error::OutOfMemory`] if the system refuses a thread.
-    pub(crate) fn watch<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
+    pub fn watch<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
         // Within a pool somebody outside is reporting already.
         if rayon::current_thread_index().is_some() || lock(&self.sink).is_none() {
             return work();
@@ -205,7 +213,10 @@ pub(crate) const BLOCK: usize = 1 << 16;
 
 impl Progress<'_> {
     /// `0..len` in blocks, with a check before each.
-    pub(crate) fn ranges(&self, len: usize) -> impl Iterator<Item = Result<Range<usize>>> {
+    ///
+    /// # Errors
+    /// Each may be [`Error::Cancelled`].
+    pub fn ranges(&self, len: usize) -> impl Iterator<Item = Result<Range<usize>>> {
         (0..len).step_by(BLOCK).map(move |first| self.check().map(|()| first..len.min(first + BLOCK)))
     }
 
@@ -222,7 +233,7 @@ pub(crate) struct Pace<'p> {
 }
 
 /// A progress whoever watches it.
-trait Check: Sync {
+trait Check: Send + Sync {
     fn check(&self) -> Result<()>;
 }
 

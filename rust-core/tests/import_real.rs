@@ -165,7 +165,8 @@ fn scanners_grids() {
         let image = &images(&format!("organized_pcd/{file}.pcd"))[0];
         assert_eq!((image.rows(), image.cols()), (480, 640));
         assert!(valid.contains(&image.valid_count()), "{file}: {}", image.valid_count());
-        let surface = surfrecon::triangulate::triangulate(image, &Default::default()).unwrap();
+        let surface =
+            surfrecon::triangulate::triangulate(image, &Default::default(), &surfrecon::Progress::none()).unwrap();
         // The grid's neighbours are neighbours in space: most cells of valid pixels have both triangles.
         assert!(surface.triangles.len() > image.valid_count(), "{file}: {}", surface.triangles.len());
     }

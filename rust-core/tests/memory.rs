@@ -78,7 +78,9 @@ fn foreseen(name: &str, work: impl Fn() -> Result<()>) {
 fn work_that_does_not_fit_is_refused() {
     let progress = Progress::none();
     let small = image(300);
-    foreseen("triangulate", || surfrecon::triangulate::triangulate(&small, &TriangulateParams::default()).map(drop));
+    foreseen("triangulate", || {
+        surfrecon::triangulate::triangulate(&small, &TriangulateParams::default(), &progress).map(drop)
+    });
     let tolerance = Tolerance::Absolute(0.5);
     foreseen("sculpt", || {
         surfrecon::sculpt::run(&small, &SculptParams { tolerance, ..Default::default() }, &progress).map(drop)

@@ -22,7 +22,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, MeshReport, Summary)> {
     let merged = merge::run(&sources, &params, &Progress::none()).unwrap();
     let mut samples = Vec::new();
     for scan in &set.scans {
-        let surface = scan.load(&TriangulateParams::default()).unwrap();
+        let surface = scan.load(&TriangulateParams::default(), &Progress::none()).unwrap();
         samples.extend(surface.positions.iter().map(|&p| surface.world_from_surface.transform_point3(p)));
     }
     let off = deviation(&samples, &merged.mesh, Side::Ignored, 0, &Progress::none()).unwrap().summary;

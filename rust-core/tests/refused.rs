@@ -152,7 +152,9 @@ fn operations(folder: &Path, threads: usize) {
     let progress = Progress::none();
     let small = image(60);
     let triangulation = TriangulateParams::default();
-    survives("triangulate", folder, || Ok(surfrecon::triangulate::triangulate(&small, &triangulation)?.triangles));
+    survives("triangulate", folder, || {
+        Ok(surfrecon::triangulate::triangulate(&small, &triangulation, &progress)?.triangles)
+    });
     let sculpting = |tolerance, interpolate| SculptParams {
         tolerance: Tolerance::Absolute(tolerance),
         interpolate,
@@ -171,7 +173,9 @@ fn operations(folder: &Path, threads: usize) {
     let large = image(300);
     survives("quads", folder, || Ok(surfrecon::quads::run(&large, &quads, &progress)?.positions));
     let grid = surfrecon::quads::run(&large, &quads, &progress).unwrap();
-    survives("spline", folder, || Ok(grid.spline(&SplineParams::default())?.spline.sample(50, 50, false)?.positions));
+    survives("spline", folder, || {
+        Ok(grid.spline(&SplineParams::default(), &progress)?.spline.sample(50, 50, false)?.positions)
+    });
 
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(12);
     let torus = Shape::Torus { major: 0.8, minor: 0.3 }.mesh(12);
@@ -190,12 +194,12 @@ fn operations(folder: &Path, threads: usize) {
     survives("certify", folder, || {
         surfrecon::mesh::certify::certify(&sphere, &torus, Side::Ignored, threads, &progress).map(|found| found.bound)
     });
-    survives("check", folder, || Ok(surfrecon::mesh::check::check(&sphere)));
-    survives("sculpture", folder, || surfrecon::scan::sculpture::sculpture(20.0, threads));
+    survives("check", folder, || surfrecon::mesh::check::try_check(&sphere, &progress));
+    survives("sculpture", folder, || surfrecon::scan::sculpture::sculpture(20.0, threads, &progress));
     let bvh = Bvh::build(&sphere.positions, &sphere.triangles, threads).unwrap();
     let bounds = surfrecon::mesh::measure::bounds(&sphere.positions).unwrap();
     let table = Turntable { pixels: 60, ..Default::default() };
-    let cameras = surfrecon::scan::turntable(bounds, &table).unwrap();
+    let cameras = surfrecon::scan::turntable(bounds, &table, &Progress::none()).unwrap();
     let params = ScanParams { threads, ..Default::default() };
     let scan = |camera: &Camera| surfrecon::scan::scan(&sphere, &bvh, camera, &params, &progress);
     survives("virtual scan", folder, || Ok(scan(&cameras[0])?.valid_count()));

@@ -85,7 +85,7 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
     sculpt = [p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")]
     assert set(keyword_options(surfrecon.sculpt)) == {*sculpt, "progress"}
-    assert set(keyword_options(surfrecon.Sculptor)) == set(sculpt) - {"tolerance", "relative_tolerance"}
+    assert set(keyword_options(surfrecon.Sculptor)) == {*sculpt, "progress"} - {"tolerance", "relative_tolerance"}
     cluster = {p.name for p in surfrecon.parameters("cluster")}
     assert set(keyword_options(surfrecon.cluster)) == {*cluster, "progress"}
     one_level = {"vertices", "patches", "max_error"}

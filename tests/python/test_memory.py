@@ -1,6 +1,9 @@
 """Work that does not fit is refused before it begins, and says what would fit."""
 
 import contextlib
+import os
+import pickle
+import signal
 import subprocess
 import sys
 import time
@@ -24,11 +27,11 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     with pytest.raises(MemoryError) as refused:
         surfrecon.reconstruct(points)
     assert str(refused.value) == (
-        "not enough memory: a surface through 1000 points needs about 400 kB, 100 kB are allowed; use fewer"
+        "not enough memory: a surface through 1000 points needs about 400 kB, 100 kB are allowed; about 249 would fit"
     )
     limit(None)
     mesh = surfrecon.sculpture()
-    limit(100_000)
+    limit(40_000_000)
     with pytest.raises(surfrecon.OutOfMemoryError, match="are allowed; a voxel of .* fits"):
         surfrecon.merge([mesh], voxel=1e-4)
     limit(None)
@@ -103,3 +106,128 @@ except MemoryError as error:
     assert done.returncode == 0, done.stderr
     said = "not enough memory: a surface through 1000000 points needs about 400 MB, "
     assert done.stdout.startswith(said), done.stdout
+
+
+def calls():
+    """Calls of every kind that take a few megabytes: the operations, what makes arrays, a reader, a writer."""
+    y, x = np.mgrid[:300, :300].astype(float)
+    heights = 20 * np.sin(x / 37) * np.cos(y / 29) + np.random.default_rng(1).normal(0, 0.05, x.shape)
+    image = surfrecon.RangeImage.orthographic(heights, step=(1, -1))
+    mesh = image.triangulate()
+    points = mesh.positions[::7].copy()
+    quads = surfrecon.adaptive_quads(image, rows=20, columns=20)
+    return {
+        "RangeImage": lambda: surfrecon.RangeImage.orthographic(heights, step=(1, -1)),
+        "Mesh": lambda: surfrecon.Mesh(mesh.positions, mesh.triangles),
+        "triangulate": image.triangulate,
+        "world_points": image.world_points,
+        "positions_f32": mesh.positions_f32,
+        "check": mesh.check,
+        "sculpt": lambda: surfrecon.sculpt(image, tolerance=0),
+        "Sculptor": lambda: surfrecon.Sculptor(image),
+        "adaptive_quads": lambda: surfrecon.adaptive_quads(image, rows=20, columns=20),
+        "spline": quads.spline,
+        "merge": lambda: surfrecon.merge([image], voxel=1.0),
+        "reconstruct": lambda: surfrecon.reconstruct(points),
+        "cluster": lambda: surfrecon.cluster(mesh, vertices=500),
+        "distances": lambda: surfrecon.distances(points, mesh),
+        "surface_distance": lambda: surfrecon.surface_distance(mesh, mesh),
+        "sculpture": lambda: surfrecon.sculpture(cell=8.0),
+        "virtual_scan": lambda: surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=1, above=0, below=0)),
+        "turntable": lambda: surfrecon.turntable(mesh, around=20_000),
+    }
+
+
+CALLS = calls()
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_the_limit_holds_whatever_was_foreseen(name, limit):
+    call = CALLS[name]
+
+    def peak():
+        surfrecon.memory_peak(restart=True)
+        before = surfrecon.memory_in_use()
+        result = call()
+        del result
+        return surfrecon.memory_peak() - before
+
+    call()
+    whole = peak()
+    foreseen = surfrecon.memory_foreseen()
+    limit(whole // 2)
+    before = surfrecon.memory_in_use()
+    with pytest.raises(MemoryError, match="not enough memory"):
+        peak()
+    assert surfrecon.memory_peak() - before <= whole // 2 + 100_000
+    limit(max(whole, foreseen) + 2_000_000)
+    assert peak() <= whole * 1.1 + 100_000
+
+
+STARVED = """
+import resource, sys
+import numpy as np
+sys.path.insert(0, {folder!r})
+import surfrecon, test_memory
+call = test_memory.CALLS[{name!r}]
+call()
+pages = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+refused = 0
+for more in [0, 1, 2, 4, 8, 16, 32, 64, 128, 256, 512]:
+    resource.setrlimit(resource.RLIMIT_AS, (pages + more * (1 << 20), resource.RLIM_INFINITY))
+    try:
+        call()
+    except MemoryError:
+        refused += 1
+resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+call()
+print("alive", refused)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits the address space")
+@pytest.mark.parametrize(
+    "name", ["adaptive_quads", "sculpture", "virtual_scan", "cluster", "spline", "merge", "world_points"]
+)
+def test_a_system_without_memory_is_no_end(name):
+    code = STARVED.format(folder=os.path.dirname(__file__), name=name)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.startswith("alive"), done.stderr
+
+
+def test_numbers_that_ask_for_too_much_are_refused():
+    mesh = surfrecon.sculpture(cell=20.0)
+    with pytest.raises(MemoryError, match="placing 1000000004 cameras needs"):
+        surfrecon.turntable(mesh, around=10**9)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_waiting_for_a_job_can_be_interrupted_and_its_result_fetched_later():
+    mesh = surfrecon.sculpture(cell=3.0)
+    job = surfrecon.Job.cluster(mesh, vertices=5000)
+
+    class Interrupted(Exception):
+        pass
+
+    def interrupt(*_):
+        raise Interrupted
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        began = time.perf_counter()
+        with pytest.raises(Interrupted):
+            job.result()
+        assert time.perf_counter() - began < 5
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert len(job.result().mesh.positions) >= 5000
+
+
+def test_file_errors_survive_pickling(tmp_path):
+    with pytest.raises(surfrecon.FileError) as caught:
+        surfrecon.sculpture(cell=20.0).write(tmp_path / "none" / "x.ply")
+    assert caught.value.errno == 2 and "there is no folder" in str(caught.value)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (again.errno, again.filename, str(again)) == (2, caught.value.filename, str(caught.value))

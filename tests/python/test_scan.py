@@ -77,7 +77,7 @@ def test_bad_scanners_are_refused():
     mesh = torus()
     with pytest.raises(surfrecon.ParameterError, match="noise must be .* >= 0, got -1"):
         surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, pixels=10), noise=-1)
-    with pytest.raises(surfrecon.InputError, match="step"):
+    with pytest.raises(surfrecon.InputError, match="spacing must be > 0, got 0"):
         surfrecon.Camera.orthographic(4, 4, spacing=0, target=(0, 0, 0), toward=(0, 0, -1))
     with pytest.raises(surfrecon.InputError, match="no vertices"):
         surfrecon.turntable(surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))

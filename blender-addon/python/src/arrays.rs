@@ -13,7 +13,9 @@ use numpy::{Element, PyArray, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArr
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use crate::errors::input_error;
+use surfrecon::memory::foresee;
+
+use crate::errors::{input_error, to_python};
 
 /// What a borrowing array keeps alive.
 #[pyclass(frozen, module = "surfrecon._native")]
@@ -176,10 +178,17 @@ fn numbers<'py>(value: &Bound<'py, PyAny>, what: &str, kinds: &str, shape: &[Ext
     Ok(array)
 }
 
+/// Memory that taking an array needs, as multiples of what it holds, nearly: numbers stay, indices become smaller ones.
+const COPIES: f64 = 1.3;
+const COPIES_OF_INDICES: f64 = 1.55;
+
 fn copy<T: Element + Copy>(array: &Bound<'_, PyAny>, dtype: &str) -> PyResult<(Vec<T>, Vec<usize>)> {
     let array = array.py().import("numpy")?.call_method1("ascontiguousarray", (array, dtype))?;
     let array = array.cast_into::<PyArrayDyn<T>>()?;
     let entries = array.readonly();
+    // What is made of them is smaller than they are.
+    let copies = if dtype.contains("int64") { COPIES_OF_INDICES } else { COPIES };
+    foresee(array.len(), copies * size_of::<T>() as f64, "taking", "numbers").map_err(|e| to_python(&e))?;
     // A zero-dimensional array comes back as one of length one; no caller asks for that.
     Ok((entries.as_slice()?.to_vec(), array.shape().to_vec()))
 }
@@ -253,6 +262,8 @@ pub fn coordinates(vectors: &[DVec3]) -> &[f64] {
 }
 
 /// Vectors from coordinates, three a vector.
-pub fn vectors(coordinates: &[f64]) -> Vec<DVec3> {
-    coordinates.chunks_exact(3).map(|c| DVec3::new(c[0], c[1], c[2])).collect()
+pub fn vectors(coordinates: Vec<f64>) -> Vec<DVec3> {
+    // In place, unless there is room for more that is no whole number of vectors.
+    bytemuck::allocation::try_cast_vec(coordinates)
+        .unwrap_or_else(|(_, given)| given.chunks_exact(3).map(|c| DVec3::new(c[0], c[1], c[2])).collect())
 }

@@ -74,3 +74,9 @@ pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> surfrecon::Resul
         Err(panic) => Err(internal_error(&*panic)),
     }
 }
+
+/// Runs work that needs the interpreter lock: what it takes stays within the memory limit, and an allocation that is refused
+/// becomes an `OutOfMemoryError`.
+pub fn guarded<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+    memory::guarded(|| Ok(work())).unwrap_or_else(|error: Error| Err(to_python(&error)))
+}

@@ -419,6 +419,14 @@ impl Job {
             // Nobody waits for memory that is given back.
             return Err(to_python(&surfrecon::Error::Cancelled));
         }
+        // Ctrl-C ends the waiting, not the job: its result can be fetched later.
+        while !thread.is_finished() {
+            if let Err(signal) = py.check_signals() {
+                *self.thread.lock().unwrap_or_else(PoisonError::into_inner) = Some(thread);
+                return Err(signal);
+            }
+            py.detach(|| std::thread::sleep(std::time::Duration::from_millis(2)));
+        }
         match py.detach(|| thread.join()) {
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),

@@ -80,7 +80,7 @@ impl DistanceCall {
         };
         let side = if signed { Side::Signed } else { Side::Ignored };
         let threads = count_of("merge", "threads", threads)?;
-        Ok(DistanceCall { points: arrays::vectors(&coordinates), reference, side, threads })
+        Ok(DistanceCall { points: arrays::vectors(coordinates), reference, side, threads })
     }
 
     /// Runs it.
@@ -124,7 +124,7 @@ pub fn nearest_triangles<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
-    let (points, mesh) = (arrays::vectors(&coordinates), mesh.mesh.clone());
+    let (points, mesh) = (arrays::vectors(coordinates), mesh.mesh.clone());
     let threads = count_of("merge", "threads", threads)?;
     let found =
         Watch::new(progress).run(py, move |progress| measure::nearest_triangles(&points, &mesh, threads, progress))?;

@@ -172,22 +172,23 @@ impl ScanSource for Source {
         }
     }
 
-    fn load(&self, triangulation: &TriangulateParams) -> surfrecon::Result<OrientedSurface> {
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
         match self {
-            Source::File(scan) => scan.load(triangulation),
-            Source::Image(image) => image.load(triangulation),
+            Source::File(scan) => scan.load(triangulation, progress),
+            Source::Image(image) => image.load(triangulation, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
-                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(triangulation)
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(triangulation, progress)
             }
         }
     }
 
-    fn content(&self, triangulation: &TriangulateParams) -> surfrecon::Result<u64> {
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
         match self {
-            Source::File(scan) => scan.content(triangulation),
-            Source::Image(image) => image.content(triangulation),
+            Source::File(scan) => scan.content(triangulation, progress),
+            Source::Image(image) => image.content(triangulation, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
-                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.content(triangulation)
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }
+                    .content(triangulation, progress)
             }
         }
     }

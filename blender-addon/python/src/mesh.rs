@@ -8,10 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
 use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_obj, write_ply, write_stl};
+use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
-use crate::errors::{detached, input_error, to_python};
+use crate::errors::{guarded, input_error, to_python};
 use crate::progress::Watch;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
@@ -40,19 +41,21 @@ impl From<TriMesh> for Mesh {
     }
 }
 
-#[pymethods]
 impl Mesh {
-    #[new]
-    #[pyo3(signature = (positions, triangles, *, colour = None, confidence = None))]
-    fn new(
+    fn from_arrays(
         positions: &Bound<'_, PyAny>,
         triangles: &Bound<'_, PyAny>,
         colour: Option<&Bound<'_, PyAny>>,
         confidence: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let (coordinates, _) = arrays::floats(positions, "positions", &[None, Some(3)])?;
-        let positions = arrays::vectors(&coordinates);
+        let positions = {
+            let (coordinates, _) = arrays::floats(positions, "positions", &[None, Some(3)])?;
+            arrays::vectors(coordinates)
+        };
+        let py = triangles.py();
+        py.check_signals()?;
         let (indices, _) = arrays::integers(triangles, "triangles", &[None, Some(3)])?;
+        py.check_signals()?;
         let mut mesh = TriMesh::new(positions, corners(&indices)?);
         let vertices = Some(mesh.positions.len());
         if let Some(colour) = colour {
@@ -68,6 +71,36 @@ impl Mesh {
         }
         mesh.validate().map_err(|e| to_python(&e))?;
         Ok(mesh.into())
+    }
+
+    /// The coordinates less `origin` times `scale` in single precision.
+    fn rounded(&self, origin: DVec3, scale: f64) -> PyResult<Vec<f32>> {
+        let bytes = size_of::<[f32; 3]>() as f64;
+        memory::foresee(self.mesh.positions.len(), bytes, "rounding", "vertices").map_err(|e| to_python(&e))?;
+        let near = |p: &DVec3| ((*p - origin) * scale).as_vec3().to_array();
+        let near: Vec<[f32; 3]> = self.mesh.positions.iter().map(near).collect();
+        if let Some(v) = near.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+            let at = self.mesh.positions[v].to_array();
+            return Err(input_error(format!(
+                "vertex {v} at {at:?} is more than float32 can hold with the origin {:?} and the scale {scale:?}",
+                origin.to_array()
+            )));
+        }
+        Ok(near.into_flattened())
+    }
+}
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    #[pyo3(signature = (positions, triangles, *, colour = None, confidence = None))]
+    fn new(
+        positions: &Bound<'_, PyAny>,
+        triangles: &Bound<'_, PyAny>,
+        colour: Option<&Bound<'_, PyAny>>,
+        confidence: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        guarded(|| Self::from_arrays(positions, triangles, colour, confidence))
     }
 
     /// (n, 3) float64, a read-only view.
@@ -95,17 +128,7 @@ impl Mesh {
         origin: [f64; 3],
         scale: f64,
     ) -> PyResult<Bound<'py, numpy::PyArray1<f32>>> {
-        let origin = DVec3::from_array(origin);
-        let near = |p: &DVec3| ((*p - origin) * scale).as_vec3().to_array();
-        let near: Vec<[f32; 3]> = self.mesh.positions.iter().map(near).collect();
-        if let Some(v) = near.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
-            let at = self.mesh.positions[v].to_array();
-            return Err(input_error(format!(
-                "vertex {v} at {at:?} is more than float32 can hold with the origin {:?} and the scale {scale:?}",
-                origin.to_array()
-            )));
-        }
-        Ok(numpy::PyArray1::from_vec(py, near.into_flattened()))
+        guarded(|| self.rounded(DVec3::from_array(origin), scale)).map(|near| numpy::PyArray1::from_vec(py, near))
     }
 
     /// Lowest and highest coordinates, (2, 3) float64; ``None`` without vertices.
@@ -135,7 +158,7 @@ impl Mesh {
     ///     ``is_manifold``, ``is_closed`` (bool) and ``genus`` (``None`` unless the mesh is a manifold).
     fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let mesh = self.mesh.clone();
-        let report = detached(py, move || Ok(surfrecon::mesh::check(&mesh)))?;
+        let report = Watch::new(None).run(py, move |progress| surfrecon::mesh::try_check(&mesh, progress))?;
         let dict = PyDict::new(py);
         for (name, count) in [
             ("triangles", report.triangles),

@@ -12,7 +12,7 @@ use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
-use crate::errors::{detached, input_error, to_python};
+use crate::errors::{detached, guarded, input_error, to_python};
 use crate::mesh::{Mesh, ending};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
@@ -245,8 +245,8 @@ impl QuadGrid {
     }
 
     /// The quads as a ``Mesh`` of triangles, each quad cut along the diagonal that lies nearer to the image.
-    fn triangles(&self) -> Mesh {
-        Mesh::from(self.core.triangles())
+    fn triangles(&self) -> PyResult<Mesh> {
+        guarded(|| Ok(Mesh::from(self.core.triangles())))
     }
 
     /// Fits a B-spline surface to the whole grid.
@@ -255,16 +255,25 @@ impl QuadGrid {
     ///     order: 2 (straight pieces), 3 or 4 (cubic).
     ///     rows, columns: control points; ``None``: as many as vertices, so that the surface runs through them. Fewer: least
     ///         squares.
+    ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
     ///
     /// Raises:
     ///     InputError: another order, fewer control points than the order, more than vertices.
-    #[pyo3(signature = (*, order = 4, rows = None, columns = None))]
-    fn spline(&self, py: Python<'_>, order: i64, rows: Option<i64>, columns: Option<i64>) -> PyResult<Spline> {
+    #[pyo3(signature = (*, order = 4, rows = None, columns = None, progress = None))]
+    fn spline(
+        &self,
+        py: Python<'_>,
+        order: i64,
+        rows: Option<i64>,
+        columns: Option<i64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Spline> {
         let order = count("order", order)?;
         let rows = rows.map(|rows| count("rows", rows)).transpose()?;
         let columns = columns.map(|columns| count("columns", columns)).transpose()?;
         let core = self.core.clone();
-        let fit = detached(py, move || core.spline(&SplineParams { order, rows, cols: columns }))?;
+        let params = SplineParams { order, rows, cols: columns };
+        let fit = Watch::new(progress).run(py, move |progress| core.spline(&params, progress))?;
         Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
     }
 

@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use numpy::PyArrayMethods;
+use glam::DVec3;
+use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
 use surfrecon::export::{PlyEncoding, write_e57, write_ptx, write_range_grid_ply};
+use surfrecon::memory;
 use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
-use crate::errors::{detached, input_error, to_python};
+use crate::errors::{guarded, input_error, to_python};
 use crate::mesh::{Mesh, check_ending, ending};
 use crate::params::value_of;
 use crate::progress::Watch;
@@ -72,7 +74,7 @@ fn keeps_detail(exact: &[f64], rounded: &[f32], cols: usize) -> PyResult<()> {
     if moved == 0.0 {
         return Ok(());
     }
-    let points = arrays::vectors(exact);
+    let points = arrays::vectors(exact.to_vec());
     let rows = points.chunks_exact(cols.max(1));
     let mut steps: Vec<f64> = rows.flat_map(|row| row.windows(2).map(|p| p[0].distance(p[1]))).collect();
     steps.retain(|d| d.is_finite());
@@ -157,12 +159,18 @@ impl RangeImage {
         name: Option<String>,
     ) -> PyResult<Self> {
         let viewing = self::viewing(viewing)?;
-        let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
-        let coordinates: Vec<f32> = exact.iter().map(|&x| x as f32).collect();
-        arrays::check_single(&exact, &coordinates, 0, "points")?;
-        keeps_detail(&exact, &coordinates, shape[1])?;
-        let points: Vec<[f32; 3]> = bytemuck::cast_slice(&coordinates).to_vec();
-        made(Core::from_points(shape[0], shape[1], points, viewing), name)
+        guarded(|| {
+            let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
+            points.py().check_signals()?;
+            let coordinates: Vec<f32> = exact.iter().map(|&x| x as f32).collect();
+            arrays::check_single(&exact, &coordinates, 0, "points")?;
+            keeps_detail(&exact, &coordinates, shape[1])?;
+            drop(exact);
+            points.py().check_signals()?;
+            let points: Vec<[f32; 3]> = bytemuck::cast_slice(&coordinates).to_vec();
+            drop(coordinates);
+            made(Core::from_points(shape[0], shape[1], points, viewing), name)
+        })
     }
 
     /// A height map: rays along -z, ``values`` are z.
@@ -293,15 +301,16 @@ impl RangeImage {
         if let Samples::Points(_) = image.samples() {
             return arrays::view(py, &image, flat_points, (rows, cols, 3));
         }
-        let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_sensor(i)).collect());
-        Ok(grid_of_points(py, &points, rows, cols)?.into_any())
+        let points = all_points(py, image.clone(), Core::point_in_sensor)?;
+        Ok(PyArray1::from_vec(py, points).reshape([rows, cols, 3])?.into_any())
     }
 
     /// (rows, cols, 3) float64 in the world, NaN where invalid, newly computed.
     fn world_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let image = self.image();
-        let points: Vec<_> = py.detach(|| (0..image.len()).map(|i| image.point_in_world(i)).collect());
-        Ok(grid_of_points(py, &points, image.rows(), image.cols())?.into_any())
+        let (rows, cols) = (image.rows(), image.cols());
+        let points = all_points(py, image, Core::point_in_world)?;
+        Ok(PyArray1::from_vec(py, points).reshape([rows, cols, 3])?.into_any())
     }
 
     /// (rows, cols) float64 as the projection measures them, NaN where invalid, a read-only view; ``None`` for images made
@@ -319,8 +328,8 @@ impl RangeImage {
     #[getter]
     fn valid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let image = self.image();
-        let valid: Vec<bool> = (0..image.len()).map(|i| image.is_valid(i)).collect();
-        let array = numpy::PyArray1::from_vec(py, valid).reshape([image.rows(), image.cols()])?;
+        let valid: Vec<bool> = guarded(|| Ok((0..image.len()).map(|i| image.is_valid(i)).collect()))?;
+        let array = PyArray1::from_vec(py, valid).reshape([image.rows(), image.cols()])?;
         Ok(array.into_any())
     }
 
@@ -438,11 +447,11 @@ impl RangeImage {
     fn triangulate(&self, py: Python<'_>, edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<Mesh> {
         let params = triangulation(edge_limit, grazing_limit)?;
         let image = self.image();
-        detached(py, move || {
-            let surface = triangulate(&image, &params)?;
+        let made = Watch::new(None).run(py, move |progress| {
+            let surface = triangulate(&image, &params, progress)?;
             Ok(with_grid(&image, surface))
-        })
-        .map(Mesh::from)
+        });
+        made.map(Mesh::from)
     }
 
     fn __repr__(&self) -> String {
@@ -484,17 +493,25 @@ fn with_grid(image: &Core, surface: surfrecon::triangulate::RangeSurface) -> sur
 }
 
 fn from_values(values: &Bound<'_, PyAny>, projection: Projection, name: Option<String>) -> PyResult<RangeImage> {
-    let (values, shape) = arrays::floats(values, "values", &[None, None])?;
-    made(Core::from_values(shape[0], shape[1], values, projection), name)
+    guarded(|| {
+        let (values, shape) = arrays::floats(values, "values", &[None, None])?;
+        made(Core::from_values(shape[0], shape[1], values, projection), name)
+    })
 }
 
-fn grid_of_points<'py>(
-    py: Python<'py>,
-    points: &[glam::DVec3],
-    rows: usize,
-    cols: usize,
-) -> PyResult<Bound<'py, numpy::PyArray3<f64>>> {
-    numpy::PyArray1::from_slice(py, arrays::coordinates(points)).reshape([rows, cols, 3])
+/// A point a pixel, three numbers each.
+fn all_points(py: Python<'_>, image: Arc<Core>, point: fn(&Core, usize) -> DVec3) -> PyResult<Vec<f64>> {
+    Watch::new(None).run(py, move |progress| {
+        let bytes = size_of::<DVec3>() as f64;
+        memory::foresee(image.len(), bytes, "the points of", "pixels")?;
+        progress.watch(|| {
+            let mut points = Vec::with_capacity(image.len());
+            for block in progress.ranges(image.len()) {
+                points.extend(block?.map(|pixel| point(&image, pixel).to_array()));
+            }
+            Ok(points.into_flattened())
+        })
+    })
 }
 
 fn flat_points(image: &Core) -> &[f32] {

@@ -225,7 +225,7 @@ pub fn cloud_of(points: &Bound<'_, PyAny>) -> PyResult<Arc<CoreCloud>> {
         return Ok(cloud.get().cloud.clone());
     }
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
-    Ok(Arc::new(CoreCloud { positions: arrays::vectors(&coordinates), ..CoreCloud::default() }))
+    Ok(Arc::new(CoreCloud { positions: arrays::vectors(coordinates), ..CoreCloud::default() }))
 }
 
 fn prepared(
@@ -246,7 +246,7 @@ fn prepared(
     if let Some(sensors) = sensors {
         let sensors = match arrays::vector(sensors, "sensors") {
             Ok(sensor) => vec![sensor],
-            Err(_) => arrays::vectors(&arrays::floats(sensors, "sensors", &[None, Some(3)])?.0),
+            Err(_) => arrays::vectors(arrays::floats(sensors, "sensors", &[None, Some(3)])?.0),
         };
         reconstructor.seen_from(sensors).map_err(|e| to_python(&e))?;
     }

@@ -11,7 +11,7 @@ use surfrecon::scan::{self, ScanParams, Turntable};
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
-use crate::errors::{detached, input_error, to_python};
+use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::{count_of, value_of};
 use crate::progress::Watch;
@@ -189,7 +189,8 @@ fn made(camera: surfrecon::Result<scan::Camera>) -> PyResult<Camera> {
 #[pyo3(signature = (mesh, *, around = None, above = None, below = None, elevation = None, up = None, pixels = None,
     height_angle = None))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-pub fn turntable(
+pub fn turntable<'py>(
+    py: Python<'py>,
     mesh: &Mesh,
     around: Option<usize>,
     above: Option<usize>,
@@ -198,7 +199,7 @@ pub fn turntable(
     up: Option<&Bound<'_, PyAny>>,
     pixels: Option<usize>,
     height_angle: Option<f64>,
-) -> PyResult<Vec<Camera>> {
+) -> PyResult<Bound<'py, PyList>> {
     let default = Turntable::default();
     let table = Turntable {
         around: around.unwrap_or(default.around),
@@ -212,8 +213,15 @@ pub fn turntable(
     let Some(bounds) = scan::bounds(&mesh.mesh.positions) else {
         return Err(input_error("the mesh has no vertices".to_owned()));
     };
-    let cameras = scan::turntable(bounds, &table).map_err(|e| to_python(&e))?;
-    cameras.into_iter().map(|camera| made(Ok(camera))).collect()
+    let cameras = Watch::new(None).run(py, move |progress| scan::turntable(bounds, &table, progress))?;
+    let list = PyList::empty(py);
+    for (k, camera) in cameras.into_iter().enumerate() {
+        if k % 4096 == 0 {
+            py.check_signals()?;
+        }
+        list.append(made(Ok(camera))?)?;
+    }
+    Ok(list)
 }
 
 /// Scans a mesh virtually: its colours come with it, and the truth is known.
@@ -372,13 +380,20 @@ impl ScanCall {
 /// Args:
 ///     cell: edge of the lattice it is made with, mm; by default 1.8, which gives about 400,000 triangles.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
+///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///
 /// Raises:
 ///     InputError: a cell below 0.5 or above 20.
+///     Cancelled: the callback said so.
 #[pyfunction]
-#[pyo3(signature = (*, cell = None, threads = None))]
-pub fn sculpture(py: Python<'_>, cell: Option<f64>, threads: Option<i64>) -> PyResult<Mesh> {
+#[pyo3(signature = (*, cell = None, threads = None, progress = None))]
+pub fn sculpture(
+    py: Python<'_>,
+    cell: Option<f64>,
+    threads: Option<i64>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Mesh> {
     let threads = count_of("scan", "threads", threads)?;
     let cell = cell.unwrap_or(scan::sculpture::CELL);
-    detached(py, move || scan::sculpture::sculpture(cell, threads)).map(Mesh::from)
+    Watch::new(progress).run(py, move |progress| scan::sculpture::sculpture(cell, threads, progress)).map(Mesh::from)
 }

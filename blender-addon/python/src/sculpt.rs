@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
 use surfrecon::{Progress, RangeImage as CoreImage};
 
-use crate::errors::{detached, input_error, parameter_error};
+use crate::errors::{input_error, parameter_error};
 use crate::mesh::Mesh;
 use crate::params::{count_of, value_of};
 use crate::progress::Watch;
@@ -196,7 +196,7 @@ impl RefineCall {
 impl Sculptor {
     #[new]
     #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, simplify_borders = None,
-        edge_limit = None, grazing_limit = None, threads = None))]
+        edge_limit = None, grazing_limit = None, threads = None, progress = None))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     fn new(
         py: Python<'_>,
@@ -208,6 +208,7 @@ impl Sculptor {
         edge_limit: Option<f64>,
         grazing_limit: Option<f64>,
         threads: Option<i64>,
+        progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let call = PrepareCall::new(
             image,
@@ -219,7 +220,7 @@ impl Sculptor {
             grazing_limit,
             threads,
         )?;
-        detached(py, || call.run(&Progress::none()))
+        Watch::new(progress).run(py, |progress| call.run(progress))
     }
 
     /// Difference between the farthest and the nearest range of the covered samples.

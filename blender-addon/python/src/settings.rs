@@ -5,10 +5,11 @@ use surfrecon::memory;
 
 use crate::errors::input_error;
 
-/// Sets the most memory that a call may take, in bytes, as far as it can be foreseen.
+/// Sets the most memory that calls may take, in bytes; together, where several run at a time.
 ///
-/// What would need more, or more than is free, raises ``MemoryError`` before it begins. ``None``, the default, allows all
-/// that is free.
+/// What is foreseen to need more, or more than is free, raises ``MemoryError`` before it begins; what turns out to need more
+/// raises it then, and nothing is left behind. What Python and NumPy allocate does not count. ``None``, the default, allows
+/// all that is free.
 ///
 /// Raises:
 ///     InputError: a negative number.

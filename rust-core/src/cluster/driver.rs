@@ -25,7 +25,8 @@ use crate::progress::{Plan, Progress};
 use crate::scattered::{self, ReconstructParams, Reconstructor};
 
 /// At the peak; measured.
-const BYTES_A_TRIANGLE: f64 = 85.0;
+const BYTES_A_TRIANGLE: f64 = 52.0;
+const BYTES_A_VERTEX: f64 = 105.0;
 /// Three points for every two triangles, with their terms.
 const BYTES_FITTED: f64 = 160.0;
 
@@ -159,7 +160,8 @@ fn chain(
     magnitude::points("vertex", &mesh.positions)?;
     let triangles = mesh.triangles.len();
     let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
-    memory::expect(each * triangles as f64, || format!("clustering {triangles} triangles"), "use fewer")?;
+    let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
+    memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
     let start = Instant::now();
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
     let surface = Surface::new(mesh, progress)?;

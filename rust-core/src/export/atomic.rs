@@ -92,7 +92,8 @@ pub(crate) fn stage(
     let older = older(path, &place)?;
     let folder = folder_of(&place);
     if !folder.is_dir() {
-        return Err(Error::input(format!("{}: there is no folder {}", path.display(), folder.display())));
+        let problem = format!("there is no folder {}", folder.display());
+        return Err(Error::io(path, std::io::Error::new(ErrorKind::NotFound, problem)));
     }
     let temporary = Temporary::new(folder, older).map_err(|e| Error::io(path, e))?;
     if let Some(file) = temporary.file() {

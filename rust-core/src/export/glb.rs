@@ -8,11 +8,14 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::atomic::{Output, write_atomically};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::{AttributeData, TriMesh};
 use crate::progress::Progress;
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
+/// In double precision, then in single.
+const BYTES_A_NORMAL: f64 = 36.0;
 /// Coordinates larger than this times the mesh's size get an origin of their own: single precision keeps 2^-24 of a
 /// coordinate, which then is at most 2^-20 of the size.
 const FAR: f64 = 8.0;
@@ -80,6 +83,9 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
         let scale = options.metres_per_unit;
         return Err(Error::input(format!("metres_per_unit must be a finite number > 0, got {scale}")));
     }
+    let meshes = nodes.iter().flat_map(|node| std::iter::once(&node.mesh).chain(node.coarser));
+    let vertices = meshes.filter(|mesh| !mesh.triangles.is_empty()).map(|mesh| mesh.positions.len()).sum();
+    memory::expect_each(vertices, BYTES_A_NORMAL, 0.0, "normals of", "vertices")?;
     let mut parts = Vec::new();
     for node in nodes {
         let levels = std::iter::once(node.mesh).chain(node.coarser.iter().copied());

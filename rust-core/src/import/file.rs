@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use super::{Content, ReadOptions, Scan, ScanSet};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::progress::Progress;
 
 /// Most bytes that are read between two looks at the progress.
@@ -291,12 +292,5 @@ pub(super) fn thinned(scan: &Scan, parse: Parse, count: usize) -> Result<Vec<DVe
 
 /// Room for `count` elements that the file was seen to hold or the limit of decoded sizes allows.
 pub(super) fn reserve<T>(count: usize, path: &Path) -> Result<Vec<T>> {
-    let mut list = Vec::new();
-    match list.try_reserve_exact(count) {
-        Ok(()) => Ok(list),
-        Err(_) => {
-            let bytes = count.saturating_mul(size_of::<T>());
-            Err(Error::OutOfMemory(format!("{}: {bytes} bytes", path.display())))
-        }
-    }
+    memory::reserved(count, || format!("reading {}", path.display()))
 }

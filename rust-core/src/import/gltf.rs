@@ -25,6 +25,7 @@ use serde_json::value::RawValue;
 use super::file::{self, Input, reserve};
 use super::{Content, Scan, conf};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::{Attribute, TriMesh};
 use crate::progress::Progress;
 
@@ -41,7 +42,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     text.trim_start().starts_with('{') && (has("asset") || has("accessors") || has("bufferViews"))
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let size =
         usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", scan.path.display())))?;
     let mut bytes = reserve(size, &scan.path)?;
@@ -73,7 +74,8 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
     }
     let visited = vec![false; root.nodes.len()];
     let mut reader =
-        Reader { scan, root: &root, transforms, buffers, mesh: TriMesh::default(), colours: None, visited };
+        Reader { scan, root: &root, transforms, buffers, mesh: TriMesh::default(), colours: None, visited, progress };
+    reader.foresee()?;
     match root.scenes.get(root.scene.map_or(0, |scene| scene.value())) {
         Some(scene) => {
             for &node in &scene.nodes {
@@ -251,7 +253,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-struct Reader<'a> {
+struct Reader<'a, 'p> {
     scan: &'a Scan,
     root: &'a Root,
     /// Of the nodes, in their parents.
@@ -261,9 +263,59 @@ struct Reader<'a> {
     colours: Option<Vec<[u8; 4]>>,
     /// Nodes seen: each has one parent, whatever a damaged file says.
     visited: Vec<bool>,
+    progress: &'a Progress<'p>,
 }
 
-impl<'a> Reader<'a> {
+/// What the meshes of a file come to, each counted as often as nodes place it.
+#[derive(Default)]
+struct Amount {
+    vertices: usize,
+    corners: usize,
+    /// Of the largest primitive.
+    most: [usize; 2],
+}
+
+impl<'a> Reader<'a, '_> {
+    /// Makes room for what the nodes place, as far as the file holds it: what it does not is said when it is read.
+    fn foresee(&mut self) -> Result<()> {
+        let mut placed = vec![0_usize; self.root.meshes.len()];
+        match self.root.scenes.get(self.root.scene.map_or(0, |scene| scene.value())) {
+            Some(_) => {
+                for mesh in self.root.nodes.iter().filter_map(|node| node.mesh) {
+                    placed.get_mut(mesh.value()).into_iter().for_each(|count| *count += 1);
+                }
+            }
+            None => placed.fill(1),
+        }
+        let mut amount = Amount::default();
+        for (mesh, &times) in self.root.meshes.iter().zip(&placed) {
+            for primitive in &mesh.primitives {
+                let position = primitive.attributes.get(&Checked::Valid(Semantic::Positions)).copied();
+                let count = |accessor| self.elements(accessor).map_or(0, |elements| elements.count);
+                let vertices = position.map_or(0, count);
+                let corners = primitive.indices.map_or(vertices, count);
+                amount.vertices = amount.vertices.saturating_add(vertices.saturating_mul(times));
+                amount.corners = amount.corners.saturating_add(corners.saturating_mul(times));
+                amount.most = [amount.most[0].max(vertices), amount.most[1].max(corners)];
+            }
+        }
+        let limit = self.scan.options.max_decoded_bytes() / size_of::<DVec3>() as u64;
+        // More is refused with its place.
+        if amount.vertices as u64 <= limit && amount.corners as u64 <= 6 * limit {
+            let while_reading = amount.most[0] * size_of::<DVec3>() + amount.most[1] * size_of::<u32>();
+            memory::expect_each(
+                amount.vertices,
+                size_of::<DVec3>() as f64,
+                (while_reading + amount.corners / 3 * size_of::<[u32; 3]>()) as f64,
+                "reading",
+                "vertices",
+            )?;
+            self.mesh.positions = reserve(amount.vertices, &self.scan.path)?;
+            self.mesh.triangles = reserve(amount.corners / 3, &self.scan.path)?;
+        }
+        Ok(())
+    }
+
     fn fail<T>(&self, at: &str, problem: impl Into<String>) -> Result<T> {
         Err(Error::format(&self.scan.path, at, problem))
     }
@@ -310,6 +362,7 @@ impl<'a> Reader<'a> {
             Checked::Invalid => return self.fail(at, "its mode is unknown; there are 0 to 6"),
         };
         let Some(positions) = attribute(Semantic::Positions) else { return Ok(()) };
+        self.progress.check()?;
         let positions = self.elements(positions)?;
         if (positions.component, positions.channels) != (ComponentType::F32, 3) {
             return self.fail(at, "positions must be three floats");
@@ -321,9 +374,11 @@ impl<'a> Reader<'a> {
             return self.fail(at, "the vertices are more than max_decoded_gib allows; raise it");
         }
         let mut points: Vec<DVec3> = reserve(count, &self.scan.path)?;
-        for i in 0..count {
-            let [x, y, z] = [0, 1, 2].map(|k| positions.value(i, k));
-            points.push(world.transform_point3(DVec3::new(x, y, z)));
+        for block in self.progress.ranges(count) {
+            for i in block? {
+                let [x, y, z] = [0, 1, 2].map(|k| positions.value(i, k));
+                points.push(world.transform_point3(DVec3::new(x, y, z)));
+            }
         }
         if let Some(i) = points.iter().position(|p| !p.is_finite()) {
             return self.fail(at, format!("vertex {i} has a coordinate that is not finite"));

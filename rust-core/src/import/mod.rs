@@ -308,9 +308,9 @@ impl ScanSource for Scan {
         &self.name
     }
 
-    fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
-        match self.read()? {
-            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, triangulation),
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        match self.read_with(&progress.unseen())? {
+            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, triangulation, progress),
             Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
             Content::Points(_) => Err(Error::input(format!(
                 "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",

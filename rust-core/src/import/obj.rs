@@ -8,6 +8,7 @@ use super::file::Input;
 use super::text::{Lines, lines_of, whole_lines};
 use super::{Content, Scan};
 use crate::error::Result;
+use crate::memory;
 use crate::mesh::{Attribute, TriMesh};
 use crate::point_cloud::PointCloud;
 use crate::progress::Progress;
@@ -42,7 +43,15 @@ pub(super) fn sniff(start: &[u8]) -> bool {
     telling
 }
 
+/// Of the length of the file, which the mesh takes; measured.
+const SHARE_OF_TEXT: f64 = 0.8;
+
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+    memory::expect(
+        length as f64 * SHARE_OF_TEXT,
+        || format!("reading {}", scan.path.display()),
+        "use a smaller mesh, or raise the limit",
+    )?;
     let mut lines = Lines::new(input, length, &scan.path);
     let mut positions: Vec<DVec3> = Vec::new();
     let mut colours: Vec<[u8; 4]> = Vec::new();

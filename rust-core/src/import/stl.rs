@@ -9,6 +9,7 @@ use super::text::Lines;
 use super::window::Window;
 use super::{Content, Scan};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::TriMesh;
 use crate::progress::Progress;
 
@@ -29,6 +30,11 @@ pub(super) fn has_length_of_binary(start: &[u8], length: u64) -> bool {
     let count = u64::from(u32::from_le_bytes([a, b, c, d]));
     count > 0 && HEADER + count * TRIANGLE == length
 }
+
+/// At the peak, where each vertex is in six triangles; measured.
+const BYTES_A_TRIANGLE: f64 = 82.0;
+/// Bytes of a triangle in a text, about.
+const TEXT: usize = 250;
 
 /// The corners' places, each once.
 #[derive(Default)]
@@ -57,7 +63,7 @@ impl Welder {
     }
 }
 
-pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let mut window = Window::new(input, length);
     let (binary, count) = match window.ensure(HEADER as usize) {
         true => {
@@ -77,7 +83,11 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
             return Err(Error::format(&scan.path, "header", problem));
         }
         window.at = HEADER as usize;
+        memory::expect_each(count as usize, BYTES_A_TRIANGLE, 0.0, "reading", "triangles")?;
         for triangle in 0..count {
+            if triangle % 4096 == 0 {
+                progress.check()?;
+            }
             let at = || format!("triangle {triangle} of {count}");
             if !window.ensure(TRIANGLE as usize) {
                 let ends = Error::format(&scan.path, at(), "the file ends");
@@ -93,6 +103,7 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
             window.at += TRIANGLE as usize;
         }
     } else {
+        memory::expect_each(length as usize / TEXT, BYTES_A_TRIANGLE, 0.0, "reading", "triangles")?;
         text(Lines::over(window, &scan.path), &mut welder, scan)?;
     }
     Ok(Content::Mesh(welder.mesh))

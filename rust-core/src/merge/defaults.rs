@@ -28,7 +28,7 @@ pub fn voxel(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, pro
         .map(|i| {
             progress.check()?;
             let source = sources[i * sources.len() / count];
-            let surface = source.load(triangulation)?;
+            let surface = source.load(triangulation, progress)?;
             Ok(nearest_neighbour_sum(&surface))
         })
         .collect::<Result<Vec<_>>>()?;

@@ -42,7 +42,7 @@ fn union(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, progres
         .par_iter()
         .map(|source| {
             progress.check()?;
-            let surface = source.load(triangulation)?;
+            let surface = source.load(triangulation, progress)?;
             progress.advance(1)?;
             Ok(surface)
         })

@@ -176,7 +176,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         is_again: bool,
     ) -> Result<bool> {
         let source = self.sources[scan];
-        let surface = source.load(&self.params.triangulation)?;
+        let surface = source.load(&self.params.triangulation, self.progress)?;
         self.progress.check()?;
         let Some(&[first, ..]) = surface.triangles.first() else {
             return self.progress.advance(1).map(|()| false);
@@ -232,7 +232,7 @@ mod tests {
             self.placed.name()
         }
 
-        fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
+        fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
             let mut loaded = self.queue.loaded.lock().unwrap();
             while !self.before.iter().all(|scan| loaded.contains(scan)) {
                 let (held, waited) = self.queue.changed.wait_timeout(loaded, Duration::from_secs(20)).unwrap();
@@ -242,7 +242,7 @@ mod tests {
             loaded.push(self.number);
             self.queue.changed.notify_all();
             drop(loaded);
-            self.placed.load(triangulation)
+            self.placed.load(triangulation, progress)
         }
     }
 

@@ -110,6 +110,11 @@ impl Surface {
     /// Takes in the vertices and triangles that hole closing has appended: attributes are the mean of the vertices that
     /// each new one comes from.
     pub fn adopt_fill(&mut self, holes: &HoleReport) {
+        let more = holes.sources.len();
+        self.confidence.reserve_exact(more);
+        self.colour.reserve_exact(more);
+        self.scan.reserve_exact(more);
+        self.cases.reserve_exact(self.triangles.len() - self.cases.len());
         for sources in &holes.sources {
             let sources = sources.map(|v| v as usize);
             self.confidence.push(sources.iter().map(|&v| self.confidence[v]).sum::<f32>() / 3.0);

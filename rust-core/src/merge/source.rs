@@ -22,16 +22,16 @@ pub trait ScanSource: Sync {
     /// Reads the scan.
     ///
     /// # Errors
-    /// Whatever reading or triangulating can meet.
-    fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface>;
+    /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface>;
 
     /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
     /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
     ///
     /// # Errors
     /// Those of [`ScanSource::load`].
-    fn content(&self, triangulation: &TriangulateParams) -> Result<u64> {
-        let surface = self.load(triangulation)?;
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
+        let surface = self.load(triangulation, progress)?;
         let mut content = Content::of(&surface.world_from_surface);
         content.add(&surface.positions);
         content.add(&surface.triangles);
@@ -55,7 +55,7 @@ pub(super) fn in_order<'a>(
     for namesakes in sources.chunk_by_mut(|a, b| a.name() == b.name()).filter(|namesakes| namesakes.len() > 1) {
         let content = |source: &&'a dyn ScanSource| {
             progress.check()?;
-            Ok((source.content(triangulation)?, *source))
+            Ok((source.content(triangulation, progress)?, *source))
         };
         let mut known = namesakes.par_iter().map(content).collect::<Result<Vec<_>>>()?;
         known.sort_by_key(|known| known.0);
@@ -108,11 +108,11 @@ impl ScanSource for RangeImage {
         &self.name
     }
 
-    fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
-        named(&self.name, OrientedSurface::from_range_image(self, triangulation))
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        named(&self.name, OrientedSurface::from_range_image(self, triangulation, progress))
     }
 
-    fn content(&self, _: &TriangulateParams) -> Result<u64> {
+    fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
         let mut content = Content::of(&self.world_from_sensor);
         // Numbers of the projection in words: these are few, and their kinds differ.
         content.add(format!("{:?} {} {}", self.projection(), self.rows(), self.cols()).as_bytes());
@@ -142,11 +142,11 @@ impl ScanSource for PlacedMesh<'_> {
         &self.name
     }
 
-    fn load(&self, _: &TriangulateParams) -> Result<OrientedSurface> {
+    fn load(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<OrientedSurface> {
         named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
     }
 
-    fn content(&self, _: &TriangulateParams) -> Result<u64> {
+    fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
         let mut content = Content::of(&self.world_from_mesh);
         content.add(&self.mesh.positions);
         content.add(&self.mesh.triangles);
@@ -174,8 +174,12 @@ impl OrientedSurface {
     ///
     /// # Errors
     /// See [`triangulate::triangulate`].
-    pub fn from_range_image(image: &RangeImage, triangulation: &TriangulateParams) -> Result<Self> {
-        let surface = triangulate::triangulate(image, triangulation)?;
+    pub fn from_range_image(
+        image: &RangeImage,
+        triangulation: &TriangulateParams,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        let surface = triangulate::triangulate(image, triangulation, progress)?;
         let colour = image.colour.as_ref().map(|c| surface.pixels.iter().map(|&p| c[p as usize]).collect());
         Ok(OrientedSurface {
             positions: surface.positions,
@@ -253,7 +257,7 @@ mod tests {
         // As meshes, and as scans that are no more than loaded.
         let params = TriangulateParams::default();
         let meshes = [&a, &b].map(|image| {
-            let surface = image.load(&params).unwrap();
+            let surface = image.load(&params, &Progress::none()).unwrap();
             TriMesh::new(surface.positions, surface.triangles)
         });
         let placed = [0, 1].map(|i| PlacedMesh {
@@ -267,8 +271,8 @@ mod tests {
             fn name(&self) -> &str {
                 "plain"
             }
-            fn load(&self, triangulation: &TriangulateParams) -> Result<OrientedSurface> {
-                self.0.load(triangulation)
+            fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+                self.0.load(triangulation, progress)
             }
         }
         assert_eq!(sources(&[&Plain(&a), &Plain(&b)]), sources(&[&Plain(&b), &Plain(&a)]));
@@ -289,7 +293,7 @@ mod tests {
     #[test]
     fn numbers_too_large_are_refused_by_name() {
         let [a, _] = patches(["a", "b"]);
-        let surface = a.load(&TriangulateParams::default()).unwrap();
+        let surface = a.load(&TriangulateParams::default(), &Progress::none()).unwrap();
         let mut mesh = TriMesh::new(surface.positions, surface.triangles);
         let far = DAffine3::from_scale(DVec3::new(1.0, 1e200, 1.0));
         let text = |mesh: &TriMesh, place| OrientedSurface::from_mesh(mesh, place).unwrap_err().to_string();

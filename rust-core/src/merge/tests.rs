@@ -27,7 +27,8 @@ fn scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
     let mesh = shape.mesh(24);
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
     let bounds = scan::bounds(&mesh.positions).unwrap();
-    let cameras = scan::turntable(bounds, &Turntable { around: 5, pixels, ..Turntable::default() }).unwrap();
+    let cameras =
+        scan::turntable(bounds, &Turntable { around: 5, pixels, ..Turntable::default() }, &Progress::none()).unwrap();
     let look = |(i, camera): (usize, &Camera)| {
         let params = ScanParams { noise: 0.002, pose_shift: 0.003, seed: i as u64, ..ScanParams::default() };
         let mut image = scan::scan(&mesh, &bvh, camera, &params, &Progress::none()).unwrap();
@@ -196,7 +197,7 @@ fn a_closed_surface_stays_closed_and_keeps_its_genus() {
 fn a_single_scan_is_not_resampled() {
     let scan = &scans(Shape::Torus { major: 1.0, minor: 0.4 }, 120)[0];
     let voxel = 0.041;
-    let surface = OrientedSurface::from_range_image(scan, &TriangulateParams::default()).unwrap();
+    let surface = OrientedSurface::from_range_image(scan, &TriangulateParams::default(), &Progress::none()).unwrap();
     let world = surface.positions.iter().map(|&p| surface.world_from_surface.transform_point3(p)).collect();
     let input = TriMesh::new(world, surface.triangles);
     let merged = merge_scans(std::slice::from_ref(scan), &plain(voxel)).mesh;
@@ -498,7 +499,7 @@ fn what_is_peeled_in_vain_is_put_back() {
 #[test]
 fn a_vertex_gone_astray_does_not_decide_the_voxel() {
     let flat = patch("a", 0.0, |x, y| -2.0 + 0.1 * x * y);
-    let surface = crate::triangulate::triangulate(&flat, &TriangulateParams::default()).unwrap();
+    let surface = crate::triangulate::triangulate(&flat, &TriangulateParams::default(), &Progress::none()).unwrap();
     let mut mesh = TriMesh::new(surface.positions, surface.triangles);
     let voxel = merge_mesh(&mesh, &MergeParams::default()).report.voxel;
     mesh.positions[0] += DVec3::X * 1e4;

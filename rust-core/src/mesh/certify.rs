@@ -154,7 +154,7 @@ fn between(
         (part.bound(reference) > enough(vertices.summary.max)).then_some(part)
     };
     let mut parts = Vec::new();
-    for triangles in surface.triangles.chunks(64 * CHUNK) {
+    for triangles in surface.triangles.chunks(8 * CHUNK) {
         parts.par_extend(triangles.par_iter().filter_map(doubtful));
         progress.check()?;
     }
@@ -170,7 +170,7 @@ fn between(
             (part.bound_by(reference, closest.triangle) > limit).then_some(*part)
         };
         let mut left = Vec::new();
-        for some in parts.chunks(64 * CHUNK) {
+        for some in parts.chunks(8 * CHUNK) {
             left.par_extend(some.par_iter().filter_map(open));
             progress.check()?;
         }
@@ -183,7 +183,7 @@ fn between(
         }
         budget -= 4 * left.len();
         parts = Vec::new();
-        for some in left.chunks(16 * CHUNK) {
+        for some in left.chunks(4 * CHUNK) {
             parts.par_extend(some.par_iter().flat_map_iter(|part| {
                 part.split([0, 1, 2].map(|k| {
                     let point = part.corners[(k + 1) % 3].midpoint(part.corners[(k + 2) % 3]);

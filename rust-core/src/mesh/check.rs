@@ -6,6 +6,9 @@
 use std::fmt;
 
 use super::TriMesh;
+use crate::error::{Error, Result};
+use crate::memory;
+use crate::progress::Progress;
 
 /// What [`check`] found. Triangles that name a vertex out of range or a vertex twice are counted, then left out of all
 /// that follows; so are vertices without a triangle.
@@ -106,7 +109,28 @@ impl fmt::Display for MeshReport {
 /// # Panics
 /// With 2^31 triangles or more.
 pub fn check(mesh: &TriMesh) -> MeshReport {
-    run(mesh, &mesh.triangles)
+    run(mesh, &mesh.triangles, &Progress::none()).expect("nobody cancels")
+}
+
+/// [`check`] that foresees its memory and stops when it is cancelled.
+///
+/// # Errors
+/// [`Error::Input`] with 2^31 triangles or more; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
+    let triangles = mesh.triangles.len();
+    if triangles > MOST {
+        return Err(Error::input(format!("{triangles} triangles are more than can be checked: {MOST} at most")));
+    }
+    memory::expect_each(
+        triangles,
+        BYTES_A_TRIANGLE,
+        BYTES_A_VERTEX * mesh.positions.len() as f64,
+        "checking",
+        "triangles",
+    )?;
+    progress.plan(&[("checking", 1.0)]);
+    progress.stage(0, mesh.positions.len() as u64);
+    progress.watch(|| run(mesh, &mesh.triangles, progress))
 }
 
 /// Checks `mesh` with vertices at the same place, to the bit in single precision, taken as one: what a mesh is once
@@ -126,11 +150,17 @@ pub fn check_welded(mesh: &TriMesh) -> MeshReport {
     }
     let triangles: Vec<_> =
         mesh.triangles.iter().map(|t| t.map(|v| first.get(v as usize).copied().unwrap_or(v))).collect();
-    run(mesh, &triangles)
+    run(mesh, &triangles, &Progress::none()).expect("nobody cancels")
 }
 
-fn run(mesh: &TriMesh, triangles: &[[u32; 3]]) -> MeshReport {
-    assert!(triangles.len() <= i32::MAX as usize, "more triangles than this check can number");
+/// Most triangles.
+const MOST: usize = i32::MAX as usize;
+/// At the peak; measured.
+const BYTES_A_TRIANGLE: f64 = 4.0;
+const BYTES_A_VERTEX: f64 = 106.0;
+
+fn run(mesh: &TriMesh, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<MeshReport> {
+    assert!(triangles.len() <= MOST, "more triangles than this check can number");
     let vertices = mesh.positions.len();
     let mut report = MeshReport {
         triangles: triangles.len(),
@@ -138,52 +168,69 @@ fn run(mesh: &TriMesh, triangles: &[[u32; 3]]) -> MeshReport {
         ..MeshReport::default()
     };
     let mut sound = Vec::with_capacity(triangles.len());
-    for &[a, b, c] in triangles {
-        if [a, b, c].iter().any(|&v| v as usize >= vertices) {
-            report.out_of_range_triangles += 1;
-        } else if a == b || b == c || c == a {
-            report.degenerate_triangles += 1;
-        } else {
-            let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
-            report.zero_area_triangles += usize::from((q - p).cross(r - p) == glam::DVec3::ZERO);
-            sound.push([a, b, c]);
+    for block in progress.blocks(triangles) {
+        for &[a, b, c] in block? {
+            if [a, b, c].iter().any(|&v| v as usize >= vertices) {
+                report.out_of_range_triangles += 1;
+            } else if a == b || b == c || c == a {
+                report.degenerate_triangles += 1;
+            } else {
+                let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
+                report.zero_area_triangles += usize::from((q - p).cross(r - p) == glam::DVec3::ZERO);
+                sound.push([a, b, c]);
+            }
         }
     }
     let mut boundary = Vec::new();
     let mut scratch = Scratch::default();
-    stars(&sound, vertices, |v, star| look_at(v, star, &mut scratch, &mut report, &mut boundary));
+    stars(&sound, vertices, |v, star| look_at(v, star, &mut scratch, &mut report, &mut boundary), progress)?;
     report.unused_vertices = vertices - report.vertices;
     report.euler_characteristic = report.vertices as i64 - report.edges as i64 + sound.len() as i64;
-    count_parts(&sound, vertices, &boundary, &mut report);
-    report
+    count_parts(&sound, vertices, &boundary, &mut report, progress)?;
+    Ok(report)
 }
 
 /// A corner at a vertex: the ends of its outgoing and its incoming edge.
 type Corner = [u32; 2];
 
 /// Calls `visit` for every vertex with the corners that meet there, those without any left out.
-fn stars(triangles: &[[u32; 3]], vertices: usize, mut visit: impl FnMut(u32, &[Corner])) {
+fn stars(
+    triangles: &[[u32; 3]],
+    vertices: usize,
+    mut visit: impl FnMut(u32, &[Corner]),
+    progress: &Progress<'_>,
+) -> Result<()> {
     let mut start = vec![0_usize; vertices + 2];
-    for v in triangles.iter().flatten() {
-        start[*v as usize + 2] += 1;
+    for block in progress.blocks(triangles) {
+        for v in block?.iter().flatten() {
+            start[*v as usize + 2] += 1;
+        }
     }
     for v in 1..start.len() {
         start[v] += start[v - 1];
     }
     // Filling moves each start to the next vertex's, which is why they are shifted by one.
     let mut corners = vec![[0; 2]; 3 * triangles.len()];
-    for &[a, b, c] in triangles {
-        for (v, corner) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
-            corners[start[v as usize + 1]] = corner;
-            start[v as usize + 1] += 1;
+    for block in progress.blocks(triangles) {
+        for &[a, b, c] in block? {
+            for (v, corner) in [(a, [b, c]), (b, [c, a]), (c, [a, b])] {
+                corners[start[v as usize + 1]] = corner;
+                start[v as usize + 1] += 1;
+            }
         }
     }
-    for v in 0..vertices {
-        let star = &corners[start[v]..start[v + 1]];
-        if !star.is_empty() {
-            visit(v as u32, star);
+    for block in progress.ranges(vertices) {
+        let block = block?;
+        let count = block.len();
+        for v in block {
+            let star = &corners[start[v]..start[v + 1]];
+            if !star.is_empty() {
+                visit(v as u32, star);
+            }
         }
+        progress.advance(count as u64)?;
     }
+    Ok(())
 }
 
 /// Buffers for looking at one star after the other.
@@ -230,16 +277,26 @@ fn look_at(v: u32, star: &[Corner], scratch: &mut Scratch, report: &mut MeshRepo
     report.duplicate_triangles += smallest.windows(2).filter(|w| w[0] == w[1]).count();
 }
 
-fn count_parts(triangles: &[[u32; 3]], vertices: usize, boundary: &[[u32; 2]], report: &mut MeshReport) {
+fn count_parts(
+    triangles: &[[u32; 3]],
+    vertices: usize,
+    boundary: &[[u32; 2]],
+    report: &mut MeshReport,
+    progress: &Progress<'_>,
+) -> Result<()> {
     let mut parts = Forest::new(vertices);
-    for &[a, b, c] in triangles {
-        parts.join(a, b);
-        parts.join(b, c);
+    for block in progress.blocks(triangles) {
+        for &[a, b, c] in block? {
+            parts.join(a, b);
+            parts.join(b, c);
+        }
     }
     report.components = parts.trees - report.unused_vertices;
     let mut sizes = vec![0_usize; vertices];
-    for &[a, ..] in triangles {
-        sizes[parts.root(a) as usize] += 1;
+    for block in progress.blocks(triangles) {
+        for &[a, ..] in block? {
+            sizes[parts.root(a) as usize] += 1;
+        }
     }
     report.largest_component = sizes.into_iter().max().unwrap_or(0);
     let mut loops = Forest::new(vertices);
@@ -253,6 +310,7 @@ fn count_parts(triangles: &[[u32; 3]], vertices: usize, boundary: &[[u32; 2]], r
         loops.join(a, b);
     }
     report.boundary_loops = loops.trees - (vertices - on_boundary);
+    Ok(())
 }
 
 /// Disjoint sets with path halving, joined toward the smaller index.

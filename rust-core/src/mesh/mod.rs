@@ -12,7 +12,7 @@ pub mod check;
 pub mod measure;
 pub mod quads;
 
-pub use check::{MeshReport, check, check_welded};
+pub use check::{MeshReport, check, check_welded, try_check};
 pub use quads::QuadMesh;
 
 use glam::DVec3;

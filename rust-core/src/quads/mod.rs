@@ -79,6 +79,8 @@ use tiles::Layout;
 
 /// At the peak; measured.
 const BYTES_A_PIXEL: f64 = 3.0;
+/// Of the grid with the uniform one that it is compared with.
+const BYTES_A_VERTEX: f64 = 175.0;
 
 /// The figures of a run. Errors are distances along the samples' rays to the planes of the triangles of the pixels' quads,
 /// over all valid pixels of the image but those missed, with each quad cut along its better diagonal; on the background the
@@ -184,7 +186,8 @@ pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> 
     if size[0].max(size[1]) > 1 << 26 {
         return Err(Error::input(format!("{} x {} pixels: a side may have at most {}", size[0], size[1], 1 << 26)));
     }
-    memory::expect(BYTES_A_PIXEL * image.len() as f64, || format!("a grid over {} pixels", image.len()), "use fewer")?;
+    let pixels = BYTES_A_PIXEL * image.len() as f64;
+    memory::expect(pixels, || format!("a grid over {} pixels", image.len()), "use fewer")?;
     progress.plan(PLAN);
     // Waking threads would take longer than they save.
     let threads = if image.len() < PIXELS_FOR_THREADS { 1 } else { params.threads };
@@ -241,13 +244,16 @@ impl Source<'_> {
     /// Stages 4 to 7: the adaptive grid of a layout, or the uniform one if that lies nearer. `sampled` is called in between.
     fn candidate(&self, layout: Layout, sampled: &mut dyn FnMut(), progress: &Progress<'_>) -> Result<Candidate> {
         let size = [self.image.rows(), self.image.cols()];
+        let vertices = layout.rows() as f64 * layout.cols() as f64;
+        let grid = || format!("a grid of {} x {} vertices", layout.rows(), layout.cols());
+        memory::expect(BYTES_A_VERTEX * vertices, grid, "ask for fewer")?;
         let uniform_net = Net::uniform(layout.rows(), layout.cols(), size);
-        let uniform_vertices = place::place(self.filled, &uniform_net);
+        let uniform_vertices = place::place(self.filled, &uniform_net, progress)?;
         let mut best: Option<Measured> = None;
         for (floor, smoothing) in TRIES {
             let (floor, smoothing) = (self.params.floor * floor, self.params.smoothing * smoothing);
             let (net, unfolded, snapped) = self.adaptive(&layout, floor, smoothing, progress)?;
-            let vertices = place::place(self.filled, &net);
+            let vertices = place::place(self.filled, &net, progress)?;
             sampled();
             progress.stage(3, layout.rows() as u64);
             let (measured, uniform) = match best.take() {
@@ -280,7 +286,7 @@ impl Source<'_> {
         let mut net = uniform_net.clone();
         let snapped = snap::snap(self.filled, &mut net, progress)?;
         if snapped > 0 {
-            let vertices = place::place(self.filled, &net);
+            let vertices = place::place(self.filled, &net, progress)?;
             let [measured] = measure::measure(self.image, self.missed, [(&net, &vertices)], self.judge, progress)?;
             if self.judged(&measured) <= self.judged(&uniform) {
                 return Ok(Candidate {

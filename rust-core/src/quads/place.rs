@@ -10,6 +10,8 @@ use glam::{DMat3, DVec3};
 
 use super::sight::linear_value;
 use super::stitch::Net;
+use crate::error::Result;
+use crate::progress::Progress;
 use crate::range_image::{Projection, RangeImage, Samples};
 
 /// The vertices of a grid, in its order.
@@ -24,28 +26,44 @@ pub(super) struct Vertices {
 }
 
 /// Places the vertices of a grid of the filled image. O(vertices).
-pub(super) fn place(image: &RangeImage, net: &Net) -> Vertices {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn place(image: &RangeImage, net: &Net, progress: &Progress<'_>) -> Result<Vertices> {
     let pixel = |site: [u32; 2]| site[0] as usize * image.cols() + site[1] as usize;
-    let background: Vec<bool> = net.sites.iter().map(|&s| !image.is_valid(pixel(s))).collect();
+    let background: Vec<bool> = passes(&net.sites, |&s| !image.is_valid(pixel(s)), progress)?;
     if let Samples::Points(_) = image.samples() {
-        let mut points: Vec<DVec3> = net.sites.iter().map(|&s| image.point_in_sensor(pixel(s))).collect();
+        let mut points = passes(&net.sites, |&s| image.point_in_sensor(pixel(s)), progress)?;
         continue_points(image, net, &background, &mut points);
         let values = vec![0.0; points.len()];
-        return Vertices { points, values, background };
+        return Ok(Vertices { points, values, background });
     }
-    let mut ranges: Vec<[f64; 3]> = net.sites.iter().map(|&s| [image.range(pixel(s)), 0.0, 0.0]).collect();
+    let mut ranges = passes(&net.sites, |&s| [image.range(pixel(s)), 0.0, 0.0], progress)?;
     if background.contains(&false) {
         continue_over(net, &background, &mut ranges);
     } else {
         ranges.fill([mean_range(image), 0.0, 0.0]);
     }
     let projection: &Projection = image.projection();
-    let of = |(&[row, col], &[range, ..]): (&[u32; 2], &[f64; 3])| projection.point(row as usize, col as usize, range);
-    Vertices {
-        points: net.sites.iter().zip(&ranges).map(of).collect(),
-        values: net.sites.iter().zip(&ranges).map(|(&site, r)| linear_value(projection, site, r[0])).collect(),
-        background,
+    let mut points = Vec::with_capacity(net.sites.len());
+    let mut values = Vec::with_capacity(net.sites.len());
+    for block in progress.ranges(net.sites.len()) {
+        for v in block? {
+            let (site, range) = (net.sites[v], ranges[v][0]);
+            points.push(projection.point(site[0] as usize, site[1] as usize, range));
+            values.push(linear_value(projection, site, range));
+        }
     }
+    Ok(Vertices { points, values, background })
+}
+
+/// What `of` makes of each, looking at the progress now and then.
+fn passes<T, R>(all: &[T], of: impl Fn(&T) -> R, progress: &Progress<'_>) -> Result<Vec<R>> {
+    let mut made = Vec::with_capacity(all.len());
+    for block in progress.blocks(all) {
+        made.extend(block?.iter().map(&of));
+    }
+    Ok(made)
 }
 
 /// The mean range of the valid pixels; 0 if there is none.

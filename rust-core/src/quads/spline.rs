@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::magnitude;
 use crate::memory;
 use crate::mesh::QuadMesh;
+use crate::progress::Progress;
 
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;
@@ -66,7 +67,12 @@ impl QuadGrid {
     /// # Errors
     /// [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for an order other than 2, 3 or 4, for fewer control points than the order along a side, or more than
     /// vertices.
-    pub fn spline(&self, params: &SplineParams) -> Result<Fit> {
+    pub fn spline(&self, params: &SplineParams, progress: &Progress<'_>) -> Result<Fit> {
+        progress.plan(&[("fitting", 1.0)]);
+        progress.watch(|| self.fit(params, progress))
+    }
+
+    fn fit(&self, params: &SplineParams, progress: &Progress<'_>) -> Result<Fit> {
         magnitude::points("vertex", &self.positions)?;
         let order = params.order;
         if !(2..=MOST).contains(&order) {
@@ -82,11 +88,19 @@ impl QuadGrid {
             )))
         };
         let (rows, cols) = (controls(params.rows, self.rows, "rows")?, controls(params.cols, self.cols, "columns")?);
+        let most = (self.rows * cols) as f64 + (rows * cols) as f64;
+        memory::expect(
+            size_of::<DVec3>() as f64 * most,
+            || format!("a spline surface of {rows} x {cols} control points"),
+            "ask for fewer",
+        )?;
+        progress.stage(0, (self.rows + cols + self.rows) as u64);
         // Along each row of vertices, then down each column of what that gives.
         let across = Fitting::new(self.cols, cols, order);
         let mut half = vec![DVec3::ZERO; self.rows * cols];
         for (from, to) in self.positions.chunks_exact(self.cols).zip(half.chunks_exact_mut(cols)) {
             across.solve(from, to);
+            progress.advance(1)?;
         }
         let down = Fitting::new(self.rows, rows, order);
         let mut control = vec![DVec3::ZERO; rows * cols];
@@ -95,6 +109,7 @@ impl QuadGrid {
             column.iter_mut().enumerate().for_each(|(i, p)| *p = half[i * cols + j]);
             down.solve(&column, &mut solved);
             solved.iter().enumerate().for_each(|(i, &p)| control[i * cols + j] = p);
+            progress.advance(1)?;
         }
         let spline = Spline { order, rows, cols, control };
         let (mut max, mut squares) = (0.0_f64, 0.0);
@@ -104,6 +119,7 @@ impl QuadGrid {
                 max = max.max(squared);
                 squares += squared;
             }
+            progress.advance(1)?;
         }
         let rms_residual = (squares / self.positions.len() as f64).sqrt();
         Ok(Fit { spline, max_residual: max.sqrt(), rms_residual })
@@ -303,14 +319,14 @@ mod tests {
     fn a_full_net_interpolates_and_fewer_points_come_close() {
         let grid = grid(wavy);
         for order in 2..=4 {
-            let fit = grid.spline(&SplineParams { order, ..SplineParams::default() }).unwrap();
+            let fit = grid.spline(&SplineParams { order, ..SplineParams::default() }, &Progress::none()).unwrap();
             assert!(fit.max_residual < 1e-10, "{order}: {}", fit.max_residual);
             // Corners are control points.
             assert!(fit.spline.at(0.0, 0.0).distance(grid.positions[0]) < 1e-10);
             assert!(fit.spline.at(1.0, 1.0).distance(*grid.positions.last().unwrap()) < 1e-10);
         }
         let residual = |n: usize| {
-            let fit = grid.spline(&SplineParams { order: 4, rows: Some(n), cols: Some(n) }).unwrap();
+            let fit = grid.spline(&SplineParams { order: 4, rows: Some(n), cols: Some(n) }, &Progress::none()).unwrap();
             assert!(fit.rms_residual <= fit.max_residual);
             fit.rms_residual
         };
@@ -320,7 +336,7 @@ mod tests {
     #[test]
     fn planes_are_kept_and_the_surface_samples_as_quads() {
         let grid = grid(|r, c| 2.0 * r - 0.5 * c);
-        let fit = grid.spline(&SplineParams { order: 3, rows: Some(4), cols: Some(5) }).unwrap();
+        let fit = grid.spline(&SplineParams { order: 3, rows: Some(4), cols: Some(5) }, &Progress::none()).unwrap();
         let mesh = fit.spline.sample(7, 11, grid.mirrored).unwrap();
         assert_eq!((mesh.positions.len(), mesh.quads.len(), mesh.uvs.len()), (77, 60, 77));
         assert!(mesh.positions.iter().all(|p| (p.z - (-2.0 * p.y - 0.5 * p.x)).abs() < 1e-9));
@@ -333,7 +349,7 @@ mod tests {
     #[test]
     fn what_cannot_be_fitted_is_said() {
         let grid = grid(wavy);
-        let message = |p: SplineParams| grid.spline(&p).unwrap_err().to_string();
+        let message = |p: SplineParams| grid.spline(&p, &Progress::none()).unwrap_err().to_string();
         assert_eq!(
             message(SplineParams { order: 5, ..SplineParams::default() }),
             "the order of a spline must be 2, 3 or 4, got 5"
@@ -342,6 +358,6 @@ mod tests {
             message(SplineParams { rows: Some(3), ..SplineParams::default() }),
             "3 rows of control points: order 4 over 9 rows of vertices needs 4 to 9"
         );
-        assert!(grid.spline(&SplineParams::default()).unwrap().spline.sample(1, 5, false).is_err());
+        assert!(grid.spline(&SplineParams::default(), &Progress::none()).unwrap().spline.sample(1, 5, false).is_err());
     }
 }

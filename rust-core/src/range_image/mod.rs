@@ -31,6 +31,7 @@ use glam::{DAffine3, DVec3};
 use crate::error::{Error, Result, Shown};
 use crate::magnitude;
 use crate::point_cloud::PointCloud;
+use crate::progress::{Pace, Progress};
 
 /// The measurements of a range image, row by row; an invalid pixel is NaN.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,10 +195,23 @@ impl RangeImage {
 
     /// Calls `visit(row, col, point)` for every valid pixel, row by row; `point` is what
     /// [`RangeImage::point_in_sensor`] gives, to the bit. Trigonometry is done once a row and a column, not a pixel.
-    pub fn for_each_valid(&self, mut visit: impl FnMut(usize, usize, DVec3)) {
+    pub fn for_each_valid(&self, visit: impl FnMut(usize, usize, DVec3)) {
+        self.try_for_each_valid(visit, &Progress::none()).expect("nobody cancels");
+    }
+
+    /// [`RangeImage::for_each_valid`] that stops when it is cancelled.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn try_for_each_valid(
+        &self,
+        mut visit: impl FnMut(usize, usize, DVec3),
+        progress: &Progress<'_>,
+    ) -> Result<()> {
         if self.is_empty() {
-            return;
+            return Ok(());
         }
+        let mut pace = Pace::new(progress);
         let values = match &self.samples {
             Samples::Points(points) => {
                 for (row, points) in points.chunks_exact(self.cols).enumerate() {
@@ -206,8 +220,9 @@ impl RangeImage {
                             visit(row, col, DVec3::new(x.into(), y.into(), z.into()));
                         }
                     }
+                    pace.after(self.cols)?;
                 }
-                return;
+                return Ok(());
             }
             Samples::Values(values) => values,
         };
@@ -218,7 +233,9 @@ impl RangeImage {
                     visit(row, col, unproject.point(row, col, value));
                 }
             }
+            pace.after(self.cols)?;
         }
+        Ok(())
     }
 
     /// The range of pixel `index`: how far its sample lies along its ray, up to a constant. For parallel rays the
@@ -248,10 +265,11 @@ impl RangeImage {
     /// # Errors
     /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`].
     pub fn to_point_cloud(&self) -> Result<PointCloud> {
+        let progress = &Progress::none();
         self.validate()?;
-        let grid = samples::SampleGrid::new(self)?;
+        let grid = samples::SampleGrid::new(self, progress)?;
         magnitude::points("sample", &grid.positions)?;
-        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid));
+        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid, progress)?, progress)?;
         let normals = normals::sample_normals(self, &grid, limit);
         Ok(PointCloud {
             normals: Some(normals.iter().map(|n| n.as_vec3().to_array()).collect()),

@@ -6,6 +6,7 @@ use super::RangeImage;
 use super::samples::SampleGrid;
 use super::spacing::{EdgeLimit, median_spacing};
 use crate::error::Result;
+use crate::progress::Progress;
 
 /// A unit normal a pixel in the sensor's frame, toward the sensor; zero for invalid pixels and for those without a
 /// neighbour both along the row and along the column that is no jump away. O(pixels).
@@ -14,8 +15,9 @@ use crate::error::Result;
 /// An attribute of the wrong length, or more than 2^32 - 2 pixels.
 pub fn normals(image: &RangeImage) -> Result<Vec<[f32; 3]>> {
     image.validate()?;
-    let grid = SampleGrid::new(image)?;
-    let limit = EdgeLimit::from_data(image, &grid, median_spacing(&grid));
+    let progress = &Progress::none();
+    let grid = SampleGrid::new(image, progress)?;
+    let limit = EdgeLimit::from_data(image, &grid, median_spacing(&grid, progress)?, progress)?;
     let mut normals = vec![[0.0; 3]; image.len()];
     for (&pixel, normal) in grid.pixels.iter().zip(sample_normals(image, &grid, limit)) {
         normals[pixel as usize] = normal.as_vec3().to_array();

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::RangeImage;
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Stands for a neighbour that isn't there.
 pub const NO_SAMPLE: u32 = u32::MAX;
@@ -34,8 +35,8 @@ impl SampleGrid {
     /// Collects the valid pixels. O(pixels), 56 bytes a valid pixel.
     ///
     /// # Errors
-    /// [`Error::Input`] if the image has more than 2^32 - 2 pixels.
-    pub fn new(image: &RangeImage) -> Result<Self> {
+    /// [`Error::Input`] if the image has more than 2^32 - 2 pixels; [`Error::Cancelled`].
+    pub fn new(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         if image.len() >= NO_SAMPLE as usize {
             let (name, pixels) = (&image.name, image.len());
             return Err(Error::input(format!(
@@ -55,7 +56,7 @@ impl SampleGrid {
         };
         // The last sample seen in each column; it is the upper neighbour if its pixel is the one above.
         let mut last_in_column = vec![0_u32; image.cols()];
-        image.for_each_valid(|row, col, point| {
+        let visit = |row: usize, col: usize, point: DVec3| {
             let (pixel, k) = (row as u32 * cols + col as u32, grid.pixels.len());
             if let (Some(&previous), true) = (grid.pixels.last(), col > 0)
                 && previous + 1 == pixel
@@ -74,7 +75,8 @@ impl SampleGrid {
             grid.positions.push(point);
             grid.pixels.push(pixel);
             grid.right_squared.push(f64::INFINITY);
-        });
+        };
+        image.try_for_each_valid(visit, progress)?;
         Ok(grid)
     }
 

@@ -4,6 +4,8 @@ use glam::DVec3;
 
 use super::samples::SampleGrid;
 use super::{Projection, RangeImage, Viewing};
+use crate::error::Result;
+use crate::progress::Progress;
 
 /// An edge longer than this many times the median spacing is a jump, unless the caller says otherwise. With 3.4 the ten
 /// scans of the Stanford bunny give 690,821 triangles, against 690,534 in the paper's Table 1 \[MI04\].
@@ -28,20 +30,28 @@ pub enum EdgeLimit {
 impl EdgeLimit {
     /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
     /// the rays fan out from a point.
-    pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: f64) -> Self {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: f64, progress: &Progress<'_>) -> Result<Self> {
         let Some(eye) = eye(image.projection()) else {
-            return EdgeLimit::Length(JUMP_FACTOR * spacing);
+            return Ok(EdgeLimit::Length(JUMP_FACTOR * spacing));
         };
         let by_range = |squared: f64, a: usize, b: usize| {
             let range = grid.positions[a].distance_squared(eye).min(grid.positions[b].distance_squared(eye));
             if range > 0.0 { squared / range } else { f64::INFINITY }
         };
-        let right = (0..grid.len()).filter(|&k| grid.has_right(k)).map(|k| by_range(grid.right_squared[k], k, k + 1));
-        let down = (0..grid.len())
-            .filter(|&k| grid.down_squared[k] < f64::INFINITY)
-            .map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize));
-        let squared: Vec<f64> = right.chain(down).collect();
-        EdgeLimit::ShareOfRange { eye, share: JUMP_FACTOR * median_root(&squared, &[]) }
+        let mut squared = Vec::new();
+        for block in progress.ranges(grid.len()) {
+            let block = block?;
+            squared.extend(block.filter(|&k| grid.has_right(k)).map(|k| by_range(grid.right_squared[k], k, k + 1)));
+        }
+        for block in progress.ranges(grid.len()) {
+            let down = block?.filter(|&k| grid.down_squared[k] < f64::INFINITY);
+            squared.extend(down.map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize)));
+        }
+        let share = JUMP_FACTOR * median_root(&squared, &[], progress)?;
+        Ok(EdgeLimit::ShareOfRange { eye, share })
     }
 
     /// Whether the edge between points `a` and `b` is short enough.
@@ -67,8 +77,11 @@ fn eye(projection: &Projection) -> Option<DVec3> {
 
 /// Median distance between samples that are neighbours in a row or a column; pairs at the same place don't count. 0
 /// where there is no pair. The mean of both middle distances where their number is even.
-pub fn median_spacing(grid: &SampleGrid) -> f64 {
-    median_root(&grid.right_squared, &grid.down_squared)
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn median_spacing(grid: &SampleGrid, progress: &Progress<'_>) -> Result<f64> {
+    median_root(&grid.right_squared, &grid.down_squared, progress)
 }
 
 /// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once
@@ -76,12 +89,17 @@ pub fn median_spacing(grid: &SampleGrid) -> f64 {
 const SAMPLE: usize = 512;
 
 /// Median of the square roots of the finite positive values of both slices, 0 without any.
-fn median_root(first: &[f64], second: &[f64]) -> f64 {
+fn median_root(first: &[f64], second: &[f64], progress: &Progress<'_>) -> Result<f64> {
     let usable = |v: &&f64| **v > 0.0 && **v < f64::INFINITY;
     let all = || first.iter().chain(second);
-    let count = first.iter().filter(usable).count() + second.iter().filter(usable).count();
+    let mut count = 0;
+    for slice in [first, second] {
+        for block in progress.blocks(slice) {
+            count += block?.iter().filter(usable).count();
+        }
+    }
     if count == 0 {
-        return 0.0;
+        return Ok(0.0);
     }
     let (lower, upper) = ((count - 1) / 2, count / 2);
     // Most values can be set aside by comparing them with a bracket found in a small sample.
@@ -97,10 +115,12 @@ fn median_root(first: &[f64], second: &[f64]) -> f64 {
     let mut below = 0;
     let mut between = Vec::with_capacity(count / 4);
     for slice in [first, second] {
-        for &v in slice {
-            below += usize::from(v > 0.0 && v < low);
-            if v >= low && v <= high && v > 0.0 {
-                between.push(v);
+        for block in progress.blocks(slice) {
+            for &v in block? {
+                below += usize::from(v > 0.0 && v < low);
+                if v >= low && v <= high && v > 0.0 {
+                    between.push(v);
+                }
             }
         }
     }
@@ -112,7 +132,7 @@ fn median_root(first: &[f64], second: &[f64]) -> f64 {
     let (_, &mut low_middle, rest) = between.select_nth_unstable_by(lower - below, f64::total_cmp);
     let high_middle =
         if upper == lower { low_middle } else { rest.iter().copied().min_by(f64::total_cmp).unwrap_or(low_middle) };
-    0.5 * (low_middle.sqrt() + high_middle.sqrt())
+    Ok(0.5 * (low_middle.sqrt() + high_middle.sqrt()))
 }
 
 #[cfg(test)]
@@ -136,7 +156,7 @@ mod tests {
             second in prop::collection::vec(prop_oneof![Just(f64::INFINITY), Just(2.0), 0.0..9.0_f64], 0..3000),
         ) {
             let whole = first.iter().chain(&second).copied().collect();
-            prop_assert_eq!(median_root(&first, &second), plain_median(whole));
+            prop_assert_eq!(median_root(&first, &second, &Progress::none()).unwrap(), plain_median(whole));
         }
     }
 
@@ -144,6 +164,6 @@ mod tests {
     fn a_bracket_that_misses_is_mended() {
         // The strided sample sees only the small values, the median is a large one.
         let values: Vec<f64> = (0..4096).map(|i| if i % 9 == 0 { 1.0 } else { 100.0 + f64::from(i) }).collect();
-        assert_eq!(median_root(&values, &[]), plain_median(values));
+        assert_eq!(median_root(&values, &[], &Progress::none()).unwrap(), plain_median(values));
     }
 }

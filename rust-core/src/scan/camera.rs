@@ -4,6 +4,8 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::{Error, Result, Shown};
 use crate::magnitude::{self, LARGEST};
+use crate::memory;
+use crate::progress::Progress;
 use crate::range_image::{DepthKind, Projection};
 
 /// A virtual scanner: `rows` x `cols` pixels, how they see, and the true pose.
@@ -197,7 +199,8 @@ impl Default for Turntable {
 ///
 /// # Errors
 /// [`Error::Input`] for bounds or a vertical that aren't finite or have no size, or an angle that isn't between 0 and pi.
-pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Camera>> {
+/// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable, progress: &Progress<'_>) -> Result<Vec<Camera>> {
     let up = magnitude::direction("the turntable's vertical", table.up)?.normalize();
     magnitude::coordinate("the cameras' elevation", table.elevation)?;
     for corner in [lo, hi] {
@@ -214,23 +217,35 @@ pub fn turntable((lo, hi): (DVec3, DVec3), table: &Turntable) -> Result<Vec<Came
     let (a, b) = (up.any_orthonormal_vector(), up.cross(up.any_orthonormal_vector()));
     // Two rings of the same number of cameras look between each other's, so their azimuths are shifted.
     let rings = [(table.around, 0.0, 0.0), (table.above, table.elevation, 0.25), (table.below, -table.elevation, 0.75)];
-    let mut cameras = Vec::new();
-    for (count, elevation, shift) in rings {
-        for k in 0..count {
-            let azimuth = std::f64::consts::TAU * (k as f64 + shift) / count as f64;
-            let from = (a * azimuth.cos() + b * azimuth.sin()) * elevation.cos() + up * elevation.sin();
-            let camera = match table.height_angle {
-                None => {
-                    orthographic_fit((lo, hi), 2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64, -from, up)
+    let count = [table.above, table.below].iter().fold(table.around, |sum, count| sum.saturating_add(*count));
+    // Hosts make objects of them.
+    memory::expect_each(count, 2.0 * size_of::<Camera>() as f64, 0.0, "placing", "cameras")?;
+    let mut cameras = memory::reserved(count, || format!("placing {count} cameras"))?;
+    progress.watch(|| {
+        for (count, elevation, shift) in rings {
+            for k in 0..count {
+                if k % 256 == 0 {
+                    progress.check()?;
                 }
-                Some(angle) => {
-                    let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
-                    Camera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
-                }
-            };
-            cameras.push(camera?);
+                let azimuth = std::f64::consts::TAU * (k as f64 + shift) / count as f64;
+                let from = (a * azimuth.cos() + b * azimuth.sin()) * elevation.cos() + up * elevation.sin();
+                let camera = match table.height_angle {
+                    None => orthographic_fit(
+                        (lo, hi),
+                        2.0 * radius / table.pixels.max(2).saturating_sub(1) as f64,
+                        -from,
+                        up,
+                    ),
+                    Some(angle) => {
+                        let eye = centre + from * (1.001 * radius / (0.5 * angle).sin());
+                        Camera::pinhole(table.pixels, table.pixels, angle, eye, centre, up)
+                    }
+                };
+                cameras.push(camera?);
+            }
         }
-    }
+        Ok(())
+    })?;
     Ok(cameras)
 }
 

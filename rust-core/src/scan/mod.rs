@@ -27,6 +27,7 @@ use rayon::prelude::*;
 use crate::error::{Error, Result};
 use crate::geom::bvh::{Bvh, Hit, PACKET, Ray};
 use crate::magnitude;
+use crate::memory;
 use crate::mesh::{AttributeData, TriMesh};
 use crate::params::{Default, ParamSpec, Unit};
 use crate::progress::Progress;
@@ -294,9 +295,7 @@ pub fn scan(
 }
 
 fn allocate<T: Clone>(count: usize, value: T, camera: &Camera) -> Result<Vec<T>> {
-    let mut all = Vec::new();
-    all.try_reserve_exact(count)
-        .map_err(|_| Error::OutOfMemory(format!("an image of {} x {} pixels", camera.rows, camera.cols)))?;
+    let mut all = memory::reserved(count, || format!("an image of {} x {} pixels", camera.rows, camera.cols))?;
     all.resize(count, value);
     Ok(all)
 }

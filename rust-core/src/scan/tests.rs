@@ -280,7 +280,7 @@ fn a_ring_of_cameras_sees_all_of_the_shape() {
     let mesh = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(10);
     for height_angle in [None, Some(0.6)] {
         let table = Turntable { pixels: 60, height_angle, ..Turntable::default() };
-        let cameras = turntable(bounds(&mesh.positions).unwrap(), &table).unwrap();
+        let cameras = turntable(bounds(&mesh.positions).unwrap(), &table, &Progress::none()).unwrap();
         assert_eq!(cameras.len(), 12);
         for camera in &cameras {
             let image = shoot(&mesh, camera, &ScanParams::default());
@@ -292,8 +292,11 @@ fn a_ring_of_cameras_sees_all_of_the_shape() {
             assert!(image.valid_count() > 100 && border.into_iter().all(|i| !image.is_valid(i)));
         }
     }
-    assert!(turntable((DVec3::ZERO, DVec3::ZERO), &Turntable::default()).is_err());
-    assert!(turntable((DVec3::ZERO, DVec3::ONE), &Turntable { up: DVec3::ZERO, ..Turntable::default() }).is_err());
+    assert!(turntable((DVec3::ZERO, DVec3::ZERO), &Turntable::default(), &Progress::none()).is_err());
+    assert!(
+        turntable((DVec3::ZERO, DVec3::ONE), &Turntable { up: DVec3::ZERO, ..Turntable::default() }, &Progress::none())
+            .is_err()
+    );
 }
 
 #[test]
@@ -411,13 +414,15 @@ fn cameras_of_unusable_numbers_are_refused_by_name() {
     let table = |change: fn(&mut Turntable)| {
         let mut table = Turntable::default();
         change(&mut table);
-        turntable(bounds, &table).map(drop).unwrap_err().to_string()
+        turntable(bounds, &table, &Progress::none()).map(drop).unwrap_err().to_string()
     };
     assert!(table(|t| t.height_angle = Some(std::f64::consts::PI)).contains("3.14159"));
     assert!(table(|t| t.height_angle = Some(0.0)).contains("got 0 rad"));
     assert!(table(|t| t.up = DVec3::new(0.0, 0.0, 1e200)).contains("(0, 0, 1e200)"));
     assert!(table(|t| t.elevation = 1e308).contains("1e308"));
-    let far = turntable((DVec3::ZERO, DVec3::splat(1e200)), &Turntable::default()).unwrap_err().to_string();
+    let far = turntable((DVec3::ZERO, DVec3::splat(1e200)), &Turntable::default(), &Progress::none())
+        .unwrap_err()
+        .to_string();
     assert!(far.contains("1e200"), "{far}");
     let mut camera = Camera::pinhole(9, 9, 1.0, x, zero, z).unwrap();
     camera.projection = Projection::Pinhole { focal: [1e-70; 2], centre: [1e10; 2], depth: DepthKind::Planar };

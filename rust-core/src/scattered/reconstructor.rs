@@ -24,6 +24,13 @@ use crate::progress::{Plan, Progress};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
+/// In all, a finite cell of the tetrahedralization or, where that is more, a point: for closed surfaces and for open ones.
+/// Measured.
+const BYTES_CLOSED: [f64; 2] = [75.0, 360.0];
+/// Of samples that lie on a sphere to the last bits, whose tetrahedra have few cells a point.
+const BYTES_DEGENERATE: [f64; 2] = [75.0, 670.0];
+const FEW_CELLS: f64 = 4.0;
+const BYTES_OPEN: [f64; 2] = [122.0, 690.0];
 
 /// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
 /// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
@@ -154,8 +161,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 let started = Instant::now();
                 let positions = &self.cloud().positions;
                 let points = positions.len();
-                let what = || format!("a surface through {points} points");
-                memory::expect(BYTES_A_POINT * points as f64, what, "use fewer")?;
+                memory::expect_each(points, BYTES_A_POINT, 0.0, "a surface through", "points")?;
                 let samples = prepare(positions)?;
                 release(&mut self.cloud);
                 self.cells = Some(Cells::new(samples, started, params.threads, progress)?);
@@ -176,6 +182,13 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             seconds: cells.seconds.clone(),
             ..ReconstructReport::default()
         };
+        let foresee = |[each_cell, each_point]: [f64; 2]| {
+            let (cells, points) = (complex.finite as f64, complex.points.len());
+            let bytes = (each_cell * cells).max(each_point * points as f64);
+            memory::expect_in_all(bytes, || format!("a surface through {points} points"), "use fewer")
+        };
+        let is_degenerate = (complex.finite as f64) < FEW_CELLS * complex.points.len() as f64;
+        foresee(if is_degenerate { BYTES_DEGENERATE } else { BYTES_CLOSED })?;
         progress.stage(first_stage, 6 * complex.len() as u64);
         let (mut triangles, mut solid);
         // Facets of what divides inside from outside look outwards.
@@ -209,6 +222,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 is_outward = false;
             }
             if !is_outward {
+                foresee(BYTES_OPEN)?;
                 if cells.choices.is_none() {
                     cells.choices = Some(choices(complex, &solid.incident, progress)?);
                 }

@@ -127,6 +127,10 @@ pub struct Sculpted {
 ///
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {
+    params.validate()?;
+    if let Tolerance::Absolute(tolerance) = params.tolerance {
+        sculptor::foresee(image, params, tolerance, sculptor::BYTES_OF_DOMAIN)?;
+    }
     progress.plan(&[("triangulating", 1.0)]);
     Sculptor::prepare_for(false, image, params, progress)?.refine(params.tolerance, progress)
 }

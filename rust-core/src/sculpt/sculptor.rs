@@ -19,7 +19,15 @@ use crate::progress::{Plan, Progress};
 use crate::range_image::RangeImage;
 
 /// At the peak; measured, 85 for a coarse tolerance, 180 for none.
-const BYTES_A_PIXEL: f64 = 120.0;
+const BYTES_A_PIXEL: f64 = 80.0;
+/// While a mesh is made: a place of the image, a triangle; and a valid pixel where vertices may leave their samples.
+const BYTES_A_PLACE: f64 = 24.0;
+const BYTES_A_TRIANGLE: f64 = 78.0;
+const BYTES_OFF_SAMPLES: f64 = 62.0;
+/// Before that, to find where it may be: what of it stays.
+pub(super) const BYTES_OF_DOMAIN: f64 = 30.0;
+/// Pixels that are looked at to find how rough an image is.
+const LOOKED_AT: usize = 1 << 16;
 
 /// An image ready to be sculpted to one tolerance after the other; `I` is a reference to it, or shares it.
 ///
@@ -56,6 +64,25 @@ pub(super) struct Dug {
     clock: Clock,
 }
 
+/// Refuses a tolerance for whose mesh there is not enough memory; `domain` bytes a valid pixel are taken before. How many
+/// triangles there will be follows from how rough the image is: a pixel that lies farther than the tolerance from the
+/// middle between its neighbours is a vertex, mostly.
+pub(super) fn foresee(image: &RangeImage, params: &SculptParams, tolerance: f64, domain: f64) -> Result<()> {
+    let (mut rough, mut looked_at) = (0_u32, 0_u32);
+    // Odd, so that it is no multiple of an even number of columns.
+    let step = image.len() / LOOKED_AT | 1;
+    for pixel in (1..image.len().saturating_sub(1)).step_by(step) {
+        let off = image.range(pixel) - image.range(pixel - 1).midpoint(image.range(pixel + 1));
+        looked_at += u32::from(!off.is_nan());
+        rough += u32::from(off.abs() > tolerance);
+    }
+    let share = f64::from(rough) / f64::from(looked_at.max(1));
+    let triangles = (1.65 * share + 0.05).min(2.0);
+    let each = domain + if params.interpolate { BYTES_A_TRIANGLE * triangles } else { BYTES_OFF_SAMPLES };
+    let doing = format!("a mesh within {} of", Shown(tolerance));
+    memory::expect_each(image.valid_count(), each, BYTES_A_PLACE * image.len() as f64, &doing, "valid pixels")
+}
+
 impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Finds where the mesh may be. O(pixels).
     ///
@@ -76,8 +103,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// For one tolerance, or for `many`: to these it comes back with a part of the digging done.
     pub(super) fn prepare_for(many: bool, image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
         params.validate()?;
-        let pixels = image.borrow().len();
-        memory::expect(BYTES_A_PIXEL * pixels as f64, || format!("sculpting {pixels} pixels"), "use fewer")?;
+        let pixels = image.borrow().valid_count();
+        memory::expect_each(pixels, BYTES_A_PIXEL, image.borrow().len() as f64, "sculpting", "valid pixels")?;
         let start = Instant::now();
         let pool = crate::threads::pool(params.threads)?;
         let triangulation = &params.triangulation;
@@ -97,6 +124,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// A tolerance out of range; an error that single precision can't hold; [`Error::Cancelled`].
     pub fn refine(&self, tolerance: Tolerance, progress: &Progress<'_>) -> Result<Sculpted> {
         let tolerance = tolerance.in_world(self.depth_extent())?;
+        foresee(self.image.borrow(), &self.params, tolerance, 0.0)?;
         progress.plan(PLAN);
         let pool = crate::threads::pool(self.params.threads)?;
         progress.run(&pool, || {

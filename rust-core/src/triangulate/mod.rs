@@ -21,7 +21,7 @@ use crate::range_image::spacing::{self, EdgeLimit};
 use crate::range_image::{RangeImage, confidence};
 
 /// At the peak; measured.
-const BYTES_A_PIXEL: f64 = 82.0;
+const BYTES_A_SAMPLE: f64 = 82.0;
 
 /// Parameters of the triangulation.
 pub const PARAMS: &[ParamSpec] = &[
@@ -97,16 +97,21 @@ pub struct RangeSurface {
 ///
 /// # Errors
 /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than
-/// [`magnitude::LARGEST`].
+/// [`magnitude::LARGEST`]; [`crate::Error::OutOfMemory`]; [`crate::Error::Cancelled`].
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
-pub fn triangulate(image: &RangeImage, params: &TriangulateParams) -> Result<RangeSurface> {
-    let (grid, cells, spacing) = grid_and_cells(image, params, &Progress::none())?;
-    magnitude::points("sample", &grid.positions)?;
-    let spacing = spacing.unwrap_or_else(|| spacing::median_spacing(&grid));
-    let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k));
-    confidence::weigh(image, &grid, &mut weights);
-    Ok(keep_used(grid, cells, weights, spacing))
+pub fn triangulate(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<RangeSurface> {
+    progress.watch(|| {
+        let (grid, cells, spacing) = grid_and_cells(image, params, progress)?;
+        magnitude::points("sample", &grid.positions)?;
+        let spacing = match spacing {
+            Some(spacing) => spacing,
+            None => spacing::median_spacing(&grid, progress)?,
+        };
+        let mut weights = confidence::ramp(&grid, |k| cells.is_interior(k), progress)?;
+        confidence::weigh(image, &grid, &mut weights, progress)?;
+        keep_used(grid, cells, weights, spacing, progress)
+    })
 }
 
 /// The triangles of [`triangulate`] over pixel indices, without what else it finds; and the valid pixels, rising.
@@ -133,19 +138,14 @@ fn grid_and_cells(
 ) -> Result<(SampleGrid, cells::Cells, Option<f64>)> {
     params.validate()?;
     image.validate()?;
-    memory::expect(
-        BYTES_A_PIXEL * image.len() as f64,
-        || format!("triangulating {} pixels", image.len()),
-        "use fewer",
-    )?;
-    progress.check()?;
-    let grid = SampleGrid::new(image)?;
-    progress.check()?;
+    let columns = size_of::<u32>() as f64 * image.cols() as f64;
+    memory::expect_each(image.valid_count(), BYTES_A_SAMPLE, columns, "triangulating", "valid pixels")?;
+    let grid = SampleGrid::new(image, progress)?;
     let (limit, spacing) = match params.edge_limit {
         Some(length) => (EdgeLimit::Length(length), None),
         None => {
-            let spacing = spacing::median_spacing(&grid);
-            (EdgeLimit::from_data(image, &grid, spacing), Some(spacing))
+            let spacing = spacing::median_spacing(&grid, progress)?;
+            (EdgeLimit::from_data(image, &grid, spacing, progress)?, Some(spacing))
         }
     };
     let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit, progress)?;
@@ -167,16 +167,24 @@ impl TriangulateParams {
 }
 
 /// The surface without the samples that have no triangle.
-fn keep_used(grid: SampleGrid, cells: cells::Cells, weights: Vec<f32>, spacing: f64) -> RangeSurface {
+fn keep_used(
+    grid: SampleGrid,
+    cells: cells::Cells,
+    weights: Vec<f32>,
+    spacing: f64,
+    progress: &Progress<'_>,
+) -> Result<RangeSurface> {
     let samples = grid.len();
     let SampleGrid { mut positions, mut pixels, up: mut new_index, .. } = grid;
     let (mut triangles, mut confidence) = (cells.triangles, weights);
     let mut used = 0;
-    for k in 0..samples {
-        if cells.surroundings[k].is_used() {
-            new_index[k] = used as u32;
-            (positions[used], pixels[used], confidence[used]) = (positions[k], pixels[k], confidence[k]);
-            used += 1;
+    for block in progress.ranges(samples) {
+        for k in block? {
+            if cells.surroundings[k].is_used() {
+                new_index[k] = used as u32;
+                (positions[used], pixels[used], confidence[used]) = (positions[k], pixels[k], confidence[k]);
+                used += 1;
+            }
         }
     }
     if used < samples {
@@ -187,7 +195,7 @@ fn keep_used(grid: SampleGrid, cells: cells::Cells, weights: Vec<f32>, spacing: 
             *triangle = triangle.map(|k| new_index[k as usize]);
         }
     }
-    RangeSurface { positions, pixels, confidence, triangles, spacing, isolated_pixels: samples - used }
+    Ok(RangeSurface { positions, pixels, confidence, triangles, spacing, isolated_pixels: samples - used })
 }
 
 #[cfg(test)]

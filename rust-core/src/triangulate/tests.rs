@@ -10,7 +10,7 @@ use crate::range_image::{Projection, Viewing};
 const UNIT_GRID: Projection = Projection::Orthographic { first: [0.0; 2], step: [1.0, 1.0] };
 
 fn run(image: &RangeImage) -> RangeSurface {
-    triangulate(image, &TriangulateParams::default()).unwrap()
+    triangulate(image, &TriangulateParams::default(), &Progress::none()).unwrap()
 }
 
 fn with_limit(limit: f64) -> TriangulateParams {
@@ -99,12 +99,12 @@ proptest! {
         let projection = projections(rows, cols)[which];
         let values = depths[..rows * cols].iter().map(|d| d.map_or(f64::NAN, |d| d)).collect();
         let image = RangeImage::from_values(rows, cols, values, projection).unwrap();
-        let surface = triangulate(&image, &with_limit(limit)).unwrap();
+        let surface = triangulate(&image, &with_limit(limit), &Progress::none()).unwrap();
         check(&image, &surface);
         prop_assert_eq!(pixel_triangles(&surface), naive(&image, limit));
         // The same samples as points (f32) give what they give by the definition, too.
         let grid = as_point_grid(&image);
-        let surface = triangulate(&grid, &with_limit(limit)).unwrap();
+        let surface = triangulate(&grid, &with_limit(limit), &Progress::none()).unwrap();
         check(&grid, &surface);
         prop_assert_eq!(pixel_triangles(&surface), naive(&grid, limit));
     }
@@ -166,7 +166,7 @@ fn a_step_is_a_jump_and_the_default_limit_comes_from_the_median() {
     assert_eq!(run(&step(3.0)).triangles.len(), 2 * 49);
     assert_eq!(run(&step(3.2)).triangles.len(), 2 * 49 - 7 * 2, "edges pass, diagonals don't");
     assert_eq!(run(&step(4.0)).triangles.len(), 2 * 42);
-    assert_eq!(triangulate(&step(4.0), &with_limit(9.0)).unwrap().triangles.len(), 2 * 49);
+    assert_eq!(triangulate(&step(4.0), &with_limit(9.0), &Progress::none()).unwrap().triangles.len(), 2 * 49);
     assert_eq!(run(&step(4.0)).spacing, 1.0);
 }
 
@@ -180,7 +180,7 @@ fn where_rays_fan_out_the_limit_grows_with_range() {
     for image in [as_point_grid(&image), image] {
         let surface = run(&image);
         assert_eq!(surface.triangles.len(), 2 * 39 * 199);
-        let absolute = triangulate(&image, &with_limit(3.4 * surface.spacing)).unwrap();
+        let absolute = triangulate(&image, &with_limit(3.4 * surface.spacing), &Progress::none()).unwrap();
         assert!(absolute.triangles.len() < surface.triangles.len());
     }
     // A ball before it is torn off, and the spiral behind it is whole around the shadow.
@@ -204,7 +204,7 @@ fn grazing_surfaces_are_left_out_above_the_limit() {
         let image = render(10, 10, projection, plane(centre, normal));
         let count = |degrees: f64| {
             let params = TriangulateParams { grazing_limit: degrees.to_radians(), edge_limit: Some(1e3) };
-            triangulate(&image, &params).unwrap().triangles.len()
+            triangulate(&image, &params, &Progress::none()).unwrap().triangles.len()
         };
         assert_eq!((count(34.0), count(87.0), count(90.0)), (0, 2 * 81, 2 * 81), "{projection:?}");
         if matches!(projection, Projection::Orthographic { .. }) {
@@ -249,7 +249,7 @@ fn confidence_is_the_cosine_ramped_to_zero_at_the_border() {
         let mut values: Vec<f64> = (0..256).map(|i| image.range(i)).collect();
         values[hole] = f64::NAN;
         let mut image = RangeImage::from_values(16, 16, values, projection).unwrap();
-        let surface = triangulate(&image, &with_limit(10.0)).unwrap();
+        let surface = triangulate(&image, &with_limit(10.0), &Progress::none()).unwrap();
         check(&image, &surface);
         let border =
             |r: i32, c: i32| r <= 0 || c <= 0 || r >= 15 || c >= 15 || ((r - 5).abs() <= 1 && (c - 7).abs() <= 1);
@@ -272,7 +272,7 @@ fn confidence_is_the_cosine_ramped_to_zero_at_the_border() {
         }
         // Given confidences take the cosine's place.
         image.confidence = Some(vec![3.0; 256]);
-        let given = triangulate(&image, &with_limit(10.0)).unwrap();
+        let given = triangulate(&image, &with_limit(10.0), &Progress::none()).unwrap();
         for (k, &pixel) in surface.pixels.iter().enumerate() {
             let (_, direction) = image.ray_in_sensor(pixel as usize);
             let cosine = normal.dot(direction).abs() as f32;
@@ -305,8 +305,13 @@ fn poor_images_give_empty_surfaces() {
 #[test]
 fn bad_parameters_are_named() {
     let image = heights(2, 2, |_, _| 0.0);
-    let text = triangulate(&image, &with_limit(-1.0)).unwrap_err().to_string();
+    let text = triangulate(&image, &with_limit(-1.0), &Progress::none()).unwrap_err().to_string();
     assert!(text.starts_with("edge_limit must be a finite number > 0, got -1"), "{text}");
     let grazing = TriangulateParams { grazing_limit: 2.0, ..TriangulateParams::default() };
-    assert!(triangulate(&image, &grazing).unwrap_err().to_string().starts_with("grazing_limit must be > 0"));
+    assert!(
+        triangulate(&image, &grazing, &Progress::none())
+            .unwrap_err()
+            .to_string()
+            .starts_with("grazing_limit must be > 0")
+    );
 }

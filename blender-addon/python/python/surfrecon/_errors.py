@@ -20,6 +20,10 @@ class FormatError(SurfreconError, ValueError):
 class FileError(SurfreconError, OSError):
     """Reading or writing a file failed; ``filename`` and ``errno`` are set where known."""
 
+    def __reduce__(self) -> tuple[type, tuple[object, ...], dict[str, object]]:
+        # That of OSError loses what was not given when it was made.
+        return type(self), self.args, {"errno": self.errno, "filename": self.filename}
+
     def __str__(self) -> str:
         # That of OSError is made of its attributes, and lacks what only the text says.
         return str(self.args[0]) if self.args else ""

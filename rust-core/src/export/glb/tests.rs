@@ -261,7 +261,7 @@ fn the_khronos_validator_finds_nothing_wrong() {
         still("far", leaked(far)),
         still("points", leaked(TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![]))),
         still("empty", leaked(TriMesh::default())),
-        still("sculpture", leaked(crate::scan::sculpture::sculpture(6.0, 0).unwrap())),
+        still("sculpture", leaked(crate::scan::sculpture::sculpture(6.0, 0, &Progress::none()).unwrap())),
         GlbNode { coarser: &coarser, ..still("chain", finest) },
     ];
     let folder = tempfile::tempdir().unwrap();

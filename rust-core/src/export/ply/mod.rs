@@ -14,6 +14,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use self::rows::{Column, Data, Element, NO_VERTEX};
 use super::atomic::{Staged, stage};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::{Attribute, AttributeData, QuadMesh, TriMesh};
 use crate::point_cloud::PointCloud;
 use crate::progress::Progress;
@@ -179,6 +180,9 @@ pub fn write_range_grid_ply(
     stage_grid(path, image, &options.into(), progress)?.keep()
 }
 
+/// Numbers of pixels and points.
+const BYTES_A_SAMPLE: f64 = 21.0;
+
 /// What [`stage_grid`] counts: points and cells.
 pub(super) fn elements_of(image: &RangeImage) -> usize {
     image.valid_count() + image.len()
@@ -192,7 +196,11 @@ pub(super) fn stage_grid(
     progress: &Progress<'_>,
 ) -> Result<Staged> {
     image.validate()?;
-    let valid: Vec<usize> = (0..image.len()).filter(|&i| image.is_valid(i)).collect();
+    let picked = [image.colour.is_some(), image.intensity.is_some(), image.confidence.is_some()];
+    let each = BYTES_A_SAMPLE + 4.0 * picked.into_iter().filter(|is| *is).count() as f64;
+    memory::expect_each(image.valid_count(), each, 4.0 * image.len() as f64, "writing", "valid pixels")?;
+    let mut valid = Vec::with_capacity(image.valid_count());
+    valid.extend((0..image.len()).filter(|&i| image.is_valid(i)));
     let grid_from_sensor = range_grid_frame(image)?.inverse();
     let points: Vec<[f32; 3]> = match image.samples() {
         Samples::Points(points) if grid_from_sensor == DAffine3::IDENTITY => valid.iter().map(|&i| points[i]).collect(),

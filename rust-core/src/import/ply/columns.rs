@@ -2,6 +2,8 @@
 
 use super::fault::{Parsed, Problem};
 use super::header::{Element, Kind, ScalarType};
+use crate::error::Error;
+use crate::memory;
 use crate::mesh::Attribute;
 
 /// Values of one entry by slot; [`SKIP`] takes what nobody wants.
@@ -217,7 +219,8 @@ impl Attributes {
 
 /// An empty list with room for `count` entries.
 pub(super) fn reserve<T>(count: usize) -> Parsed<Vec<T>> {
-    let mut list = Vec::new();
-    list.try_reserve_exact(count).map_err(|_| Problem::memory(format!("{count} entries of a PLY file")))?;
-    Ok(list)
+    memory::reserved(count, || format!("{count} entries of a PLY file")).map_err(|error| match error {
+        Error::OutOfMemory(text) => Problem::memory(text),
+        other => Problem::memory(other.to_string()),
+    })
 }

@@ -28,6 +28,7 @@ use self::lines::{Line, Lines};
 use super::text::whole_lines;
 use super::{Content, ReadOptions, Scan, ScanSet, file};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::point_cloud::PointCloud;
 use crate::progress::Progress;
 
@@ -79,8 +80,13 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 }
 
 /// Reads a scan.
+/// Of the length of the file, which the points take while their arrays grow; measured.
+const SHARE_OF_TEXT: f64 = 1.3;
+
 pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let (file, length) = file::counted(&scan.path, progress)?;
+    let what = || format!("reading {}", scan.path.display());
+    memory::expect(SHARE_OF_TEXT * length as f64, what, "use fewer points, or raise the limit")?;
     let mut cloud = parse(file, length).map_err(|problem| problem.into_error(&scan.path))?;
     cloud.world_from_cloud = scan.world_from_sensor;
     Ok(Content::Points(cloud))

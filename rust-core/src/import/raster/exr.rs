@@ -7,12 +7,13 @@
 use std::io::BufReader;
 
 use ::exr::block::reader::ChunksReader;
+use ::exr::compression::Compression;
 use ::exr::meta::attribute::SampleType;
 use ::exr::prelude::f16;
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
-use super::{Numbers, Raster, packed_pixels};
+use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -20,15 +21,23 @@ use crate::progress::Progress;
 const BACKGROUND: f64 = 1e10;
 const BACKGROUND_HALF: f64 = 65504.0;
 
+/// What one byte can become by the other compressions, generously.
+const WAVELETS: u64 = 1 << 16;
+
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
-    watched(input, scan, |input| read(input, scan))?.into_content(scan)
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &Scan,
+    progress: &Progress<'_>,
+) -> Result<Content> {
+    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
+fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::exr::error::Error| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let reader = ::exr::block::read(input, false).map_err(wrong)?;
@@ -54,6 +63,13 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
     let sample_type = description.sample_type;
     let (cols, rows) = (header.layer_size.0, header.layer_size.1);
     let count = packed_pixels(rows as u64, cols as u64, scan)?;
+    let most = match header.compression {
+        Compression::Uncompressed | Compression::RLE | Compression::ZIP1 | Compression::ZIP16 | Compression::PXR24 => {
+            DEFLATED
+        }
+        _ => WAVELETS,
+    };
+    can_be_in(length, (count * sample_type.bytes_per_sample()) as u64, most, scan)?;
     let channels = header.channels.clone();
     let mut values: Vec<f64> = reserve(count, &scan.path)?;
     values.resize(count, f64::NAN);
@@ -62,6 +78,8 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan) -> Result<Raster> {
     };
     let mut blocks = reader.filter_chunks(false, first_level).map_err(wrong)?.sequential_decompressor(false);
     while let Some(block) = blocks.decompress_next_block() {
+        // A few bytes of the file may be many blocks.
+        progress.check()?;
         let block = block.map_err(wrong)?;
         for line in block.lines(&channels) {
             if line.location.channel != channel {

@@ -170,5 +170,18 @@ fn packed_pixels(rows: u64, cols: u64, scan: &Scan) -> Result<usize> {
     }
 }
 
+/// Refuses an image that can't be in a file of so many bytes: `most` is what one of them can become by the compression, and
+/// `bytes` what the pixels take unpacked.
+fn can_be_in(length: u64, bytes: u64, most: u64, scan: &Scan) -> Result<()> {
+    if bytes <= length.saturating_mul(most) {
+        return Ok(());
+    }
+    let problem = format!("its {bytes} bytes of pixels can't be in a file of {length} bytes; it is damaged or cut off");
+    Err(Error::format(&scan.path, "header", problem))
+}
+
+/// What one byte can become by deflate: 258 bytes for two bits.
+const DEFLATED: u64 = 1032;
+
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, PixelMeaning, Scan};
-use super::{Numbers, Raster, packed_pixels};
+use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -17,11 +17,16 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"\x89PNG\r\n\x1a\n")
 }
 
-pub(in super::super) fn parse(input: &mut dyn Input, _: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
-    watched(input, scan, |input| read(input, scan, progress))?.into_content(scan)
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &Scan,
+    progress: &Progress<'_>,
+) -> Result<Content> {
+    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut decoder = Decoder::new_with_limits(input, Limits { bytes: 48 << 20 });
     decoder.set_transformations(Transformations::IDENTITY);
@@ -44,7 +49,9 @@ fn read(input: BufReader<Watched<'_>>, scan: &Scan, progress: &Progress<'_>) -> 
     if reader.info().interlaced {
         return fail("an interlaced image; save it without interlacing".to_owned());
     }
-    let mut values: Vec<f64> = reserve(packed_pixels(rows as u64, cols as u64, scan)?, &scan.path)?;
+    let count = packed_pixels(rows as u64, cols as u64, scan)?;
+    can_be_in(length, (count * channels * depth as usize / 8) as u64, DEFLATED, scan)?;
+    let mut values: Vec<f64> = reserve(count, &scan.path)?;
     let meaning = scan.options.pixels;
     while let Some(row) = reader.next_row().map_err(|e| decoding_error(scan, &e))? {
         // A few bytes of the file may be many rows.

@@ -8,7 +8,7 @@ use ::tiff::tags::Tag;
 
 use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
-use super::{Numbers, Place, Raster, packed_pixels};
+use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
 use crate::error::{Error, Result};
 use crate::progress::Progress;
 
@@ -27,6 +27,8 @@ pub(in super::super) fn parse(
 
 /// Bytes that any strip or tile may have, packed or not.
 const LITTLE: usize = 32 << 20;
+/// What one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
+const MOST: u64 = 2731;
 
 fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
@@ -53,7 +55,9 @@ fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Prog
         .flatten()
         .and_then(|value| value.into_string().ok())
         .and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
-    let mut values = reserve(packed_pixels(rows as u64, cols as u64, scan)?, &scan.path)?;
+    let count = packed_pixels(rows as u64, cols as u64, scan)?;
+    can_be_in(length, count as u64 * u64::from(colour.bit_depth()) / 8, MOST, scan)?;
+    let mut values = reserve(count, &scan.path)?;
     values.resize(rows * cols, f64::NAN);
     // The whole image may be one strip, whose pixels take no more than the result's.
     limits.decoding_buffer_size = (values.len() * size_of::<f64>()).max(LITTLE);

@@ -33,6 +33,11 @@ impl Fill {
         (0..self.patch.triangles.len()).map(|t| self.patch.corners(t))
     }
 
+    /// Vertices and triangles that it appends.
+    pub fn size(&self) -> [usize; 2] {
+        [self.patch.points.len() - self.patch.loop_len, self.patch.triangles.len()]
+    }
+
     /// Appends the fill to the mesh; `hole` are the vertices of its loop.
     pub fn append(
         &self,

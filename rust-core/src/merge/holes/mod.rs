@@ -131,6 +131,11 @@ pub fn close(
         .map(|(hole, near)| fill::close(mesh, hole, near, &[], progress))
         .collect::<Result<_>>()?;
     let fills = settle(mesh, &holes, &surroundings, fills, progress)?;
+    let [points, faces] =
+        fills.iter().flatten().map(Fill::size).fold([0; 2], |sum, size| [sum[0] + size[0], sum[1] + size[1]]);
+    // Growing by pushing would double what is there.
+    positions.reserve_exact(points);
+    triangles.reserve_exact(faces);
     for (hole, fill) in holes.iter().zip(fills) {
         match fill {
             Some(fill) => {

@@ -18,10 +18,11 @@ mod polygonize;
 mod serpent;
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::mesh::{Attribute, TriMesh};
+use crate::progress::Progress;
 use field::Part;
 use polygonize::Field;
 
@@ -60,24 +61,29 @@ impl Field for Sculpture {
     }
 }
 
+/// At the peak, for cells of 1 mm; measured.
+const BYTES: f64 = 225e6;
+
 /// Makes the sculpture with a lattice of edge `cell` in millimetres; [`CELL`] gives about 400,000 triangles, half of it four
 /// times as many. The mesh is closed, stands on the plane z = 0, and has the vertex attribute `colour`.
 ///
 /// # Errors
-/// [`Error::Input`] if `cell` is not between 0.5 and 20; [`Error::OutOfMemory`] if threads are refused.
-pub fn sculpture(cell: f64, threads: usize) -> Result<TriMesh> {
+/// [`Error::Input`] if `cell` is not between 0.5 and 20; [`Error::OutOfMemory`]; [`Error::Cancelled`].
+pub fn sculpture(cell: f64, threads: usize, progress: &Progress<'_>) -> Result<TriMesh> {
     if !(FINEST..=20.0).contains(&cell) {
         return Err(Error::input(format!("the sculpture's cell must be >= {FINEST} and <= 20, got {cell} mm")));
     }
+    memory::expect(BYTES / (cell * cell), || format!("a sculpture of {cell} mm cells"), "use larger cells")?;
+    progress.plan(polygonize::PLAN);
     let pool = crate::threads::pool(threads)?;
-    Ok(pool.install(|| {
+    progress.run(&pool, || {
         let shape = Sculpture::new();
         let (lo, hi) = (DVec3::new(-75.0, -75.0, -4.0), DVec3::new(75.0, 75.0, 238.0));
-        let mut mesh = polygonize::polygonize(&shape, lo, hi, cell);
-        let colours = mesh.positions.par_iter().map(|&p| shape.part(p, true).srgb()).collect();
+        let mut mesh = polygonize::polygonize(&shape, lo, hi, cell, progress)?;
+        let colours = polygonize::in_parallel(&mesh.positions, |&p| shape.part(p, true).srgb(), progress)?;
         mesh.vertex_attributes.push(Attribute::colour("colour", colours));
-        mesh
-    }))
+        Ok(mesh)
+    })
 }
 
 #[cfg(test)]
@@ -86,19 +92,19 @@ mod tests {
 
     #[test]
     fn it_is_one_closed_surface_and_the_same_for_any_number_of_threads() {
-        let mesh = sculpture(4.0, 1).unwrap();
+        let mesh = sculpture(4.0, 1, &Progress::none()).unwrap();
         let report = crate::mesh::check(&mesh);
         assert!(report.is_closed() && report.non_finite_vertices == 0, "{report}");
         assert!(crate::mesh::measure::enclosed_volume(&mesh) > 0.0);
-        assert!(mesh == sculpture(4.0, 8).unwrap());
-        assert!(sculpture(0.1, 1).is_err() && sculpture(f64::NAN, 1).is_err());
+        assert!(mesh == sculpture(4.0, 8, &Progress::none()).unwrap());
+        assert!(sculpture(0.1, 1, &Progress::none()).is_err() && sculpture(f64::NAN, 1, &Progress::none()).is_err());
     }
 
     /// What lets the polygonizer skip space: a value of x promises that no surface is nearer than x / STEEPEST.
     #[test]
     fn its_field_is_no_larger_than_the_distance_allows() {
         let shape = Sculpture::new();
-        let mesh = sculpture(4.0, 2).unwrap();
+        let mesh = sculpture(4.0, 2, &Progress::none()).unwrap();
         let mut worst: f64 = 0.0;
         for (i, &on) in mesh.positions.iter().enumerate() {
             let unit = |k: usize| ((i * k) % 65_521) as f64 / 65_521.0 - 0.5;

@@ -9,7 +9,9 @@
 use glam::{DVec3, IVec3};
 use rayon::prelude::*;
 
+use crate::error::Result;
 use crate::mesh::TriMesh;
+use crate::progress::{Plan, Progress};
 
 /// Cubes along the edge of a block.
 const BLOCK: i32 = 8;
@@ -24,30 +26,58 @@ pub(super) trait Field: Sync {
     fn value(&self, p: DVec3) -> f64;
 }
 
+/// Stages with their shares of the time; the last is the caller's.
+pub(super) const PLAN: Plan = &[("marching", 0.3), ("placing vertices", 0.2), ("evening out", 0.4), ("colouring", 0.1)];
+
+/// Vertices between two looks at the progress: fields take microseconds a place.
+const CHUNK: usize = 1 << 8;
+
+/// What `of` makes of each, in their order.
+pub(super) fn in_parallel<T: Sync, R: Send>(
+    all: &[T],
+    of: impl Fn(&T) -> R + Sync,
+    progress: &Progress<'_>,
+) -> Result<Vec<R>> {
+    let chunks = all.par_chunks(CHUNK).map(|some| progress.check().map(|()| some.iter().map(&of).collect::<Vec<_>>()));
+    Ok(chunks.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+}
+
 /// The surface of the field between `lo` and `hi`, cubes of edge `cell`; the field must be positive on the border.
-pub(super) fn polygonize<F: Field>(field: &F, lo: DVec3, hi: DVec3, cell: f64) -> TriMesh {
+pub(super) fn polygonize<F: Field>(
+    field: &F,
+    lo: DVec3,
+    hi: DVec3,
+    cell: f64,
+    progress: &Progress<'_>,
+) -> Result<TriMesh> {
     let lattice = Lattice { lo, half: 0.5 * cell };
     let blocks = ((hi - lo) / (cell * f64::from(BLOCK))).ceil().as_ivec3();
     let count = blocks.x * blocks.y * blocks.z;
+    progress.stage(0, count as u64);
     let pieces: Vec<Vec<[u64; 3]>> = (0..count)
         .into_par_iter()
         .map(|b| {
             let block = IVec3::new(b % blocks.x, b / blocks.x % blocks.y, b / blocks.x / blocks.y);
-            march(field, &lattice, block * BLOCK)
+            let piece = march(field, &lattice, block * BLOCK);
+            progress.advance(1).map(|()| piece)
         })
-        .collect();
+        .collect::<Result<_>>()?;
+    progress.stage(1, 1);
     let corners: Vec<[u64; 3]> = pieces.concat();
     let mut edges: Vec<u64> = corners.as_flattened().to_vec();
     edges.par_sort_unstable();
     edges.dedup();
-    let positions = edges.par_iter().map(|&e| lattice.crossing(field, e)).collect();
+    let positions = in_parallel(&edges, |&e| lattice.crossing(field, e), progress)?;
     let index = |e: u64| edges.binary_search(&e).expect("every edge was collected") as u32;
-    let triangles = corners.par_iter().map(|t| t.map(index)).collect();
+    let triangles = in_parallel(&corners, |t| t.map(index), progress)?;
     let mut mesh = largest_part(TriMesh::new(positions, triangles));
+    progress.stage(2, ROUNDS as u64);
     for _ in 0..ROUNDS {
-        even_out(field, &mut mesh, cell);
+        even_out(field, &mut mesh, cell, progress)?;
+        progress.advance(1)?;
     }
-    mesh
+    progress.stage(3, 1);
+    Ok(mesh)
 }
 
 /// The part with the most triangles, the first of several: without closed cavities and specks that stray from the lattice.
@@ -195,7 +225,7 @@ fn tetrahedron(tet: [IVec3; 4], inside: [bool; 4], out: &mut Vec<[u64; 3]>) {
 }
 
 /// Moves every vertex half the way to the mean of its neighbours, along the surface, and back onto the surface.
-fn even_out<F: Field>(field: &F, mesh: &mut TriMesh, cell: f64) {
+fn even_out<F: Field>(field: &F, mesh: &mut TriMesh, cell: f64, progress: &Progress<'_>) -> Result<()> {
     // Sum and number of the neighbours, and the normal by area.
     let mut stars = vec![(DVec3::ZERO, 0.0, DVec3::ZERO); mesh.positions.len()];
     for t in 0..mesh.triangles.len() {
@@ -207,19 +237,23 @@ fn even_out<F: Field>(field: &F, mesh: &mut TriMesh, cell: f64) {
             *star = (star.0 + corners[(k + 1) % 3] + corners[(k + 2) % 3], star.1 + 2.0, star.2 + normal);
         }
     }
-    mesh.positions.par_iter_mut().zip(&stars).for_each(|(p, &(sum, count, normal))| {
-        let normal = normal.normalize_or_zero();
-        let way = (sum / count - *p) * 0.5;
-        let moved = *p + (way - normal * way.dot(normal));
-        let reach = 0.25 * cell;
-        // One step as if the field were a distance, then one by the slope that it shows.
-        let first = field.value(moved);
-        let step = first.clamp(-reach, reach);
-        let second = field.value(moved - normal * step);
-        let slope = (first - second) / step;
-        let more = if slope > 0.3 { (second / slope).clamp(-reach, reach) } else { 0.0 };
-        *p = moved - normal * (step + more);
-    });
+    let chunks = mesh.positions.par_chunks_mut(CHUNK).zip(stars.par_chunks(CHUNK));
+    chunks.try_for_each(|(positions, stars)| {
+        for (p, &(sum, count, normal)) in positions.iter_mut().zip(stars) {
+            let normal = normal.normalize_or_zero();
+            let way = (sum / count - *p) * 0.5;
+            let moved = *p + (way - normal * way.dot(normal));
+            let reach = 0.25 * cell;
+            // One step as if the field were a distance, then one by the slope that it shows.
+            let first = field.value(moved);
+            let step = first.clamp(-reach, reach);
+            let second = field.value(moved - normal * step);
+            let slope = (first - second) / step;
+            let more = if slope > 0.3 { (second / slope).clamp(-reach, reach) } else { 0.0 };
+            *p = moved - normal * (step + more);
+        }
+        progress.check()
+    })
 }
 
 #[cfg(test)]
@@ -238,7 +272,7 @@ mod tests {
     #[test]
     fn the_surface_is_closed_outward_and_on_the_field() {
         for shape in [Shape::Sphere { radius: 1.0 }, Shape::Torus { major: 0.8, minor: 0.2 }] {
-            let mesh = polygonize(&shape, DVec3::splat(-1.3), DVec3::splat(1.3), 0.07);
+            let mesh = polygonize(&shape, DVec3::splat(-1.3), DVec3::splat(1.3), 0.07, &Progress::none()).unwrap();
             let report = crate::mesh::check(&mesh);
             assert!(report.is_closed() && report.components == 1, "{report}");
             assert_eq!(report.genus(), Some(i64::from(matches!(shape, Shape::Torus { .. }))));

@@ -46,7 +46,7 @@ pub(super) fn files_go_out_and_come_back() {
             "paths[0] must not be NULL",
         );
         let nowhere = path("no folder/mesh.ply");
-        api.refused((api.srf_mesh_write_ply)(mesh, nowhere.as_ptr(), 1, none), INPUT, "there is no folder");
+        api.refused((api.srf_mesh_write_ply)(mesh, nowhere.as_ptr(), 1, none), IO, "there is no folder");
         api.refused((api.srf_mesh_write_ply)(mesh, c"".as_ptr(), 1, none), INPUT, "path must not be empty");
         api.ok((api.srf_mesh_free)(mesh));
     }
