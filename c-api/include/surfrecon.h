@@ -748,8 +748,9 @@ srf_status srf_set_threads(uint32_t threads);
 // Number set by srf_set_threads. Since 0.1.
 uint32_t srf_threads(void);
 
-// Most memory that a call may take, as far as it can be foreseen: what would need more, or more than is free, is refused
-// with SRF_ERR_OUT_OF_MEMORY before it begins.
+// Most memory that calls may take; together, where several run at a time. What is foreseen to need more, or more than is
+// free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
+// leaves nothing behind.
 // bytes      0, the default, for all that is free
 // returns    SRF_OK. Since 0.1.
 srf_status srf_set_memory_limit(uint64_t bytes);

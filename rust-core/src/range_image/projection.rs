@@ -67,7 +67,7 @@ impl Projection {
     /// Checks that the parameters are finite, not degenerate and no larger than can be computed with.
     ///
     /// # Errors
-    /// [`Error::Input`] naming the parameter and its value.
+    /// [`crate::Error::Input`] naming the parameter and its value.
     pub fn validate(&self) -> Result<()> {
         match self {
             Projection::Orthographic { first, step } | Projection::Spherical { first, step } => {

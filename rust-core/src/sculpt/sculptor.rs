@@ -70,7 +70,7 @@ pub(super) struct Dug {
 pub(super) fn foresee(image: &RangeImage, params: &SculptParams, tolerance: f64, domain: f64) -> Result<()> {
     let (mut rough, mut looked_at) = (0_u32, 0_u32);
     // Odd, so that it is no multiple of an even number of columns.
-    let step = image.len() / LOOKED_AT | 1;
+    let step = (image.len() / LOOKED_AT) | 1;
     for pixel in (1..image.len().saturating_sub(1)).step_by(step) {
         let off = image.range(pixel) - image.range(pixel - 1).midpoint(image.range(pixel + 1));
         looked_at += u32::from(!off.is_nan());
