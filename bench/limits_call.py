@@ -55,7 +55,7 @@ def pinhole(side):
 
 def shape(cell=2.0):
     """A closed surface."""
-    return surfrecon.sculpture(cell=cell * (4 if small else 1))
+    return surfrecon.sculpture(cell=min(cell * (4 if small else 1), 20.0))
 
 
 def dense(side):
@@ -306,8 +306,8 @@ longest, heard = 0.0, 0
 for k in range(cancels):
     delay = max((k + 0.5) / cancels * whole, 1e-5)
     began = time.perf_counter()
-    signal.setitimer(signal.ITIMER_REAL, delay)
     try:
+        signal.setitimer(signal.ITIMER_REAL, delay)
         call()
         signal.setitimer(signal.ITIMER_REAL, 0)
     except Stop:

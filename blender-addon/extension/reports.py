@@ -91,7 +91,7 @@ def cluster_lines(context, figures):
     if "max_error" in figures:
         yield "Largest error", length(context, figures["max_error"])
     if figures["kept_input"]:
-        yield "Result", "the input: nothing coarser is that near"
+        yield "Result", "the input: nothing coarser found that near"
     if figures["cut_edges"]:
         yield "Edges cut", f"{figures['cut_edges']:,}"
 

@@ -625,7 +625,7 @@ typedef struct {
   uint64_t vertices;
   // Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
   uint64_t patches;
-  // Instead: the largest distance of a vertex of the mesh from the result, > 0, in the unit of the mesh; there are as many
+  // Instead: the largest distance of any point of the mesh from the result and the other way, > 0, in its unit; there are as many
   // vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
   double max_error;
   // How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
@@ -645,7 +645,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if the result is the input, as nothing coarser lies within the largest error.
+  // 1 if the result is the input, as nothing coarser was found within the largest error.
   uint32_t kept_input;
   // Patches.
   uint64_t patches;
@@ -1010,7 +1010,7 @@ srf_status srf_mesh_report_init(srf_mesh_report *report);
 // mesh        not NULL
 // welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
 // out_report  initialized by srf_mesh_report_init(); not NULL
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
                           srf_mesh_report *out_report);

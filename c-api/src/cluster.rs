@@ -25,7 +25,7 @@ pub struct srf_cluster_params {
     pub vertices: u64,
     /// Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
     pub patches: u64,
-    /// Instead: the largest distance of a vertex of the mesh from the result, > 0, in the unit of the mesh; there are as many
+    /// Instead: the largest distance of any point of the mesh from the result and the other way, > 0, in its unit; there are as many
     /// vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
     pub max_error: f64,
     /// How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
@@ -100,7 +100,7 @@ fn count(name: &str, value: u64) -> Result<u32, Failure> {
 pub struct srf_cluster_report {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// 1 if the result is the input, as nothing coarser lies within the largest error.
+    /// 1 if the result is the input, as nothing coarser was found within the largest error.
     pub kept_input: u32,
     /// Patches.
     pub patches: u64,

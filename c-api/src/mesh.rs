@@ -2,8 +2,8 @@
 
 use std::ffi::{CString, c_char};
 
-use surfrecon::TriMesh;
-use surfrecon::mesh::{Attribute, MeshReport, check, check_welded};
+use surfrecon::mesh::{Attribute, MeshReport, check_welded, try_check};
+use surfrecon::{Progress, TriMesh};
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::guard::guard;
@@ -301,7 +301,7 @@ pub unsafe extern "C" fn srf_mesh_report_init(report: *mut srf_mesh_report) -> s
 /// mesh        not NULL
 /// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
 /// out_report  initialized by srf_mesh_report_init(); not NULL
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_check(
     mesh: *const srf_mesh,
@@ -312,7 +312,7 @@ pub unsafe extern "C" fn srf_mesh_check(
         sized::writable("out_report", out_report)?;
         let mesh = handle::get("mesh", mesh)?;
         let report = match welded {
-            0 => check(&mesh.mesh),
+            0 => try_check(&mesh.mesh, &Progress::none())?,
             1 => check_welded(&mesh.mesh),
             other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("welded must be 0 or 1, got {other}"))),
         };

@@ -7,7 +7,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 use surfrecon_allocator::{Refused, set_ceiling};
 pub use surfrecon_allocator::{held, peak, restart_peak};
@@ -25,6 +25,8 @@ static LIMIT: AtomicU64 = AtomicU64::new(u64::MAX);
 
 /// Calls that are running.
 static RUNNING: AtomicUsize = AtomicUsize::new(0);
+/// The process that the first of them began in.
+static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// What was held when the first of them began.
 static BEFORE: AtomicUsize = AtomicUsize::new(0);
 /// The largest estimate since then, in bytes beyond [`BEFORE`].
@@ -78,10 +80,20 @@ struct Running;
 
 impl Running {
     fn begin() -> Self {
-        if RUNNING.fetch_add(1, Ordering::Relaxed) == 0 {
+        let others = RUNNING.fetch_add(1, Ordering::Relaxed);
+        let limit = limit().map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+        // A process that was forked in the middle of a call has its count, and nobody who will ever end it.
+        let left_behind = others > 0 && limit < usize::MAX && PROCESS.load(Ordering::Relaxed) != std::process::id();
+        if left_behind {
+            RUNNING.store(1, Ordering::Relaxed);
+        }
+        if others == 0 || left_behind {
+            // Not for nothing: it takes longer than the shortest calls.
+            if limit < usize::MAX {
+                PROCESS.store(std::process::id(), Ordering::Relaxed);
+            }
             BEFORE.store(held(), Ordering::Relaxed);
             FORESEEN.store(0, Ordering::Relaxed);
-            let limit = limit().map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
             set_ceiling(held().saturating_add(limit));
         }
         Running
@@ -90,7 +102,8 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        if RUNNING.fetch_sub(1, Ordering::Relaxed) == 1 {
+        let one_less = |running: usize| Some(running.saturating_sub(1));
+        if RUNNING.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less) == Ok(1) {
             set_ceiling(usize::MAX);
         }
     }

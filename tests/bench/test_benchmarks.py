@@ -26,6 +26,7 @@ WITH = {
     "io": {"open3d", "pymeshlab", "trimesh", "meshio", "laspy", "bpy"},
     "blender": set(),
     "meshlab": {"vcg-filter"},
+    "limits": set(),
 }
 # Columns that are null where a case has nothing of the kind.
 NOT_OF_ALL = {"blender": {"ms", "blender_minimum_ms", "peak_mb"}, "cluster": {"genus"}}

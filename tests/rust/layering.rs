@@ -47,6 +47,7 @@ const UNSAFE_FILES: &[&str] = &[
     "rust-core/allocator/src/reserve.rs",
     "rust-core/tests/import_memory.rs",
     "rust-core/tests/memory.rs",
+    "rust-core/tests/refused.rs",
     "tests/rust/c/calls/files.rs",
     "tests/rust/c/calls/mod.rs",
     "tests/rust/c/calls/objects.rs",

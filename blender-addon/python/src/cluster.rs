@@ -236,7 +236,7 @@ impl Clustered {
     /// ``cut_edges`` (where the input is no manifold), ``off_surface`` (points that are not on the surface through them), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
     /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
     /// ``max_error`` (where asked for: no point of either surface is farther from the other, else ``None``), ``kept_input`` (whether the
-    /// result is the input, as nothing coarser lies within it or has the topology), ``seconds`` by stage.
+    /// result is the input, as nothing coarser was found within it, or has the topology), ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let report = &self.core.report;

@@ -93,7 +93,7 @@ pub struct ClusterReport {
     /// No point of the input is farther from the result, and none of the result farther from the input, where a largest error
     /// was asked for: not above it. 0 for the input itself.
     pub bound: Option<f64>,
-    /// Whether the result is the input, as nothing coarser lies within the largest error or has its topology.
+    /// Whether the result is the input, as nothing coarser was found within the largest error, or has its topology.
     pub kept_input: bool,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Vec<(&'static str, f64)>,

@@ -234,9 +234,15 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         let enclosed = solid.enclosed(&triangles, progress)?;
         progress.check()?;
         if triangles.is_empty() {
-            return Err(Error::input(
-                "no surface was found: the points fill a volume or lie along curves; give samples of a surface",
-            ));
+            let remedy = match (params.topology, params.closure) {
+                (Topology::Free, _) => "raise the factor, or let the topology be manifold",
+                (_, Closure::Auto) => "give samples of a surface",
+                _ => "let the closure be auto",
+            };
+            return Err(Error::input(format!(
+                "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked; \
+                 {remedy}"
+            )));
         }
         if params.threshold == Threshold::Global {
             report.threshold /= cells.samples.factor;

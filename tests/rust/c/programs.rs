@@ -134,6 +134,12 @@ fn a_forked_program_goes_on() {
 }
 
 #[test]
+fn a_program_without_memory_goes_on() {
+    let program = compile("cc", &["-std=c99", "-O1"], "tests/c/memory.c");
+    assert_eq!(program.run(&[]).trim(), "fine");
+}
+
+#[test]
 fn valgrind_has_nothing_to_report() {
     if Command::new("valgrind").arg("--version").output().is_err() {
         println!("SKIPPED: valgrind is not installed");

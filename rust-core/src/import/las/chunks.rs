@@ -15,7 +15,8 @@ use super::{Points, fail, read_exact, seek, u32_at, u64_at};
 use crate::error::{Error, Result};
 use crate::import::Scan;
 use crate::import::file::{Input, reserve};
-use crate::{memory, threads};
+use crate::memory;
+use crate::threads;
 
 /// Bytes of decoded points held at once, unless one chunk has more.
 const HELD: usize = 16 << 20;
