@@ -637,9 +637,7 @@ def reconstruct(
     threads: int | None = None,
     progress: _Progress | None = None,
 ) -> Reconstructed: ...
-def sculpture(
-    *, cell: float | None = None, threads: int | None = None, progress: _Progress | None = None
-) -> Mesh: ...
+def sculpture(*, cell: float | None = None, threads: int | None = None, progress: _Progress | None = None) -> Mesh: ...
 def turntable(
     mesh: Mesh,
     *,
