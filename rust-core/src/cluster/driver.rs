@@ -65,7 +65,8 @@ const MOST_RINGS: u8 = 6;
 /// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
 /// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
 ///   input: between the vertices, too. [`ClusterReport::bound`] says how far they may be, measured on the result.
-/// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said above.
+/// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said
+///   above.
 /// * The same input gives the same mesh for any number of threads.
 ///
 /// # Cost

@@ -280,9 +280,17 @@ impl<'a> Reader<'a, '_> {
     fn foresee(&mut self) -> Result<()> {
         let mut placed = vec![0_usize; self.root.meshes.len()];
         match self.root.scenes.get(self.root.scene.map_or(0, |scene| scene.value())) {
-            Some(_) => {
-                for mesh in self.root.nodes.iter().filter_map(|node| node.mesh) {
-                    placed.get_mut(mesh.value()).into_iter().for_each(|count| *count += 1);
+            Some(scene) => {
+                let mut next = scene.nodes.clone();
+                let mut seen = vec![false; self.root.nodes.len()];
+                while let Some(index) = next.pop().map(|node| node.value()) {
+                    let Some(node) = self.root.nodes.get(index) else { continue };
+                    if std::mem::replace(&mut seen[index], true) {
+                        continue;
+                    }
+                    let count = node.mesh.and_then(|mesh| placed.get_mut(mesh.value()));
+                    count.into_iter().for_each(|count| *count += 1);
+                    next.extend(node.children.iter().flatten().copied());
                 }
             }
             None => placed.fill(1),
@@ -564,6 +572,23 @@ mod tests {
             assert!(colour.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 1), "{colour:?} {expected:?}");
         }
         damage::endure(parse, &glb(), &scan());
+    }
+
+    /// Theorem: room is made for what the scene places, however many other nodes there are.
+    #[test]
+    fn nodes_outside_of_the_scene_take_nothing() {
+        let bytes = glb();
+        let (both, second) = (b"\"nodes\":[0,1]", b"\"nodes\":[1  ]");
+        let at = bytes.windows(both.len()).position(|some| some == both).unwrap();
+        let mut one = bytes.clone();
+        one[at..at + second.len()].copy_from_slice(second);
+        for (bytes, count) in [(bytes, 8), (one, 4)] {
+            let Content::Mesh(mesh) = damage::read(parse, &bytes, &scan()).unwrap() else { panic!("no mesh") };
+            assert_eq!(
+                (mesh.positions.len(), mesh.positions.capacity(), mesh.triangles.capacity()),
+                (count, count, count / 2)
+            );
+        }
     }
 
     fn text(uri: &str) -> String {
