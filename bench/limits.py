@@ -5,7 +5,7 @@ A row is a call on an input, in a fresh process, where four things are done with
 2. It runs with half of that peak allowed: it has to raise MemoryError and take no more than it may. Then with what it
    foresaw: it has to come to its end. `limit_kept` says whether it did both.
 3. It is interrupted as Ctrl-C does, at `cancels` moments spread evenly over its run: `stop_ms` is the longest that the
-   call went on after that.
+   call went on after that. There are 50 of them with --all, else as many as a few seconds hold, 10 at least.
 `kind` is `ordinary`, or `worst` for an input that takes more than its size lets expect.
 """
 
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import measured
 import table
+from wanted import ALL
 
 COLUMNS = [
     "case",
@@ -29,7 +30,9 @@ COLUMNS = [
     "stop_ms",
     "cancels",
 ]
-CANCELS, SMALLEST_CANCELS = 50, 3
+CANCELS, FEWEST_CANCELS, SMALLEST_CANCELS = 50, 10, 3
+# Seconds that the cancels of a row may take altogether, unless all are asked for.
+CANCELS_S = 4.0
 # What was foreseen may be so many times what was taken.
 ALLOWED = {"ordinary": 1.5, "worst": 3.0}
 STOP_MS = 100
@@ -48,9 +51,9 @@ SHOWN = {
 }
 
 
-def run(case, cancels, folder, small):
+def run(case, cancels, seconds, folder, small):
     """What limits_call.py prints."""
-    _, printed = measured.run([sys.executable, CALL, json.dumps([case, cancels, folder, small])], timeout=600)
+    _, printed = measured.run([sys.executable, CALL, json.dumps([case, cancels, seconds, folder, small])], timeout=1200)
     return json.loads(printed)
 
 
@@ -67,16 +70,19 @@ def problems(row):
 
 def main(wanted, record):
     """Every call on every input that is wanted."""
-    cancels = SMALLEST_CANCELS if wanted.smallest else CANCELS
+    # The most and the fewest.
+    cancels = (
+        [SMALLEST_CANCELS] * 2 if wanted.smallest else [CANCELS, CANCELS if wanted.extent == ALL else FEWEST_CANCELS]
+    )
     with tempfile.TemporaryDirectory() as folder:
-        kinds = run("cases: list", 0, folder, wanted.smallest)
+        kinds = run("cases: list", cancels, CANCELS_S, folder, wanted.smallest)
         for case, kind in kinds.items():
             if not wanted.takes(case) or not record.has_time_for(case):
                 continue
             operation, what = case.split(": ")
             row = {"case": case, "operation": operation, "input": what, "kind": kind, "threads": 0}
             try:
-                row |= run(case, cancels, folder, wanted.smallest)
+                row |= run(case, cancels, CANCELS_S, folder, wanted.smallest)
                 row["misses"] = list(problems(row)) if not wanted.smallest else []
             except measured.Failed as failed:
                 row["failed"] = str(failed)

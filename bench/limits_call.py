@@ -1,4 +1,4 @@
-"""One row of bench/limits.py, in a process of its own: limits_call.py [CASE, CANCELS, FOLDER, SMALL]."""
+"""One row of bench/limits.py: limits_call.py [CASE, [MOST, FEWEST CANCELS], THEIR SECONDS, FOLDER, SMALL]."""
 
 import base64
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import surfrecon
 
-case, cancels, folder, small = json.loads(sys.argv[1])
+case, (most_cancels, fewest_cancels), seconds, folder, small = json.loads(sys.argv[1])
 operation, what = case.split(": ")
 folder = Path(folder)
 
@@ -184,7 +184,7 @@ def cases():
         "sculpt: smooth": (on(lambda: orthographic(1000, noise=0), lambda i: s.sculpt(i, relative_tolerance=0.002)), 0),
         "sculpt: tolerance 0": (on(lambda: orthographic(400), lambda i: s.sculpt(i, tolerance=0)), 1),
         "sculpt: off samples": (
-            on(lambda: orthographic(300), lambda i: s.sculpt(i, relative_tolerance=0.02, interpolate=False)),
+            on(lambda: orthographic(200), lambda i: s.sculpt(i, relative_tolerance=0.02, interpolate=False)),
             0,
         ),
         "Sculptor: relief": (on(lambda: orthographic(1500), lambda i: s.Sculptor(i)), 0),
@@ -201,8 +201,8 @@ def cases():
         "merge: one relief": (on(lambda: orthographic(500), lambda i: s.merge([i], voxel=1.0)), 0),
         "merge: isolated triangles": (on(lambda: isolated(4000), lambda m: s.merge([m], voxel=0.5)), 1),
         "merge: measured": (on(lambda: scans(), lambda i: s.merge(i, voxel=1.0, measure=True)), 0),
-        "reconstruct: sphere": (on(lambda: sphere(100_000), lambda p: s.reconstruct(p)), 1),
-        "reconstruct: noisy sphere": (on(lambda: sphere(60_000, 0.004), lambda p: s.reconstruct(p)), 1),
+        "reconstruct: sphere": (on(lambda: sphere(50_000), lambda p: s.reconstruct(p)), 1),
+        "reconstruct: noisy sphere": (on(lambda: sphere(40_000, 0.004), lambda p: s.reconstruct(p)), 1),
         "reconstruct: scan": (on(lambda: points(scans(1, 600)[0]), lambda p: s.reconstruct(p)), 0),
         "reconstruct: volume": (on(lambda: volume(30_000), lambda p: s.reconstruct(p)), 1),
         "cluster: shape": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000)), 0),
@@ -302,6 +302,8 @@ kept = refused is not None and halved <= peak // 2 + (1 << 16) and without_need 
 began = time.perf_counter()
 call()
 whole = time.perf_counter() - began
+# Half of the run on average each.
+cancels = int(min(max(2 * seconds / whole, fewest_cancels), most_cancels))
 longest, heard = 0.0, 0
 for k in range(cancels):
     delay = max((k + 0.5) / cancels * whole, 1e-5)

@@ -3,6 +3,7 @@
 use std::ffi::{CString, c_char};
 use std::path::Path;
 
+use surfrecon::Progress;
 use surfrecon::import::{self, Camera, Content, PixelMeaning, ReadOptions, ScanSet};
 use surfrecon::range_image::DepthKind;
 
@@ -228,7 +229,7 @@ fn open(
         .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
         .collect::<Result<Vec<_>, Failure>>()?;
     let options = sized::read("options", options, srf_read_options::defaults())?.to_core()?;
-    let set = import::open_with(&paths, &options)?;
+    let set = import::open_with(&paths, &options, &Progress::none())?;
     set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
     let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
     let names = set.scans.iter().map(|scan| text(&scan.name)).collect();

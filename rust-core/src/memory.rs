@@ -33,9 +33,18 @@ static BEFORE: AtomicUsize = AtomicUsize::new(0);
 static FORESEEN: AtomicU64 = AtomicU64::new(0);
 
 /// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, for all
-/// that is free. For the whole process.
+/// that is free. For the whole process, and from now on: also for what running calls go on to take. What a host makes and
+/// keeps meanwhile counts as theirs.
 pub fn set_limit(bytes: Option<u64>) {
     LIMIT.store(bytes.unwrap_or(u64::MAX), Ordering::Relaxed);
+    if RUNNING.load(Ordering::Relaxed) > 0 {
+        set_ceiling(ceiling(BEFORE.load(Ordering::Relaxed)));
+    }
+}
+
+/// What may be held where this much was before the first running call began.
+fn ceiling(before: usize) -> usize {
+    before.saturating_add(limit().map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX)))
 }
 
 /// What [`set_limit`] set.
@@ -81,20 +90,21 @@ struct Running;
 impl Running {
     fn begin() -> Self {
         let others = RUNNING.fetch_add(1, Ordering::Relaxed);
-        let limit = limit().map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
+        let is_limited = limit().is_some();
         // A process that was forked in the middle of a call has its count, and nobody who will ever end it.
-        let left_behind = others > 0 && limit < usize::MAX && PROCESS.load(Ordering::Relaxed) != std::process::id();
+        let left_behind = others > 0 && is_limited && PROCESS.load(Ordering::Relaxed) != std::process::id();
         if left_behind {
             RUNNING.store(1, Ordering::Relaxed);
         }
         if others == 0 || left_behind {
             // Not for nothing: it takes longer than the shortest calls.
-            if limit < usize::MAX {
+            if is_limited {
                 PROCESS.store(std::process::id(), Ordering::Relaxed);
             }
-            BEFORE.store(held(), Ordering::Relaxed);
+            let before = held();
+            BEFORE.store(before, Ordering::Relaxed);
             FORESEEN.store(0, Ordering::Relaxed);
-            set_ceiling(held().saturating_add(limit));
+            set_ceiling(ceiling(before));
         }
         Running
     }
@@ -216,7 +226,7 @@ fn free() -> f64 {
 
 /// Bytes of address space that the process may still take, where the system limits it (`ulimit -v`).
 #[cfg(target_os = "linux")]
-fn address_space() -> f64 {
+pub(crate) fn address_space() -> f64 {
     let Some(most) = rustix::process::getrlimit(rustix::process::Resource::As).current else { return f64::INFINITY };
     let pages = std::fs::read_to_string("/proc/self/statm");
     let pages = pages.ok().and_then(|text| text.split(' ').next().and_then(|pages| pages.parse::<u64>().ok()));
@@ -225,6 +235,6 @@ fn address_space() -> f64 {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn address_space() -> f64 {
+pub(crate) fn address_space() -> f64 {
     f64::INFINITY
 }

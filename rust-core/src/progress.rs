@@ -9,6 +9,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
+use rayon::slice::ParallelSliceMut;
+
 use crate::error::{Error, Result};
 
 /// How often the caller's function is asked.
@@ -210,6 +212,8 @@ impl<'a> Progress<'a> {
 
 /// Entries handled between two checks: a millisecond's work or so.
 pub(crate) const BLOCK: usize = 1 << 16;
+/// Entries sorted between two checks: some 20 milliseconds' work.
+const SORTED_AT_ONCE: usize = 1 << 19;
 
 impl Progress<'_> {
     /// `0..len` in blocks, with a check before each.
@@ -218,6 +222,26 @@ impl Progress<'_> {
     /// Each may be [`Error::Cancelled`].
     pub fn ranges(&self, len: usize) -> impl Iterator<Item = Result<Range<usize>>> {
         (0..len).step_by(BLOCK).map(move |first| self.check().map(|()| first..len.min(first + BLOCK)))
+    }
+
+    /// Sorts, on the threads of the pool it runs on, in pieces with a check before each. `compare` orders all entries, or
+    /// equal ones are the same: their order is not said.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]: the entries are in any order then.
+    pub(crate) fn sort<T: Send>(
+        &self,
+        entries: &mut [T],
+        compare: &(impl Fn(&T, &T) -> std::cmp::Ordering + Sync),
+    ) -> Result<()> {
+        self.check()?;
+        if entries.len() <= SORTED_AT_ONCE {
+            entries.par_sort_unstable_by(compare);
+            return Ok(());
+        }
+        let (low, _, high) = entries.select_nth_unstable_by(entries.len() / 2, compare);
+        let (low, high) = rayon::join(|| self.sort(low, compare), || self.sort(high, compare));
+        low.and(high)
     }
 
     /// The slice in blocks, with a check before each.

@@ -4,10 +4,12 @@
 //! one that forked: a pool that came along has no workers, and a lock that another thread held stays locked for ever. So
 //! a process has pools of its own, and nothing here waits for a lock whose holder may have been left behind.
 
+use std::fmt::Display;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use crate::error::{Error, Result};
+use crate::memory;
 
 /// A value that one thread at a time works with, and whoever else comes is told why it can't be had instead of waiting.
 pub struct Exclusive<T> {
@@ -68,6 +70,9 @@ impl<T> Exclusive<T> {
     }
 }
 
+/// Address space that a thread takes to start: its stack, and what it keeps for itself.
+const ROOM_OF_A_THREAD: f64 = (3 << 20) as f64;
+
 /// The pools of a process, by their numbers of threads.
 struct Pools {
     process: u32,
@@ -106,11 +111,17 @@ pub fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>> {
     if let Some(pool) = pools().and_then(|pools| pools.of(threads)) {
         return Ok(pool);
     }
+    let refused =
+        |why: &dyn Display| Error::OutOfMemory(format!("{threads} worker threads could not be started ({why})"));
+    // A thread that starts and then finds no room for its first words ends the process, and nobody can catch that.
+    if memory::address_space() < ROOM_OF_A_THREAD * threads as f64 {
+        return Err(refused(&"too little address space is left"));
+    }
     let made = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("surfrecon-{i}"))
         .build()
-        .map_err(|e| Error::OutOfMemory(format!("{threads} worker threads could not be started ({e})")))?;
+        .map_err(|e| refused(&e))?;
     let made = Arc::new(made);
     let Some(mut pools) = pools() else { return Ok(made) };
     // Another thread may have made one meanwhile.

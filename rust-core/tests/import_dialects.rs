@@ -12,7 +12,7 @@ use surfrecon::{PointCloud, Progress, TriMesh};
 
 /// What some files open and read as, in words; the first one is opened with the others beside it where they are a set.
 fn read_all(paths: &[&Path]) -> surfrecon::Result<String> {
-    let set = open_with(paths, &ReadOptions::default())?;
+    let set = open_with(paths, &ReadOptions::default(), &Progress::none())?;
     let mut text = format!("{:?}", set.notes);
     for scan in &set.scans {
         text += &format!("{:?} {:?}", scan.world_from_sensor, scan.read()?);
@@ -350,8 +350,48 @@ fn tiff_of_one_strip() {
         let path = folder.path().join("one.tif");
         std::fs::write(&path, &bytes).unwrap();
         let little = ReadOptions { max_decoded_gib: 0.02, ..ReadOptions::default() };
-        let error = open_with(&[&path], &little).unwrap().scans[0].read().unwrap_err().to_string();
+        let error = open_with(&[&path], &little, &Progress::none()).unwrap().scans[0].read().unwrap_err().to_string();
         assert!(error.contains("max_decoded_gib"), "{error}");
+    }
+}
+
+/// Heights that would be letters, were the tile a text.
+#[test]
+fn low_land_is_no_text() {
+    let heights: Vec<u8> = (0..1201 * 1201_u32).flat_map(|i| (40 + (i % 60) as i16).to_be_bytes()).collect();
+    for name in ["N00E000.hgt", "n37e014.HGT"] {
+        let Content::RangeImage(image) = read(name, &heights).unwrap() else { panic!("no image") };
+        assert_eq!((image.rows(), image.valid_count(), image.point_in_sensor(7).z), (1201, 1201 * 1201, 47.0));
+    }
+}
+
+/// Lists of each kind name files elsewhere where the caller allows it.
+#[test]
+fn lists_reach_out_of_their_folder_where_that_is_allowed() {
+    let folder = tempfile::tempdir().unwrap();
+    let inner = folder.path().join("inner");
+    std::fs::create_dir(&inner).unwrap();
+    let mesh = TriMesh::new(vec![[0.0; 3].into(), [1.0, 0.0, 0.0].into(), [0.0, 1.0, 0.0].into()], vec![[0, 1, 2]]);
+    export::write_ply(
+        &folder.path().join("one.ply"),
+        &mesh,
+        export::PlyEncoding::BinaryLittleEndian,
+        &Progress::none(),
+    )
+    .unwrap();
+    let lists = [
+        ("a.conf", "bmesh ../one.ply 0 0 0 0 0 0 1\n"),
+        ("a.aln", "1\n../one.ply\n#\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n0\n"),
+    ];
+    for (name, text) in lists {
+        let list = inner.join(name);
+        std::fs::write(&list, text).unwrap();
+        let open = |allow_outside| {
+            open_with(&[&list], &ReadOptions { allow_outside, ..ReadOptions::default() }, &Progress::none())
+        };
+        assert!(open(false).unwrap_err().to_string().contains("leads out of the folder"), "{name}");
+        let set = open(true).unwrap();
+        assert!(matches!(set.scans[0].read().unwrap(), Content::Mesh(read) if read.triangles.len() == 1), "{name}");
     }
 }
 

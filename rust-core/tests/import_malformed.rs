@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use surfrecon::Progress;
 use surfrecon::import::{Content, ReadOptions, open_with};
 
 /// How a file is wrong.
@@ -174,6 +175,7 @@ fn cases() -> Vec<(&'static str, Class, Vec<u8>, &'static str)> {
         ("a.las", Number, patched("import_scan/points.las", 131, &f64::NAN.to_le_bytes()), "header: the scale [NaN, 0.01, 0.01] or the offset [4000000, 4000000, 4000000] is not usable"),
         ("a.laz", Cut, cut("import_scan/points.laz", 0.9), "table of chunks: the table of chunks is missing; the file was cut short or never finished"),
         ("a.laz", Bomb, patched("import_scan/points.laz", 107, &u32::MAX.to_le_bytes()), "header: 4294967295 points unpack to more than max_decoded_gib, 4"),
+        ("a.laz", Bomb, patched("import_scan/points.laz", 107, &100_000_000_u32.to_le_bytes()), "header: 100000000 points can't be in 110 bytes; it is damaged or cut off"),
         ("a.laz", Index, patched("import_scan/points.laz", seed("import_scan/points.laz").len() - 60, &[0xFF; 60]), "table of chunks: 4294967295 chunks don't fit 8 points in 437 bytes"),
         // OBJ
         ("a.obj", Index, b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n".to_vec(), "line 4: a face names vertex 4, but there are only 3"),
@@ -257,7 +259,7 @@ fn said(folder: &Path, name: &str, content: &[u8]) -> String {
         opened.push(folder.join("depth.pgm"));
         std::fs::write(&opened[1], seed("import_scan/map.pgm")).unwrap();
     }
-    let outcome = open_with(&opened, &ReadOptions::default())
+    let outcome = open_with(&opened, &ReadOptions::default(), &Progress::none())
         .and_then(|set| set.scans.iter().map(|scan| scan.read()).collect::<Result<Vec<Content>, _>>());
     opened.iter().chain([&folder.join(name)]).for_each(|path| drop(std::fs::remove_file(path)));
     match outcome {

@@ -113,7 +113,7 @@ fn claims(folder: &Path) {
             let read = |bytes: &[u8]| {
                 std::fs::write(&path, bytes).unwrap();
                 let (took, _) = peak(|| {
-                    let set = open_with(&[&path], &options)?;
+                    let set = open_with(&[&path], &options, &Progress::none())?;
                     set.scans.iter().try_for_each(|scan| scan.read().map(drop))
                 });
                 assert!(took < 64 * MIB + 16 * bytes.len(), "{}: {took} bytes", path.display());

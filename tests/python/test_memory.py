@@ -108,6 +108,38 @@ except MemoryError as error:
     assert done.stdout.startswith(said), done.stdout
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems don't limit the address space")
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_that_can_not_start_are_an_error(threads):
+    program = """
+import resource, surfrecon, sys
+surfrecon.formats()
+pages = int(open("/proc/self/statm").read().split()[0])
+room = pages * resource.getpagesize() + int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_AS, (room, resource.RLIM_INFINITY))
+try:
+    surfrecon.sculpture(cell=16, threads=int(sys.argv[2]))
+except MemoryError as error:
+    print("MemoryError")
+"""
+    # Its stack fits, and then little else.
+    for kilobytes in (2040, 2050, 2058, 2060, 2064, 2068, 2072, 2080, 2100, 2200, 3000, 3100, 3200):
+        room = (threads - 1) * 2048 + kilobytes
+        run = [sys.executable, "-c", program, str(room << 10), str(threads)]
+        done = subprocess.run(run, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, ""), (kilobytes, done.returncode, done.stderr)
+
+
+def test_a_limit_is_kept_by_jobs_that_run_already(limit):
+    mesh = surfrecon.RangeImage.orthographic(np.random.default_rng(1).random((700, 700)), step=(1, -1)).triangulate()
+    job = surfrecon.Job.cluster(mesh, vertices=1000)
+    while job.progress()[1] == 0 and not job.done():
+        pass
+    limit(1_000_000)
+    with pytest.raises(MemoryError):
+        job.result()
+
+
 def calls():
     """Calls of every kind that take a few megabytes: the operations, what makes arrays, a reader, a writer."""
     y, x = np.mgrid[:300, :300].astype(float)

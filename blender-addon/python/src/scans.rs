@@ -9,7 +9,7 @@ use surfrecon::export::{PlyEncoding, write_points_ply, write_scan_list};
 use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
 
 use crate::arrays;
-use crate::errors::{detached, input_error};
+use crate::errors::input_error;
 use crate::mesh::{Mesh, check_ending, ending};
 use crate::params::value_of;
 use crate::point_cloud::PointCloud;
@@ -79,7 +79,7 @@ pub fn open(
         max_decoded_gib: value_of("open", "max_decoded_gib", max_decoded_gib)?.unwrap_or(defaults.max_decoded_gib),
         allow_outside,
     };
-    let set = detached(py, move || import::open_with(&paths, &options))?;
+    let set = Watch::new(None).run(py, move |progress| import::open_with(&paths, &options, progress))?;
     let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
 }

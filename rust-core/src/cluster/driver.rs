@@ -234,11 +234,16 @@ impl<'a> Job<'a> {
     fn patches(&self, resolution: Resolution) -> Option<usize> {
         let patches = match resolution {
             Resolution::Patches(k) => k as usize,
-            Resolution::Vertices(n) => self.patches_for(n as usize),
+            Resolution::Vertices(n) => self.patches_for(self.nodes(n)),
             Resolution::Tenth => self.patches_for(self.surface.points.len() / 10),
             Resolution::MaxError(_) => return None,
         };
         Some(patches.clamp(1, self.surface.points.len()))
+    }
+
+    /// Vertices that are sought: a patch has at least one of the input's, and three nodes in the middle of a surface.
+    fn nodes(&self, asked: u32) -> usize {
+        (asked as usize).min(3 * self.surface.points.len())
     }
 
     /// Patches whose fans have about `nodes` nodes: three a patch, and one more for each at the border.
@@ -270,7 +275,7 @@ impl<'a> Job<'a> {
         progress: &Progress<'_>,
     ) -> Result<Clustered> {
         let nodes = match resolution {
-            Resolution::Vertices(n) => Some(n as usize),
+            Resolution::Vertices(n) => Some(self.nodes(n)),
             Resolution::Tenth => Some(self.surface.points.len() / 10),
             _ => None,
         };

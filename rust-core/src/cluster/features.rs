@@ -15,7 +15,7 @@ use super::surface::{NONE, Surface, looking};
 use crate::error::Result;
 use crate::geom::bvh::Bvh;
 use crate::geom::neighbours::KdTree;
-use crate::progress::Progress;
+use crate::progress::{Pace, Progress};
 
 /// Cosine of the angle between the normals at a crease.
 const CREASE: f64 = 0.766;
@@ -70,7 +70,7 @@ pub fn keep(surface: &Surface, net: &mut Net, progress: &Progress<'_>) -> Result
         }
         let mut direct = net.clone();
         direct.held = vec![false; net.points.len()];
-        if take_border_corners(surface, &mut direct, &links, &corners, &lengths, SHARP) == corners.len() {
+        if take_border_corners(surface, &mut direct, &links, &corners, &lengths, SHARP, progress)? == corners.len() {
             *net = direct;
             net.held = Vec::new();
             return Ok(());
@@ -123,7 +123,7 @@ fn draw(
     if net.held.is_empty() {
         net.held = vec![false; net.points.len()];
         take_corners(surface, net, links, creases, lengths, sharp);
-        take_border_corners(surface, net, links, corners, lengths, sharp);
+        take_border_corners(surface, net, links, corners, lengths, sharp, progress)?;
     }
     let mut near = Vec::new();
     for v in (0..net.points.len() as u32).filter(|&v| !net.on_rail(v) && !net.is_held(v)) {
@@ -214,10 +214,12 @@ fn border_corners(surface: &Surface, reach: f64, progress: &Progress<'_>) -> Res
         surface.points[at as usize]
     };
     let mut turns = Vec::new();
+    let mut pace = Pace::new(progress);
     for v in (0..surface.points.len() as u32).filter(|&v| surface.border_in[v as usize] != NONE) {
-        looking(v, progress)?;
         let here = surface.points[v as usize];
-        let (ahead, behind) = (along(v, true, &mut |_| ()), along(v, false, &mut |_| ()));
+        let mut steps = 1;
+        let (ahead, behind) = (along(v, true, &mut |_| steps += 1), along(v, false, &mut |_| steps += 1));
+        pace.after(steps)?;
         let turn = (ahead - here).normalize_or_zero().dot((here - behind).normalize_or_zero());
         if turn < CORNER {
             turns.push((turn, v));
@@ -230,6 +232,7 @@ fn border_corners(surface: &Surface, reach: f64, progress: &Progress<'_>) -> Res
         if near[vertex as usize] {
             continue;
         }
+        pace.after(2 * LOOKED)?;
         let mut rails = Vec::new();
         along(vertex, true, &mut |h| rails.push(h));
         along(vertex, false, &mut |h| rails.push(h));
@@ -274,12 +277,15 @@ fn take_border_corners(
     corners: &[BorderCorner],
     lengths: &[f64],
     sharp: f64,
-) -> usize {
+    progress: &Progress<'_>,
+) -> Result<usize> {
     let mut sliding: Vec<(u32, u32)> =
         net.rails.iter().zip(0..).filter(|slide| *slide.0 != NONE).map(|(&rail, v)| (rail, v)).collect();
     sliding.sort_unstable();
     let mut taken = 0;
+    let mut pace = Pace::new(progress);
     for corner in corners {
+        pace.after(8 * corner.rails.len())?;
         let point = surface.points[corner.vertex as usize];
         let on = |&rail: &u32| {
             let start = sliding.partition_point(|s| s.0 < rail);
@@ -300,7 +306,7 @@ fn take_border_corners(
             taken += usize::from(net.held[v as usize]);
         }
     }
-    taken
+    Ok(taken)
 }
 
 /// Moves a node unless that spoils a triangle; whether it did.

@@ -106,6 +106,12 @@ fn the_number_of_vertices_is_the_one_asked_for() {
         assert_eq!(result.mesh.positions.len(), wanted as usize);
         assert_same_topology(&mesh, &result, "vertices");
     }
+    // More than the input has can be had, but not any number.
+    let few = cluster(&sphere(), Resolution::Vertices(300)).unwrap().mesh;
+    let finer = cluster(&few, Resolution::Vertices(500)).unwrap().mesh;
+    assert_eq!(finer.positions.len(), 500);
+    let results = [3 * 300, 4_000_000_000].map(|wanted| cluster(&few, Resolution::Vertices(wanted)).unwrap());
+    assert_eq!(results[0].mesh, results[1].mesh);
     // Where the topology needs more, there are more, and not many.
     let result = cluster(&double_torus(), Resolution::Vertices(1)).unwrap();
     assert!(result.mesh.positions.len() < 60, "{}", result.mesh.positions.len());

@@ -19,6 +19,7 @@ use super::overlap::{self, Convention};
 use super::text::lines_of;
 use super::{ReadOptions, ScanSet, file};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// One placed file.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,14 +55,15 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 }
 
 /// Opens the scans of a file and decides what its quaternions mean.
-pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+pub(super) fn open(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let mut notes = Vec::new();
-    let placed = parse(path, &file::read(path)?, &mut notes)?;
+    let placed = parse(path, &file::read(path)?, options, &mut notes)?;
     let mut scans = Vec::with_capacity(placed.len());
     for one in &placed {
+        progress.check()?;
         scans.push(super::open_named(path, one.line, &one.path, options, &mut notes)?);
     }
-    let (convention, why) = overlap::decide(&scans, &|i, convention| placed[i].pose(convention))?;
+    let (convention, why) = overlap::decide(&scans, &|i, convention| placed[i].pose(convention), progress)?;
     notes.push(format!("{}: {why}", file::name(path)));
     for (scan, one) in scans.iter_mut().zip(&placed) {
         scan.world_from_sensor = one.pose(convention);
@@ -70,7 +72,7 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 }
 
 /// Parses the text and finds the files.
-pub(super) fn parse(path: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Result<Vec<Placed>> {
+pub(super) fn parse(path: &Path, bytes: &[u8], options: &ReadOptions, notes: &mut Vec<String>) -> Result<Vec<Placed>> {
     let text = std::str::from_utf8(bytes).map_err(|e| {
         let line = bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count() + 1;
         Error::format(path, format!("line {line}"), "this is not text (UTF-8)")
@@ -99,7 +101,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8], notes: &mut Vec<String>) -> Resul
         if kind == Keyword::Camera {
             continue;
         }
-        let file = match inside(folder, name) {
+        let file = match named(folder, name, options) {
             Ok(file) => file,
             Err(problem) => return fail(problem),
         };
@@ -159,8 +161,16 @@ fn split_numbers(rest: &str) -> Result<(&str, [f64; 7]), String> {
 
 const NUMBERS: [&str; 7] = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 
+/// The file that a list in the folder names: within it, or where the options allow that, anywhere.
+pub(super) fn named(folder: &Path, name: &str, options: &ReadOptions) -> Result<PathBuf, String> {
+    match inside(folder, name) {
+        Err(_) if options.allow_outside && !name.is_empty() && !name.contains('\0') => Ok(folder.join(name)),
+        found => found,
+    }
+}
+
 /// The file of that name within the folder, links followed.
-pub(super) fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
+fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     if name.is_empty() {
         return Err("the name of the file is missing".to_owned());
     }
@@ -202,7 +212,7 @@ fn unit(q: [f64; 4]) -> Option<[f64; 4]> {
 pub(super) fn examine(bytes: &[u8], folder: &Path) -> bool {
     sniff(bytes);
     let path = folder.join("fuzz.conf");
-    match parse(&path, bytes, &mut Vec::new()) {
+    match parse(&path, bytes, &ReadOptions::default(), &mut Vec::new()) {
         Ok(placed) => {
             assert!(!placed.is_empty());
             for one in placed {
@@ -254,14 +264,14 @@ mod tests {
             bmesh two words.ply -1e-3 +2 .5 0 0 -0.5 -0.5";
         let (_folder, conf) = folder(text);
         let mut notes = Vec::new();
-        let placed = parse(&conf, text.as_bytes(), &mut notes).unwrap();
+        let placed = parse(&conf, text.as_bytes(), &ReadOptions::default(), &mut notes).unwrap();
         assert_eq!(placed.iter().map(|p| p.line).collect::<Vec<_>>(), [4, 6, 8]);
         assert_eq!(placed[0].quaternion, [0.0, 0.0, 0.0, 1.0]);
         assert_eq!(placed[1].quaternion, [0.0, 0.0, 1.0, 0.0]);
         assert_eq!(placed[2].translation, DVec3::new(-1e-3, 2.0, 0.5));
         assert_eq!(notes, ["s.conf: line 7: there is no file reference_cyl; this reference surface was left out"]);
         let cr = text.replace("\r\n", "\r");
-        assert_eq!(parse(&conf, cr.as_bytes(), &mut notes).unwrap(), placed);
+        assert_eq!(parse(&conf, cr.as_bytes(), &ReadOptions::default(), &mut notes).unwrap(), placed);
         let set = open_any(&conf).unwrap();
         let names: Vec<&str> = set.scans.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(names, ["a", "c", "two words"]);
@@ -314,7 +324,7 @@ mod tests {
         case("", "whole file: no line");
         case("bmesh s.conf 0 0 0 0 0 0 1", "line 1: s.conf is a list of scans");
         let (_folder, conf) = folder("");
-        let error = parse(&conf, b"# \n\xff\n", &mut Vec::new()).unwrap_err().to_string();
+        let error = parse(&conf, b"# \n\xff\n", &ReadOptions::default(), &mut Vec::new()).unwrap_err().to_string();
         assert!(error.ends_with("line 2: this is not text (UTF-8)"), "{error}");
     }
 

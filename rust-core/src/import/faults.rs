@@ -5,6 +5,7 @@ use std::io::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 
 use super::{Content, ReadOptions, open_with};
+use crate::progress::Progress;
 
 /// What happens to the reads of this thread.
 #[derive(Clone, Copy, PartialEq)]
@@ -44,7 +45,7 @@ pub(super) fn read(buffer: &mut [u8]) -> Result<&mut [u8]> {
 /// Opens files and reads all their scans while `fault` is on; the outcome and the fault afterwards.
 fn read_all(paths: &[PathBuf], fault: Fault) -> (crate::error::Result<String>, Fault) {
     FAULT.set(fault);
-    let outcome = open_with(paths, &ReadOptions::default()).and_then(|set| {
+    let outcome = open_with(paths, &ReadOptions::default(), &Progress::none()).and_then(|set| {
         let mut text = String::new();
         for scan in &set.scans {
             text += &match scan.read()? {

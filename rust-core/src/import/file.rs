@@ -60,6 +60,9 @@ impl Seek for Regular {
     }
 }
 
+/// Ending of files of numbers of two bytes that nothing else tells from text: low land reads as letters.
+const NUMBERS: &str = "hgt";
+
 /// Opens a regular file whose start says what it holds; also the length of its content. The byte order mark of a text is
 /// no part of that, wherever text is read.
 ///
@@ -73,7 +76,8 @@ pub(super) fn open(path: &Path) -> Result<(Regular, u64)> {
     (&mut file).take(2).read_to_end(&mut start).map_err(io)?;
     if start.contains(&0) || matches!(*start, [0xEF, 0xBB] | [0xFF, 0xFE] | [0xFE, 0xFF]) {
         (&mut file).take((LOOKED_AT - 2) as u64).read_to_end(&mut start).map_err(io)?;
-        if is_utf16(&start) {
+        let is_numbers = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(NUMBERS));
+        if !is_numbers && is_utf16(&start) {
             return Err(Error::format(path, "start of file", "this is UTF-16 text; save it as UTF-8"));
         }
         if start.starts_with(MARK) && !start.iter().any(|&b| is_control(b.into())) {

@@ -8,6 +8,7 @@
 //!
 //! Cost: the file and its buffers in memory, and the result.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
@@ -63,8 +64,8 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &
     let mut buffers = Vec::new();
     for (index, buffer) in root.buffers.iter().enumerate() {
         let data = match &buffer.uri {
-            Some(uri) => outside(uri, scan)?,
-            None => std::mem::take(&mut blob).to_vec(),
+            Some(uri) => Cow::Owned(outside(uri, scan)?),
+            None => Cow::Borrowed(std::mem::take(&mut blob)),
         };
         let wanted = buffer.byte_length.0;
         if (data.len() as u64) < wanted {
@@ -200,9 +201,8 @@ fn outside(uri: &str, scan: &Scan) -> Result<Vec<u8>> {
     }
     let folder = scan.path.parent().unwrap_or(Path::new(""));
     let name = unescaped(uri);
-    let path = match conf::inside(folder, &name) {
+    let path = match conf::named(folder, &name, &scan.options) {
         Ok(path) => path,
-        Err(_) if scan.options.allow_outside && !name.contains('\0') => folder.join(&name),
         Err(problem) => return fail(&problem),
     };
     if !path.is_file() {
@@ -258,7 +258,7 @@ struct Reader<'a, 'p> {
     root: &'a Root,
     /// Of the nodes, in their parents.
     transforms: Vec<DMat4>,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'a, [u8]>>,
     mesh: TriMesh,
     colours: Option<Vec<[u8; 4]>>,
     /// Nodes seen: each has one parent, whatever a damaged file says.
@@ -276,7 +276,7 @@ struct Amount {
 }
 
 impl<'a> Reader<'a, '_> {
-    /// Makes room for what the nodes place, as far as the file holds it: what it does not is said when it is read.
+    /// Makes room for what the nodes place, and refuses more than may be: what the file does not hold is said when it is read.
     fn foresee(&mut self) -> Result<()> {
         let mut placed = vec![0_usize; self.root.meshes.len()];
         match self.root.scenes.get(self.root.scene.map_or(0, |scene| scene.value())) {
@@ -308,19 +308,23 @@ impl<'a> Reader<'a, '_> {
             }
         }
         let limit = self.scan.options.max_decoded_bytes() / size_of::<DVec3>() as u64;
-        // More is refused with its place.
-        if amount.vertices as u64 <= limit && amount.corners as u64 <= 6 * limit {
-            let while_reading = amount.most[0] * size_of::<DVec3>() + amount.most[1] * size_of::<u32>();
-            memory::expect_each(
-                amount.vertices,
-                size_of::<DVec3>() as f64,
-                (while_reading + amount.corners / 3 * size_of::<[u32; 3]>()) as f64,
-                "reading",
-                "vertices",
-            )?;
-            self.mesh.positions = reserve(amount.vertices, &self.scan.path)?;
-            self.mesh.triangles = reserve(amount.corners / 3, &self.scan.path)?;
+        if amount.vertices as u64 > limit || amount.corners as u64 > 6 * limit {
+            let problem = format!(
+                "{} vertices and {} corners of triangles are placed, more than max_decoded_gib allows; raise it",
+                amount.vertices, amount.corners
+            );
+            return self.fail("scene", problem);
         }
+        let while_reading = amount.most[0] * size_of::<DVec3>() + amount.most[1] * size_of::<u32>();
+        memory::expect_each(
+            amount.vertices,
+            size_of::<DVec3>() as f64,
+            (while_reading + amount.corners / 3 * size_of::<[u32; 3]>()) as f64,
+            "reading",
+            "vertices",
+        )?;
+        self.mesh.positions = reserve(amount.vertices, &self.scan.path)?;
+        self.mesh.triangles = reserve(amount.corners / 3, &self.scan.path)?;
         Ok(())
     }
 
@@ -589,6 +593,20 @@ mod tests {
                 (count, count, count / 2)
             );
         }
+    }
+
+    /// Two nodes of four vertices each are refused before the first is read where six vertices may be unpacked.
+    #[test]
+    fn more_than_may_be_placed_is_refused_at_once() {
+        let mut scan = scan();
+        let vertices = |count: f64| count * size_of::<DVec3>() as f64 / f64::from(1 << 30);
+        scan.options = crate::import::ReadOptions { max_decoded_gib: vertices(6.0), ..Default::default() }.into();
+        let text = damage::read(parse, &glb(), &scan).unwrap_err().to_string();
+        let expected =
+            "scene: 8 vertices and 12 corners of triangles are placed, more than max_decoded_gib allows; raise it";
+        assert!(text.contains(expected), "{text}");
+        scan.options = crate::import::ReadOptions { max_decoded_gib: vertices(8.0), ..Default::default() }.into();
+        assert!(damage::read(parse, &glb(), &scan).is_ok());
     }
 
     fn text(uri: &str) -> String {

@@ -129,7 +129,7 @@ pub fn open(path: &Path) -> Result<ScanSet> {
 /// # Errors
 /// As [`open_with`].
 pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
-    open_with(paths, &ReadOptions::default())
+    open_with(paths, &ReadOptions::default(), &Progress::none())
 }
 
 /// Opens several files as one set, in the order given. A folder stands for its only list of scans, else for all files
@@ -140,8 +140,9 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 /// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
 ///
 /// # Errors
-/// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit.
-pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions) -> Result<ScanSet> {
+/// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit;
+/// [`Error::Cancelled`].
+pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
     options.validate()?;
     let mut listed = Vec::new();
     for path in paths.iter().map(AsRef::as_ref) {
@@ -151,16 +152,18 @@ pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions) -> Result<S
             listed.push(path.to_owned());
         }
     }
-    open_listed(&listed, options)
+    progress.watch(|| open_listed(&listed, options, progress))
 }
 
-fn open_listed(paths: &[PathBuf], options: &ReadOptions) -> Result<ScanSet> {
+fn open_listed(paths: &[PathBuf], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
     let mut all = ScanSet::default();
     let mut options = options.clone();
     let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
     let mut opens = Vec::new();
     for path in paths.iter().map(PathBuf::as_path) {
-        match &format_of(path)?.role {
+        progress.check()?;
+        let role = &format_of(path)?.role;
+        match role {
             Role::Camera(read) => {
                 let camera = read(path)?;
                 if options.camera.is_some_and(|other| other != camera) {
@@ -174,8 +177,7 @@ fn open_listed(paths: &[PathBuf], options: &ReadOptions) -> Result<ScanSet> {
                     return Err(Error::input(format!("{}: {problem}", path.display())));
                 }
             }
-            Role::Scans { open, .. } => opens.push((path, *open)),
-            Role::List(open) => opens.push((path, *open)),
+            Role::Scans { .. } | Role::List(_) => opens.push((path, role)),
         }
     }
     if opens.is_empty() {
@@ -185,8 +187,13 @@ fn open_listed(paths: &[PathBuf], options: &ReadOptions) -> Result<ScanSet> {
         }));
     }
     let options = Arc::new(options);
-    for (path, open) in opens {
-        let mut set = open(path, &options)?;
+    for (path, role) in opens {
+        progress.check()?;
+        let mut set = match role {
+            Role::Scans { open, .. } => open(path, &options)?,
+            Role::List(open) => open(path, &options, progress)?,
+            _ => continue,
+        };
         if let [scan] = set.scans.as_mut_slice()
             && poses.is_none()
             && scan.path == path

@@ -10,6 +10,7 @@ use glam::{DAffine3, DMat3};
 use super::Scan;
 use crate::error::Result;
 use crate::geom::neighbours::KdTree;
+use crate::progress::Progress;
 
 /// What a quaternion means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +56,11 @@ impl Convention {
 }
 
 /// The convention and a sentence that says why. `pose` places scan `i` in the world under a convention.
-pub(super) fn decide(scans: &[Scan], pose: &dyn Fn(usize, Convention) -> DAffine3) -> Result<(Convention, String)> {
+pub(super) fn decide(
+    scans: &[Scan],
+    pose: &dyn Fn(usize, Convention) -> DAffine3,
+    progress: &Progress<'_>,
+) -> Result<(Convention, String)> {
     let stanford = |why: &str| {
         (STANFORD, format!("quaternions read as {}, as in the Stanford archive: {why}", STANFORD.describe()))
     };
@@ -68,7 +73,10 @@ pub(super) fn decide(scans: &[Scan], pose: &dyn Fn(usize, Convention) -> DAffine
     let taken = scans.len().min(SCANS);
     let samples = (0..taken)
         .map(|i| i * scans.len() / taken)
-        .map(|scan| Ok(Sample { tree: KdTree::new(&scans[scan].preview_points(POINTS)?), scan }))
+        .map(|scan| {
+            progress.check()?;
+            Ok(Sample { tree: KdTree::new(&scans[scan].preview_points(POINTS)?), scan })
+        })
         .collect::<Result<Vec<Sample>>>()?;
     let medians = ALL.map(|convention| median_distance(&samples, &|scan| pose(scan, convention)));
     Ok(choose(&medians).unwrap_or_else(|why| stanford(&why)))
@@ -193,7 +201,7 @@ mod tests {
                 let q = if c.world_to_scan { q.conjugate() } else { q };
                 DAffine3::from_rotation_translation(q, truth[i].0)
             };
-            let (found, why) = decide(&scans, &pose).unwrap();
+            let (found, why) = decide(&scans, &pose, &Progress::none()).unwrap();
             assert_eq!(found, written, "{why}");
             assert!(why.starts_with(&format!("quaternions read as {} (median", written.describe())), "{why}");
         }
@@ -204,7 +212,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (scans, truth) = scans(folder.path(), &turns());
         let decide = |count: usize, pose: &dyn Fn(usize, Convention) -> DAffine3| {
-            let (found, why) = decide(&scans[..count], pose).unwrap();
+            let (found, why) = decide(&scans[..count], pose, &Progress::none()).unwrap();
             assert_eq!(found, STANFORD);
             why
         };

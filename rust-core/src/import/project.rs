@@ -11,6 +11,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::text::{Lines, lines_of};
 use super::{ReadOptions, Role, ScanSet, conf, file, open_named, pose};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Longest project: some kilobytes a scan.
 const LONGEST: u64 = 64 << 20;
@@ -41,7 +42,7 @@ pub(super) fn sniff_aln(start: &[u8]) -> bool {
 }
 
 /// Opens the meshes of a project.
-pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let (_, length) = file::open(path)?;
     if length > LONGEST {
         return Err(Error::format(
@@ -50,7 +51,7 @@ pub(super) fn open_mlp(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSe
             format!("{length} bytes are more than a project may have, {LONGEST}"),
         ));
     }
-    resolve(path, parse_mlp(&file::read(path)?, path)?, options)
+    resolve(path, parse_mlp(&file::read(path)?, path)?, options, progress)
 }
 
 pub(super) fn parse_mlp(bytes: &[u8], path: &Path) -> Result<Vec<Placed>> {
@@ -86,9 +87,9 @@ fn line_of(document: &Document<'_>, node: Node<'_, '_>) -> usize {
 }
 
 /// Opens the meshes of an alignment.
-pub(super) fn open_aln(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+pub(super) fn open_aln(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let (file, length) = file::open(path)?;
-    resolve(path, parse_aln(Lines::new(file, length, path))?, options)
+    resolve(path, parse_aln(Lines::new(file, length, path))?, options, progress)
 }
 
 pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
@@ -124,18 +125,13 @@ pub(super) fn parse_aln(mut lines: Lines<'_>) -> Result<Vec<Placed>> {
 }
 
 /// Finds the files and opens each.
-fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>) -> Result<ScanSet> {
+fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let folder = list.parent().unwrap_or(Path::new(""));
     let mut found = Vec::with_capacity(placed.len());
     let mut missing: Vec<&str> = Vec::new();
     for one in &placed {
-        let path = match conf::inside(folder, &one.name) {
-            Ok(path) => path,
-            Err(_) if options.allow_outside && !one.name.is_empty() && !one.name.contains('\0') => {
-                folder.join(&one.name)
-            }
-            Err(problem) => return Err(Error::format(list, format!("line {}", one.line), problem)),
-        };
+        let path = conf::named(folder, &one.name, options)
+            .map_err(|problem| Error::format(list, format!("line {}", one.line), problem))?;
         if !path.is_file() {
             missing.push(&one.name);
         }
@@ -154,6 +150,7 @@ fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>) -> Resu
     }
     let mut set = ScanSet::default();
     for (one, path) in placed.into_iter().zip(found) {
+        progress.check()?;
         let mut scan = open_named(list, one.line, &path, options, &mut set.notes)?;
         scan.world_from_sensor = one.pose;
         if let Some(label) = one.label.filter(|label| !label.is_empty() && label.len() < 200) {

@@ -36,7 +36,7 @@ pub(super) enum Role {
         preview: fn(&Scan, usize) -> Result<Vec<DVec3>>,
     },
     /// Names and places of scans that lie in other files.
-    List(fn(&Path, &Arc<ReadOptions>) -> Result<ScanSet>),
+    List(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),
     /// The camera of depth images.
     Camera(fn(&Path) -> Result<Camera>),
     /// Poses of a sequence of images.

@@ -135,6 +135,7 @@ fn with<S: Sight, const N: usize>(
         .collect::<Result<Vec<_>>>()?;
     let mut whole: [Measured; N] = std::array::from_fn(|_| Measured::default());
     for strip in strips {
+        progress.check()?;
         for (whole, strip) in whole.iter_mut().zip(strip) {
             whole.total.sum += strip.total.sum;
             whole.total.squares += strip.total.squares;

@@ -224,7 +224,7 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
         Some(Target::Rms(error) | Target::Max(error)) => choose::smallest(&source, error, progress)?,
     };
     clock.lap("measuring the error");
-    Ok(source.finish(&mut chosen, gaps_filled, clock))
+    source.finish(&mut chosen, gaps_filled, clock, progress)
 }
 
 impl Source<'_> {
@@ -324,17 +324,25 @@ impl Source<'_> {
     }
 
     /// Stage 8.
-    fn finish(&self, chosen: &mut Candidate, gaps_filled: usize, mut clock: Clock) -> QuadGrid {
+    fn finish(
+        &self,
+        chosen: &mut Candidate,
+        gaps_filled: usize,
+        mut clock: Clock,
+        progress: &Progress<'_>,
+    ) -> Result<QuadGrid> {
         let Candidate { layout, net, vertices, measured, uniform, is_uniform, unfolded, snapped } = chosen;
         let coverage = self.params.coverage;
-        let kept: Vec<bool> = (0..measured.quads.len())
-            .map(|q| {
-                let quad = &measured.quads[q];
-                let corners = net.corners(q / (net.cols - 1), q % (net.cols - 1));
-                let on_surface = corners.iter().all(|&v| !vertices.background[v]);
-                coverage == 0.0 || (on_surface && f64::from(quad.valid) >= coverage * f64::from(quad.pixels))
-            })
-            .collect();
+        let is_kept = |q: usize| {
+            let quad = &measured.quads[q];
+            let corners = net.corners(q / (net.cols - 1), q % (net.cols - 1));
+            let on_surface = corners.iter().all(|&v| !vertices.background[v]);
+            coverage == 0.0 || (on_surface && f64::from(quad.valid) >= coverage * f64::from(quad.pixels))
+        };
+        let mut kept = Vec::with_capacity(measured.quads.len());
+        for range in progress.ranges(measured.quads.len()) {
+            kept.extend(range?.map(is_kept));
+        }
         let share = |m: &Measured| if self.extent > 0.0 { m.error(Judge::Mean) / self.extent } else { 0.0 };
         let pixel: Vec<usize> = net.sites.iter().map(|s| s[0] as usize * self.image.cols() + s[1] as usize).collect();
         let mut report = QuadReport {
@@ -356,11 +364,13 @@ impl Source<'_> {
             kept: kept.iter().filter(|k| **k).count(),
             seconds: Vec::new(),
         };
+        progress.check()?;
         let mirrored = grid::is_mirrored(self.filled, [net.rows, net.cols], &vertices.points);
         let attributes = attributes(self.image, &pixel);
+        progress.check()?;
         clock.lap("finishing");
         report.seconds = clock.laps;
-        QuadGrid {
+        Ok(QuadGrid {
             rows: net.rows,
             cols: net.cols,
             pixels: std::mem::take(&mut net.sites),
@@ -373,7 +383,7 @@ impl Source<'_> {
             image_size: [self.image.rows(), self.image.cols()],
             attributes,
             report,
-        }
+        })
     }
 }
 

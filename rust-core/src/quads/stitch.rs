@@ -81,6 +81,7 @@ pub(super) fn stitch(
     // Rows rise down each column ...
     let mut column = vec![0_u32; rows];
     for j in 0..cols {
+        progress.check()?;
         let places = (0..rows).map(|i| placed.places[i * cols + j][0]);
         rising(places, &layout.row_lines, layout.steps_down, &mut column);
         for (i, &row) in column.iter().enumerate() {
@@ -120,8 +121,10 @@ fn rising(places: impl Iterator<Item = f64>, lines: &[usize], steps: usize, out:
 /// corners of a quad together. It ends, at the latest with the uniform grid.
 fn unfold(wanted: Net, pixels: [usize; 2], progress: &Progress<'_>) -> Result<(Net, usize)> {
     let uniform = Net::uniform(wanted.rows, wanted.cols, pixels);
+    progress.check()?;
     let mut levels = vec![LEVELS; wanted.sites.len()];
     let mut net = wanted.clone();
+    progress.check()?;
     let quads = (net.rows - 1, net.cols - 1);
     // Quads to look at, and vertices of those that are not sound: each once.
     let mut suspects: Vec<usize> = (0..quads.0 * quads.1).collect();
@@ -129,6 +132,7 @@ fn unfold(wanted: Net, pixels: [usize; 2], progress: &Progress<'_>) -> Result<(N
     let mut is_suspect = vec![false; quads.0 * quads.1];
     let mut is_moved = vec![false; net.sites.len()];
     while !suspects.is_empty() {
+        progress.check()?;
         let unsound = suspects
             .par_chunks(BLOCK)
             .map(|some| {

@@ -138,7 +138,7 @@ fn gates(complex: Complex<'_>, basin: &[u32], balls: &Balls, progress: &Progress
         .collect::<Result<_>>()?;
     let mut gates = Vec::with_capacity(parts.iter().map(Vec::len).sum());
     parts.into_iter().for_each(|part| gates.extend_from_slice(&part));
-    gates.par_sort_unstable_by_key(|gate| gate.basins);
+    progress.sort(&mut gates, &|a: &Gate, b| a.basins.cmp(&b.basins))?;
     gates.dedup_by(|next, first| {
         let is_same = next.basins == first.basins;
         if is_same {
@@ -146,13 +146,9 @@ fn gates(complex: Complex<'_>, basin: &[u32], balls: &Balls, progress: &Progress
         }
         is_same
     });
-    gates.par_sort_unstable_by(|a, b| b.clearance.total_cmp(&a.clearance));
-    // Equal clearances, as on lattices.
-    for equal in gates.chunk_by_mut(|a, b| a.clearance == b.clearance) {
-        if equal.len() > 1 {
-            equal.sort_unstable_by_key(|gate| gate.name(complex));
-        }
-    }
+    // Equal clearances, as on lattices and spheres, by name.
+    let named = |a: &Gate, b: &Gate| a.name(complex).cmp(&b.name(complex));
+    progress.sort(&mut gates, &|a: &Gate, b: &Gate| b.clearance.total_cmp(&a.clearance).then_with(|| named(a, b)))?;
     Ok(gates)
 }
 

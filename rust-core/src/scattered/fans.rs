@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::progress::{Pace, Progress};
 use crate::work;
 
 /// The triangles at each vertex of a list of triangles, for a range of vertices.
@@ -16,23 +18,28 @@ struct Corners {
 }
 
 impl Corners {
-    fn new(triangles: &[[u32; 3]], vertices: Range<u32>) -> Self {
+    fn new(triangles: &[[u32; 3]], vertices: Range<u32>, progress: &Progress<'_>) -> Result<Self> {
         let mut first = vec![0_u32; vertices.len() + 2];
-        for vertex in triangles.as_flattened().iter().filter(|vertex| vertices.contains(vertex)) {
-            first[(vertex - vertices.start) as usize + 2] += 1;
+        for block in progress.blocks(triangles.as_flattened()) {
+            for vertex in block?.iter().filter(|vertex| vertices.contains(vertex)) {
+                first[(vertex - vertices.start) as usize + 2] += 1;
+            }
         }
         for v in 2..first.len() {
             first[v] += first[v - 1];
         }
         let mut corners = vec![0; first[first.len() - 1] as usize];
-        for (corner, vertex) in triangles.as_flattened().iter().enumerate() {
-            if vertices.contains(vertex) {
-                let place = &mut first[(vertex - vertices.start) as usize + 1];
-                corners[*place as usize] = corner as u32;
-                *place += 1;
+        for range in progress.ranges(3 * triangles.len()) {
+            for corner in range? {
+                let vertex = triangles.as_flattened()[corner];
+                if vertices.contains(&vertex) {
+                    let place = &mut first[(vertex - vertices.start) as usize + 1];
+                    corners[*place as usize] = corner as u32;
+                    *place += 1;
+                }
             }
         }
-        Corners { vertices, first, corners }
+        Ok(Corners { vertices, first, corners })
     }
 
     fn of(&self, vertex: u32) -> &[u32] {
@@ -45,15 +52,20 @@ impl Corners {
 const RANGES: usize = 2;
 
 /// The vertices at which the triangles are not one fan, in ascending order.
-pub(super) fn pinched(triangles: &[[u32; 3]], vertices: usize) -> Vec<u32> {
+pub(super) fn pinched(triangles: &[[u32; 3]], vertices: usize, progress: &Progress<'_>) -> Result<Vec<u32>> {
     let together = vertices.div_ceil(RANGES) as u32;
     let mut found = Vec::new();
     for range in 0..RANGES as u32 {
         let range = (range * together).min(vertices as u32)..((range + 1) * together).min(vertices as u32);
-        let corners = Corners::new(triangles, range.clone());
-        found.par_extend(range.into_par_iter().filter(|&vertex| !is_one_fan(triangles, corners.of(vertex))));
+        let corners = Corners::new(triangles, range.clone(), progress)?;
+        let pinched = |&vertex: &u32| !is_one_fan(triangles, corners.of(vertex));
+        for part in progress.ranges(range.len()) {
+            let part = part?;
+            let part = range.start + part.start as u32..range.start + part.end as u32;
+            found.par_extend(part.into_par_iter().filter(pinched));
+        }
     }
-    found
+    Ok(found)
 }
 
 /// The two other vertices of a corner's triangle, in its turn.
@@ -155,12 +167,18 @@ fn fans(triangles: &[[u32; 3]], corners: &[u32]) -> Vec<Vec<usize>> {
 /// smaller stays, and of equal ones that with the first triangle. Returns how many were removed.
 ///
 /// Cost: O(k log k) for a vertex of k triangles, again after each round in which it lost some.
-pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: impl Fn([u32; 3]) -> f64) -> usize {
-    let mut suspects = pinched(triangles, vertices);
+pub(super) fn keep_largest(
+    triangles: &mut Vec<[u32; 3]>,
+    vertices: usize,
+    key: impl Fn([u32; 3]) -> f64,
+    progress: &Progress<'_>,
+) -> Result<usize> {
+    let mut suspects = pinched(triangles, vertices, progress)?;
     if suspects.is_empty() {
-        return 0;
+        return Ok(0);
     }
-    let corners = Corners::new(triangles, 0..vertices as u32);
+    let corners = Corners::new(triangles, 0..vertices as u32, progress)?;
+    let mut pace = Pace::new(progress);
     let mut is_gone = vec![false; triangles.len()];
     let mut around = Vec::new();
     while !suspects.is_empty() {
@@ -169,6 +187,7 @@ pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: 
         for vertex in suspects {
             around.clear();
             around.extend(corners.of(vertex).iter().filter(|&&corner| !is_gone[corner as usize / 3]));
+            pace.after(around.len())?;
             if is_one_fan(triangles, &around) {
                 continue;
             }
@@ -191,7 +210,7 @@ pub(super) fn keep_largest(triangles: &mut Vec<[u32; 3]>, vertices: usize, key: 
     let before = triangles.len();
     let mut is_gone = is_gone.into_iter();
     triangles.retain(|_| !is_gone.next().unwrap_or(false));
-    before - triangles.len()
+    Ok(before - triangles.len())
 }
 
 /// Whether triangles that form one fan at each vertex have no border. O(n).
@@ -245,7 +264,7 @@ mod tests {
             edges in proptest::collection::vec([0..24_u32, 1..24_u32], 0..30),
         ) {
             let triangles: Vec<[u32; 3]> = edges.iter().map(|&[a, step]| [a, (a + step) % 24, 24]).collect();
-            let corners = Corners::new(&triangles, 24..25);
+            let corners = Corners::new(&triangles, 24..25, &Progress::none()).unwrap();
             let mut found: Vec<Vec<usize>> = fans(&triangles, corners.of(24));
             found.iter_mut().for_each(|fan| fan.sort_unstable());
             found.sort_unstable();
@@ -268,7 +287,7 @@ mod tests {
             );
             let (left, steps) = work::counted(|| {
                 let vertices = 2 * around as usize + 4;
-                keep_largest(&mut triangles, vertices, |t| f64::from(t[0].min(t[1])));
+                keep_largest(&mut triangles, vertices, |t| f64::from(t[0].min(t[1])), &Progress::none()).unwrap();
                 triangles.len()
             });
             assert!(left >= 3 * (around as usize - 1), "{left}");

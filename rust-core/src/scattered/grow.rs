@@ -24,12 +24,18 @@ use super::fans::keep_largest;
 use super::sheet::Choice;
 use crate::error::Result;
 use crate::geom::delaunay3::INFINITE;
-use crate::progress::Progress;
+use crate::progress::{Pace, Progress};
 
 /// Cosine of the bend up to which the size of a facet decides: 30 degrees, as in \[CSD04\].
 const SMOOTH: f64 = 0.866;
 /// Cosine of the sharpest bend: 150 degrees.
 const SHARPEST: f64 = -0.866;
+
+/// Facets joined over edges, each with a cell that has it.
+type Part = Vec<([u32; 3], u32)>;
+
+/// What a facet counts whose samples' spacings may have to be found first, in entries looked at.
+const COSTLY: usize = 64;
 
 /// Share of the perimeter allowed for facets that none of their vertices chose.
 const STRANGER: f64 = 0.6;
@@ -104,17 +110,17 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             queue: BinaryHeap::new(),
             patience: Patience::Strict,
         };
-        for part in front.parts() {
+        for part in front.parts(progress)? {
             front.grow_from(&part, progress)?;
         }
         // Where opposite walls are nearer than their samples are to each other, too few facets are agreed on.
         let samples = complex.points.len();
         if 2 * (0..samples as u32).filter(|&vertex| front.border.is_used(vertex)).count() < samples {
-            for seed in front.disputed() {
+            for seed in front.disputed(progress)? {
                 front.grow_from(&[seed], progress)?;
             }
         }
-        front.close_small_holes();
+        front.close_small_holes(progress)?;
         Ok(front.triangles)
     }
 
@@ -135,22 +141,28 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
     }
 
     /// The facets that two of their vertices chose, the smallest first.
-    fn disputed(&mut self) -> Vec<([u32; 3], u32)> {
+    fn disputed(&mut self, progress: &Progress<'_>) -> Result<Vec<([u32; 3], u32)>> {
         let choices = self.choices;
-        let mut seeds: Vec<_> = choices
-            .iter()
-            .filter(|choice| choice.votes == 2 && choice.vertices[2] != INFINITE)
-            .map(|choice| (self.complex.perimeter(choice.vertices), choice.vertices, choice.cell))
-            .filter(|&(perimeter, facet, _)| perimeter <= (self.allowed)(facet))
-            .collect();
-        seeds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        seeds.into_iter().map(|(_, facet, cell)| (facet, cell)).collect()
+        let mut seeds = Vec::new();
+        for block in progress.blocks(choices) {
+            let disputed = block?.iter().filter(|choice| choice.votes == 2 && choice.vertices[2] != INFINITE);
+            seeds.extend(
+                disputed
+                    .map(|choice| (self.complex.perimeter(choice.vertices), choice.vertices, choice.cell))
+                    .filter(|&(perimeter, facet, _)| perimeter <= (self.allowed)(facet)),
+            );
+        }
+        type Seed = (f64, [u32; 3], u32);
+        progress.sort(&mut seeds, &|a: &Seed, b: &Seed| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
+        Ok(seeds.into_iter().map(|(_, facet, cell)| (facet, cell)).collect())
     }
 
     /// Closes holes of three or four edges whose facets are none of the tetrahedralization's, as there are where the surface
     /// folds.
-    fn close_small_holes(&mut self) {
+    fn close_small_holes(&mut self, progress: &Progress<'_>) -> Result<()> {
+        let mut pace = Pace::new(progress);
         for from in 0..self.complex.points.len() as u32 {
+            pace.after(1)?;
             let mut hole = vec![from];
             while let Some(next) = self.border.next(hole[hole.len() - 1]).filter(|_| hole.len() < 5) {
                 hole.push(next);
@@ -189,21 +201,24 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                 }
             }
         }
+        Ok(())
     }
 
     /// The facets on which all agree, in parts joined over edges with two of them, oriented, each vertex with one fan; the
     /// largest part first.
-    fn parts(&mut self) -> Vec<Vec<([u32; 3], u32)>> {
+    fn parts(&mut self, progress: &Progress<'_>) -> Result<Vec<Part>> {
         let mut agreed: Vec<([u32; 3], u32)> = Vec::new();
+        let mut pace = Pace::new(progress);
         for choice in self.choices.iter().filter(|choice| choice.is_agreed()) {
+            pace.after(COSTLY)?;
             if self.complex.perimeter(choice.vertices) <= (self.allowed)(choice.vertices) {
                 agreed.push((choice.vertices, choice.cell));
             }
         }
-        let mut parts = oriented_parts(&agreed);
+        let mut parts = oriented_parts(&agreed, progress)?;
         let complex = self.complex;
         let mut all: Vec<[u32; 3]> = parts.iter().flatten().map(|seed| seed.0).collect();
-        if keep_largest(&mut all, complex.points.len(), |triangle| complex.perimeter(triangle)) > 0 {
+        if keep_largest(&mut all, complex.points.len(), |triangle| complex.perimeter(triangle), progress)? > 0 {
             // In the order they were in.
             let mut kept = all.into_iter().peekable();
             agreed = Vec::with_capacity(kept.len());
@@ -212,10 +227,10 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                     agreed.push(seed);
                 }
             }
-            parts = oriented_parts(&agreed);
+            parts = oriented_parts(&agreed, progress)?;
         }
         parts.sort_by_key(|part| Reverse(part.len()));
-        parts
+        Ok(parts)
     }
 
     /// Enters a triangle; its edges are free.
@@ -407,9 +422,11 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
 }
 
 /// Facets in parts joined over edges with two of them, oriented.
-fn oriented_parts(facets: &[([u32; 3], u32)]) -> Vec<Vec<([u32; 3], u32)>> {
+fn oriented_parts(facets: &[([u32; 3], u32)], progress: &Progress<'_>) -> Result<Vec<Part>> {
+    let mut pace = Pace::new(progress);
     let mut at_edge: FxHashMap<[u32; 2], [u32; 3]> = FxHashMap::default();
     for (i, &(facet, _)) in facets.iter().enumerate() {
+        pace.after(8)?;
         let [a, b, c] = facet;
         for edge in [[a, b], [b, c], [c, a]] {
             let entry = at_edge.entry([edge[0].min(edge[1]), edge[0].max(edge[1])]).or_insert([0, u32::MAX, u32::MAX]);
@@ -430,6 +447,7 @@ fn oriented_parts(facets: &[([u32; 3], u32)]) -> Vec<Vec<([u32; 3], u32)>> {
         let mut part = vec![first];
         let mut next = 0;
         while next < part.len() {
+            pace.after(8)?;
             let here = part[next];
             next += 1;
             let [a, b, c] = turned[here].expect("turned when it was reached");
@@ -446,5 +464,5 @@ fn oriented_parts(facets: &[([u32; 3], u32)]) -> Vec<Vec<([u32; 3], u32)>> {
         let seed = |i: usize| (turned[i].expect("turned when it was reached"), facets[i].1);
         parts.push(part.into_iter().map(seed).collect());
     }
-    parts
+    Ok(parts)
 }

@@ -62,7 +62,9 @@ impl<'a> Solid<'a> {
     /// Of each sample, whether no triangle uses it and all cells around it are inside.
     pub(super) fn enclosed(&self, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<bool>> {
         let mut is_used = vec![false; self.complex.points.len()];
-        triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
+        for block in progress.blocks(triangles.as_flattened()) {
+            block?.iter().for_each(|&vertex| is_used[vertex as usize] = true);
+        }
         let mut star = Star::default();
         let mut enclosed = vec![false; is_used.len()];
         for vertex in (0..is_used.len()).filter(|&vertex| !is_used[vertex] && self.incident[vertex] != u32::MAX) {
@@ -87,10 +89,11 @@ impl<'a> Solid<'a> {
     }
 
     /// Of each sample, whether it is on the surface or no cell knows it.
-    pub(super) fn on_surface(&self) -> Vec<bool> {
+    pub(super) fn on_surface(&self, progress: &Progress<'_>) -> Result<Vec<bool>> {
         let mut on_surface: Vec<bool> = self.incident.iter().map(|&cell| cell == u32::MAX).collect();
-        self.for_each_facet(|facet| facet.into_iter().for_each(|vertex| on_surface[vertex as usize] = true));
-        on_surface
+        let mut note = |facet: [u32; 3]| facet.into_iter().for_each(|vertex| on_surface[vertex as usize] = true);
+        self.for_each_facet(&mut note, progress)?;
+        Ok(on_surface)
     }
 
     pub(super) fn may_change(&self, cell: u32) -> bool {
@@ -98,27 +101,30 @@ impl<'a> Solid<'a> {
     }
 
     /// The facets with the inside on one side and the outside on the other, seen from outside.
-    pub(super) fn surface(&self) -> Vec<[u32; 3]> {
+    pub(super) fn surface(&self, progress: &Progress<'_>) -> Result<Vec<[u32; 3]>> {
         // Euler: about two a sample. Memory that is not written to is not taken.
         let mut triangles = Vec::with_capacity(2 * self.complex.points.len());
-        self.for_each_facet(|facet| triangles.push(facet));
-        triangles
+        self.for_each_facet(&mut |facet| triangles.push(facet), progress)?;
+        Ok(triangles)
     }
 
-    fn for_each_facet(&self, mut take: impl FnMut([u32; 3])) {
-        for cell in (0..self.complex.len() as u32).filter(|&cell| self.is_inside(cell)) {
-            for slot in 0..4 {
-                if !self.is_inside(self.complex.neighbour(cell, slot)) {
-                    take(self.complex.facet(cell, slot));
+    fn for_each_facet(&self, take: &mut impl FnMut([u32; 3]), progress: &Progress<'_>) -> Result<()> {
+        for cells in progress.ranges(self.complex.len()) {
+            for cell in cells?.map(|cell| cell as u32).filter(|&cell| self.is_inside(cell)) {
+                for slot in 0..4 {
+                    if !self.is_inside(self.complex.neighbour(cell, slot)) {
+                        take(self.complex.facet(cell, slot));
+                    }
                 }
             }
         }
+        Ok(())
     }
 
     /// Makes the surface manifold at all vertices but a few that resist; returns the cells that changed sides.
     pub(super) fn repair(&mut self, progress: &Progress<'_>) -> Result<usize> {
         let mut changed = 0;
-        let mut suspects = pinched(&self.surface(), self.complex.points.len());
+        let mut suspects = pinched(&self.surface(progress)?, self.complex.points.len(), progress)?;
         let mut star = Star::default();
         for _ in 0..ROUNDS {
             if suspects.is_empty() {

@@ -135,24 +135,27 @@ impl Scale<'_> {
 }
 
 /// The mean perimeter, the same for any order of the triangles.
-fn mean_perimeter(complex: Complex<'_>, triangles: &[[u32; 3]]) -> f64 {
+fn mean_perimeter(complex: Complex<'_>, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<f64> {
     let mut perimeters: Vec<f64> = triangles.par_iter().map(|&t| complex.perimeter(t)).collect();
-    perimeters.par_sort_unstable_by(f64::total_cmp);
-    perimeters.iter().sum::<f64>() / perimeters.len().max(1) as f64
+    progress.sort(&mut perimeters, &f64::total_cmp)?;
+    Ok(perimeters.iter().sum::<f64>() / perimeters.len().max(1) as f64)
 }
 
 fn scale<'a>(
     complex: Complex<'a>,
     incident: &'a [u32],
     params: &ReconstructParams,
-    typical: impl FnOnce() -> f64,
+    typical: impl FnOnce() -> Result<f64>,
     report: &mut ReconstructReport,
-) -> Scale<'a> {
+) -> Result<Scale<'a>> {
     let trusted = TRUSTED * params.factor;
-    let global = (params.threshold == Threshold::Global).then(|| trusted * typical());
+    let global = match params.threshold {
+        Threshold::Global => Some(trusted * typical()?),
+        Threshold::Local => None,
+    };
     report.threshold = global.unwrap_or(3.0 * trusted);
     let spacings = vec![0.0; if global.is_none() { complex.points.len() } else { 0 }];
-    Scale { complex, incident, star: Star::default(), spacings, global, trusted }
+    Ok(Scale { complex, incident, star: Star::default(), spacings, global, trusted })
 }
 
 /// The closed surface, through all samples in its reach.
@@ -164,20 +167,21 @@ fn close(
     progress: &Progress<'_>,
 ) -> Result<Vec<[u32; 3]>> {
     let (complex, incident) = (solid.complex, solid.incident.clone());
-    let mut scale = scale(complex, &incident, params, || mean_perimeter(complex, &solid.surface()), report);
+    let typical = || mean_perimeter(complex, &solid.surface(progress)?, progress);
+    let mut scale = scale(complex, &incident, params, typical, report)?;
     let mut gathered = solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
     report.repaired[1] = gathered;
-    let mut triangles = solid.surface();
+    let mut triangles = solid.surface(progress)?;
     // So that what is cut does not depend on the numbers of the cells.
-    canonical(&mut triangles);
+    canonical(&mut triangles, progress)?;
     let before = triangles.len();
     if params.closure == Closure::Open {
         triangles.retain(|&triangle| complex.perimeter(triangle) <= scale.allowed(triangle));
     }
     // What the repair could not mend, and vertices where gaps meet.
-    fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle));
+    fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
     report.cut_facets = before - triangles.len();
     report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
     Ok(triangles)
@@ -194,13 +198,13 @@ fn open(
 ) -> Result<Vec<[u32; 3]>> {
     let typical = || {
         let agreed: Vec<[u32; 3]> = choices.iter().filter(|c| c.is_agreed()).map(|c| c.vertices).collect();
-        mean_perimeter(complex, &agreed)
+        mean_perimeter(complex, &agreed, progress)
     };
-    let mut scale = scale(complex, incident, params, typical, report);
+    let mut scale = scale(complex, incident, params, typical, report)?;
     let balls = balls::Balls::of(complex, progress)?;
     let mut triangles = grow::Front::grow(complex, &balls, choices, |facet| scale.allowed(facet), progress)?;
     report.cut_facets =
-        fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle));
+        fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
     report.closed = fans::are_closed(&triangles, complex.points.len());
     Ok(triangles)
 }
@@ -228,16 +232,18 @@ fn carve_freely<'a>(
     report.threshold = carved.threshold;
     report.rounds = carved.rounds;
     let solid = Solid::new(complex, carved.sides);
-    Ok((solid.surface(), solid))
+    Ok((solid.surface(progress)?, solid))
 }
 
 /// Each triangle from its lowest vertex, and all in order: the same for any numbers of the cells.
-fn canonical(triangles: &mut [[u32; 3]]) {
-    for triangle in triangles.iter_mut() {
-        let lowest = (0..3).min_by_key(|&i| triangle[i]).expect("three vertices");
-        triangle.rotate_left(lowest);
+fn canonical(triangles: &mut [[u32; 3]], progress: &Progress<'_>) -> Result<()> {
+    for range in progress.ranges(triangles.len()) {
+        for triangle in &mut triangles[range?] {
+            let lowest = (0..3).min_by_key(|&i| triangle[i]).expect("three vertices");
+            triangle.rotate_left(lowest);
+        }
     }
-    triangles.par_sort_unstable();
+    progress.sort(triangles, &Ord::cmp)
 }
 
 #[cfg(test)]

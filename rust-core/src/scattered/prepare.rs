@@ -1,10 +1,10 @@
 //! Stage 0: the samples in an order of their own, whatever order they come in; no duplicates, nothing but numbers.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Dropped, Reason};
 use crate::error::{Error, Result};
+use crate::progress::Progress;
 
 /// Samples sorted along a space-filling curve, equal ones once.
 pub(super) struct Samples {
@@ -27,36 +27,45 @@ impl Samples {
 }
 
 /// Sorts the samples: neighbours in space become neighbours in memory, and numbers no longer depend on the input's order.
-pub(super) fn prepare(positions: &[DVec3]) -> Result<Samples> {
+pub(super) fn prepare(positions: &[DVec3], progress: &Progress<'_>) -> Result<Samples> {
     if u32::try_from(positions.len()).is_err() {
         return Err(Error::input(format!("{} points are more than the 4,294,967,295 that fit", positions.len())));
     }
-    let finite = |p: &&DVec3| p.is_finite();
-    let low = positions.iter().filter(finite).fold(DVec3::INFINITY, |m, p| m.min(*p));
-    let high = positions.iter().filter(finite).fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for block in progress.blocks(positions) {
+        for position in block?.iter().filter(|p| p.is_finite()) {
+            (low, high) = (low.min(*position), high.max(*position));
+        }
+    }
     let mut dropped = Vec::new();
     let mut order = Vec::with_capacity(positions.len());
-    for (i, position) in positions.iter().enumerate() {
-        if position.is_finite() {
-            order.push((curve(*position, low, high), i as u32));
-        } else {
-            dropped.push(Dropped { point: i as u32, reason: Reason::NotFinite });
+    for range in progress.ranges(positions.len()) {
+        for i in range? {
+            if positions[i].is_finite() {
+                order.push((curve(positions[i], low, high), i as u32));
+            } else {
+                dropped.push(Dropped { point: i as u32, reason: Reason::NotFinite });
+            }
         }
     }
     let at = |i: u32| positions[i as usize].to_array();
     let compare = |a: u32, b: u32| at(a).partial_cmp(&at(b)).expect("finite coordinates compare");
-    order.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| compare(a.1, b.1)).then(a.1.cmp(&b.1)));
-    let factor = factor(positions, &order);
+    type Place = (u64, u32);
+    let along = |a: &Place, b: &Place| a.0.cmp(&b.0).then_with(|| compare(a.1, b.1)).then(a.1.cmp(&b.1));
+    progress.sort(&mut order, &along)?;
+    let factor = factor(positions, &order, progress)?;
     let mut samples =
         Samples { points: Vec::with_capacity(order.len()), factor, input: Vec::with_capacity(order.len()), dropped };
-    for (_, i) in order {
-        // Adding zero makes -0 and 0 one.
-        let point = positions[i as usize] * factor + 0.0;
-        if samples.points.last() == Some(&point) {
-            samples.dropped.push(Dropped { point: i, reason: Reason::Duplicate });
-        } else {
-            samples.points.push(point);
-            samples.input.push(i);
+    for block in progress.blocks(&order) {
+        for &(_, i) in block? {
+            // Adding zero makes -0 and 0 one.
+            let point = positions[i as usize] * factor + 0.0;
+            if samples.points.last() == Some(&point) {
+                samples.dropped.push(Dropped { point: i, reason: Reason::Duplicate });
+            } else {
+                samples.points.push(point);
+                samples.input.push(i);
+            }
         }
     }
     Ok(samples)
@@ -66,24 +75,27 @@ pub(super) fn prepare(positions: &[DVec3]) -> Result<Samples> {
 const ORDINARY: i32 = 60;
 
 /// What makes the size of most points ordinary, if that changes no bit of any; else 1.
-fn factor(positions: &[DVec3], order: &[(u64, u32)]) -> f64 {
-    let mut sizes: Vec<f64> = order.iter().map(|&(_, i)| positions[i as usize].abs().max_element()).collect();
+fn factor(positions: &[DVec3], order: &[(u64, u32)], progress: &Progress<'_>) -> Result<f64> {
+    let mut sizes = Vec::with_capacity(order.len());
+    for block in progress.blocks(order) {
+        sizes.extend(block?.iter().map(|&(_, i)| positions[i as usize].abs().max_element()));
+    }
     if sizes.is_empty() {
-        return 1.0;
+        return Ok(1.0);
     }
     // A few points far away say nothing about the others.
     let middle = sizes.len() / 2;
     let (_, &mut size, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
     let exponent = size.log2();
     if !exponent.is_finite() || exponent.abs() < f64::from(ORDINARY) {
-        return 1.0;
+        return Ok(1.0);
     }
     let factor = (-exponent.round()).clamp(-1000.0, 1000.0).exp2();
     let is_exact = |&(_, i): &(u64, u32)| {
         let scaled = positions[i as usize] * factor;
         scaled.is_finite() && scaled / factor == positions[i as usize]
     };
-    if order.iter().all(is_exact) { factor } else { 1.0 }
+    Ok(if order.iter().all(is_exact) { factor } else { 1.0 })
 }
 
 /// Steps of the curve along each axis, as a power of two.

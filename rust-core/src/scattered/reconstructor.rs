@@ -162,7 +162,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 let positions = &self.cloud().positions;
                 let points = positions.len();
                 memory::expect_each(points, BYTES_A_POINT, 0.0, "a surface through", "points")?;
-                let samples = prepare(positions)?;
+                let samples = prepare(positions, progress)?;
                 release(&mut self.cloud);
                 self.cells = Some(Cells::new(samples, started, params.threads, progress)?);
                 1
@@ -205,7 +205,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             report.repaired[0] = separated.repaired;
             progress.stage(first_stage + 1, 1);
             solid = Solid::again(complex, separated);
-            let on_surface = solid.on_surface();
+            let on_surface = solid.on_surface(progress)?;
             let missed = on_surface.iter().filter(|is_on| !**is_on).count();
             let certain = params.closure == Closure::Closed || 2 * missed < complex.points.len();
             let possible = params.closure == Closure::Auto && missed < complex.points.len();
@@ -247,9 +247,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         if params.threshold == Threshold::Global {
             report.threshold /= cells.samples.factor;
         }
-        canonical(&mut triangles);
-        report.turned_parts = self.orient(&mut triangles, is_outward);
-        let mut made = self.finish(triangles, &enclosed, report);
+        canonical(&mut triangles, progress)?;
+        report.turned_parts = self.orient(&mut triangles, is_outward, progress)?;
+        let mut made = self.finish(triangles, &enclosed, report, progress)?;
         made.report.seconds.push(("surface", started.elapsed().as_secs_f64()));
         Ok(made)
     }
@@ -258,7 +258,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         &self.cells.as_ref().expect("made before the surface").samples
     }
 
-    fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool) -> usize {
+    fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool, progress: &Progress<'_>) -> Result<usize> {
         let samples = self.samples();
         let of = |v: u32| samples.input[v as usize] as usize;
         let normals = self.cloud().normals.as_deref();
@@ -272,16 +272,22 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             (true, Some(_)) => Witness::Normals(&normal),
             (true, None) => Witness::None,
         };
-        orient(&samples.points, triangles, is_outward, &witness)
+        orient(&samples.points, triangles, is_outward, &witness, progress)
     }
 
     /// The mesh over the used points in the order of the cloud, and which points were dropped. `enclosed`: whether each
     /// sample that is not used lies inside.
-    fn finish(&self, triangles: Vec<[u32; 3]>, enclosed: &[bool], mut report: ReconstructReport) -> Reconstructed {
+    fn finish(
+        &self,
+        triangles: Vec<[u32; 3]>,
+        enclosed: &[bool],
+        mut report: ReconstructReport,
+        progress: &Progress<'_>,
+    ) -> Result<Reconstructed> {
         let (cloud, samples) = (self.cloud(), self.samples());
         let mut number = vec![u32::MAX; samples.given()];
-        for vertex in triangles.as_flattened() {
-            number[samples.input[*vertex as usize] as usize] = 0;
+        for block in progress.blocks(triangles.as_flattened()) {
+            block?.iter().for_each(|&vertex| number[samples.input[vertex as usize] as usize] = 0);
         }
         report.dropped = samples.dropped.clone();
         for (&point, &is_enclosed) in samples.input.iter().zip(enclosed) {
@@ -290,6 +296,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 report.dropped.push(Dropped { point, reason });
             }
         }
+        progress.check()?;
         report.dropped.sort_unstable_by_key(|dropped| dropped.point);
         let used: Vec<u32> = (0..number.len() as u32).filter(|&point| number[point as usize] == 0).collect();
         for (vertex, &point) in used.iter().enumerate() {
@@ -297,8 +304,10 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         }
         report.used = used.len();
         let mut triangles = triangles;
-        for vertex in triangles.as_flattened_mut() {
-            *vertex = number[samples.input[*vertex as usize] as usize];
+        for range in progress.ranges(triangles.len()) {
+            for vertex in triangles[range?].as_flattened_mut() {
+                *vertex = number[samples.input[*vertex as usize] as usize];
+            }
         }
         let mut positions = vec![DVec3::ZERO; used.len()];
         for (sample, &point) in samples.points.iter().zip(&samples.input) {
@@ -306,6 +315,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 *position = *sample / samples.factor;
             }
         }
+        progress.check()?;
         let mut mesh = TriMesh::new(positions, triangles);
         let attributes = &mut mesh.vertex_attributes;
         attributes.push(Attribute::i32("source_point", used.iter().map(|&point| point as i32).collect()));
@@ -322,7 +332,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 attributes.push(Attribute::f32(name, values));
             }
         }
-        Reconstructed { mesh, report }
+        Ok(Reconstructed { mesh, report })
     }
 }
 

@@ -50,7 +50,7 @@ pub(super) fn choices(complex: Complex<'_>, incident: &[u32], progress: &Progres
         })
         .collect::<Result<_>>()?;
     let mut chosen = parts.concat();
-    chosen.par_sort_unstable();
+    progress.sort(&mut chosen, &Ord::cmp)?;
     Ok(chosen
         .chunk_by(|a, b| a.0 == b.0)
         .map(|same| Choice { vertices: same[0].0, votes: same.len().min(3) as u8, cell: same[0].1 })

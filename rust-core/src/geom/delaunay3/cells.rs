@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::progress::{Pace, Progress};
 
 /// The vertex at infinity, always in slot 3 of its cells, which are outside the convex hull.
 pub(super) const GHOST: u32 = (1 << 30) - 1;
@@ -131,12 +132,21 @@ impl Cells {
 
     /// Closes the gaps that the cells in `free` leave, and hands out the rest: finite cells first, ghosts after them,
     /// neighbours as cell numbers, vertices as numbered by `ids`.
-    pub(super) fn compact(mut self, free: &[u32], ids: &[u32]) -> (Vec<super::Cell>, usize) {
+    pub(super) fn compact(
+        mut self,
+        free: &[u32],
+        ids: &[u32],
+        progress: &Progress<'_>,
+    ) -> Result<(Vec<super::Cell>, usize)> {
+        let mut pace = Pace::new(progress);
         for &cell in free {
             self.release(cell);
         }
         let taken = *self.taken.get_mut() as usize;
-        let ranks: Vec<[u8; 2]> = self.data[..taken].par_chunks(CHUNK).map(|cells| hand_out(cells, ids)).collect();
+        let ranks: Vec<[u8; 2]> = self.data[..taken]
+            .par_chunks(CHUNK)
+            .map(|cells| progress.check().map(|()| hand_out(cells, ids)))
+            .collect::<Result<_>>()?;
         let mut start = 0;
         let mut ends = [0; 2];
         // Two pointers close in on each other for each border; at first past chunks at a time.
@@ -144,6 +154,7 @@ impl Cells {
             let mut stop = taken;
             let is_chunk = |at: usize| border == 0 && at.is_multiple_of(CHUNK);
             loop {
+                pace.after(16)?;
                 while start < stop {
                     if is_chunk(start) && start + CHUNK <= stop && ranks[start / CHUNK][1] == 0 {
                         start += CHUNK;
@@ -175,7 +186,7 @@ impl Cells {
             let [a, b, c, d, e, f, g, h] = c.map(AtomicU32::into_inner);
             super::Cell { vertices: [a, b, c, d], neighbours: [e, f, g, h] }
         });
-        (cells.collect(), ends[0])
+        Ok((cells.collect(), ends[0]))
     }
 
     /// Exchanges two cells that are handed out already.

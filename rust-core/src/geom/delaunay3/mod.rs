@@ -86,11 +86,11 @@ impl Delaunay3 {
     pub fn new(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         let pool = crate::threads::pool(threads)?;
         pool.install(|| {
-            let order = Order::of(points, size_of::<DVec3>() as f64)?;
+            let order = Order::of(points, size_of::<DVec3>() as f64, progress)?;
             let sorted = order.sorted(points)?;
             let build = Build::of_all(&sorted, &order, pool.current_num_threads(), progress)?;
             drop(sorted);
-            Ok(build.finish(order.ids))
+            build.finish(order.ids, progress)
         })
     }
 
@@ -102,14 +102,14 @@ impl Delaunay3 {
     pub fn in_place(points: &mut [DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         let pool = crate::threads::pool(threads)?;
         pool.install(|| {
-            let order = Order::of(points, 0.0)?;
+            let order = Order::of(points, 0.0, progress)?;
             let spare: Vec<AtomicU64> =
                 bytemuck::try_zeroed_vec(points.len()).map_err(|()| out_of_memory(points.len()))?;
             order.sort(points, &spare);
             let build = Build::of_all(points, &order, pool.current_num_threads(), progress);
             order.restore(points, &spare);
             drop(spare);
-            Ok(build?.finish(order.ids))
+            build?.finish(order.ids, progress)
         })
     }
 
@@ -146,7 +146,7 @@ struct Order {
 impl Order {
     /// Refuses points that can't be tetrahedralized, or not with the memory there is, of which the caller will take
     /// `copied` bytes a point.
-    fn of(points: &[DVec3], copied: f64) -> Result<Self> {
+    fn of(points: &[DVec3], copied: f64, progress: &Progress<'_>) -> Result<Self> {
         if points.len() >= GHOST as usize {
             return Err(Error::input(format!("{} points are more than {}", points.len(), GHOST - 1)));
         }
@@ -156,10 +156,13 @@ impl Order {
         let bytes = (BYTES_A_POINT + copied) * points.len() as f64;
         memory::expect(bytes, || format!("tetrahedralizing {} points", points.len()), "use fewer")?;
         let (arithmetic, factor) = Arithmetic::of(points);
-        let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min) * factor;
-        let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) * factor;
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for block in progress.blocks(points) {
+            block?.iter().for_each(|point| (low, high) = (low.min(*point), high.max(*point)));
+        }
+        let (low, high) = (low * factor, high * factor);
         let extent = (high - low).max_element();
-        let (mut ids, rounds) = order::insertion_order(points, factor, low, extent);
+        let (mut ids, rounds) = order::insertion_order(points, factor, low, extent, progress)?;
         bring_simplex_forward(points, factor, &mut ids, arithmetic)?;
         Ok(Order { ids, rounds, arithmetic, factor, extent })
     }
@@ -255,10 +258,10 @@ struct Built {
 
 impl Built {
     /// With the vertices' numbers those before sorting.
-    fn finish(mut self, mut ids: Vec<u32>) -> Delaunay3 {
+    fn finish(mut self, mut ids: Vec<u32>, progress: &Progress<'_>) -> Result<Delaunay3> {
         let duplicates = first_of_equals(&mut ids, &mut self.duplicates);
-        let (cells, finite) = self.cells.compact(&self.free, &ids);
-        Delaunay3 { cells, finite, duplicates }
+        let (cells, finite) = self.cells.compact(&self.free, &ids, progress)?;
+        Ok(Delaunay3 { cells, finite, duplicates })
     }
 }
 

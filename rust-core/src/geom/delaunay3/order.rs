@@ -7,6 +7,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::error::Result;
+use crate::progress::Progress;
+
 /// Bits of each axis on the curve.
 const BITS: u32 = 20;
 /// log2 of the ratio between rounds.
@@ -16,7 +19,13 @@ const FIRST: usize = 512;
 
 /// Indices of the points in the order of insertion, and where each round starts. `lowest` and `extent` are those of the
 /// points multiplied by `factor`.
-pub(super) fn insertion_order(points: &[DVec3], factor: f64, lowest: DVec3, extent: f64) -> (Vec<u32>, Vec<usize>) {
+pub(super) fn insertion_order(
+    points: &[DVec3],
+    factor: f64,
+    lowest: DVec3,
+    extent: f64,
+    progress: &Progress<'_>,
+) -> Result<(Vec<u32>, Vec<usize>)> {
     let scale = f64::from(1_u32 << BITS) / extent;
     let last = (0..).find(|round| points.len() >> (RATIO * (round + 1)) < FIRST).unwrap_or(0);
     let mut keys: Vec<(u64, u32)> = points
@@ -28,9 +37,10 @@ pub(super) fn insertion_order(points: &[DVec3], factor: f64, lowest: DVec3, exte
             (u64::from(last - back) << (3 * BITS) | hilbert([at.x, at.y, at.z]), i as u32)
         })
         .collect();
-    keys.par_sort_unstable();
+    progress.check()?;
+    progress.sort(&mut keys, &Ord::cmp)?;
     let rounds = (0..=last).map(|round| keys.partition_point(|k| k.0 >> (3 * BITS) < u64::from(round))).collect();
-    (keys.into_iter().map(|k| k.1).collect(), rounds)
+    Ok((keys.into_iter().map(|k| k.1).collect(), rounds))
 }
 
 /// Splitmix64 \[SLF14\].
@@ -141,7 +151,7 @@ mod tests {
     #[test]
     fn every_point_comes_once_in_rounds_that_grow() {
         let points: Vec<DVec3> = (0..20_000).map(|i| DVec3::new(f64::from(i % 100), f64::from(i / 100), 0.0)).collect();
-        let (mut order, rounds) = insertion_order(&points, 1.0, DVec3::ZERO, 200.0);
+        let (mut order, rounds) = insertion_order(&points, 1.0, DVec3::ZERO, 200.0, &Progress::none()).unwrap();
         assert_eq!(rounds[0], 0);
         let lengths: Vec<usize> = rounds.windows(2).map(|w| w[1] - w[0]).collect();
         assert!(lengths.windows(2).all(|w| w[0] < w[1]), "{rounds:?}");

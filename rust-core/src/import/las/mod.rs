@@ -25,6 +25,10 @@ use crate::error::{Error, Result};
 use crate::point_cloud::PointCloud;
 use crate::progress::Progress;
 
+/// Points that a byte can hold at most. Each takes three symbols or more, and the likeliest of n symbols the n - 1 others'
+/// share of 2^15 at least: some 1,100 points a byte.
+const MOST_IN_A_BYTE: u64 = 4096;
+
 /// Shortest header, and the one with a count of 64 bits.
 const HEADER: usize = 227;
 const HEADER_1_4: usize = 255;
@@ -226,6 +230,10 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
             return fail(scan, "header", problem);
         }
         let begin = header.begin;
+        if count > (length - begin).saturating_mul(MOST_IN_A_BYTE) {
+            let problem = format!("{count} points can't be in {} bytes; it is damaged or cut off", length - begin);
+            return fail(scan, "header", problem);
+        }
         let mut points = Points::new(header, scan)?;
         chunks::read(input, [begin, length], &packing, &mut points, scan)?;
         return Ok(points.finish());

@@ -139,7 +139,8 @@ fn what_is_wrong_is_said() {
     assert!(told(&|b| b[131..139].fill(0xFF), None).contains("is not usable"));
     assert!(told(&|b| b[252] = 1, None).contains("points of 38 bytes don't fit"));
     assert!(told(&|b| b[252] = 1, Some(16)).contains("unpack to more than max_decoded_gib, 4"));
-    assert!(told(&|b| b[250] = 1, Some(16)).contains("the chunks hold 64 of 16777276 points"));
+    assert!(told(&|b| b[249] = 1, Some(16)).contains("the chunks hold 64 of 65596 points"));
+    assert!(told(&|b| b[250] = 1, Some(16)).contains("16777276 points can't be in "));
     assert!(told(&|b| b[375 + 57 + 2] = b'x', Some(16)).ends_with("but the record that says how is missing"));
     assert!(told(&|b| b.truncate(b.len() - 4), Some(16)).contains("table of chunks"));
 }

@@ -10,6 +10,7 @@ use super::super::file::{Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
 use crate::error::{Error, Result};
+use crate::memory;
 use crate::progress::Progress;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
@@ -66,6 +67,8 @@ fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Prog
     if chunk_cols == 0 || chunk_rows == 0 {
         return fail("tiles or strips without pixels".to_owned());
     }
+    let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * f64::from(colour.bit_depth()) / 8.0;
+    memory::expect(chunk, || format!("decoding {}", scan.path.display()), "use smaller strips or tiles")?;
     let across = cols.div_ceil(chunk_cols as usize);
     let chunks = across * rows.div_ceil(chunk_rows as usize);
     let mut numbers = Numbers::Real;
