@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # Runs the property tests on random inputs of their own choice, EXPLORE_ROUNDS=10 times; `make test` takes the same ones each time.
-# What one finds is kept in rust-core/proptest-regressions: mend it and commit the seed with it.
+# What one finds is kept in the proptest-regressions of its crate: mend it and commit the seed with it.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
 
 rounds=${EXPLORE_ROUNDS:-10}
-modules=$(grep -rl '^ *proptest! {' rust-core/src | sed 's|^rust-core/src/||; s|\.rs$||; s|/mod$||; s|/|::|g')
-cargo test --quiet --release --package surfrecon --lib --no-run
+crates=$(grep -rl '^ *proptest! {' rust-core/*/src | cut -d/ -f2 | sort -u)
+for crate in $crates; do cargo test --quiet --release --package "surfrecon-$crate" --lib --no-run; done
 for round in $(seq "$rounds"); do
     echo "== round $round of $rounds"
-    # shellcheck disable=SC2086
-    env -u PROPTEST_RNG_SEED cargo test --quiet --release --package surfrecon --lib -- $modules
+    for crate in $crates; do
+        modules=$(cd "rust-core/$crate/src" && grep -rl '^ *proptest! {' . | sed 's|^\./||; s|\.rs$||; s|/mod$||; s|/|::|g')
+        # shellcheck disable=SC2086
+        env -u PROPTEST_RNG_SEED cargo test --quiet --release --package "surfrecon-$crate" --lib -- $modules
+    done
 done
 echo "explore: $rounds rounds, nothing found"

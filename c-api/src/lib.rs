@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `version` | which library this is |
-//! | `status` | outcome of a call, and the text of the last error |
+//! | `status`, `last_error` | outcome of a call; what a caller asks about it |
 //! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
@@ -33,6 +33,7 @@ mod fork;
 mod guard;
 mod handle;
 mod image;
+mod last_error;
 mod measure;
 mod merge;
 mod mesh;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use surfrecon::PointCloud;
-use surfrecon::scattered::{Closure, Reason, ReconstructParams, Reconstructed, Reconstructor, Threshold, Topology};
+use surfrecon::reconstruct::{Closure, Reason, ReconstructParams, Reconstructed, Reconstructor, Threshold, Topology};
 use surfrecon::threads::{Exclusive, Taken};
 
 use crate::array::{Borrowed, srf_array};

@@ -1,10 +1,7 @@
-//! The outcome of a call, and the text of the last error.
+//! The outcome of a call, and what is kept of the last failure.
 
 use std::cell::RefCell;
-use std::ffi::{CStr, CString, c_char};
-
-use crate::guard::guard;
-use crate::pointer;
+use std::ffi::CString;
 
 /// Outcome of a call. Numbers are never reused.
 #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
@@ -36,21 +33,6 @@ pub enum srf_status {
 }
 
 use srf_status::*;
-
-/// Every status with its short text.
-const TEXTS: [(srf_status, &CStr); 11] = [
-    (SRF_OK, c"ok"),
-    (SRF_ERR_PARAMETER, c"parameter out of range"),
-    (SRF_ERR_INPUT, c"unusable input"),
-    (SRF_ERR_FORMAT, c"damaged or unknown file"),
-    (SRF_ERR_IO, c"reading or writing failed"),
-    (SRF_ERR_OUT_OF_MEMORY, c"not enough memory"),
-    (SRF_ERR_CANCELLED, c"cancelled"),
-    (SRF_ERR_NULL, c"a pointer is NULL that must not be"),
-    (SRF_ERR_INTERNAL, c"internal error"),
-    (SRF_ERR_HANDLE, c"not a handle of the kind asked for"),
-    (SRF_ERR_STRUCT_SIZE, c"unknown size of a struct"),
-];
 
 /// Why a call failed.
 pub struct Failure {
@@ -84,7 +66,8 @@ impl From<surfrecon::Error> for Failure {
 }
 
 thread_local! {
-    static LAST_ERROR: RefCell<CString> = RefCell::default();
+    /// What `srf_last_error_message` answers on this thread.
+    pub static LAST_ERROR: RefCell<CString> = RefCell::default();
 }
 
 /// Keeps the text for `srf_last_error_message`.
@@ -92,27 +75,4 @@ pub fn remember(text: &str) {
     // C ends a text at its first zero byte, so that a file name with one inside must not lose the rest.
     let text = CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
     LAST_ERROR.with(|last| *last.borrow_mut() = text);
-}
-
-/// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed,
-/// never NULL; valid until the next call that fails on this thread. UTF-8. Since 0.1.
-#[unsafe(no_mangle)]
-pub extern "C" fn srf_last_error_message() -> *const c_char {
-    // `as_ptr` stays good after the borrow ends: only `remember` replaces the text.
-    LAST_ERROR.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"".as_ptr())
-}
-
-/// Short text of a status, for example "cancelled".
-/// out_text   receives a static text on SRF_OK only; not NULL
-/// returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_status_text(status: i32, out_text: *mut *const c_char) -> srf_status {
-    guard(|| {
-        let known = TEXTS.iter().find(|(known, _)| *known as i32 == status);
-        let (_, text) = known.ok_or_else(|| {
-            let last = TEXTS[TEXTS.len() - 1].0 as i32;
-            Failure::new(SRF_ERR_PARAMETER, format!("status must be >= 0 and <= {last}, got {status}"))
-        })?;
-        pointer::write("out_text", out_text, text.as_ptr())
-    })
 }

@@ -5,7 +5,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Parser;
-use surfrecon::scattered::{self, ReconstructParams};
+use surfrecon::mesh::AttributeData;
+use surfrecon::reconstruct::{self, ReconstructParams};
 use surfrecon::{PointCloud, Progress};
 
 #[derive(Parser)]
@@ -27,8 +28,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let positions = bytemuck::pod_collect_to_vec(&std::fs::read(&options.points)?);
     let cloud = PointCloud { positions, ..PointCloud::default() };
     let params = ReconstructParams { threads: options.threads, factor: options.factor, ..Default::default() };
-    let made = scattered::run_owned(cloud, &params, &Progress::none())?;
-    let Some(surfrecon::mesh::AttributeData::I32(points)) = made.mesh.vertex_attribute("source_point") else {
+    let made = reconstruct::run_owned(cloud, &params, &Progress::none())?;
+    let Some(AttributeData::I32(points)) = made.mesh.vertex_attribute("source_point") else {
         return Err("the mesh does not say which points it goes through".into());
     };
     let mut out = std::io::BufWriter::new(std::fs::File::create(&options.triangles)?);

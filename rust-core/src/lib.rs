@@ -1,37 +1,70 @@
 //! Surfaces from range scans.
 //!
 //! ```text
-//!  files, host objects        one grid, one cloud, one mesh      verbs
-//!  import ────────────────►   range_image ──► triangulate ──►    merge ──►  mesh ──► export
-//!  scan (virtual scanner) ►   point_cloud ──► scattered ─────►              check, measure
+//!  files, host objects        one grid, one cloud, one mesh        verbs
+//!  import ────────────────►   range_image ──► triangulate ──►      merge ──►  mesh ──► export
+//!  scan (virtual scanner) ►   point_cloud ──► reconstruct ─────►              check, measure
 //!  beneath all: geom, params, magnitude, progress, threads, memory, error
 //! ```
+//!
+//! This crate names what others hold: each part is a crate of its own, under its own name there and here.
 
-#![cfg_attr(test, allow(clippy::print_stdout, clippy::print_stderr))]
-
-pub mod cluster;
-pub mod error;
-pub mod export;
-pub mod geom;
-pub mod import;
-pub mod magnitude;
-pub mod memory;
-pub mod merge;
-pub mod mesh;
 pub mod params;
-pub mod point_cloud;
-pub mod progress;
-pub mod quads;
-pub mod range_image;
-pub mod scan;
-pub mod scattered;
-pub mod sculpt;
-pub mod threads;
-pub mod triangulate;
-mod work;
+
+#[doc(inline)]
+pub use cluster;
+#[doc(inline)]
+pub use geom;
+#[doc(inline)]
+pub use image::{range_image, triangulate};
+#[doc(inline)]
+pub use io::{export, import};
+#[doc(inline)]
+pub use merge;
+#[doc(inline)]
+pub use mesh::{self, point_cloud};
+#[doc(inline)]
+pub use quads;
+#[doc(inline)]
+pub use reconstruct;
+#[doc(inline)]
+pub use scan;
+#[doc(inline)]
+pub use sculpt;
+
+/// What the caller got wrong and what to do.
+pub mod error {
+    pub use base::error::{Error, Result};
+}
+
+/// How large numbers may be.
+pub mod magnitude {
+    pub use base::magnitude::{LARGEST, SMALLEST};
+}
+
+/// Memory that a call will take, found out before it is taken; and what follows where it can't be had all the same.
+pub mod memory {
+    pub use base::memory::{foresee, foreseen, guarded, held, limit, peak, refused, restart_peak, set_limit};
+}
+
+/// Progress and cancelling as one value.
+pub mod progress {
+    pub use base::progress::{Plan, Progress, Tick};
+}
+
+/// Pools of our own: we live inside other people's programs and leave the global pool alone.
+pub mod threads {
+    pub use base::threads::{Exclusive, Taken, pool};
+}
+
+/// The former name of [`reconstruct`].
+#[deprecated(since = "0.2.0", note = "it is called `reconstruct`")]
+pub mod scattered {
+    pub use reconstruct::*;
+}
 
 pub use error::{Error, Result};
+pub use image::RangeImage;
 pub use mesh::TriMesh;
 pub use point_cloud::PointCloud;
 pub use progress::{Progress, Tick};
-pub use range_image::RangeImage;

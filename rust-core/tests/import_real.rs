@@ -3,7 +3,9 @@
 
 use std::path::PathBuf;
 
+use surfrecon::geom::neighbours::KdTree;
 use surfrecon::import::{self, Content};
+use surfrecon::mesh::check;
 
 fn data() -> Option<PathBuf> {
     let data = std::env::var_os("SURFRECON_DATA").map(PathBuf::from);
@@ -131,7 +133,7 @@ fn depth_sequences() {
                 (0..image.len()).step_by(7).filter(|&i| image.is_valid(i)).map(|i| image.point_in_world(i)).collect()
             })
             .collect();
-        let tree = surfrecon::geom::neighbours::KdTree::new(&points[0]);
+        let tree = KdTree::new(&points[0]);
         let mut far: Vec<f64> = points[1].iter().step_by(20).filter_map(|p| Some(tree.nearest(*p)?.1)).collect();
         far.sort_by(f64::total_cmp);
         let median = far[far.len() / 2];
@@ -190,7 +192,7 @@ fn clouds_meshes_and_projects() {
     let set = import::open(&data.join("meshes/libigl_armadillo.obj")).unwrap();
     let Content::Mesh(armadillo) = set.scans[0].read().unwrap() else { panic!("no mesh") };
     assert_eq!((armadillo.positions.len(), armadillo.triangles.len()), (43_243, 86_482));
-    assert!(surfrecon::mesh::check(&armadillo).is_closed());
+    assert!(check(&armadillo).is_closed());
     let error = import::open(&data.join("meshlab_rangemaps/partial.mlp")).unwrap_err().to_string();
     assert!(error.contains("10 of 12 files are missing: lato225.ply, lato135.ply"), "{error}");
 }

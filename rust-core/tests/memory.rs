@@ -10,11 +10,11 @@ use surfrecon::geom::bvh::Bvh;
 use surfrecon::geom::delaunay3::Delaunay3;
 use surfrecon::quads::QuadParams;
 use surfrecon::range_image::Projection;
+use surfrecon::reconstruct::ReconstructParams;
 use surfrecon::scan::shapes::Shape;
-use surfrecon::scattered::ReconstructParams;
 use surfrecon::sculpt::{SculptParams, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
-use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, memory};
+use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, cluster, memory, quads, reconstruct, sculpt};
 
 struct Counting;
 
@@ -82,20 +82,18 @@ fn work_that_does_not_fit_is_refused() {
         surfrecon::triangulate::triangulate(&small, &TriangulateParams::default(), &progress).map(drop)
     });
     let tolerance = Tolerance::Absolute(0.5);
-    foreseen("sculpt", || {
-        surfrecon::sculpt::run(&small, &SculptParams { tolerance, ..Default::default() }, &progress).map(drop)
-    });
+    foreseen("sculpt", || sculpt::run(&small, &SculptParams { tolerance, ..Default::default() }, &progress).map(drop));
     foreseen("sculpt finely", || {
         let params = SculptParams { tolerance: Tolerance::Absolute(0.0), ..Default::default() };
-        surfrecon::sculpt::run(&small, &params, &progress).map(drop)
+        sculpt::run(&small, &params, &progress).map(drop)
     });
-    foreseen("quads", || surfrecon::quads::run(&small, &QuadParams::default(), &progress).map(drop));
+    foreseen("quads", || quads::run(&small, &QuadParams::default(), &progress).map(drop));
 
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(36);
     foreseen("Bvh", || Bvh::build(&sphere.positions, &sphere.triangles, 0).map(drop));
-    foreseen("cluster", || surfrecon::cluster::run(&sphere, &ClusterParams::default(), &progress).map(drop));
+    foreseen("cluster", || cluster::run(&sphere, &ClusterParams::default(), &progress).map(drop));
     let points = sphere.positions.clone();
     foreseen("Delaunay", || Delaunay3::new(&points, 0, &progress).map(drop));
     let cloud = PointCloud { positions: points.clone(), ..Default::default() };
-    foreseen("reconstruct", || surfrecon::scattered::run(&cloud, &ReconstructParams::default(), &progress).map(drop));
+    foreseen("reconstruct", || reconstruct::run(&cloud, &ReconstructParams::default(), &progress).map(drop));
 }

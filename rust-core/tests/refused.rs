@@ -15,12 +15,15 @@ use surfrecon::merge::{MergeParams, ScanSource};
 use surfrecon::mesh::measure::Side;
 use surfrecon::quads::{QuadParams, SplineParams};
 use surfrecon::range_image::Projection;
+use surfrecon::reconstruct::ReconstructParams;
 use surfrecon::scan::shapes::Shape;
 use surfrecon::scan::{Camera, ScanParams, Turntable};
-use surfrecon::scattered::ReconstructParams;
 use surfrecon::sculpt::{SculptParams, Sculptor, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
-use surfrecon::{Error, PointCloud, Progress, RangeImage, Result, import, memory};
+use surfrecon::{
+    Error, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, mesh, quads, reconstruct, scan,
+    sculpt,
+};
 use surfrecon_allocator::Account;
 
 /// Allocations up to this many bytes are granted: where the system refuses them they come from the account's reserve.
@@ -162,17 +165,15 @@ fn operations(folder: &Path, threads: usize) {
         ..Default::default()
     };
     for (tolerance, interpolate) in [(0.5, true), (0.0, true), (0.5, false)] {
-        survives("sculpt", folder, || {
-            Ok(surfrecon::sculpt::run(&small, &sculpting(tolerance, interpolate), &progress)?.mesh)
-        });
+        survives("sculpt", folder, || Ok(sculpt::run(&small, &sculpting(tolerance, interpolate), &progress)?.mesh));
     }
     let sculptor = Sculptor::prepare(&small, &sculpting(0.5, true), &progress).unwrap();
     survives("Sculptor::refine", folder, || Ok(sculptor.refine(Tolerance::Absolute(0.3), &progress)?.mesh));
     survives("Sculptor::at_most", folder, || Ok(sculptor.at_most(500, &progress)?.mesh));
     let quads = QuadParams { threads, ..Default::default() };
     let large = image(300);
-    survives("quads", folder, || Ok(surfrecon::quads::run(&large, &quads, &progress)?.positions));
-    let grid = surfrecon::quads::run(&large, &quads, &progress).unwrap();
+    survives("quads", folder, || Ok(quads::run(&large, &quads, &progress)?.positions));
+    let grid = quads::run(&large, &quads, &progress).unwrap();
     survives("spline", folder, || {
         Ok(grid.spline(&SplineParams::default(), &progress)?.spline.sample(50, 50, false)?.positions)
     });
@@ -182,31 +183,31 @@ fn operations(folder: &Path, threads: usize) {
     survives("Bvh", folder, || Bvh::build(&sphere.positions, &sphere.triangles, threads).map(|bvh| bvh.len()));
     for resolution in [Resolution::Patches(60), Resolution::MaxError(0.02)] {
         let params = ClusterParams { resolution, threads, ..Default::default() };
-        survives("cluster", folder, || Ok(surfrecon::cluster::run(&sphere, &params, &progress)?.mesh));
+        survives("cluster", folder, || Ok(cluster::run(&sphere, &params, &progress)?.mesh));
     }
     let cloud = PointCloud { positions: sphere.positions.clone(), ..Default::default() };
     survives("Delaunay", folder, || Ok(Delaunay3::new(&cloud.positions, threads, &progress)?.finite_count()));
     let reconstruct = ReconstructParams { threads, ..Default::default() };
-    survives("reconstruct", folder, || Ok(surfrecon::scattered::run(&cloud, &reconstruct, &progress)?.mesh));
+    survives("reconstruct", folder, || Ok(reconstruct::run(&cloud, &reconstruct, &progress)?.mesh));
     let clustering = ClusterParams { resolution: Resolution::Patches(60), threads, ..Default::default() };
-    survives("cluster points", folder, || Ok(surfrecon::cluster::run_points(&cloud, &clustering, &progress)?.mesh));
+    survives("cluster points", folder, || Ok(cluster::run_points(&cloud, &clustering, &progress)?.mesh));
 
     survives("certify", folder, || {
-        surfrecon::mesh::certify::certify(&sphere, &torus, Side::Ignored, threads, &progress).map(|found| found.bound)
+        mesh::certify::certify(&sphere, &torus, Side::Ignored, threads, &progress).map(|found| found.bound)
     });
-    survives("check", folder, || surfrecon::mesh::check::try_check(&sphere, &progress));
-    survives("sculpture", folder, || surfrecon::scan::sculpture::sculpture(20.0, threads, &progress));
+    survives("check", folder, || mesh::check::try_check(&sphere, &progress));
+    survives("sculpture", folder, || scan::sculpture::sculpture(20.0, threads, &progress));
     let bvh = Bvh::build(&sphere.positions, &sphere.triangles, threads).unwrap();
-    let bounds = surfrecon::mesh::measure::bounds(&sphere.positions).unwrap();
+    let bounds = mesh::measure::bounds(&sphere.positions).unwrap();
     let table = Turntable { pixels: 60, ..Default::default() };
-    let cameras = surfrecon::scan::turntable(bounds, &table, &Progress::none()).unwrap();
+    let cameras = scan::turntable(bounds, &table, &Progress::none()).unwrap();
     let params = ScanParams { threads, ..Default::default() };
-    let scan = |camera: &Camera| surfrecon::scan::scan(&sphere, &bvh, camera, &params, &progress);
+    let scan = |camera: &Camera| scan::scan(&sphere, &bvh, camera, &params, &progress);
     survives("virtual scan", folder, || Ok(scan(&cameras[0])?.valid_count()));
     let scans: Vec<RangeImage> = cameras.iter().take(4).map(|camera| scan(camera).unwrap()).collect();
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let merging = MergeParams { voxel: Some(0.1), threads, ..Default::default() };
-    survives("merge", folder, || Ok(surfrecon::merge::run(&sources, &merging, &progress)?.mesh));
+    survives("merge", folder, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
 }
 
 type Write<'a> = Box<dyn Fn() -> Result<()> + 'a>;
@@ -216,7 +217,7 @@ fn writers(folder: &Path) {
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(12);
     let bvh = Bvh::build(&sphere.positions, &sphere.triangles, 1).unwrap();
     let camera = Camera::pinhole(60, 60, 0.8, DVec3::new(0.0, -4.0, 0.0), DVec3::ZERO, DVec3::Z).unwrap();
-    let mut seen = surfrecon::scan::scan(&sphere, &bvh, &camera, &ScanParams::default(), &progress).unwrap();
+    let mut seen = scan::scan(&sphere, &bvh, &camera, &ScanParams::default(), &progress).unwrap();
     seen.name = "seen".to_owned();
     let path = folder.join("written");
     let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };

@@ -30,6 +30,7 @@ fn compare(name: &str, generated: &str) {
 const CHAPTERS: &[&str] = &[
     "version",
     "status",
+    "last_error",
     "settings",
     "progress",
     "array",
@@ -61,6 +62,38 @@ fn header() {
     builder.generate().expect("cbindgen").write(&mut header);
     let header = String::from_utf8(header).expect("the header is text");
     compare("c-api/include/surfrecon.h", &header);
+}
+
+/// The version is said in the workspace's manifest; whatever repeats it, since a registry or a host asks for it, follows.
+#[test]
+fn versions() {
+    let version = env!("CARGO_PKG_VERSION");
+    let after = |text: &str, mark: &str| -> String {
+        let mut pieces = text.split(mark);
+        let mut all = pieces.next().unwrap_or_default().to_owned();
+        let mut found = 0;
+        for piece in pieces {
+            let (_, rest) = piece.split_once('"').expect("a version ends with a quotation mark");
+            all = all + mark + version + "\"" + rest;
+            found += 1;
+        }
+        assert!(found > 0, "{mark} is not there");
+        all
+    };
+    for (name, mark) in [
+        ("c-api/cmake/surfreconConfigVersion.cmake", "set(PACKAGE_VERSION \""),
+        ("blender-addon/extension/blender_manifest.toml", "\nversion = \""),
+    ] {
+        let text = std::fs::read_to_string(root().join(name)).expect(name);
+        compare(name, &after(&text, mark));
+    }
+    // Own crates only: others have versions of their own.
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
+    let lines = manifest.split_inclusive('\n').map(|line| match line.contains("path = \"rust-core/") {
+        true => after(line, "version = \""),
+        false => line.to_owned(),
+    });
+    compare("Cargo.toml", &lines.collect::<String>());
 }
 
 #[test]

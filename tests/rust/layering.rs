@@ -1,43 +1,23 @@
-//! The invariants of ARCHITECTURE.md that source text alone can show: imports point down, the core knows no host, `unsafe`
-//! stays where it is allowed, and every module is on the map.
+//! The invariants of ARCHITECTURE.md that source text alone can show: the crates of the core stand on floors, no files of a
+//! crate import each other in a circle, the core knows no host, `unsafe` stays where it is allowed, and every crate is on the
+//! map. That a crate imports only what it names is the compiler's to say.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// What each module of the core may know, besides itself and what all may: `error`, `magnitude`, `memory`, `params`,
-/// `progress`, `threads`, `work`.
-const MAY_KNOW: &[(&str, &[&str])] = &[
-    ("geom", &[]),
-    ("point_cloud", &[]),
-    ("mesh", &["geom"]),
-    ("range_image", &["geom", "point_cloud"]),
-    ("triangulate", &["geom", "mesh", "range_image"]),
-    ("scan", &["geom", "mesh", "range_image"]),
-    ("merge", &["geom", "mesh", "range_image", "triangulate"]),
-    ("scattered", &["geom", "mesh", "point_cloud"]),
-    ("sculpt", &["geom", "mesh", "range_image", "triangulate"]),
-    ("cluster", &["geom", "mesh", "point_cloud", "scattered"]),
-    ("quads", &["mesh", "range_image"]),
-    // Files become scans; of the merge they know only the trait that scans implement and what it returns.
-    (
-        "import",
-        &["geom", "mesh", "point_cloud", "range_image", "triangulate", "merge::OrientedSurface", "merge::ScanSource"],
-    ),
-    ("export", &["mesh", "point_cloud", "range_image"]),
+/// The floors of the core, from the ground up: a crate knows those of lower floors, nothing beside it and nothing above.
+const FLOORS: &[&[&str]] = &[
+    &["surfrecon-allocator"],
+    &["base"],
+    &["geom"],
+    &["mesh"],
+    &["image"],
+    &["io", "merge", "quads", "reconstruct", "scan", "sculpt"],
+    &["cluster"],
+    &["surfrecon"],
 ];
-/// The table of parameters gathers those of the operations.
-const PARAMS_MAY_KNOW: &[&str] = &[
-    "import::PARAMS",
-    "triangulate::PARAMS",
-    "merge::PARAMS",
-    "sculpt::PARAMS",
-    "quads::PARAMS",
-    "scattered::PARAMS",
-    "cluster::PARAMS",
-    "scan::PARAMS",
-];
-const BENEATH_ALL: &[&str] =
-    &["error", "magnitude", "memory", "params", "progress", "threads", "work", "Error", "Result"];
+/// What stands on the core, and knows its roof and the allocator alone.
+const ON_THE_ROOF: &[&str] = &["c-api", "blender-addon/python"];
 const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "extern \"C\""];
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
@@ -88,64 +68,119 @@ fn code(text: &str) -> String {
     code.lines().map(|line| line.split("//").next().unwrap_or(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// Paths that code takes from its crate: `a` and `a::B` of `use crate::a::B` and of `crate::a::{B, C}`.
-fn crate_paths(code: &str) -> BTreeSet<String> {
-    let is_name = |c: char| c.is_alphanumeric() || c == '_';
-    let mut paths = BTreeSet::new();
-    for (at, found) in code.match_indices("crate::") {
-        if code[..at].ends_with(is_name) {
-            continue;
-        }
-        let rest = &code[at + found.len()..];
-        let module = rest.split(|c| !is_name(c)).next().unwrap_or_default();
-        let after = &rest[module.len()..];
-        let items = match after.strip_prefix("::") {
-            None => vec![],
-            Some(list) if list.starts_with('{') => {
-                let list = list[1..].split('}').next().unwrap_or_default();
-                list.split(',').map(|item| item.trim().split(|c| !is_name(c)).next().unwrap_or_default()).collect()
-            }
-            Some(item) => vec![item.split(|c| !is_name(c)).next().unwrap_or_default()],
-        };
-        assert!(!module.is_empty(), "`use crate::{{..}}` hides what is imported: one `use` a module");
-        if items.is_empty() {
-            paths.insert(module.to_owned());
-        }
-        paths.extend(items.into_iter().filter(|item| !item.is_empty()).map(|item| format!("{module}::{item}")));
+/// Where a crate of the core lies.
+fn folder_of(name: &str) -> String {
+    match name {
+        "surfrecon" => "rust-core".to_owned(),
+        "surfrecon-allocator" => "rust-core/allocator".to_owned(),
+        _ => format!("rust-core/{name}"),
     }
-    paths
+}
+
+/// The crates of this project that a crate depends on, but for its tests.
+fn own_dependencies(folder: &str) -> BTreeSet<String> {
+    let manifest = std::fs::read_to_string(root().join(folder).join("Cargo.toml")).expect("a manifest");
+    let section = manifest.split("\n[dependencies]\n").nth(1).unwrap_or_default();
+    let section = section.split("\n[").next().unwrap_or_default();
+    let ours: BTreeSet<&str> = FLOORS.iter().copied().flatten().copied().collect();
+    let named = section.lines().filter_map(|line| line.split(['.', ' ', '=']).next());
+    named.filter(|name| ours.contains(name)).map(str::to_owned).collect()
 }
 
 #[test]
-fn imports_point_down() {
-    let allowed: BTreeMap<_, _> = MAY_KNOW.iter().copied().collect();
-    let mut wrong = Vec::new();
-    for (name, text) in rust_files("rust-core/src") {
-        let inside = name.trim_start_matches("rust-core/src/");
-        let module = inside.split(['/', '.']).next().unwrap_or_default();
-        let test_only = inside.ends_with("tests.rs") || inside.contains("/tests/") || inside.contains("test_");
-        if module == "lib" || test_only {
-            continue;
-        }
-        let may_know = match module {
-            "params" => PARAMS_MAY_KNOW,
-            _ if BENEATH_ALL.contains(&module) => &[],
-            _ => allowed.get(module).unwrap_or_else(|| panic!("{name}: the module {module} is not in this table")),
-        };
-        for path in crate_paths(&code(&text)) {
-            let target = path.split("::").next().unwrap_or_default();
-            let known = target == module || BENEATH_ALL.contains(&target) || may_know.contains(&target);
-            if !known && !may_know.contains(&path.as_str()) {
-                wrong.push(format!("{name} knows {path}"));
-            }
+fn crates_stand_on_floors() {
+    for (floor, crates) in FLOORS.iter().enumerate() {
+        let below: BTreeSet<&str> = FLOORS[..floor].iter().copied().flatten().copied().collect();
+        for name in *crates {
+            let known = own_dependencies(&folder_of(name));
+            assert!(floor == 0 || !known.is_empty(), "{name}: no dependencies were found");
+            let wrong: Vec<&String> = known.iter().filter(|known| !below.contains(known.as_str())).collect();
+            assert!(wrong.is_empty(), "{name} knows {wrong:?}, which are not below it");
         }
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    let listed: BTreeSet<String> = FLOORS.iter().copied().flatten().map(|name| folder_of(name)).collect();
+    for entry in std::fs::read_dir(root().join("rust-core")).expect("rust-core") {
+        let entry = entry.expect("a folder entry");
+        let folder = format!("rust-core/{}", entry.file_name().to_string_lossy());
+        let is_crate = entry.path().join("Cargo.toml").is_file() && folder != "rust-core/fuzz";
+        assert!(!is_crate || listed.contains(&folder), "{folder} stands on no floor");
+    }
+    for host in ON_THE_ROOF {
+        let known: Vec<String> = own_dependencies(host).into_iter().collect();
+        assert_eq!(known, ["surfrecon", "surfrecon-allocator"], "{host}");
+    }
+}
+
+/// Modules that a file's code names by `super::` or `crate::`, as paths from the crate's root; `module` is the file's own.
+fn imported(code: &str, module: &[String], known: &BTreeSet<Vec<String>>) -> BTreeSet<Vec<String>> {
+    let is_path = |c: char| c.is_alphanumeric() || c == '_' || c == ':';
+    let mut found = BTreeSet::new();
+    let mut rest = code;
+    while let Some(at) = rest.find(is_path) {
+        let text = &rest[at..];
+        let path = &text[..text.find(|c| !is_path(c)).unwrap_or(text.len())];
+        rest = &text[path.len()..];
+        let parts: Vec<&str> = path.split("::").filter(|part| !part.is_empty()).collect();
+        let ups = parts.iter().take_while(|part| **part == "super").count();
+        let start = match parts.first() {
+            Some(&"crate") => Vec::new(),
+            Some(&"super") if ups <= module.len() => module[..module.len() - ups].to_vec(),
+            _ => continue,
+        };
+        let own = parts[ups.max(1)..].iter().map(|part| (*part).to_owned());
+        let stem: Vec<String> = start.into_iter().chain(own).collect();
+        let list = rest.strip_prefix('{').filter(|_| path.ends_with("::")).and_then(|list| list.split('}').next());
+        let leaves: Vec<Option<&str>> = match list {
+            Some(list) => list.split(',').map(|item| item.trim().split("::").next()).collect(),
+            None => vec![None],
+        };
+        for leaf in leaves {
+            let mut full = stem.clone();
+            full.extend(leaf.map(str::to_owned));
+            while !full.is_empty() && !known.contains(&full) {
+                full.pop();
+            }
+            found.insert(full);
+        }
+    }
+    // Who contains whom says nothing: a driver uses its stages, and these its types.
+    found.retain(|other| !other.is_empty() && !module.starts_with(other) && !other.starts_with(module));
+    found
+}
+
+#[test]
+fn no_circle_of_imports() {
+    let crates = FLOORS.iter().copied().flatten().map(|name| folder_of(name));
+    let mut edges = 0;
+    for folder in crates.chain(ON_THE_ROOF.iter().map(|host| (*host).to_owned())) {
+        let source = format!("{folder}/src/");
+        let files: Vec<(Vec<String>, String)> = rust_files(&source)
+            .into_iter()
+            .map(|(name, text)| {
+                let path = name.trim_start_matches(&source).trim_end_matches(".rs").to_owned();
+                let parts = path.split('/').filter(|part| !matches!(*part, "mod" | "lib"));
+                (parts.map(str::to_owned).collect(), code(&text))
+            })
+            .filter(|(module, _): &(Vec<String>, String)| !module.iter().any(|part| part.contains("test")))
+            .collect();
+        let known: BTreeSet<Vec<String>> = files.iter().map(|(module, _)| module.clone()).collect();
+        let mut imports: BTreeMap<Vec<String>, BTreeSet<Vec<String>>> =
+            files.iter().map(|(module, code)| (module.clone(), imported(code, module, &known))).collect();
+        edges += imports.values().map(BTreeSet::len).sum::<usize>();
+        // What imports nothing that is left is in no circle.
+        while let Some(free) = imports.iter().find(|(_, of)| !of.iter().any(|other| imports.contains_key(other))) {
+            let free = free.0.clone();
+            imports.remove(&free);
+        }
+        let circle: Vec<String> = imports.keys().map(|module| module.join("::")).collect();
+        assert!(circle.is_empty(), "{folder}: these import each other in a circle, or what does: {circle:?}");
+    }
+    assert!(edges > 200, "{edges} imports were found");
 }
 
 #[test]
 fn the_core_knows_no_host() {
-    for (name, text) in rust_files("rust-core/src") {
+    for (name, text) in rust_files("rust-core") {
         let code = code(&text);
         for host in HOSTS {
             assert!(!code.contains(host), "{name} mentions {host}");
@@ -179,15 +214,11 @@ fn classes_of_python_are_frozen() {
 }
 
 #[test]
-fn every_module_is_on_the_map() {
+fn every_crate_is_on_the_map() {
     let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).expect("ARCHITECTURE.md");
     assert!(map.lines().count() <= 150, "ARCHITECTURE.md is longer than a page can be read");
-    let modules: BTreeSet<String> = rust_files("rust-core/src")
-        .iter()
-        .filter_map(|(name, _)| name.trim_start_matches("rust-core/src/").split(['/', '.']).next().map(str::to_owned))
-        .collect();
-    for module in modules.iter().filter(|module| *module != "lib") {
-        let on_map = [format!("{module}/`"), format!("{module}.rs`")].iter().any(|entry| map.contains(entry));
-        assert!(on_map, "{module} is not on the map of ARCHITECTURE.md");
+    for name in FLOORS.iter().copied().flatten() {
+        let folder = folder_of(name);
+        assert!(map.contains(&format!("`{folder}/`")), "{folder} is not on the map of ARCHITECTURE.md");
     }
 }

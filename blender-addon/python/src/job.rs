@@ -40,7 +40,7 @@ enum Made {
     Prepared(Box<Sculptor>),
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
-    Reconstructed(Box<surfrecon::scattered::Reconstructed>),
+    Reconstructed(Box<surfrecon::reconstruct::Reconstructed>),
     /// One or, as a list, any number.
     Clustered(Vec<CoreClustered>, bool),
 }

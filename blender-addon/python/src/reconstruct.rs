@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::scattered::{
+use surfrecon::reconstruct::{
     Closure, Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor, Threshold, Topology,
 };
 use surfrecon::threads::{Exclusive, Taken};
@@ -261,7 +261,7 @@ pub struct Reconstructed {
     /// the points have them.
     #[pyo3(get)]
     mesh: Py<Mesh>,
-    report: surfrecon::scattered::ReconstructReport,
+    report: surfrecon::reconstruct::ReconstructReport,
 }
 
 impl Reconstructed {

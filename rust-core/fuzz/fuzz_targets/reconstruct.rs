@@ -6,7 +6,7 @@
 use glam::DVec3;
 use libfuzzer_sys::fuzz_target;
 use surfrecon::mesh::check;
-use surfrecon::scattered::{Closure, ReconstructParams, Threshold, Topology, run};
+use surfrecon::reconstruct::{Closure, ReconstructParams, Threshold, Topology, run};
 use surfrecon::{Error, PointCloud, Progress};
 
 fuzz_target!(|bytes: &[u8]| {

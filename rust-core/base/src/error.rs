@@ -1,0 +1,116 @@
+//! What went wrong, in words the caller can act on.
+//!
+//! [`Error`] is for input and environment: it names the offending thing and, where there is one, the remedy. A broken
+//! invariant of our own is an assertion instead.
+
+use std::path::{Path, PathBuf};
+
+/// Result of every fallible call of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// An error of the caller's input or of the environment.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A parameter lies outside its range. The text gives the name, the value, the allowed range and the unit.
+    #[error("{name} must be {allowed}, got {value}{unit}")]
+    Parameter {
+        /// Name as in the parameter table.
+        name: &'static str,
+        /// The value as given.
+        value: String,
+        /// Allowed range in words, for example `> 0`.
+        allowed: String,
+        /// Unit with a leading space, or empty.
+        unit: &'static str,
+    },
+    /// The data handed in can't be used; the text names the element and the remedy.
+    #[error("{0}")]
+    Input(String),
+    /// A file does not hold what its format promises.
+    #[error("{}: {at}: {problem}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// Place in the file: a line, an element or a byte offset, in words.
+        at: String,
+        /// What is wrong there and, if there is one, the remedy.
+        problem: String,
+    },
+    /// Reading or writing failed.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The operating system's answer.
+        source: std::io::Error,
+    },
+    /// The work would need more memory than is allowed or there is.
+    #[error("not enough memory: {0}")]
+    OutOfMemory(String),
+    /// The caller cancelled; nothing was left behind.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl Error {
+    /// An [`Error::Input`] from any text.
+    pub fn input(text: impl Into<String>) -> Self {
+        Error::Input(text.into())
+    }
+
+    /// An [`Error::Format`] at a place of a file.
+    pub fn format(path: &Path, at: impl Into<String>, problem: impl Into<String>) -> Self {
+        // It may quote the file, and what the file holds must not reach a terminal or end a C string.
+        let shown = |text: String| match text.chars().any(char::is_control) {
+            true => text.replace(char::is_control, "\u{fffd}"),
+            false => text,
+        };
+        Error::Format { path: path.to_owned(), at: at.into(), problem: shown(problem.into()) }
+    }
+
+    /// An [`Error::Io`] for a file; [`Error::OutOfMemory`] where memory is what was wanting.
+    pub fn io(path: &Path, source: std::io::Error) -> Self {
+        if source.kind() == std::io::ErrorKind::OutOfMemory {
+            return Error::OutOfMemory(format!("{}: more could not be had; close other programs", path.display()));
+        }
+        Error::Io { path: path.to_owned(), source }
+    }
+}
+
+/// A number as people read it: very large and very small ones with a power of ten, not with hundreds of digits.
+pub struct Shown(pub f64);
+
+impl Shown {
+    /// Rounded to so many digits.
+    pub fn digits(x: f64, digits: usize) -> Self {
+        // Through text: a quotient by a power of ten would show its rounding.
+        Shown(format!("{x:.*e}", digits - 1).parse().unwrap_or(x))
+    }
+}
+
+impl std::fmt::Display for Shown {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Shown(x) = *self;
+        // What comes from single precision is shown as it was given there: 0.1, not 0.10000000149011612.
+        let single = x as f32;
+        if f64::from(single) == x && x.fract() != 0.0 && single.is_normal() {
+            return if x.abs() >= 1e-6 { write!(f, "{single}") } else { write!(f, "{single:e}") };
+        }
+        if x == 0.0 || !x.is_finite() || (1e-6..1e9).contains(&x.abs()) { write!(f, "{x}") } else { write!(f, "{x:e}") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_number_takes_a_line() {
+        let shown = [0.0, 0.5, -12345.678, 1e-9, 1e300, -2.5e-300, f64::NAN, f64::from(0.1_f32), 16_777_217.0]
+            .map(|x| Shown(x).to_string());
+        assert_eq!(shown, ["0", "0.5", "-12345.678", "1e-9", "1e300", "-2.5e-300", "NaN", "0.1", "16777217"]);
+        assert_eq!(Shown::digits(0.048_858_845_389_326_65, 4).to_string(), "0.04886");
+        assert_eq!(Shown::digits(1_234_567.0, 2).to_string(), "1200000");
+    }
+}

@@ -1,0 +1,13 @@
+//! What every part of surfrecon stands on: errors, the types of parameters, how large numbers may be, progress and cancel as
+//! one value, the worker pools, memory that is found out before it is taken.
+
+pub mod error;
+pub mod magnitude;
+pub mod memory;
+pub mod params;
+pub mod progress;
+pub mod threads;
+pub mod work;
+
+pub use error::{Error, Result};
+pub use progress::{Progress, Tick};

@@ -1,0 +1,359 @@
+//! Progress and cancelling as one value.
+//!
+//! A long call gets a [`Progress`]. Its workers count what they have done ([`Progress::advance`], an atomic add); the
+//! **calling** thread looks at the counts before the work begins and every 30 ms from then on, and hands them to the
+//! caller's function, which answers whether to go on. So a host's callback never runs on a foreign thread, and counting costs next to nothing.
+
+use std::ops::{ControlFlow, Range};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use rayon::slice::ParallelSliceMut;
+
+use crate::error::{Error, Result};
+
+/// How often the caller's function is asked.
+const POLL: Duration = Duration::from_millis(30);
+
+/// Where a long call stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Name of the running stage, for people.
+    pub stage: &'static str,
+    /// Share of the whole call that is done, 0 to 1, never falling.
+    pub fraction: f64,
+}
+
+/// The stages of a call with their shares of its time; shares are relative to each other.
+pub type Plan = &'static [(&'static str, f64)];
+
+type Sink<'a> = Box<dyn FnMut(Tick) -> ControlFlow<()> + Send + 'a>;
+
+/// Progress and cancelling of one long call.
+pub struct Progress<'a> {
+    sink: Mutex<Option<Sink<'a>>>,
+    plan: Mutex<Plan>,
+    stage: AtomicUsize,
+    done: AtomicU64,
+    total: AtomicU64,
+    cancelled: AtomicBool,
+    /// Whether a check has answered that.
+    heard: AtomicBool,
+    /// Checks left before the call is cancelled; `u64::MAX` for no limit.
+    checks_left: AtomicU64,
+    /// The call that this one is a part of, and is cancelled with.
+    whole: Option<&'a dyn Check>,
+}
+
+impl Progress<'static> {
+    /// Nobody watches and nobody cancels.
+    pub fn none() -> Self {
+        Self::with_sink(None)
+    }
+
+    /// Cancels at the `checks`-th check (counted from 0): for testing that every way out is clean.
+    pub fn cancel_after(checks: u64) -> Self {
+        let progress = Self::none();
+        progress.checks_left.store(checks, Ordering::Relaxed);
+        progress
+    }
+}
+
+impl<'a> Progress<'a> {
+    /// `report` is called on the calling thread before the work begins and about every 30 ms; `ControlFlow::Break`
+    /// cancels.
+    pub fn new(report: impl FnMut(Tick) -> ControlFlow<()> + Send + 'a) -> Self {
+        Self::with_sink(Some(Box::new(report)))
+    }
+
+    fn with_sink(sink: Option<Sink<'a>>) -> Self {
+        Progress {
+            sink: Mutex::new(sink),
+            plan: Mutex::new(&[("starting", 1.0)]),
+            stage: AtomicUsize::new(0),
+            done: AtomicU64::new(0),
+            total: AtomicU64::new(1),
+            cancelled: AtomicBool::new(false),
+            heard: AtomicBool::new(false),
+            checks_left: AtomicU64::new(u64::MAX),
+            whole: None,
+        }
+    }
+
+    /// For a part of this call that plans and counts for itself: it stops with this one, and nobody sees what it counts.
+    pub fn unseen(&self) -> Progress<'_> {
+        Progress { whole: Some(self), ..Progress::with_sink(None) }
+    }
+
+    /// Sets the stages of the call. Called once, by the driver, before the first stage.
+    pub fn plan(&self, plan: Plan) {
+        *lock(&self.plan) = plan;
+        self.stage(0, 1);
+    }
+
+    /// Starts stage `index` of the plan, which will count up to `total`.
+    pub fn stage(&self, index: usize, total: u64) {
+        self.done.store(0, Ordering::Relaxed);
+        self.total.store(total.max(1), Ordering::Relaxed);
+        self.stage.store(index, Ordering::Relaxed);
+    }
+
+    /// Counts `n` more units of the running stage as done. Cheap; call it at least every few milliseconds.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] once the caller has cancelled: return it at once.
+    pub fn advance(&self, n: u64) -> Result<()> {
+        self.done.fetch_add(n, Ordering::Relaxed);
+        self.check()
+    }
+
+    /// Counts the running stage up to `done`, if it is not there yet: for work whose length is only guessed beforehand.
+    pub fn reach(&self, done: u64) {
+        self.done.fetch_max(done, Ordering::Relaxed);
+    }
+
+    /// Like [`Progress::advance`] with nothing to count.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] once the caller has cancelled.
+    pub fn check(&self) -> Result<()> {
+        if self.checks_left.load(Ordering::Relaxed) != u64::MAX {
+            let left =
+                self.checks_left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| Some(n.saturating_sub(1)));
+            if left == Ok(0) {
+                self.cancel();
+            }
+        }
+        if !self.cancelled.load(Ordering::Relaxed) {
+            return self.whole.map_or(Ok(()), |whole| whole.check());
+        }
+        self.heard.store(true, Ordering::Relaxed);
+        Err(Error::Cancelled)
+    }
+
+    /// Whether the work has heard that it is cancelled: what remains is to give its memory back, which takes long for
+    /// gigabytes, and nobody need wait for it.
+    pub fn is_stopping(&self) -> bool {
+        self.heard.load(Ordering::Relaxed)
+    }
+
+    /// Asks the call to stop; it answers with [`Error::Cancelled`] within a tenth of a second.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Where the call stands now.
+    pub fn tick(&self) -> Tick {
+        let plan = *lock(&self.plan);
+        let index = self.stage.load(Ordering::Relaxed).min(plan.len() - 1);
+        let whole: f64 = plan.iter().map(|s| s.1).sum();
+        let before: f64 = plan[..index].iter().map(|s| s.1).sum();
+        let within = self.done.load(Ordering::Relaxed) as f64 / self.total.load(Ordering::Relaxed) as f64;
+        Tick { stage: plan[index].0, fraction: ((before + plan[index].1 * within.min(1.0)) / whole).clamp(0.0, 1.0) }
+    }
+
+    /// Runs `work` while this thread reports to the caller's function, if there is one: for work of a single thread.
+    ///
+    /// # Errors
+    /// What `work` returns; [`Error::OutOfMemory`] if the system refuses a thread.
+    pub fn watch<R: Send>(&self, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
+        // Within a pool somebody outside is reporting already.
+        if rayon::current_thread_index().is_some() || lock(&self.sink).is_none() {
+            return work();
+        }
+        self.run(&*crate::threads::pool(1)?, work)
+    }
+
+    /// Runs `work` on `pool` while this thread reports to the caller's function.
+    pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
+        let mut sink = lock(&self.sink);
+        let mut highest = 0.0_f64;
+        // Not only after the first wait: a caller who wants to stop must be heard however short the work is.
+        self.report(&mut sink, &mut highest);
+        let finished = (Mutex::new(false), Condvar::new());
+        let mut result = None;
+        let slot = &mut result;
+        pool.in_place_scope(|scope| {
+            let finished = &finished;
+            scope.spawn(move |_| {
+                // Also on a panic, or the calling thread would wait for ever.
+                let _signal = SignalOnDrop(finished);
+                *slot = Some(work());
+            });
+            let mut done = lock(&finished.0);
+            while !*done {
+                done = finished.1.wait_timeout(done, POLL).unwrap_or_else(PoisonError::into_inner).0;
+                if *done {
+                    break;
+                }
+                drop(done);
+                self.report(&mut sink, &mut highest);
+                done = lock(&finished.0);
+            }
+        });
+        result.expect("the scope returns only after its work")
+    }
+
+    fn report(&self, sink: &mut Option<Sink<'a>>, highest: &mut f64) {
+        let Some(report) = sink else { return };
+        // Who has said no is not asked again while the work winds up.
+        if self.cancelled.load(Ordering::Relaxed) {
+            return;
+        }
+        let mut tick = self.tick();
+        *highest = highest.max(tick.fraction);
+        tick.fraction = *highest;
+        if report(tick).is_break() {
+            self.cancel();
+        }
+    }
+}
+
+/// Entries handled between two checks: a millisecond's work or so.
+pub const BLOCK: usize = 1 << 16;
+/// Entries sorted between two checks: some 20 milliseconds' work.
+const SORTED_AT_ONCE: usize = 1 << 19;
+
+impl Progress<'_> {
+    /// `0..len` in blocks, with a check before each.
+    ///
+    /// # Errors
+    /// Each may be [`Error::Cancelled`].
+    pub fn ranges(&self, len: usize) -> impl Iterator<Item = Result<Range<usize>>> {
+        (0..len).step_by(BLOCK).map(move |first| self.check().map(|()| first..len.min(first + BLOCK)))
+    }
+
+    /// Sorts, on the threads of the pool it runs on, in pieces with a check before each. `compare` orders all entries, or
+    /// equal ones are the same: their order is not said.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]: the entries are in any order then.
+    pub fn sort<T: Send>(
+        &self,
+        entries: &mut [T],
+        compare: &(impl Fn(&T, &T) -> std::cmp::Ordering + Sync),
+    ) -> Result<()> {
+        self.check()?;
+        if entries.len() <= SORTED_AT_ONCE {
+            entries.par_sort_unstable_by(compare);
+            return Ok(());
+        }
+        let (low, _, high) = entries.select_nth_unstable_by(entries.len() / 2, compare);
+        let (low, high) = rayon::join(|| self.sort(low, compare), || self.sort(high, compare));
+        low.and(high)
+    }
+
+    /// The slice in blocks, with a check before each.
+    pub fn blocks<'s, T>(&'s self, entries: &'s [T]) -> impl Iterator<Item = Result<&'s [T]>> {
+        self.ranges(entries.len()).map(|range| range.map(|range| &entries[range]))
+    }
+}
+
+/// Checks once in so much work, where steps differ much in what they cost.
+pub struct Pace<'p> {
+    progress: &'p dyn Check,
+    done: usize,
+}
+
+/// A progress whoever watches it.
+trait Check: Send + Sync {
+    fn check(&self) -> Result<()>;
+}
+
+impl Check for Progress<'_> {
+    fn check(&self) -> Result<()> {
+        Progress::check(self)
+    }
+}
+
+impl<'p> Pace<'p> {
+    /// Checks that progress.
+    pub fn new(progress: &'p Progress<'_>) -> Self {
+        Pace { progress, done: 0 }
+    }
+
+    /// Counts work, in entries looked at.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`], and again from then on.
+    #[inline]
+    pub fn after(&mut self, entries: usize) -> Result<()> {
+        self.done += entries;
+        if self.done >= BLOCK {
+            self.progress.check()?;
+            self.done = 0;
+        }
+        Ok(())
+    }
+}
+
+struct SignalOnDrop<'a>(&'a (Mutex<bool>, Condvar));
+
+impl Drop for SignalOnDrop<'_> {
+    fn drop(&mut self) {
+        *lock(&self.0.0) = true;
+        self.0.1.notify_all();
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reports_on_the_calling_thread_and_cancels() {
+        let pool = crate::threads::pool(2).unwrap();
+        let caller = std::thread::current().id();
+        let mut ticks = 0;
+        let progress = Progress::new(|tick| {
+            assert_eq!(std::thread::current().id(), caller);
+            assert!((0.0..=1.0).contains(&tick.fraction));
+            ticks += 1;
+            if ticks == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let outcome = progress.run(&pool, || -> Result<()> {
+            progress.stage(0, 1_000_000);
+            loop {
+                progress.advance(1)?;
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        assert!(matches!(outcome, Err(Error::Cancelled)));
+        assert!(progress.is_stopping());
+        drop(progress);
+        assert_eq!(ticks, 3);
+    }
+
+    #[test]
+    fn watched_work_of_one_thread_reports_and_can_be_cancelled() {
+        let mut ticks = 0;
+        let progress = Progress::new(|_| {
+            ticks += 1;
+            ControlFlow::Break(())
+        });
+        let outcome = progress.watch(|| {
+            // The only check: what was answered before the work began must be known to it.
+            progress.check()
+        });
+        assert!(matches!(outcome, Err(Error::Cancelled)));
+        drop(progress);
+        assert_eq!(ticks, 1);
+        let here = std::thread::current().id();
+        let nobody = Progress::none();
+        assert_eq!(nobody.watch(|| Ok(std::thread::current().id())).unwrap(), here, "a thread for nothing");
+    }
+
+    #[test]
+    fn cancels_at_the_wanted_check() {
+        let progress = Progress::cancel_after(2);
+        assert!(progress.check().is_ok());
+        assert!(progress.advance(5).is_ok());
+        assert!(progress.check().is_err());
+        assert!(progress.check().is_err());
+    }
+}

@@ -1,0 +1,581 @@
+//! The driver: the stages in their order, for one resolution or a chain of them.
+
+use std::time::Instant;
+
+use super::flip::Goal;
+use super::kmeans::KMeans;
+use super::net::Net;
+use super::polygons::Polygons;
+use super::subcluster::{self, Repairs};
+use super::surface::Surface;
+use super::{
+    ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, features, finish, fit, flip, mend,
+    relax,
+};
+use base::error::Result;
+use base::magnitude;
+use base::memory;
+use base::progress::{Plan, Progress};
+use geom::bvh::Bvh;
+use mesh::AttributeData;
+use mesh::TriMesh;
+use mesh::certify;
+use mesh::measure::{self, Summary};
+use mesh::point_cloud::PointCloud;
+use reconstruct::{self, ReconstructParams, Reconstructor};
+
+/// At the peak; measured.
+const BYTES_A_TRIANGLE: f64 = 52.0;
+const BYTES_A_VERTEX: f64 = 105.0;
+/// Three points for every two triangles, with their terms.
+const BYTES_FITTED: f64 = 160.0;
+
+/// Stages with their shares of the time: of a mesh ...
+const PLAN: Plan = &[("clustering", 1.0)];
+/// ... and of points, which become a mesh first.
+const POINTS_PLAN: Plan = &[reconstruct::PLAN[0], reconstruct::PLAN[1], reconstruct::PLAN[2], ("clustering", 0.5)];
+/// Steps that splitting and mending take of a level's progress, besides those that the parameters bound.
+const OTHER_STEPS: u64 = 130;
+/// Rounds for a largest error that are taken as its progress.
+const USUAL_REFINEMENTS: u64 = 12;
+
+/// Lloyd steps end when one gains less than this share of the energy.
+const CONVERGED: f64 = 2e-4;
+/// Tries for a number of vertices.
+const TRIES: usize = 8;
+/// Relaxation steps after each round of flips.
+const STEPS_A_ROUND: usize = 20;
+/// Patches that a largest error starts with.
+const FIRST_PATCHES: usize = 32;
+/// Rounds of refinement for a largest error ...
+const REFINEMENTS: usize = 60;
+/// ... the first of which relax what they make: of noise that nodes slide away from, that may never lie near enough.
+const RELAXED: usize = 24;
+/// Rounds after which the patches around a vertex that stays beyond are split, too, a ring more each round, ...
+const PATIENCE: u8 = 10;
+/// ... so many at most.
+const MOST_RINGS: u8 = 6;
+
+/// Clusters a mesh at one resolution.
+///
+/// # Guarantees
+/// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and
+///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
+///   and vertices where several fans meet are doubled.
+/// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
+/// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
+///   input: between the vertices, too. [`ClusterReport::bound`] says how far they may be, measured on the result.
+/// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said
+///   above.
+/// * The same input gives the same mesh for any number of threads.
+///
+/// # Cost
+/// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to
+/// `iterations` more; O(v) for v resulting vertices and each relaxation step. About 150 bytes a triangle.
+///
+/// # Errors
+/// Parameters out of range; bad indices or coordinates, no triangle; [`base::Error::Cancelled`].
+pub fn run(mesh: &TriMesh, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
+    let mut levels = levels(mesh, &[params.resolution], params, progress)?;
+    Ok(levels.remove(0))
+}
+
+/// A chain of levels of detail from one run: the finer levels go on splitting the patches of the coarser ones. Results are
+/// in the order of `resolutions`, whose place in `params` is not looked at.
+///
+/// # Errors
+/// As [`run`].
+pub fn levels(
+    mesh: &TriMesh,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    params.validate()?;
+    resolutions.iter().try_for_each(|r| r.validate())?;
+    progress.plan(PLAN);
+    let pool = base::threads::pool(params.threads)?;
+    progress.run(&pool, || chain(mesh, resolutions, params, 0, Vec::new(), progress))
+}
+
+/// Clusters points at one resolution: the surface through them, as [`reconstruct::run`] finds it, is clustered.
+///
+/// Labels are those of the points, -1 for points that are not on that surface; [`ClusterReport::off_surface`] counts these.
+/// A largest error holds for the points on it. The result stands in the cloud's own frame; colours, intensities and normals
+/// ride along as vertex attributes.
+///
+/// # Errors
+/// As [`run`]; and those of [`reconstruct::run`]: fewer than four different points, or all in one plane, or no surface.
+pub fn run_points(cloud: &PointCloud, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
+    let mut levels = levels_of_points(cloud, &[params.resolution], params, progress)?;
+    Ok(levels.remove(0))
+}
+
+/// A chain of levels of detail of points; see [`run_points`] and [`levels`].
+///
+/// # Errors
+/// As [`run_points`].
+pub fn levels_of_points(
+    cloud: &PointCloud,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    params.validate()?;
+    resolutions.iter().try_for_each(|r| r.validate())?;
+    progress.plan(POINTS_PLAN);
+    let pool = base::threads::pool(params.threads)?;
+    progress.run(&pool, || {
+        let start = Instant::now();
+        let reconstruct = ReconstructParams { threads: params.threads, ..ReconstructParams::default() };
+        let through = Reconstructor::new(cloud)?.into_surface_within(&reconstruct, progress)?;
+        let (mut mesh, sources) = (through.mesh, "source_point");
+        let Some(AttributeData::I32(points)) = mesh.vertex_attribute(sources).cloned() else {
+            unreachable!("every surface through points says which they are")
+        };
+        // Which point a vertex was says nothing about the vertices of the result.
+        mesh.vertex_attributes.retain(|a| a.name != sources);
+        let before = vec![("surface through the points", start.elapsed().as_secs_f64())];
+        let mut chain = chain(&mesh, resolutions, params, reconstruct::PLAN.len(), before, progress)?;
+        for level in &mut chain {
+            let mut labels = vec![-1; cloud.positions.len()];
+            for (&point, &label) in points.iter().zip(&level.labels) {
+                labels[point as usize] = label;
+            }
+            level.labels = labels;
+            level.report.off_surface = through.report.dropped.len();
+        }
+        Ok(chain)
+    })
+}
+
+/// The levels of a chain, on the pool; `stage` of the plan is the clustering, `before` the stages before it.
+fn chain(
+    mesh: &TriMesh,
+    resolutions: &[Resolution],
+    params: &ClusterParams,
+    stage: usize,
+    before: Vec<(&'static str, f64)>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Clustered>> {
+    magnitude::points("vertex", &mesh.positions)?;
+    let triangles = mesh.triangles.len();
+    let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
+    let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
+    memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
+    let start = Instant::now();
+    progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
+    let surface = Surface::new(mesh, progress)?;
+    let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
+    // Coarse to fine; bounds on the error find their own number last.
+    let mut order: Vec<usize> = (0..resolutions.len()).collect();
+    order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
+    let mut kmeans = KMeans::new(&job.surface.points, &job.weights, u64::from(params.seed));
+    let mut results: Vec<Option<Clustered>> = vec![None; resolutions.len()];
+    let mut prepared = before;
+    prepared.push(("surface", start.elapsed().as_secs_f64()));
+    let mut done = 0;
+    for i in order {
+        let clock = Clock::start(prepared.clone());
+        results[i] = Some(match resolutions[i] {
+            Resolution::MaxError(error) => job.within(&kmeans, error, clock, progress)?,
+            resolution => job.level(&mut kmeans, resolution, clock, progress)?,
+        });
+        // Levels converge sooner than they may.
+        done += steps(resolutions[i], params);
+        progress.reach(done);
+    }
+    Ok(results.into_iter().flatten().collect())
+}
+
+/// Steps of Lloyd's and of the relaxation that a level takes at most, nearly: what its progress counts.
+fn steps(resolution: Resolution, params: &ClusterParams) -> u64 {
+    let (lloyd, relaxation) = (u64::from(params.iterations), u64::from(params.relaxation));
+    match resolution {
+        Resolution::MaxError(_) => USUAL_REFINEMENTS * (relaxation + OTHER_STEPS),
+        _ => lloyd + relaxation + OTHER_STEPS,
+    }
+}
+
+/// Areas, but never nothing: a point without area has its place in a patch all the same.
+fn point_weights(surface: &Surface) -> Vec<f64> {
+    let mean = surface.areas.iter().sum::<f64>() / surface.areas.len() as f64;
+    if !(mean > 0.0) {
+        return vec![1.0; surface.areas.len()];
+    }
+    surface.areas.iter().map(|a| a.max(1e-9 * mean)).collect()
+}
+
+struct Job<'a> {
+    input: &'a TriMesh,
+    surface: Surface,
+    weights: Vec<f64>,
+    params: &'a ClusterParams,
+}
+
+/// Patches that are disks, and the polygons around them.
+struct Disks {
+    labels: Vec<u32>,
+    patches: usize,
+    polygons: Polygons,
+    repairs: Repairs,
+    energy: f64,
+}
+
+impl Disks {
+    /// Nodes of their fans.
+    fn nodes(&self) -> usize {
+        self.patches + self.polygons.spots.len()
+    }
+}
+
+impl<'a> Job<'a> {
+    /// Patches for a resolution; `None` for a bound on the error.
+    fn patches(&self, resolution: Resolution) -> Option<usize> {
+        let patches = match resolution {
+            Resolution::Patches(k) => k as usize,
+            Resolution::Vertices(n) => self.patches_for(self.nodes(n)),
+            Resolution::Tenth => self.patches_for(self.surface.points.len() / 10),
+            Resolution::MaxError(_) => return None,
+        };
+        Some(patches.clamp(1, self.surface.points.len()))
+    }
+
+    /// Vertices that are sought: a patch has at least one of the input's, and three nodes in the middle of a surface.
+    fn nodes(&self, asked: u32) -> usize {
+        (asked as usize).min(3 * self.surface.points.len())
+    }
+
+    /// Patches whose fans have about `nodes` nodes: three a patch, and one more for each at the border.
+    fn patches_for(&self, nodes: usize) -> usize {
+        let surface = &self.surface;
+        let area: f64 = surface.areas.iter().sum();
+        let border: f64 = surface
+            .border_in
+            .iter()
+            .filter(|&&h| h != super::surface::NONE)
+            .map(|&h| surface.points[surface.from(h) as usize].distance(surface.points[surface.to(h) as usize]))
+            .sum();
+        let n = nodes as f64;
+        let mut patches = n / 3.0;
+        for _ in 0..8 {
+            let width = 1.1 * (area / patches).sqrt();
+            let at_border = if width > 0.0 { border / width } else { 0.0 };
+            patches = ((n - at_border) / 3.0).max(n / 12.0);
+        }
+        patches.ceil() as usize + 1
+    }
+
+    /// One level that is not bounded by an error. `kmeans` is that of a coarser level, and this level's afterwards.
+    fn level(
+        &self,
+        kmeans: &mut KMeans<'a>,
+        resolution: Resolution,
+        mut clock: Clock,
+        progress: &Progress<'_>,
+    ) -> Result<Clustered> {
+        let nodes = match resolution {
+            Resolution::Vertices(n) => Some(self.nodes(n)),
+            Resolution::Tenth => Some(self.surface.points.len() / 10),
+            _ => None,
+        };
+        if nodes.is_some_and(|wanted| wanted < self.surface.points.len()) && self.is_coarsest() {
+            return Ok(self.input_itself(clock, false));
+        }
+        let patches = self.patches(resolution).expect("no bound on the error");
+        let coarser = kmeans.clone();
+        let mut disks = self.disks(&coarser, kmeans, patches, progress)?;
+        if let Some(wanted) = nodes {
+            disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
+        }
+        clock.lap("patches");
+        match self.make(disks, nodes, self.params.relaxation, &mut clock, progress)? {
+            Some(made) => Ok(made.into_result(clock, None)),
+            None => Ok(self.input_itself(clock, false)),
+        }
+    }
+
+    /// Whether no surface of the input's topology has fewer vertices, each part being a single triangle.
+    fn is_coarsest(&self) -> bool {
+        3 * self.surface.triangles.len() == self.surface.points.len()
+    }
+
+    /// Patches whose fans have at least `wanted` nodes and few more, if the topology lets them; they are sought from `disks`,
+    /// which came from `patches` patches.
+    fn with_nodes(
+        &self,
+        coarser: &KMeans<'a>,
+        kmeans: &mut KMeans<'a>,
+        mut disks: Disks,
+        mut patches: usize,
+        wanted: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Disks> {
+        let most = self.surface.points.len();
+        // The fewest patches with enough nodes, the most with too few.
+        let (mut enough, mut too_few): (Option<(usize, KMeans<'a>, Disks)>, usize) = (None, 0);
+        for _ in 0..TRIES {
+            let have = disks.nodes();
+            if have >= wanted {
+                // These few are collapsed.
+                let close = have <= wanted + (wanted / 16).max(24);
+                if enough.as_ref().is_none_or(|e| patches < e.0) {
+                    enough = Some((patches, kmeans.clone(), disks));
+                }
+                if close {
+                    break;
+                }
+            } else {
+                too_few = too_few.max(patches);
+            }
+            let share = wanted as f64 / have as f64;
+            let next = (patches as f64 * share).ceil() as usize + 1;
+            patches = match &enough {
+                Some((above, ..)) if next <= too_few || next >= *above => (too_few + above) / 2,
+                None if next <= too_few => 2 * too_few,
+                _ => next,
+            };
+            if patches <= too_few || enough.as_ref().is_some_and(|e| patches >= e.0) || too_few == most {
+                break;
+            }
+            patches = patches.min(most);
+            disks = self.disks(coarser, kmeans, patches, progress)?;
+        }
+        Ok(match enough {
+            Some((_, found, disks)) => {
+                *kmeans = found;
+                disks
+            }
+            None => self.repaired(kmeans, progress)?,
+        })
+    }
+
+    /// Splits to `patches` from the coarser level, or from one patch if that has more, and makes the patches disks.
+    fn disks(
+        &self,
+        coarser: &KMeans<'a>,
+        kmeans: &mut KMeans<'a>,
+        patches: usize,
+        progress: &Progress<'_>,
+    ) -> Result<Disks> {
+        *kmeans = if coarser.centres.len() <= patches { coarser.clone() } else { coarser.restarted() };
+        // Where patches err most is measured while they are few, and again as they become more.
+        for part in if self.params.adaptivity > 0.0 { &[4, 2, 1][..] } else { &[] } {
+            kmeans.split_to(patches / part, progress)?;
+            let (labels, patches) = (&kmeans.labels, kmeans.centres.len());
+            let weights =
+                density::weights(&self.surface, &self.weights, labels, patches, self.params.adaptivity, progress)?;
+            kmeans.set_weights(weights);
+        }
+        kmeans.split_to(patches, progress)?;
+        kmeans.lloyd(self.params.iterations as usize, CONVERGED, progress)?;
+        self.repaired(kmeans, progress)
+    }
+
+    fn repaired(&self, kmeans: &KMeans<'_>, progress: &Progress<'_>) -> Result<Disks> {
+        let mut labels = kmeans.labels.clone();
+        let (patches, polygons, repairs) = subcluster::make_disks(&self.surface, &self.weights, &mut labels, progress)?;
+        Ok(Disks { labels, patches, polygons, repairs, energy: kmeans.energy() })
+    }
+
+    /// Fans of the patches, relaxed; `None` if the topology leaves more than `nodes`, and more than the input has.
+    fn make(
+        &self,
+        disks: Disks,
+        nodes: Option<usize>,
+        relaxation: u32,
+        clock: &mut Clock,
+        progress: &Progress<'_>,
+    ) -> Result<Option<Made>> {
+        let surface = &self.surface;
+        let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
+        let before = net.shape(progress)?;
+        clock.lap("fans");
+        let steps = relaxation as usize;
+        let few = steps.min(STEPS_A_ROUND);
+        relax::relax(surface, &mut net, steps, progress)?;
+        if let Some(wanted) = nodes {
+            collapse::collapse(surface, &mut net, wanted, progress)?;
+            if net.points.len() > wanted.max(surface.points.len()) {
+                return Ok(None);
+            }
+        }
+        if steps > 0 {
+            for goal in [Goal::Valence, Goal::Valence, Goal::Angle] {
+                flip::flips(&mut net, goal, progress)?;
+                relax::relax(surface, &mut net, few, progress)?;
+            }
+            mend::mend(surface, &mut net, nodes, progress)?;
+            features::keep(surface, &mut net, progress)?;
+        }
+        clock.lap("relax");
+        fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;
+        clock.lap("fit");
+        self.finish(disks, net, before, progress).map(Some)
+    }
+
+    fn finish(
+        &self,
+        disks: Disks,
+        net: Net,
+        before: (measure::Quality, Vec<usize>),
+        progress: &Progress<'_>,
+    ) -> Result<Made> {
+        let labels = self.labels(disks.labels.iter().copied());
+        let after = net.shape(progress)?;
+        let mesh = finish::mesh(&self.surface, self.input, net);
+        let report = ClusterReport {
+            patches: disks.patches,
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+            energy: disks.energy / self.surface.frame.length_inward(1.0).powi(4),
+            separated: disks.repairs.separated,
+            dissolved: disks.repairs.dissolved,
+            halved: disks.repairs.halved,
+            cut_edges: self.surface.cut_edges,
+            before: before.0,
+            after: after.0,
+            angles_before: before.1,
+            angles_after: after.1,
+            ..ClusterReport::default()
+        };
+        Ok(Made { mesh, labels, report })
+    }
+
+    /// Labels of the input's vertices from those of the surface's.
+    fn labels(&self, of_surface: impl Iterator<Item = u32>) -> Vec<i32> {
+        let mut labels = vec![-1; self.input.positions.len()];
+        for (&origin, label) in self.surface.origins.iter().zip(of_surface) {
+            labels[origin as usize] = label as i32;
+        }
+        labels
+    }
+
+    /// Splits the patches with a place beyond `bound` until there is none: vertices of the input first, which is soon
+    /// measured; then all points of both surfaces.
+    fn within(&self, start: &KMeans<'a>, bound: f64, mut clock: Clock, progress: &Progress<'_>) -> Result<Clustered> {
+        let reference = self.cut_input();
+        let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
+        // In how many rounds each vertex was beyond.
+        let mut rounds = vec![0_u8; reference.positions.len()];
+        let mut kmeans = start.restarted();
+        kmeans.split_to(FIRST_PATCHES, progress)?;
+        for round in 0..REFINEMENTS {
+            kmeans.step(progress)?;
+            let disks = self.repaired(&kmeans, progress)?;
+            // Halfway to a patch a vertex nothing is won over the input.
+            if disks.nodes() >= self.surface.points.len() {
+                break;
+            }
+            clock.lap("patches");
+            let relaxation = if round < RELAXED { self.params.relaxation } else { 0 };
+            let Some(made) = self.make(disks, None, relaxation, &mut clock, progress)? else { break };
+            let side = measure::Side::Ignored;
+            let deviation = measure::deviation_within(&reference.positions, &made.mesh, side, 0, progress)?;
+            let mut beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();
+            if !beyond.contains(&true) {
+                let there = certify::within(&reference, &made.mesh, bound, progress)?;
+                let back = certify::within(&made.mesh, &reference, bound, progress)?;
+                if there.beyond.is_empty() && back.beyond.is_empty() {
+                    clock.lap("measure");
+                    let certified = (deviation.summary, there.bound.max(back.bound));
+                    return Ok(made.into_result(clock, Some(certified)));
+                }
+                // Where it is, and at the corners of the triangle that lies too far off.
+                let places = there.beyond.iter().map(|b| b[0]).chain(back.beyond.iter().map(|b| b[1]));
+                let far_off = there.beyond.iter().map(|b| b[1]).chain(back.beyond.iter().map(|b| b[0]));
+                let corners = far_off.flat_map(|t| made.mesh.corners(t as usize));
+                let at_corners = corners.filter_map(|p| bvh.closest_point(p)).map(|closest| closest.triangle);
+                for t in places.chain(at_corners) {
+                    reference.triangles[t as usize].iter().for_each(|&v| beyond[v as usize] = true);
+                }
+            }
+            clock.lap("measure");
+            widen(&mut beyond, &mut rounds, &reference.triangles);
+            kmeans.split_marked(&beyond);
+            kmeans.step(progress)?;
+        }
+        Ok(self.input_itself(clock, true))
+    }
+
+    /// The input cut to a manifold, without attributes.
+    fn cut_input(&self) -> TriMesh {
+        let positions = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
+        TriMesh::new(positions, self.surface.triangles.clone())
+    }
+
+    /// The input as the result, cut where it is no manifold.
+    fn input_itself(&self, clock: Clock, has_bound: bool) -> Clustered {
+        let mut mesh = self.cut_input();
+        let places: Vec<usize> = self.surface.origins.iter().map(|&v| v as usize).collect();
+        mesh.vertex_attributes = self.input.vertex_attributes.iter().map(|a| a.gather(&places)).collect();
+        let quality = measure::quality(&mesh);
+        let report = ClusterReport {
+            patches: mesh.positions.len(),
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+            cut_edges: self.surface.cut_edges,
+            before: quality,
+            after: quality,
+            deviation: has_bound.then(Summary::default),
+            bound: has_bound.then_some(0.0),
+            kept_input: true,
+            seconds: clock.laps,
+            ..ClusterReport::default()
+        };
+        Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report }
+    }
+}
+
+/// Marks what is around vertices that were marked in many rounds, of which it counts them: their own patches are as small as
+/// may be, and were no help.
+fn widen(marked: &mut [bool], rounds: &mut [u8], triangles: &[[u32; 3]]) {
+    let mut rings = vec![0_u8; marked.len()];
+    for v in (0..marked.len()).filter(|&v| marked[v]) {
+        rounds[v] = rounds[v].saturating_add(1);
+        rings[v] = rounds[v].saturating_sub(PATIENCE).clamp(1, MOST_RINGS);
+    }
+    for _ in 1..rings.iter().copied().max().unwrap_or(0) {
+        let before = rings.clone();
+        for triangle in triangles {
+            let most = triangle.iter().map(|&v| before[v as usize]).max().unwrap_or(0);
+            triangle.iter().for_each(|&v| rings[v as usize] = rings[v as usize].max(most.saturating_sub(1)));
+        }
+    }
+    marked.iter_mut().zip(rings).for_each(|(marked, rings)| *marked = rings > 0);
+}
+
+/// A result without its times.
+struct Made {
+    mesh: TriMesh,
+    labels: Vec<i32>,
+    report: ClusterReport,
+}
+
+impl Made {
+    fn into_result(self, clock: Clock, certified: Option<(Summary, f64)>) -> Clustered {
+        let (deviation, bound) = certified.unzip();
+        let report = ClusterReport { deviation, bound, seconds: clock.laps, ..self.report };
+        Clustered { mesh: self.mesh, labels: self.labels, report }
+    }
+}
+
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn start(laps: Vec<(&'static str, f64)>) -> Self {
+        Clock { last: Instant::now(), laps }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        let now = Instant::now();
+        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
+        match self.laps.iter_mut().find(|l| l.0 == name) {
+            Some(lap) => lap.1 += seconds,
+            None => self.laps.push((name, seconds)),
+        }
+    }
+}

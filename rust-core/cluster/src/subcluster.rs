@@ -1,0 +1,272 @@
+//! Stage 2: patches become disks. \[KMT, sec. 3.2\]
+//!
+//! k-means knows no surface: a patch may lie on both sides of a thin wall, around a hole or a handle. Parts of a patch that
+//! are not connected become patches of their own, or go to their neighbours if they are small; a patch that is no disk, or
+//! has fewer than three nodes around it, is halved. When nothing is left to do, the fans around all patches are a mesh of
+//! the same topology as the surface: each patch is a disk, three meet in a node, and two that meet twice do so in
+//! different nodes, so no edge is there twice. A patch that can't be halved has its
+//! largest neighbour halved. It ends at the latest where each patch is one vertex.
+
+use super::kmeans::{halve, members};
+use super::polygons::Polygons;
+use super::surface::{NONE, Surface, looking};
+use base::error::Result;
+use base::progress::Progress;
+
+use glam::DVec3;
+
+/// A part smaller than this share of the mean patch goes to its neighbours.
+const SMALL: f64 = 0.25;
+/// Rounds in which patches may be dissolved; later ones only halve, so that the rounds end.
+const DISSOLVING_ROUNDS: usize = 6;
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Parts that became patches.
+    pub separated: usize,
+    /// Parts and patches given to their neighbours.
+    pub dissolved: usize,
+    /// Patches halved as they were no disks.
+    pub halved: usize,
+}
+
+/// Changes `labels` until every patch is a disk with at least three nodes; returns the number of patches, the polygons and
+/// what was done. Labels are 0.. without gaps.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn make_disks(
+    surface: &Surface,
+    weights: &[f64],
+    labels: &mut [u32],
+    progress: &Progress<'_>,
+) -> Result<(usize, Polygons, Repairs)> {
+    let mut repairs = Repairs::default();
+    for round in 0.. {
+        progress.check()?;
+        let dissolving = round < DISSOLVING_ROUNDS;
+        let patches = connect(surface, weights, labels, dissolving, &mut repairs, progress)?;
+        let polygons = Polygons::trace(surface, labels);
+        progress.check()?;
+        let bad = bad_patches(surface, labels, patches, &polygons);
+        let Some(bad) = bad else { return Ok((patches, polygons, repairs)) };
+        progress.check()?;
+        mend(surface, weights, labels, patches, &bad, dissolving, &mut repairs);
+    }
+    unreachable!("the rounds end where each patch is one vertex")
+}
+
+/// Makes every patch connected and numbers the patches anew; returns how many there are.
+fn connect(
+    surface: &Surface,
+    weights: &[f64],
+    labels: &mut [u32],
+    dissolving: bool,
+    repairs: &mut Repairs,
+    progress: &Progress<'_>,
+) -> Result<usize> {
+    // Parts by flooding, in the order of their first vertex.
+    let mut part_of = vec![NONE; labels.len()];
+    let mut parts: Vec<(u32, f64)> = Vec::new();
+    let (mut stack, mut starts, mut list) = (Vec::new(), vec![0_u32], Vec::new());
+    for seed in 0..labels.len() as u32 {
+        looking(seed, progress)?;
+        if part_of[seed as usize] != NONE {
+            continue;
+        }
+        let (part, label) = (parts.len() as u32, labels[seed as usize]);
+        let mut weight = 0.0;
+        part_of[seed as usize] = part;
+        stack.push(seed);
+        while let Some(v) = stack.pop() {
+            looking(list.len() as u32, progress)?;
+            weight += weights[v as usize];
+            list.push(v);
+            surface.neighbours(v, |w| {
+                if part_of[w as usize] == NONE && labels[w as usize] == label {
+                    part_of[w as usize] = part;
+                    stack.push(w);
+                }
+            });
+        }
+        parts.push((label, weight));
+        starts.push(list.len() as u32);
+    }
+    // The heaviest part of a patch keeps its place.
+    let patches = labels.iter().max().map_or(0, |&m| m as usize + 1);
+    let mut main = vec![NONE; patches];
+    let mut total = 0.0;
+    for (part, &(label, weight)) in parts.iter().enumerate() {
+        total += weight;
+        let slot = &mut main[label as usize];
+        if *slot == NONE || weight > parts[*slot as usize].1 {
+            *slot = part as u32;
+        }
+    }
+    let small = SMALL * total / patches.max(1) as f64;
+    // The part that each has gone to, itself if it is kept.
+    let mut into: Vec<u32> = (0..parts.len() as u32).collect();
+    let mut contacts = Vec::new();
+    for part in 0..parts.len() {
+        let (label, weight) = parts[part];
+        if main[label as usize] == part as u32 {
+            continue;
+        }
+        let members = &list[starts[part] as usize..starts[part + 1] as usize];
+        contacts.clear();
+        if dissolving && weight < small {
+            for &v in members {
+                surface.neighbours(v, |w| {
+                    let other = part_of[w as usize];
+                    if other != part as u32 && into[other as usize] == other {
+                        contacts.push(other);
+                    }
+                });
+            }
+        }
+        if let Some(other) = most_frequent(&mut contacts) {
+            into[part] = other;
+            repairs.dissolved += 1;
+        } else {
+            repairs.separated += 1;
+        }
+    }
+    // Patches keep their order; parts that became patches follow.
+    let mut order: Vec<u32> = (0..parts.len() as u32).filter(|&p| into[p as usize] == p).collect();
+    order.sort_by_key(|&p| {
+        let label = parts[p as usize].0;
+        (main[label as usize] != p, if main[label as usize] == p { label } else { p })
+    });
+    let mut number = vec![NONE; parts.len()];
+    for (n, &part) in order.iter().enumerate() {
+        number[part as usize] = n as u32;
+    }
+    // A part goes to one that is kept then, but may have gone on since: always to one that was kept, so in no circle.
+    for (label, &part) in labels.iter_mut().zip(&part_of) {
+        let mut end = part;
+        while into[end as usize] != end {
+            end = into[end as usize];
+        }
+        *label = number[end as usize];
+    }
+    Ok(order.len())
+}
+
+/// The value that occurs most often, the smallest of several.
+fn most_frequent(values: &mut [u32]) -> Option<u32> {
+    values.sort_unstable();
+    let mut best = (0, None);
+    for run in values.chunk_by(|a, b| a == b) {
+        if run.len() > best.0 {
+            best = (run.len(), Some(run[0]));
+        }
+    }
+    best.1
+}
+
+/// What is wrong with a patch.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fault {
+    None,
+    NoDisk,
+    FewNodes,
+}
+
+/// Faults of all patches; `None` if there is none.
+fn bad_patches(surface: &Surface, labels: &[u32], patches: usize, polygons: &Polygons) -> Option<Vec<Fault>> {
+    // Euler characteristic of the mesh within each patch, to which its dual cells shrink. Half-edges with a twin count once
+    // each way, so everything is counted twice.
+    let mut twice_euler = vec![0_i32; patches];
+    for &label in labels {
+        twice_euler[label as usize] += 2;
+    }
+    for (t, corners) in surface.triangles.iter().enumerate() {
+        let [a, b, c] = corners.map(|v| labels[v as usize]);
+        if a == b && b == c {
+            twice_euler[a as usize] += 2;
+        }
+        for (k, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
+            if from == to {
+                twice_euler[from as usize] -= if surface.twins[3 * t + k] == NONE { 2 } else { 1 };
+            }
+        }
+    }
+    let mut nodes = vec![0; patches];
+    for (c, &patch) in polygons.patches.iter().enumerate() {
+        nodes[patch as usize] += polygons.circle(c).len();
+    }
+    let faults: Vec<Fault> = (0..patches)
+        .map(|p| match (twice_euler[p], nodes[p]) {
+            (2, 3..) => Fault::None,
+            (2, _) => Fault::FewNodes,
+            _ => Fault::NoDisk,
+        })
+        .collect();
+    faults.iter().any(|&f| f != Fault::None).then_some(faults)
+}
+
+/// Halves the bad patches; small ones with few nodes go to a neighbour. One of a single vertex has its largest neighbour
+/// halved.
+fn mend(
+    surface: &Surface,
+    weights: &[f64],
+    labels: &mut [u32],
+    patches: usize,
+    faults: &[Fault],
+    dissolving: bool,
+    repairs: &mut Repairs,
+) {
+    let (starts, mut list) = members(labels, patches);
+    let mean = weights.iter().sum::<f64>() / patches as f64;
+    let size = |patch: u32| starts[patch as usize + 1] - starts[patch as usize];
+    let mut to_halve = vec![false; patches];
+    let mut contacts = Vec::new();
+    for patch in (0..patches as u32).filter(|&p| faults[p as usize] != Fault::None) {
+        let members = &list[starts[patch as usize] as usize..starts[patch as usize + 1] as usize];
+        contacts.clear();
+        for &v in members {
+            surface.neighbours(v, |w| {
+                if labels[w as usize] != patch {
+                    contacts.push(labels[w as usize]);
+                }
+            });
+        }
+        let weight: f64 = members.iter().map(|&v| weights[v as usize]).sum();
+        let few = faults[patch as usize] == Fault::FewNodes;
+        if few
+            && dissolving
+            && weight < 2.0 * SMALL * mean
+            && let Some(other) = most_frequent(&mut contacts)
+        {
+            members.iter().for_each(|&v| labels[v as usize] = other);
+            repairs.dissolved += 1;
+            continue;
+        }
+        let halved = if members.len() > 1 {
+            Some(patch)
+        } else {
+            // Its neighbours have so few labels that one of them has several vertices.
+            contacts
+                .iter()
+                .copied()
+                .filter(|&p| (p as usize) < patches)
+                .max_by_key(|&p| (size(p), std::cmp::Reverse(p)))
+        };
+        if let Some(halved) = halved {
+            to_halve[halved as usize] = true;
+        }
+    }
+    let mut next = patches as u32;
+    for patch in (0..patches).filter(|&p| to_halve[p]) {
+        let members = &mut list[starts[patch] as usize..starts[patch + 1] as usize];
+        // Points in one place can't be halved by a plane.
+        let middle = halve(&surface.points, weights, members, DVec3::ZERO).unwrap_or(members.len() / 2);
+        if middle == 0 {
+            continue;
+        }
+        members[middle..].iter().for_each(|&v| labels[v as usize] = next);
+        next += 1;
+        repairs.halved += 1;
+    }
+}

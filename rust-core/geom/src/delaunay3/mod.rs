@@ -1,0 +1,469 @@
+//! Delaunay tetrahedralization of points in space.
+//!
+//! | step | file |
+//! |---|---|
+//! | order of insertion | `order` |
+//! | walk to the cell that holds a point | `locate` |
+//! | cells in conflict, new cells in their place | `insert` |
+//! | signs, exact, ties broken by symbolic perturbation | `signs`, `geom::predicates` |
+//! | storage | `cells` |
+//! | threads | `parallel` |
+//! | a check that shares nothing with these | `check` |
+
+mod cells;
+mod check;
+mod insert;
+mod locate;
+mod order;
+mod parallel;
+mod signs;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::predicates::{Arithmetic, are_collinear, volume_sign};
+use base::error::{Error, Result};
+use base::memory;
+use base::progress::Progress;
+use cells::{Cells, FACETS, GHOST};
+use insert::{Inserter, Outcome};
+use parallel::{Block, Everywhere, blocks};
+use signs::Signs;
+
+/// At the peak, without the copy of the points; measured.
+const BYTES_A_POINT: f64 = 241.0;
+
+/// The vertex at infinity: it closes the cells outside of the convex hull, one for each facet of the hull.
+pub const INFINITE: u32 = u32::MAX;
+
+/// Points that may be inserted between two looks at whether to go on.
+const TICK: usize = 256;
+/// Points a thread should have to insert for threads to be worth their start, and present before they can.
+const PARALLEL: usize = 2048;
+/// Times that points are handed to the threads before one thread takes what is left. Points of a surface, whose cells
+/// span the space beside it, need most of them.
+const PASSES: usize = 8;
+
+/// A tetrahedron, or one with the vertex at infinity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cell {
+    /// Positively oriented: det(b - a, c - a, d - a) > 0; if there is one at infinity, it is the last, and the others
+    /// turn counter-clockwise seen from outside of the hull.
+    pub vertices: [u32; 4],
+    /// The cell opposite to each vertex.
+    pub neighbours: [u32; 4],
+}
+
+/// The Delaunay tetrahedralization of a set of points: no point is inside of the sphere around any cell. It fills their
+/// convex hull, and every point is a vertex but for exact copies.
+///
+/// Where more than four points lie on a sphere, a symbolic perturbation by coordinates chooses: the cells are the same,
+/// but for their numbers, for any order of the points and any number of threads.
+///
+/// Source: \[Bow81, Wat81\] for the insertion, \[ACR03\] for its order, \[DT11\] for the perturbation, \[MPR19\] for regions
+/// of threads.
+#[derive(Clone, Debug)]
+pub struct Delaunay3 {
+    cells: Vec<Cell>,
+    finite: usize,
+    duplicates: Vec<[u32; 2]>,
+}
+
+impl Delaunay3 {
+    /// Tetrahedralizes `points` on `threads` threads, 0 for one a core.
+    ///
+    /// Cost: O(n log n) for points that fill a volume or a surface evenly, quadratic at worst (as the number of cells);
+    /// memory 32 bytes a cell, about 6.8 cells a point, and 48 bytes a point.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a coordinate that isn't finite, and for points that all lie in one plane;
+    /// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+    pub fn new(points: &[DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+        let pool = base::threads::pool(threads)?;
+        pool.install(|| {
+            let order = Order::of(points, size_of::<DVec3>() as f64, progress)?;
+            let sorted = order.sorted(points)?;
+            let build = Build::of_all(&sorted, &order, pool.current_num_threads(), progress)?;
+            drop(sorted);
+            build.finish(order.ids, progress)
+        })
+    }
+
+    /// The same without a copy of the points, which takes 24 bytes a point less: they are sorted meanwhile, and again what
+    /// they were when this returns, whatever it returns.
+    ///
+    /// # Errors
+    /// As [`Delaunay3::new`].
+    pub fn in_place(points: &mut [DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+        let pool = base::threads::pool(threads)?;
+        pool.install(|| {
+            let order = Order::of(points, 0.0, progress)?;
+            let spare: Vec<AtomicU64> =
+                bytemuck::try_zeroed_vec(points.len()).map_err(|()| out_of_memory(points.len()))?;
+            order.sort(points, &spare);
+            let build = Build::of_all(points, &order, pool.current_num_threads(), progress);
+            order.restore(points, &spare);
+            drop(spare);
+            build?.finish(order.ids, progress)
+        })
+    }
+
+    /// All cells: those of the convex hull, then those at infinity.
+    pub fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    /// Number of cells that aren't at infinity.
+    pub fn finite_count(&self) -> usize {
+        self.finite
+    }
+
+    /// Points that are no vertices since another has the same coordinates: the point, and the vertex that stands for it,
+    /// the first of all equal ones. In ascending order.
+    pub fn duplicates(&self) -> &[[u32; 2]] {
+        &self.duplicates
+    }
+}
+
+/// The order in which points are inserted, and the arithmetic that their signs need.
+struct Order {
+    /// Index of the point that comes at each place.
+    ids: Vec<u32>,
+    /// Where each round of insertions starts.
+    rounds: Vec<usize>,
+    arithmetic: Arithmetic,
+    /// By which coordinates are multiplied: a power of two, exact both ways.
+    factor: f64,
+    /// Largest extent along an axis, multiplied.
+    extent: f64,
+}
+
+impl Order {
+    /// Refuses points that can't be tetrahedralized, or not with the memory there is, of which the caller will take
+    /// `copied` bytes a point.
+    fn of(points: &[DVec3], copied: f64, progress: &Progress<'_>) -> Result<Self> {
+        if points.len() >= GHOST as usize {
+            return Err(Error::input(format!("{} points are more than {}", points.len(), GHOST - 1)));
+        }
+        if let Some(i) = points.iter().position(|p| !p.is_finite()) {
+            return Err(Error::input(format!("point {i} is {}: coordinates must be finite; leave it out", points[i])));
+        }
+        let bytes = (BYTES_A_POINT + copied) * points.len() as f64;
+        memory::expect(bytes, || format!("tetrahedralizing {} points", points.len()), "use fewer")?;
+        let (arithmetic, factor) = Arithmetic::of(points);
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for block in progress.blocks(points) {
+            block?.iter().for_each(|point| (low, high) = (low.min(*point), high.max(*point)));
+        }
+        let (low, high) = (low * factor, high * factor);
+        let extent = (high - low).max_element();
+        let (mut ids, rounds) = order::insertion_order(points, factor, low, extent, progress)?;
+        bring_simplex_forward(points, factor, &mut ids, arithmetic)?;
+        Ok(Order { ids, rounds, arithmetic, factor, extent })
+    }
+
+    /// The points in this order, multiplied.
+    fn sorted(&self, points: &[DVec3]) -> Result<Vec<DVec3>> {
+        let mut sorted = Vec::new();
+        sorted.try_reserve_exact(points.len()).map_err(|_| out_of_memory(points.len()))?;
+        self.ids.par_iter().map(|&i| points[i as usize] * self.factor).collect_into_vec(&mut sorted);
+        Ok(sorted)
+    }
+
+    /// Brings the points, multiplied, into this order: an axis after the other by way of `spare`. Following the cycles of
+    /// the permutation would take less memory, but wait for it at each step.
+    fn sort(&self, points: &mut [DVec3], spare: &[AtomicU64]) {
+        for axis in 0..3 {
+            let from = |&i: &u32| (points[i as usize][axis] * self.factor).to_bits();
+            self.ids.par_iter().zip(spare).for_each(|(i, to)| to.store(from(i), Relaxed));
+            take(points, axis, spare);
+        }
+    }
+
+    /// Takes back [`Self::sort`].
+    fn restore(&self, points: &mut [DVec3], spare: &[AtomicU64]) {
+        for axis in 0..3 {
+            let back = |(p, &i): (&DVec3, &u32)| spare[i as usize].store((p[axis] / self.factor).to_bits(), Relaxed);
+            points.par_iter().zip(&self.ids).for_each(back);
+            take(points, axis, spare);
+        }
+    }
+}
+
+/// Sets all coordinates of one axis.
+fn take(points: &mut [DVec3], axis: usize, bits: &[AtomicU64]) {
+    points.par_iter_mut().zip(bits).for_each(|(p, bits)| p[axis] = f64::from_bits(bits.load(Relaxed)));
+}
+
+fn out_of_memory(points: usize) -> Error {
+    Error::OutOfMemory(format!(
+        "tetrahedralizing {points} points takes about {:.1} GB; reduce their number",
+        points as f64 * 250.0 / 1e9
+    ))
+}
+
+/// Makes the vertex of a set of equal points the first of them, and lists the others with it.
+fn first_of_equals(ids: &mut [u32], duplicates: &mut [[u32; 2]]) -> Vec<[u32; 2]> {
+    duplicates.sort_unstable_by_key(|d| d[1]);
+    let mut stands_for = Vec::with_capacity(duplicates.len());
+    for group in duplicates.chunk_by(|a, b| a[1] == b[1]) {
+        let vertex = group[0][1] as usize;
+        let mut equal: Vec<u32> = group.iter().map(|d| ids[d[0] as usize]).collect();
+        equal.push(ids[vertex]);
+        equal.sort_unstable();
+        ids[vertex] = equal[0];
+        stands_for.extend(equal[1..].iter().map(|&i| [i, equal[0]]));
+    }
+    stands_for.sort_unstable();
+    stands_for
+}
+
+/// Exchanges points of the order so that its first four are the corners of a tetrahedron.
+fn bring_simplex_forward(points: &[DVec3], factor: f64, ids: &mut [u32], arithmetic: Arithmetic) -> Result<()> {
+    let at = |i: u32| points[i as usize] * factor;
+    let found = |name: &str, found: Option<usize>| {
+        found.ok_or_else(|| {
+            Error::input(format!(
+                "the {} points {name}, and four must be the corners of a tetrahedron: a flat sheet is triangulated in its plane instead",
+                points.len()
+            ))
+        })
+    };
+    if ids.is_empty() {
+        return Err(Error::input("there are no points"));
+    }
+    let other = found("are all equal", (1..ids.len()).find(|&i| at(ids[i]) != at(ids[0])))?;
+    ids.swap(1, other);
+    let (a, b) = (at(ids[0]), at(ids[1]));
+    let third = found("lie on one line", (2..ids.len()).find(|&i| !are_collinear([a, b, at(ids[i])], arithmetic)))?;
+    ids.swap(2, third);
+    let c = at(ids[2]);
+    let fourth = (3..ids.len()).find(|&i| volume_sign([a, b, c, at(ids[i])], arithmetic) != 0);
+    let fourth = found("lie in one plane", fourth)?;
+    ids.swap(3, fourth);
+    Ok(())
+}
+
+/// All cells of a tetrahedralization, the numbers of those not in use, and points that are copies, with their vertices.
+struct Built {
+    cells: Cells,
+    free: Vec<u32>,
+    duplicates: Vec<[u32; 2]>,
+}
+
+impl Built {
+    /// With the vertices' numbers those before sorting.
+    fn finish(mut self, mut ids: Vec<u32>, progress: &Progress<'_>) -> Result<Delaunay3> {
+        let duplicates = first_of_equals(&mut ids, &mut self.duplicates);
+        let (cells, finite) = self.cells.compact(&self.free, &ids, progress)?;
+        Ok(Delaunay3 { cells, finite, duplicates })
+    }
+}
+
+/// A tetrahedralization that grows.
+struct Build<'a, 'p> {
+    signs: &'a Signs<'a>,
+    progress: &'a Progress<'p>,
+    cells: Cells,
+    inserter: Inserter,
+    duplicates: Vec<[u32; 2]>,
+}
+
+impl Build<'_, '_> {
+    /// Of sorted points.
+    fn of_all(sorted: &[DVec3], order: &Order, threads: usize, progress: &Progress<'_>) -> Result<Built> {
+        let signs = Signs::new(sorted, order.extent, order.arithmetic);
+        let mut build = Build::start(&signs, progress)?;
+        build.insert_all(&order.rounds, threads)?;
+        let Build { cells, inserter, duplicates, .. } = build;
+        Ok(Built { cells, free: inserter.free, duplicates })
+    }
+}
+
+impl<'a, 'p> Build<'a, 'p> {
+    /// The tetrahedron of the first four points.
+    fn start(signs: &'a Signs<'a>, progress: &'a Progress<'p>) -> Result<Self> {
+        let cells = Cells::with_room(signs.points.len() * 7 + 4096)?;
+        let mut inserter = Inserter::new(0);
+        assert!(cells.supply(&mut inserter.free, 5), "room for thousands");
+        let numbers: Vec<u32> = (0..5).map(|_| inserter.free.pop().expect("supplied")).collect();
+        let mut first = [0, 1, 2, 3];
+        if signs.orientation(first) < 0 {
+            first.swap(0, 1);
+        }
+        cells.set(numbers[0], first, [0; 4]);
+        for slot in 0..4 {
+            let [a, b, c] = FACETS[slot].map(|k| first[k]);
+            let ghost = numbers[slot + 1];
+            cells.set(ghost, [a, b, c, GHOST], [0; 4]);
+            cells.set_neighbour(ghost << 2 | 3, numbers[0] << 2 | slot as u32);
+            cells.set_neighbour(numbers[0] << 2 | slot as u32, ghost << 2 | 3);
+        }
+        for slot in 0..4 {
+            let ghost = numbers[slot + 1];
+            for side in 0..3 {
+                // Across the edge without vertex v lies the ghost of the facet opposite to v, where the place of this
+                // ghost's own apex is opposite to the shared edge.
+                let v = cells.vertices(ghost)[side];
+                let other = numbers[1 + first.iter().position(|&f| f == v).expect("a corner of the first cell")];
+                let place = cells.vertices(other).iter().position(|&f| f == first[slot]);
+                let place = place.expect("the facets of a tetrahedron share all other corners") as u32;
+                cells.set_neighbour(ghost << 2 | side as u32, other << 2 | place);
+            }
+        }
+        inserter.hint = numbers[0];
+        Ok(Build { signs, progress, cells, inserter, duplicates: Vec::new() })
+    }
+
+    /// Inserts all points but the first four, round by round.
+    fn insert_all(&mut self, rounds: &[usize], threads: usize) -> Result<()> {
+        let count = self.signs.points.len();
+        for (i, &start) in rounds.iter().enumerate() {
+            let end = rounds.get(i + 1).copied().unwrap_or(count);
+            let round = start.max(4) as u32..end.max(4) as u32;
+            if threads == 1 || start.min(round.len()) <= PARALLEL * threads {
+                self.insert_in_turn(round)?;
+                continue;
+            }
+            let mut ids: Vec<u32> = round.collect();
+            let mut axis = 0;
+            for _ in 0..PASSES {
+                if ids.len() <= PARALLEL * threads {
+                    break;
+                }
+                let before = ids.len();
+                ids = self.insert_in_parallel(ids, threads, axis)?;
+                // Cut again like that, as many would be put off again.
+                if ids.len() > before / 5 * 4 {
+                    axis += 1;
+                }
+            }
+            self.insert_in_turn(ids.into_iter())?;
+        }
+        Ok(())
+    }
+
+    fn insert_in_turn(&mut self, ids: impl Iterator<Item = u32>) -> Result<()> {
+        let mut since = 0;
+        for p in ids {
+            self.insert(p)?;
+            since += 1;
+            if since == TICK {
+                self.progress.advance(since as u64)?;
+                since = 0;
+            }
+        }
+        self.progress.advance(since as u64)
+    }
+
+    fn insert(&mut self, p: u32) -> Result<()> {
+        loop {
+            match self.inserter.insert(&self.cells, self.signs, &Everywhere, p) {
+                Outcome::Inserted => return Ok(()),
+                Outcome::Duplicate(twin) => {
+                    self.duplicates.push([p, twin]);
+                    return Ok(());
+                }
+                Outcome::Full => self.cells.grow(4096)?,
+                Outcome::Foreign => unreachable!("all cells are our own"),
+            }
+        }
+    }
+
+    /// Inserts what threads can insert each in a block of its own; returns the rest.
+    fn insert_in_parallel(&mut self, ids: Vec<u32>, threads: usize, axis: usize) -> Result<Vec<u32>> {
+        /// Points inserted one after the other in search of a cell that lies in a thread's block.
+        const TRIES: usize = 64;
+        let blocks = blocks(self.signs.points, &ids, threads, axis);
+        let mut workers: Vec<(Block, Inserter, usize)> = Vec::new();
+        let mut put_off = Vec::new();
+        for block in blocks {
+            let mut tried = 0;
+            let mut begun = ids.len();
+            // All this thread's points up to `begun` are inserted here.
+            for (i, &p) in ids.iter().enumerate() {
+                if !block.holds(self.signs.points[p as usize]) {
+                    continue;
+                }
+                self.insert(p)?;
+                tried += 1;
+                let hint = self
+                    .inserter
+                    .star()
+                    .iter()
+                    .copied()
+                    .find(|&cell| parallel::Region::owns(&block, self.cells.vertices(cell), self.signs.points));
+                if let Some(hint) = hint {
+                    workers.push((block, Inserter::new(hint), i + 1));
+                    begun = ids.len();
+                    break;
+                }
+                if tried == TRIES {
+                    begun = i + 1;
+                    break;
+                }
+            }
+            put_off.extend(ids[begun..].iter().copied().filter(|&p| block.holds(self.signs.points[p as usize])));
+        }
+        // The first points of later workers may have replaced the cell where an earlier one was to begin.
+        workers.retain(|(block, worker, begun)| {
+            let is_there = self.cells.is_used(worker.hint)
+                && parallel::Region::owns(block, self.cells.vertices(worker.hint), self.signs.points);
+            if !is_there {
+                put_off.extend(ids[*begun..].iter().copied().filter(|&p| block.holds(self.signs.points[p as usize])));
+            }
+            is_there
+        });
+        let (cells, signs, progress) = (&self.cells, self.signs, self.progress);
+        let left = Mutex::new(Vec::new());
+        let duplicates = Mutex::new(Vec::new());
+        let ids = &ids;
+        workers.par_iter_mut().with_max_len(1).try_for_each(|(block, inserter, begun)| -> Result<()> {
+            let mut own_left = Vec::new();
+            let mut own_duplicates = Vec::new();
+            let mut since = 0;
+            let mut is_full = false;
+            for &p in &ids[*begun..] {
+                if !block.holds(signs.points[p as usize]) {
+                    continue;
+                }
+                if is_full {
+                    own_left.push(p);
+                    continue;
+                }
+                match inserter.insert(cells, signs, block, p) {
+                    Outcome::Inserted => {}
+                    Outcome::Duplicate(twin) => own_duplicates.push([p, twin]),
+                    Outcome::Foreign => own_left.push(p),
+                    Outcome::Full => {
+                        is_full = true;
+                        own_left.push(p);
+                    }
+                }
+                since += 1;
+                if since == TICK {
+                    progress.advance(since as u64)?;
+                    since = 0;
+                }
+            }
+            left.lock().expect("no panic holds it").append(&mut own_left);
+            duplicates.lock().expect("no panic holds it").append(&mut own_duplicates);
+            Ok(())
+        })?;
+        for (_, worker, _) in workers {
+            self.inserter.free.extend(worker.free);
+            self.inserter.hint = worker.hint;
+        }
+        self.duplicates.append(&mut duplicates.into_inner().expect("no panic holds it"));
+        let mut left = left.into_inner().expect("no panic holds it");
+        left.append(&mut put_off);
+        // The order of insertion follows the curve.
+        left.sort_unstable();
+        Ok(left)
+    }
+}

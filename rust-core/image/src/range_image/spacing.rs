@@ -1,0 +1,169 @@
+//! Sample spacing of an image, and the edge limit that comes from it.
+
+use glam::DVec3;
+
+use super::samples::SampleGrid;
+use super::{Projection, RangeImage, Viewing};
+use base::error::Result;
+use base::progress::Progress;
+
+/// An edge longer than this many times the median spacing is a jump, unless the caller says otherwise. With 3.4 the ten
+/// scans of the Stanford bunny give 690,821 triangles, against 690,534 in the paper's Table 1 \[MI04\].
+pub const JUMP_FACTOR: f64 = 3.4;
+
+/// Longest edge that still belongs to the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EdgeLimit {
+    /// A length: for parallel rays, whose samples are equally dense at any range, and for a length given by the caller.
+    Length(f64),
+    /// A share of the distance between `eye` and the nearer end of the edge: where rays fan out from a point, samples
+    /// are the further apart the further away they are, and one length for all would tear far surfaces or bridge near
+    /// jumps.
+    ShareOfRange {
+        /// Where the rays start.
+        eye: DVec3,
+        /// Edge length by range.
+        share: f64,
+    },
+}
+
+impl EdgeLimit {
+    /// [`JUMP_FACTOR`] times the median distance of neighbouring samples; times the median of distance by range where
+    /// the rays fan out from a point.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: f64, progress: &Progress<'_>) -> Result<Self> {
+        let Some(eye) = eye(image.projection()) else {
+            return Ok(EdgeLimit::Length(JUMP_FACTOR * spacing));
+        };
+        let by_range = |squared: f64, a: usize, b: usize| {
+            let range = grid.positions[a].distance_squared(eye).min(grid.positions[b].distance_squared(eye));
+            if range > 0.0 { squared / range } else { f64::INFINITY }
+        };
+        let mut squared = Vec::new();
+        for block in progress.ranges(grid.len()) {
+            let block = block?;
+            squared.extend(block.filter(|&k| grid.has_right(k)).map(|k| by_range(grid.right_squared[k], k, k + 1)));
+        }
+        for block in progress.ranges(grid.len()) {
+            let down = block?.filter(|&k| grid.down_squared[k] < f64::INFINITY);
+            squared.extend(down.map(|k| by_range(grid.down_squared[k], k, grid.down[k] as usize)));
+        }
+        let share = JUMP_FACTOR * median_root(&squared, &[], progress)?;
+        Ok(EdgeLimit::ShareOfRange { eye, share })
+    }
+
+    /// Whether the edge between points `a` and `b` is short enough.
+    pub fn allows(&self, a: DVec3, b: DVec3) -> bool {
+        let squared = a.distance_squared(b);
+        match *self {
+            EdgeLimit::Length(limit) => squared <= limit * limit,
+            EdgeLimit::ShareOfRange { eye, share } => {
+                squared <= share * share * a.distance_squared(eye).min(b.distance_squared(eye))
+            }
+        }
+    }
+}
+
+/// Where the rays start, if they fan out from a point.
+fn eye(projection: &Projection) -> Option<DVec3> {
+    match *projection {
+        Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => None,
+        Projection::Pinhole { .. } | Projection::Spherical { .. } => Some(DVec3::ZERO),
+        Projection::PointGrid(Viewing::From(origin)) => Some(origin),
+    }
+}
+
+/// Median distance between samples that are neighbours in a row or a column; pairs at the same place don't count. 0
+/// where there is no pair. The mean of both middle distances where their number is even.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn median_spacing(grid: &SampleGrid, progress: &Progress<'_>) -> Result<f64> {
+    median_root(&grid.right_squared, &grid.down_squared, progress)
+}
+
+/// Size of the sample that brackets the median, a power of two; with 512 the bracket of +- 8 % of the ranks misses once
+/// in 10^3 images or so, which costs a full selection.
+const SAMPLE: usize = 512;
+
+/// Median of the square roots of the finite positive values of both slices, 0 without any.
+fn median_root(first: &[f64], second: &[f64], progress: &Progress<'_>) -> Result<f64> {
+    let usable = |v: &&f64| **v > 0.0 && **v < f64::INFINITY;
+    let all = || first.iter().chain(second);
+    let mut count = 0;
+    for slice in [first, second] {
+        for block in progress.blocks(slice) {
+            count += block?.iter().filter(usable).count();
+        }
+    }
+    if count == 0 {
+        return Ok(0.0);
+    }
+    let (lower, upper) = ((count - 1) / 2, count / 2);
+    // Most values can be set aside by comparing them with a bracket found in a small sample.
+    let stride = (first.len() + second.len()) / SAMPLE + 1;
+    let mut sample: Vec<f64> = all().step_by(stride).filter(usable).copied().collect();
+    sample.sort_unstable_by(f64::total_cmp);
+    let (low, high) = if stride == 1 || sample.is_empty() {
+        (0.0, f64::MAX)
+    } else {
+        let n = sample.len();
+        (sample[n * 42 / 100], sample[n * 58 / 100])
+    };
+    let mut below = 0;
+    let mut between = Vec::with_capacity(count / 4);
+    for slice in [first, second] {
+        for block in progress.blocks(slice) {
+            for &v in block? {
+                below += usize::from(v > 0.0 && v < low);
+                if v >= low && v <= high && v > 0.0 {
+                    between.push(v);
+                }
+            }
+        }
+    }
+    if below > lower || below + between.len() <= upper {
+        between.clear();
+        between.extend(all().filter(usable));
+        below = 0;
+    }
+    let (_, &mut low_middle, rest) = between.select_nth_unstable_by(lower - below, f64::total_cmp);
+    let high_middle =
+        if upper == lower { low_middle } else { rest.iter().copied().min_by(f64::total_cmp).unwrap_or(low_middle) };
+    Ok(0.5 * (low_middle.sqrt() + high_middle.sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn plain_median(mut values: Vec<f64>) -> f64 {
+        values.retain(|v| *v > 0.0 && v.is_finite());
+        values.iter_mut().for_each(|v| *v = v.sqrt());
+        values.sort_by(f64::total_cmp);
+        let n = values.len();
+        if n == 0 { 0.0 } else { 0.5 * (values[(n - 1) / 2] + values[n / 2]) }
+    }
+
+    proptest! {
+        #[test]
+        fn median_is_that_of_a_full_sort(
+            first in prop::collection::vec(prop_oneof![Just(f64::INFINITY), Just(0.0), Just(0.25), 0.0..1.0_f64], 0..3000),
+            second in prop::collection::vec(prop_oneof![Just(f64::INFINITY), Just(2.0), 0.0..9.0_f64], 0..3000),
+        ) {
+            let whole = first.iter().chain(&second).copied().collect();
+            prop_assert_eq!(median_root(&first, &second, &Progress::none()).unwrap(), plain_median(whole));
+        }
+    }
+
+    #[test]
+    fn a_bracket_that_misses_is_mended() {
+        // The strided sample sees only the small values, the median is a large one.
+        let values: Vec<f64> = (0..4096).map(|i| if i % 9 == 0 { 1.0 } else { 100.0 + f64::from(i) }).collect();
+        assert_eq!(median_root(&values, &[], &Progress::none()).unwrap(), plain_median(values));
+    }
+}

@@ -1,0 +1,228 @@
+//! Where the merge gets its scans from: each is loaded when its turn comes and dropped afterwards.
+
+use std::hash::Hasher as _;
+
+use bytemuck::NoUninit;
+use glam::{DAffine3, DVec3};
+use rustc_hash::FxHasher;
+
+use crate::range_image::{RangeImage, Samples};
+use crate::triangulate::{self, TriangulateParams};
+use base::error::{Error, Result};
+use base::magnitude;
+use base::progress::Progress;
+use mesh::{AttributeData, TriMesh};
+
+/// One scan to merge: something that can be loaded as an oriented surface, more than once.
+pub trait ScanSource: Sync {
+    /// Name for messages; also what ties are broken by, then by content, so that the order of the scans does not matter.
+    fn name(&self) -> &str;
+
+    /// Reads the scan.
+    ///
+    /// # Errors
+    /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface>;
+
+    /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
+    /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
+        let surface = self.load(triangulation, progress)?;
+        let mut content = Content::of(&surface.world_from_surface);
+        content.add(&surface.positions);
+        content.add(&surface.triangles);
+        content.add(&surface.confidence);
+        content.add_some(surface.colour.as_deref());
+        Ok(content.0.finish())
+    }
+}
+
+/// What [`ScanSource::content`] is made of.
+struct Content(FxHasher);
+
+impl Content {
+    fn of(place: &DAffine3) -> Self {
+        let mut content = Content(FxHasher::default());
+        content.add(&place.to_cols_array());
+        content
+    }
+
+    fn add<T: NoUninit>(&mut self, values: &[T]) {
+        self.0.write_usize(values.len());
+        self.0.write(bytemuck::cast_slice(values));
+    }
+
+    fn add_some<T: NoUninit>(&mut self, values: Option<&[T]>) {
+        self.0.write_u8(values.is_some().into());
+        self.add(values.unwrap_or_default());
+    }
+}
+
+/// An oriented triangle surface placed in the world, with a weight a vertex: a triangulated scan or any mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OrientedSurface {
+    /// Vertices in the surface's own frame.
+    pub positions: Vec<DVec3>,
+    /// Counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Places the surface in the world.
+    pub world_from_surface: DAffine3,
+    /// Trust in each vertex, >= 0.
+    pub confidence: Vec<f32>,
+    /// sRGB with straight alpha, one a vertex.
+    pub colour: Option<Vec<[u8; 4]>>,
+    /// Median distance of neighbouring samples.
+    pub spacing: f64,
+}
+
+/// A range image in memory.
+impl ScanSource for RangeImage {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        named(&self.name, OrientedSurface::from_range_image(self, triangulation, progress))
+    }
+
+    fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
+        let mut content = Content::of(&self.world_from_sensor);
+        // Numbers of the projection in words: these are few, and their kinds differ.
+        content.add(format!("{:?} {} {}", self.projection(), self.rows(), self.cols()).as_bytes());
+        match self.samples() {
+            Samples::Values(values) => content.add(values),
+            Samples::Points(points) => content.add(points),
+        }
+        content.add_some(self.confidence.as_deref());
+        content.add_some(self.colour.as_deref());
+        Ok(content.0.finish())
+    }
+}
+
+/// A mesh in memory, with its name and its place in the world.
+#[derive(Clone, Debug)]
+pub struct PlacedMesh<'a> {
+    /// Name for messages.
+    pub name: String,
+    /// The mesh; its vertex attributes `confidence` and `colour` are used if there.
+    pub mesh: &'a TriMesh,
+    /// Places it in the world.
+    pub world_from_mesh: DAffine3,
+}
+
+impl ScanSource for PlacedMesh<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<OrientedSurface> {
+        named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
+    }
+
+    fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
+        let mut content = Content::of(&self.world_from_mesh);
+        content.add(&self.mesh.positions);
+        content.add(&self.mesh.triangles);
+        for name in ["confidence", "colour"] {
+            match self.mesh.vertex_attribute(name) {
+                Some(AttributeData::F32(values)) => content.add(values),
+                Some(AttributeData::Colour(values)) => content.add(values),
+                _ => content.add::<u8>(&[]),
+            }
+        }
+        Ok(content.0.finish())
+    }
+}
+
+/// Says of which scan an error is.
+fn named<T>(name: &str, outcome: Result<T>) -> Result<T> {
+    match outcome {
+        Err(Error::Input(text)) if !name.is_empty() => Err(Error::Input(format!("{name}: {text}"))),
+        other => other,
+    }
+}
+
+impl OrientedSurface {
+    /// Triangulates a range image.
+    ///
+    /// # Errors
+    /// See [`triangulate::triangulate`].
+    pub fn from_range_image(
+        image: &RangeImage,
+        triangulation: &TriangulateParams,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        let surface = triangulate::triangulate(image, triangulation, progress)?;
+        let colour = image.colour.as_ref().map(|c| surface.pixels.iter().map(|&p| c[p as usize]).collect());
+        Ok(OrientedSurface {
+            positions: surface.positions,
+            triangles: surface.triangles,
+            world_from_surface: image.world_from_sensor,
+            confidence: surface.confidence,
+            colour,
+            spacing: surface.spacing,
+        })
+    }
+
+    /// Takes a mesh as it is: confidence 1 where it has none.
+    ///
+    /// # Errors
+    /// An index out of range, a coordinate that is not finite or larger than [`magnitude::LARGEST`], an attribute of the wrong
+    /// length.
+    pub fn from_mesh(mesh: &TriMesh, world_from_mesh: DAffine3) -> Result<Self> {
+        mesh.validate()?;
+        magnitude::points("vertex", &mesh.positions)?;
+        let m = world_from_mesh;
+        for column in [m.matrix3.x_axis, m.matrix3.y_axis, m.matrix3.z_axis, m.translation] {
+            magnitude::place("each column of the transform that places the mesh", column)?;
+        }
+        let confidence = match mesh.vertex_attribute("confidence") {
+            Some(AttributeData::F32(c)) => c.iter().map(|&c| if c >= 0.0 && c.is_finite() { c } else { 0.0 }).collect(),
+            _ => vec![1.0; mesh.positions.len()],
+        };
+        let colour = match mesh.vertex_attribute("colour") {
+            Some(AttributeData::Colour(c)) => Some(c.clone()),
+            _ => None,
+        };
+        Ok(OrientedSurface {
+            positions: mesh.positions.clone(),
+            triangles: mesh.triangles.clone(),
+            world_from_surface: world_from_mesh,
+            confidence,
+            colour,
+            spacing: mesh.median_edge(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::range_image::Projection;
+
+    /// Two patches of a plane that overlap, the second shifted and trusted less.
+    fn patches(names: [&str; 2]) -> [RangeImage; 2] {
+        [0, 1].map(|i| {
+            let plane = Projection::Orthographic { first: [0.05 + 1.5 * f64::from(i), 0.03], step: [0.1, 0.1] };
+            let heights = (0..900).map(|k| 0.01 * f64::from(i) + 0.02 * f64::from(k % 30)).collect();
+            let mut image = RangeImage::from_values(30, 30, heights, plane).unwrap();
+            image.name = names[i as usize].to_owned();
+            image
+        })
+    }
+
+    #[test]
+    fn numbers_too_large_are_refused_by_name() {
+        let [a, _] = patches(["a", "b"]);
+        let surface = a.load(&TriangulateParams::default(), &Progress::none()).unwrap();
+        let mut mesh = TriMesh::new(surface.positions, surface.triangles);
+        let far = DAffine3::from_scale(DVec3::new(1.0, 1e200, 1.0));
+        let text = |mesh: &TriMesh, place| OrientedSurface::from_mesh(mesh, place).unwrap_err().to_string();
+        assert!(text(&mesh, far).contains("(0, 1e200, 0)"));
+        mesh.positions[7].z = -1e200;
+        assert!(text(&mesh, DAffine3::IDENTITY).starts_with("vertex 7 lies at "));
+    }
+}

@@ -1,0 +1,283 @@
+use glam::DVec4;
+use gltf::Semantic;
+
+use super::*;
+use mesh::Attribute;
+use mesh::shapes::Shape;
+
+fn written(nodes: &[GlbNode<'_>], options: &GlbOptions) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.glb");
+    write_glb(&path, nodes, options, &Progress::none()).unwrap();
+    std::fs::read(path).unwrap()
+}
+
+fn still(name: &'static str, mesh: &'static TriMesh) -> GlbNode<'static> {
+    GlbNode { name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] }
+}
+
+fn leaked(mesh: TriMesh) -> &'static TriMesh {
+    Box::leak(Box::new(mesh))
+}
+
+fn decorated() -> &'static TriMesh {
+    let mut mesh = Shape::Torus { major: 2.0, minor: 0.5 }.mesh(6);
+    let n = mesh.positions.len();
+    mesh.vertex_attributes = vec![
+        Attribute::colour("colour", (0..n).map(|i| [i as u8, 128, 255, 64]).collect()),
+        Attribute::f32("confidence", (0..n).map(|i| i as f32 / 3.0).collect()),
+        Attribute::i32("source_scan", (0..n).map(|i| i as i32 - 5).collect()),
+        Attribute::bool("interpolated", (0..n).map(|i| i % 3 == 0).collect()),
+        Attribute::colour("paint", (0..n).map(|i| [1, 2, 3, i as u8]).collect()),
+    ];
+    mesh.face_attributes = vec![Attribute::bool("hole_fill", vec![true; mesh.triangles.len()])];
+    leaked(mesh)
+}
+
+/// Where node `index` puts points, as an f64 reader sees it; `None` for parents.
+fn place(gltf: &gltf::Gltf, name: &str) -> DAffine3 {
+    fn find(node: gltf::Node<'_>, above: DAffine3, name: &str) -> Option<DAffine3> {
+        let (t, r, s) = node.transform().decomposed();
+        let here = above
+            * DAffine3::from_scale_rotation_translation(
+                Vec3::from(s).as_dvec3(),
+                glam::Quat::from_array(r).as_dquat().normalize(),
+                Vec3::from(t).as_dvec3(),
+            );
+        if node.name() == Some(name) {
+            return Some(here);
+        }
+        node.children().find_map(|child| find(child, here, name))
+    }
+    gltf.default_scene().unwrap().nodes().find_map(|n| find(n, DAffine3::IDENTITY, name)).unwrap()
+}
+
+fn read_positions(gltf: &gltf::Gltf, mesh: usize) -> Vec<[f32; 3]> {
+    let blob = gltf.blob.as_deref().unwrap();
+    let primitive = gltf.meshes().nth(mesh).unwrap().primitives().next().unwrap();
+    primitive.reader(|_| Some(blob)).read_positions().unwrap().collect()
+}
+
+#[test]
+fn a_strict_reader_gets_back_what_was_written() {
+    let mesh = decorated();
+    let bytes = written(&[still("ring \"1\"\n", mesh)], &GlbOptions::default());
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    let blob = gltf.blob.as_deref().unwrap();
+    let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+    assert_eq!(gltf.nodes().next().unwrap().name(), Some("ring \"1\"\n"));
+    let reader = primitive.reader(|_| Some(blob));
+    let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+    assert_eq!(indices, mesh.triangles.as_flattened());
+    let positions: Vec<DVec3> = reader.read_positions().unwrap().map(|p| Vec3::from(p).as_dvec3()).collect();
+    assert!(positions.iter().zip(&mesh.positions).all(|(a, b)| a.distance(*b) < 1e-6));
+    let bounds = primitive.bounding_box();
+    let (lo, hi) = mesh::measure::bounds(&positions).unwrap();
+    assert_eq!((Vec3::from(bounds.min).as_dvec3(), Vec3::from(bounds.max).as_dvec3()), (lo, hi));
+
+    // The normals of a torus are known.
+    for (n, p) in reader.read_normals().unwrap().zip(&mesh.positions) {
+        let centre = p.with_z(0.0).normalize() * 2.0;
+        let n = Vec3::from(n).as_dvec3();
+        assert!((n.length() - 1.0).abs() < 1e-6 && n.dot((*p - centre).normalize()) > 0.97);
+    }
+    let colours = reader.read_colors(0).unwrap();
+    for (i, c) in colours.into_rgba_f32().enumerate() {
+        let linear = |x: u8| {
+            let x = f64::from(x) / 255.0;
+            if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+        };
+        let expected = DVec4::new(linear(i as u8), linear(128), 1.0, 64.0 / 255.0);
+        assert!(glam::Vec4::from(c).as_dvec4().distance(expected) < 1e-4);
+    }
+
+    let floats = |name: &str| -> Vec<f32> {
+        let wanted = Semantic::Extras(name.to_owned());
+        let accessor = primitive.get(&wanted).unwrap_or_else(|| panic!("no {name}"));
+        gltf::accessor::Iter::<f32>::new(accessor, |_| Some(blob)).unwrap().collect()
+    };
+    let n = mesh.positions.len();
+    assert_eq!(floats("CONFIDENCE"), (0..n).map(|i| i as f32 / 3.0).collect::<Vec<_>>());
+    assert_eq!(floats("SOURCE_SCAN"), (0..n).map(|i| i as f32 - 5.0).collect::<Vec<_>>());
+    assert_eq!(floats("INTERPOLATED"), (0..n).map(|i| f32::from(u8::from(i % 3 == 0))).collect::<Vec<_>>());
+    let paint = primitive.get(&Semantic::Extras("PAINT".to_owned())).unwrap();
+    assert!(
+        gltf::accessor::Iter::<[u8; 4]>::new(paint, |_| Some(blob))
+            .unwrap()
+            .enumerate()
+            .all(|(i, c)| c == [1, 2, 3, i as u8])
+    );
+    assert_eq!(primitive.attributes().count(), 7);
+}
+
+#[test]
+fn every_node_has_its_place_even_far_from_the_origin() {
+    let near = leaked(Shape::Sphere { radius: 1.0 }.mesh(3));
+    let mut far = Shape::Cuboid { half: DVec3::ONE }.mesh(2);
+    far.positions.iter_mut().for_each(|p| *p += DVec3::new(5e6, -4.5e6, 120.0));
+    let far = leaked(far);
+    let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.7), DVec3::new(1.0, 2.0, 3.0));
+    let nodes = [still("near", near), GlbNode { name: "far", mesh: far, world_from_mesh: turn, coarser: &[] }];
+    for (options, world) in [
+        (GlbOptions::default(), DAffine3::IDENTITY),
+        (
+            GlbOptions { up: Up::Z, metres_per_unit: 0.001 },
+            DAffine3::from_scale(DVec3::splat(0.001))
+                * DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)),
+        ),
+    ] {
+        let gltf = gltf::Gltf::from_slice(&written(&nodes, &options)).unwrap();
+        for (k, node) in nodes.iter().enumerate() {
+            let pose = place(&gltf, node.name);
+            let positions = read_positions(&gltf, k);
+            assert_eq!(positions.len(), node.mesh.positions.len());
+            // The shape, free of the single precision of the readers' translations.
+            let first = Vec3::from(positions[0]).as_dvec3();
+            let scale = world.matrix3.x_axis.length();
+            for (p, &exact) in positions.iter().zip(&node.mesh.positions) {
+                let p = Vec3::from(*p).as_dvec3();
+                let edge = pose.transform_vector3(p - first);
+                let expected = world.transform_vector3(turn_of(node).transform_vector3(exact - node.mesh.positions[0]));
+                assert!(edge.distance(expected) < 2e-6 * scale, "{edge} {expected}");
+                let expected = world.transform_point3(turn_of(node).transform_point3(exact));
+                assert!(pose.transform_point3(p).distance(expected) < if k == 0 { 2e-6 } else { 1.0 } * scale);
+            }
+        }
+    }
+    fn turn_of(node: &GlbNode<'_>) -> DAffine3 {
+        node.world_from_mesh
+    }
+}
+
+#[test]
+fn points_and_nothing_are_written_too() {
+    let cloud = leaked(TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![]));
+    let empty = leaked(TriMesh::default());
+    let flat = leaked(TriMesh::new(vec![DVec3::ZERO; 3], vec![[0, 1, 2]]));
+    let gltf = gltf::Gltf::from_slice(&written(
+        &[still("points", cloud), still("empty", empty), still("flat", flat)],
+        &GlbOptions::default(),
+    ))
+    .unwrap();
+    assert_eq!((gltf.nodes().count(), gltf.meshes().count()), (3, 2));
+    let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+    assert_eq!(primitive.mode(), gltf::mesh::Mode::Points);
+    assert!(primitive.indices().is_none() && primitive.get(&Semantic::Normals).is_none());
+    let normals: Vec<[f32; 3]> = {
+        let blob = gltf.blob.as_deref().unwrap();
+        let primitive = gltf.meshes().nth(1).unwrap().primitives().next().unwrap();
+        primitive.reader(|_| Some(blob)).read_normals().unwrap().collect()
+    };
+    assert_eq!(normals, [[0.0, 0.0, 1.0]; 3]);
+
+    let nothing = gltf::Gltf::from_slice(&written(&[], &GlbOptions::default())).unwrap();
+    assert_eq!(nothing.nodes().count(), 0);
+}
+
+#[test]
+fn what_can_not_be_written_is_named_and_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.glb");
+    let sphere = Shape::Sphere { radius: 1.0 }.mesh(1);
+    let n = sphere.positions.len();
+    let with = |attributes: Vec<Attribute>| {
+        let mesh = TriMesh { vertex_attributes: attributes, ..sphere.clone() };
+        let node = GlbNode { name: "it", mesh: &mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
+        write_glb(&path, &[node], &GlbOptions::default(), &Progress::none()).unwrap_err().to_string()
+    };
+    assert!(with(vec![Attribute::f32("error", vec![f32::NAN; n])]).contains("attribute error of vertex 0 is NaN"));
+    assert!(with(vec![Attribute::i32("id", vec![i32::MAX; n])]).contains("attribute id of vertex 0 is 2147483647"));
+    assert!(with(vec![Attribute::bool("short", vec![])]).contains("attribute short has 0 entries"));
+    let twice = ["a", "A"].map(|name| Attribute::bool(name, vec![true; n]));
+    assert!(with(twice.to_vec()).contains("_A"));
+
+    let mesh = TriMesh { positions: vec![DVec3::ZERO, DVec3::X * 1e200, DVec3::Y], ..TriMesh::default() };
+    let node = |mesh, world_from_mesh| GlbNode { name: "it", mesh, world_from_mesh, coarser: &[] };
+    let fails = |node: GlbNode<'_>, options: GlbOptions, words: &str| {
+        let text = write_glb(&path, &[node], &options, &Progress::none()).unwrap_err().to_string();
+        assert!(text.contains(words), "{text}");
+    };
+    fails(node(&mesh, DAffine3::IDENTITY), GlbOptions::default(), "too large");
+    fails(node(&sphere, DAffine3::from_scale(DVec3::splat(2.0))), GlbOptions::default(), "rotation");
+    let flat = GlbOptions { metres_per_unit: 0.0, ..GlbOptions::default() };
+    fails(node(&sphere, DAffine3::IDENTITY), flat, "metres_per_unit");
+    for checks in 0..3 {
+        let cancelled = Progress::cancel_after(checks);
+        let outcome = write_glb(&path, &[node(&sphere, DAffine3::IDENTITY)], &GlbOptions::default(), &cancelled);
+        assert!(matches!(outcome, Err(Error::Cancelled)));
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Meshes of fewer and fewer triangles.
+fn levels() -> [&'static TriMesh; 3] {
+    [12, 6, 3].map(|around| {
+        let mut mesh = Shape::Torus { major: 2.0, minor: 0.5 }.mesh(around);
+        mesh.positions.iter_mut().for_each(|p| *p += DVec3::new(4e6, 0.0, 0.0));
+        leaked(mesh)
+    })
+}
+
+#[test]
+fn levels_of_detail_stand_behind_their_node() {
+    let [finest, coarser @ ..] = levels();
+    let chain = GlbNode { coarser: &coarser, ..still("ring", finest) };
+    let bytes = written(&[still("before", decorated()), chain], &GlbOptions { up: Up::Z, metres_per_unit: 0.001 });
+    let json: serde_json::Value =
+        serde_json::from_slice(&bytes[20..20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize])
+            .unwrap();
+    assert_eq!(json["extensionsUsed"], serde_json::json!(["MSFT_lod"]));
+    assert_eq!(json["nodes"][1]["extensions"]["MSFT_lod"]["ids"], serde_json::json!([2, 3]));
+    let shares = json["nodes"][1]["extras"]["MSFT_screencoverage"].as_array().unwrap();
+    assert_eq!(shares.len(), 3);
+    let expected = 0.5 * coarser[0].triangles.len() as f64 / finest.triangles.len() as f64;
+    assert!(shares[0] == expected && shares[1].as_f64() < Some(expected) && shares[2] == 0.0, "{shares:?}");
+    // What knows nothing of levels sees the finest only.
+    assert_eq!(json["nodes"][4]["children"], serde_json::json!([0, 1]));
+    assert_eq!(json["scenes"][0]["nodes"], serde_json::json!([4]));
+    assert_eq!(json["nodes"][2]["name"], "ring LOD1");
+    let places = [1, 2, 3].map(|node| json["nodes"][node]["translation"].clone());
+    assert!(places.iter().all(|place| *place == places[0] && place.is_array()), "{places:?}");
+    let gltf = gltf::Gltf::from_slice(&bytes).unwrap();
+    assert_eq!(read_positions(&gltf, 3).len(), coarser[1].positions.len());
+
+    let folder = tempfile::tempdir().unwrap();
+    let wrong = GlbNode { coarser: &[finest], ..still("ring", coarser[0]) };
+    let outcome = write_glb(&folder.path().join("x.glb"), &[wrong], &GlbOptions::default(), &Progress::none());
+    assert!(outcome.unwrap_err().to_string().starts_with("ring: level 1 has"));
+}
+
+#[test]
+fn the_khronos_validator_finds_nothing_wrong() {
+    let Some(validator) = std::env::var_os("SURFRECON_GLTF_VALIDATOR") else {
+        println!("SKIPPED: SURFRECON_GLTF_VALIDATOR does not name the folder of the Khronos validator");
+        return;
+    };
+    let mut far = Shape::Cuboid { half: DVec3::ONE }.mesh(2);
+    far.positions.iter_mut().for_each(|p| *p += DVec3::new(5e6, -4.5e6, 120.0));
+    let [finest, coarser @ ..] = levels();
+    let nodes = [
+        still("ring \"1\" \\ ä", decorated()),
+        still("far", leaked(far)),
+        still("points", leaked(TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![]))),
+        still("empty", leaked(TriMesh::default())),
+        still("sculpture", leaked(scan::sculpture::sculpture(6.0, 0, &Progress::none()).unwrap())),
+        GlbNode { coarser: &coarser, ..still("chain", finest) },
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001 };
+    let mut files = Vec::new();
+    for (file, nodes, options) in
+        [("plain.glb", &nodes[..], GlbOptions::default()), ("turned.glb", &nodes[..], up), ("none.glb", &[], up)]
+    {
+        files.push(folder.path().join(file));
+        write_glb(&files[files.len() - 1], nodes, &options, &Progress::none()).unwrap();
+    }
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tools/validate_gltf.js");
+    let told = std::process::Command::new("node").arg(script).arg(validator).args(&files).output().unwrap();
+    let printed = String::from_utf8_lossy(&told.stdout);
+    assert!(told.status.success(), "{printed}{}", String::from_utf8_lossy(&told.stderr));
+    // Coarser levels are in no scene and the extension is none of Khronos': it says so, and nothing else.
+    let expected = ["UNUSED_OBJECT", "UNSUPPORTED_EXTENSION", "NODE_EMPTY"];
+    assert!(printed.lines().all(|line| expected.iter().any(|code| line.contains(code))), "{printed}");
+}

@@ -1,0 +1,137 @@
+//! Wavefront OBJ: polygons in text, read by everything.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::atomic::write_atomically;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use mesh::{AttributeData, TriMesh};
+
+/// Elements that are written between two looks at the progress.
+const CHUNK: usize = 1 << 14;
+
+/// What [`write_obj_polygons`] writes: any of the lists of faces may be empty.
+#[derive(Clone, Copy, Debug)]
+pub struct Polygons<'a> {
+    /// Coordinates of the vertices.
+    pub positions: &'a [DVec3],
+    /// Colours of the vertices, sRGB.
+    pub colour: Option<&'a [[u8; 4]]>,
+    /// Faces of four vertices, counter-clockwise seen from outside.
+    pub quads: &'a [[u32; 4]],
+    /// Faces of three.
+    pub triangles: &'a [[u32; 3]],
+}
+
+/// Writes a mesh; of its attributes `colour`, as three more numbers a vertex, which most programs read.
+///
+/// # Errors
+/// As [`write_obj_polygons`].
+pub fn write_obj(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result<()> {
+    mesh.validate()?;
+    let colour = match mesh.vertex_attribute("colour") {
+        Some(AttributeData::Colour(colours)) => Some(colours.as_slice()),
+        _ => None,
+    };
+    let polygons = Polygons { positions: &mesh.positions, colour, quads: &[], triangles: &mesh.triangles };
+    write_obj_polygons(path, &polygons, progress)
+}
+
+/// Writes polygons: vertices with the fewest digits that read back as the same number, then quads, then triangles.
+/// Without any, the file is an object without a vertex, which reads back as an empty mesh.
+///
+/// # Errors
+/// A coordinate that isn't finite, an index out of range, colours of another number than vertices; [`Error::Io`];
+/// [`Error::Cancelled`]. Then no file is left, and one that was there is untouched.
+pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progress<'_>) -> Result<()> {
+    let count = polygons.positions.len();
+    if let Some(v) = polygons.positions.iter().position(|p| !p.is_finite()) {
+        return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {}", polygons.positions[v])));
+    }
+    if let Some(colours) = polygons.colour.filter(|colours| colours.len() != count) {
+        return Err(Error::input(format!("{count} vertices need {count} colours, got {}", colours.len())));
+    }
+    let corners = polygons.quads.as_flattened().iter().chain(polygons.triangles.as_flattened());
+    if let Some(v) = corners.copied().find(|&v| v as usize >= count) {
+        return Err(Error::input(format!("a face names vertex {v}, but there are only {count} vertices")));
+    }
+    progress.plan(&[("writing", 1.0)]);
+    progress.stage(0, (count + polygons.quads.len() + polygons.triangles.len()) as u64);
+    write_atomically(path, progress, |file| {
+        let mut out = BufWriter::with_capacity(1 << 18, file);
+        let io = |e| Error::io(path, e);
+        if polygons.positions.is_empty() {
+            // A file without any statement would look like one that was cut off.
+            out.write_all(b"o empty\n").map_err(io)?;
+        }
+        for (k, positions) in polygons.positions.chunks(CHUNK).enumerate() {
+            for (i, p) in positions.iter().enumerate() {
+                write!(out, "v {} {} {}", p.x, p.y, p.z).map_err(io)?;
+                if let Some(colours) = polygons.colour {
+                    let [r, g, b, _] = colours[k * CHUNK + i].map(|c| f64::from(c) / 255.0);
+                    write!(out, " {r:.4} {g:.4} {b:.4}").map_err(io)?;
+                }
+                out.write_all(b"\n").map_err(io)?;
+            }
+            progress.advance(positions.len() as u64)?;
+        }
+        for quads in polygons.quads.chunks(CHUNK) {
+            for q in quads {
+                let [a, b, c, d] = q.map(|v| u64::from(v) + 1);
+                writeln!(out, "f {a} {b} {c} {d}").map_err(io)?;
+            }
+            progress.advance(quads.len() as u64)?;
+        }
+        for triangles in polygons.triangles.chunks(CHUNK) {
+            for t in triangles {
+                let [a, b, c] = t.map(|v| u64::from(v) + 1);
+                writeln!(out, "f {a} {b} {c}").map_err(io)?;
+            }
+            progress.advance(triangles.len() as u64)?;
+        }
+        out.flush().map_err(io)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::import::{self, Content};
+    use mesh::Attribute;
+
+    #[test]
+    fn written_read_written_is_the_same() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, second] = ["a.obj", "b.obj"].map(|name| folder.path().join(name));
+        let positions =
+            vec![DVec3::new(4e6 + 0.125, -0.0, 1e-300), DVec3::X, DVec3::Y, DVec3::new(0.1, 1.0 / 3.0, 1e300)];
+        let mut mesh = TriMesh::new(positions, vec![[0, 1, 2], [3, 2, 1]]);
+        mesh.vertex_attributes.push(Attribute::colour("colour", (0..4).map(|i| [i * 85, 1, 254, 255]).collect()));
+        write_obj(&first, &mesh, &Progress::none()).unwrap();
+        let Content::Mesh(read) = import::open(&first).unwrap().scans[0].read().unwrap() else { panic!("no mesh") };
+        assert_eq!(read, mesh);
+        write_obj(&second, &read, &Progress::none()).unwrap();
+        assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
+    }
+
+    #[test]
+    fn quads_stay_quads_and_errors_leave_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.obj");
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let polygons =
+            Polygons { positions: &positions, colour: None, quads: &[[0, 1, 2, 3]], triangles: &[[0, 1, 2]] };
+        write_obj_polygons(&path, &polygons, &Progress::none()).unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 4\nf 1 2 3\n");
+        let bad = Polygons { quads: &[[0, 1, 2, 4]], ..polygons };
+        let error = write_obj_polygons(&path, &bad, &Progress::none()).unwrap_err().to_string();
+        assert_eq!(error, "a face names vertex 4, but there are only 4 vertices");
+        let bad = Polygons { positions: &[DVec3::NAN], quads: &[], triangles: &[], colour: None };
+        assert!(write_obj_polygons(&path, &bad, &Progress::none()).is_err());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
+}

@@ -1,0 +1,486 @@
+//! Reading scans: what a file of scans opens as.
+//!
+//! | file | what |
+//! |---|---|
+//! | `registry` | the formats: how each is recognized and read |
+//! | `ply` | range grids, meshes and points |
+//! | `conf` | VRIP's lists of placed scans |
+//! | `overlap` | what the quaternions of such a list mean |
+//! | `points` | scattered points in text: XYZ, PTS, ASC |
+//! | `las` | scattered points of aerial scanners: LAS, LAZ |
+//! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
+//! | `obj`, `stl`, `gltf` | meshes |
+//! | `project` | MeshLab's projects and alignments; folders |
+//! | `grid` | such grids while they are read |
+//! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
+//! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
+//! | `options` | what the files don't say themselves |
+//! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
+//!
+//! A file is recognized by its content; the ending of its name decides only where the content could be anything.
+
+mod camera;
+mod conf;
+mod e57;
+mod file;
+mod gltf;
+mod grid;
+#[cfg(feature = "las")]
+mod las;
+#[cfg(not(feature = "las"))]
+#[path = "las/absent.rs"]
+mod las;
+mod obj;
+mod options;
+mod overlap;
+mod pcd;
+mod ply;
+mod points;
+mod pose;
+mod project;
+mod ptx;
+mod raster;
+mod registry;
+mod stl;
+mod text;
+mod trajectory;
+mod window;
+
+#[cfg(any(test, fuzzing))]
+mod damage;
+#[cfg(test)]
+mod faults;
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::range_image::RangeImage;
+use image::source::{OrientedSurface, ScanSource};
+use image::triangulate::TriangulateParams;
+use mesh::TriMesh;
+use mesh::point_cloud::PointCloud;
+
+pub use camera::Camera;
+pub use options::{PARAMS, PixelMeaning, ReadOptions};
+pub use registry::{Format, formats};
+use registry::{Role, format_of};
+
+/// Scans opened together: from one file, or from a side file that places several.
+#[derive(Clone, Debug, Default)]
+pub struct ScanSet {
+    /// The scans, each loaded on demand.
+    pub scans: Vec<Scan>,
+    /// What a person should know about how the files were understood, for example the quaternion convention used.
+    pub notes: Vec<String>,
+}
+
+/// One scan of a [`ScanSet`]: where it is and where it stands; its samples stay on disk until [`Scan::read`].
+#[derive(Clone, Debug)]
+pub struct Scan {
+    /// Name for people, unique within the set.
+    pub name: String,
+    /// The file that holds the samples.
+    pub path: PathBuf,
+    /// Which scan of the file, counted from 0.
+    pub part: usize,
+    /// Places the scan in the world.
+    pub world_from_sensor: DAffine3,
+    /// What the file doesn't say itself.
+    pub options: Arc<ReadOptions>,
+    /// Where the part begins, for formats whose parts lie one after the other.
+    pub(crate) begin: Begin,
+}
+
+/// A place in a file of text.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Begin {
+    pub(crate) byte: u64,
+    /// Lines before it.
+    pub(crate) line: u64,
+}
+
+/// What a scan turned out to hold.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// A grid of samples, placed in the world.
+    RangeImage(RangeImage),
+    /// A triangle mesh in its own frame.
+    Mesh(TriMesh),
+    /// Points without connectivity.
+    Points(PointCloud),
+}
+
+/// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
+/// points of each scan, no more. What the file doesn't say takes its default ([`ReadOptions`]).
+///
+/// # Errors
+/// The file can't be read, its format isn't known, or a scan it names can't be opened.
+pub fn open(path: &Path) -> Result<ScanSet> {
+    open_many(&[path])
+}
+
+/// Opens several files as one set, in the order given, with the default options.
+///
+/// # Errors
+/// As [`open_with`].
+pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
+    open_with(paths, &ReadOptions::default(), &Progress::none())
+}
+
+/// Opens several files as one set, in the order given. A folder stands for its only list of scans, else for all files
+/// in it that hold or describe scans, by name.
+///
+/// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
+/// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
+/// ending `.xf`, `.tf` or `.pose.txt` beside it. The notes say what was found.
+///
+/// # Errors
+/// As [`open`], for the first file that can't be opened; no path given; two cameras; a trajectory that doesn't fit;
+/// [`Error::Cancelled`].
+pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
+    options.validate()?;
+    let mut listed = Vec::new();
+    for path in paths.iter().map(AsRef::as_ref) {
+        if path.is_dir() {
+            listed.extend(project::files_of(path)?);
+        } else {
+            listed.push(path.to_owned());
+        }
+    }
+    progress.watch(|| open_listed(&listed, options, progress))
+}
+
+fn open_listed(paths: &[PathBuf], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
+    let mut all = ScanSet::default();
+    let mut options = options.clone();
+    let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
+    let mut opens = Vec::new();
+    for path in paths.iter().map(PathBuf::as_path) {
+        progress.check()?;
+        let role = &format_of(path)?.role;
+        match role {
+            Role::Camera(read) => {
+                let camera = read(path)?;
+                if options.camera.is_some_and(|other| other != camera) {
+                    return Err(Error::input(format!("{}: there is another camera already", path.display())));
+                }
+                options.camera = Some(camera);
+            }
+            Role::Trajectory(read) => {
+                if let Some((other, _)) = poses.replace((path, read(path)?)) {
+                    let problem = format!("{} is a trajectory too; give one", other.display());
+                    return Err(Error::input(format!("{}: {problem}", path.display())));
+                }
+            }
+            Role::Scans { .. } | Role::List(_) => opens.push((path, role)),
+        }
+    }
+    if opens.is_empty() {
+        return Err(Error::input(match paths {
+            [] => "no file was given".to_owned(),
+            [first, ..] => format!("{}: describes scans; open it together with them", first.display()),
+        }));
+    }
+    let options = Arc::new(options);
+    for (path, role) in opens {
+        progress.check()?;
+        let mut set = match role {
+            Role::Scans { open, .. } => open(path, &options)?,
+            Role::List(open) => open(path, &options, progress)?,
+            _ => continue,
+        };
+        if let [scan] = set.scans.as_mut_slice()
+            && poses.is_none()
+            && scan.path == path
+        {
+            set.notes.extend(pose::beside(scan)?);
+        }
+        all.scans.append(&mut set.scans);
+        all.notes.append(&mut set.notes);
+    }
+    if let Some((path, poses)) = &poses {
+        all.notes.extend(poses.place(&mut all.scans, path)?);
+    }
+    make_names_unique(&mut all.scans);
+    Ok(all)
+}
+
+/// The one scan of a file that line `line` of the list `list` names.
+fn open_named(
+    list: &Path,
+    line: usize,
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    notes: &mut Vec<String>,
+) -> Result<Scan> {
+    let fail = |problem: String| Err(Error::format(list, format!("line {line}"), problem));
+    // A list within a list could name itself.
+    let Role::Scans { open, .. } = format_of(path)?.role else {
+        return fail(format!("{} is a list of scans, not a scan", file::name(path)));
+    };
+    // Reads its header: what is wrong with a file shows now, not in the middle of a merge.
+    let mut opened = open(path, options)?;
+    notes.append(&mut opened.notes);
+    match opened.scans.pop() {
+        Some(scan) if opened.scans.is_empty() => Ok(scan),
+        _ => fail(format!("{} does not hold exactly one scan", path.display())),
+    }
+}
+
+/// Numbers scans of the same name. The order is that of their paths and places, not of their arrival: a name is the same
+/// whatever order the files are opened in.
+fn make_names_unique(scans: &mut [Scan]) {
+    let mut order: Vec<usize> = (0..scans.len()).collect();
+    let pose = |scan: &Scan| scan.world_from_sensor.to_cols_array().map(f64::to_bits);
+    order.sort_by(|&a, &b| {
+        let (a, b) = (&scans[a], &scans[b]);
+        (&a.name, &a.path, a.part).cmp(&(&b.name, &b.path, b.part)).then_with(|| pose(a).cmp(&pose(b)))
+    });
+    let mut taken: HashSet<String> = scans.iter().map(|scan| scan.name.clone()).collect();
+    let mut same: (String, usize) = (String::new(), 0);
+    for i in order {
+        if same.1 == 0 || scans[i].name != same.0 {
+            same = (scans[i].name.clone(), 1);
+            continue;
+        }
+        while !taken.insert(scans[i].name.clone()) {
+            same.1 += 1;
+            scans[i].name = format!("{} ({})", same.0, same.1);
+        }
+    }
+}
+
+impl Scan {
+    /// The only scan of a file, where the file's own frame is the world; named like the file.
+    pub fn new(path: &Path) -> Self {
+        Scan {
+            name: path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+            path: path.to_owned(),
+            part: 0,
+            world_from_sensor: DAffine3::IDENTITY,
+            options: Arc::default(),
+            begin: Begin::default(),
+        }
+    }
+
+    /// The only scan of a file that is understood as `options` say.
+    fn with(path: &Path, options: &Arc<ReadOptions>) -> Self {
+        Scan { options: options.clone(), ..Scan::new(path) }
+    }
+
+    /// Reads the samples.
+    ///
+    /// # Errors
+    /// The file can't be read or is damaged.
+    pub fn read(&self) -> Result<Content> {
+        self.read_with(&Progress::none())
+    }
+
+    /// As [`Scan::read`]; `progress` counts the bytes of the file.
+    ///
+    /// # Errors
+    /// As [`Scan::read`]; [`Error::Cancelled`].
+    pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
+        let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
+        progress.plan(&[("reading", 1.0)]);
+        let outcome = progress.watch(|| read(self, progress));
+        // A reader may take the end of reading for the end of the file.
+        progress.check().and(outcome)
+    }
+
+    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
+    /// Fewer if there are fewer.
+    ///
+    /// # Errors
+    /// The file can't be read or is damaged.
+    pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
+        match format_of(&self.path)?.role {
+            Role::Scans { preview, .. } => preview(self, count),
+            _ => Err(self.is_no_scan()),
+        }
+    }
+
+    fn is_no_scan(&self) -> Error {
+        Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
+    }
+}
+
+impl ScanSource for Scan {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        match self.read_with(&progress.unseen())? {
+            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, triangulation, progress),
+            Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
+            Content::Points(_) => Err(Error::input(format!(
+                "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",
+                self.path.display()
+            ))),
+        }
+    }
+}
+
+/// What the fuzz targets call.
+#[cfg(fuzzing)]
+pub mod fuzzing {
+    /// Checks what a PLY file in memory reads as.
+    pub fn ply(bytes: &[u8]) {
+        super::ply::examine(bytes);
+    }
+
+    /// Checks what a file in memory reads as, in every format that its first bytes could be of, and as an SRTM tile and a
+    /// binary STL file, which have no mark.
+    pub fn scan(bytes: &[u8]) {
+        use super::*;
+        type Sniff = fn(&[u8]) -> bool;
+        let formats: [(Sniff, file::Parse); 15] = [
+            (ptx::sniff, ptx::parse),
+            (pcd::sniff, pcd::parse),
+            (e57::sniff, e57::parse),
+            (las::sniff, las::parse),
+            (gltf::sniff, gltf::parse),
+            (|_| true, stl::parse),
+            (obj::sniff, obj::parse),
+            (raster::png::sniff, raster::png::parse),
+            (raster::pgm::sniff, raster::pgm::parse),
+            (raster::pfm::sniff, raster::pfm::parse),
+            (raster::exr::sniff, raster::exr::parse),
+            (raster::tiff::sniff, raster::tiff::parse),
+            (raster::npy::sniff, raster::npy::parse),
+            (raster::esri::sniff, raster::esri::parse),
+            (|_| true, raster::hgt::parse),
+        ];
+        // Little, so that what unpacks to much is refused.
+        let options = ReadOptions { max_decoded_gib: 0.125, ..ReadOptions::default() };
+        let scan = Scan { options: Arc::new(options), ..Scan::new(Path::new("fuzz/scan.bin")) };
+        for (sniff, parse) in formats {
+            if sniff(bytes) {
+                damage::sound(&damage::read(parse, bytes, &scan), &scan);
+            }
+        }
+    }
+
+    /// Checks what lists, places or describes scans: read or refused with its name.
+    pub fn side(bytes: &[u8]) {
+        use super::*;
+        let path = Path::new("fuzz/side.txt");
+        let _ = camera::parse(bytes, path);
+        let _ = pose::parse(bytes);
+        let _ = trajectory::parse(text::Lines::new(bytes, bytes.len() as u64, path));
+        let _ = project::parse_mlp(bytes, path);
+        let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
+    }
+
+    /// Checks what a file of points in text reads as.
+    pub fn points(bytes: &[u8]) {
+        super::points::examine(bytes);
+    }
+
+    /// Checks what a `.conf` file in memory reads as; its scans are looked for in `folder`. True if it is accepted.
+    pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
+        super::conf::examine(bytes, folder)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const POINT: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+        property float z\nend_header\n0 0 0\n";
+
+    #[test]
+    fn names_are_unique_and_do_not_depend_on_the_order() {
+        let folder = tempfile::tempdir().unwrap();
+        let files: Vec<PathBuf> = ["b/scan.ply", "a/scan.ply", "a/scan (2).ply", "c/scan.ply", "a/other.ply"]
+            .iter()
+            .map(|name| {
+                let path = folder.path().join(name);
+                std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+                std::fs::write(&path, POINT).unwrap();
+                path
+            })
+            .collect();
+        let names = |files: &[PathBuf]| -> Vec<(PathBuf, String)> {
+            let mut names: Vec<_> =
+                open_many(files).unwrap().scans.into_iter().map(|scan| (scan.path, scan.name)).collect();
+            names.sort();
+            names
+        };
+        let expected = names(&files);
+        let only: Vec<&str> = expected.iter().map(|n| n.1.as_str()).collect();
+        assert_eq!(only, ["other", "scan (2)", "scan", "scan (3)", "scan (4)"]);
+        let mut reversed = files.clone();
+        reversed.reverse();
+        assert_eq!(names(&reversed), expected);
+        // The same file twice is two scans.
+        let twice = [files[0].clone(), files[0].clone()];
+        assert_eq!(names(&twice).iter().map(|n| n.1.as_str()).collect::<Vec<_>>(), ["scan", "scan (2)"]);
+    }
+
+    #[test]
+    fn reading_counts_bytes_and_can_be_cancelled() {
+        let folder = tempfile::tempdir().unwrap();
+        let line = "1.5 2.5 3.5\n".repeat(200_000);
+        let head = "ply\nformat ascii 1.0\nelement vertex 200000\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+        for (name, text) in [("a.ply", format!("{head}{line}")), ("a.xyz", line.clone())] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).unwrap();
+            let scan = Scan::new(&path);
+            let progress = Progress::none();
+            assert!(
+                matches!(scan.read_with(&progress), Ok(Content::Points(cloud)) if cloud.positions.len() == 200_000)
+            );
+            assert!(progress.tick().fraction == 1.0 && progress.tick().stage == "reading");
+            for checks in 0..5 {
+                let outcome = scan.read_with(&Progress::cancel_after(checks));
+                assert!(matches!(outcome, Err(Error::Cancelled)), "{name}, {checks}: {outcome:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_can_not_be_opened_says_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = |name: &str, content: &str| {
+            let path = folder.path().join(name);
+            std::fs::write(&path, content).unwrap();
+            path
+        };
+        let refused = |path: &Path| open(path).unwrap_err().to_string();
+        assert!(refused(folder.path()).ends_with("there is no scan in this folder"));
+        assert!(refused(&folder.path().join("none.ply")).starts_with(&folder.path().display().to_string()));
+        let unknown = refused(&file("x.bin", "MZ"));
+        assert!(
+            unknown.contains("known are PLY (range grid, mesh or points): .ply; VRIP list of placed scans: .conf;")
+        );
+        assert!(refused(&file("empty.ply", "")).contains("starts with a line `ply`"));
+        assert!(refused(&file("cut.ply", "ply\nformat ascii 1.0\n")).contains("the file ends before `end_header`"));
+        assert!(open_many::<&Path>(&[]).is_err());
+        let list = file("s.conf", "bmesh p.ply 0 0 0 0 0 0 1");
+        let error = Scan::new(&list).read().unwrap_err().to_string();
+        assert!(error.ends_with("lists scans and isn't one itself; open it instead"), "{error}");
+        // The content decides, not the name.
+        assert_eq!(open(&file("scan.dat", POINT)).unwrap().scans[0].name, "scan");
+        let stl = folder.path().join("binary.ply");
+        crate::export::write_stl(
+            &stl,
+            &TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y], vec![[0, 1, 2]]),
+            &Progress::none(),
+        )
+        .unwrap();
+        assert!(matches!(open(&stl).unwrap().scans[0].read().unwrap(), Content::Mesh(_)));
+        assert_eq!(refused(Path::new("")), "the name of a file is empty");
+        let control = refused(&file("bell.ptx", "1\n1\n0 0 x\u{7f}\n"));
+        assert!(!control.contains('\u{7f}') && control.contains('\u{fffd}'), "{control}");
+        #[cfg(unix)]
+        assert!(refused(Path::new("/dev/zero")).ends_with("not a regular file"));
+    }
+}

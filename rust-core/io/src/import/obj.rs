@@ -1,0 +1,204 @@
+//! Wavefront OBJ: vertices, with colours where six numbers are given, and faces; polygons are split into fans. Texture
+//! coordinates, normals, materials, lines and free-form surfaces are passed over. Without faces it is a cloud; an object
+//! without a vertex is an empty mesh.
+
+use glam::DVec3;
+
+use super::file::Input;
+use super::text::{Lines, lines_of, whole_lines};
+use super::{Content, Scan};
+use base::error::Result;
+use base::memory;
+use base::progress::Progress;
+use mesh::point_cloud::PointCloud;
+use mesh::{Attribute, TriMesh};
+
+/// Statements that a file may have before its first vertex or face, and all others that mean nothing here.
+const KNOWN: [&[u8]; 12] = [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b"mtllib", b"usemtl", b"l", b"p"];
+
+/// Whether a file that starts like this is one: its statements are known and one of them is a vertex, a name or a
+/// material library.
+pub(super) fn sniff(start: &[u8]) -> bool {
+    let mut telling = false;
+    let mut continued = false;
+    for line in lines_of(&String::from_utf8_lossy(whole_lines(start))) {
+        if std::mem::replace(&mut continued, line.ends_with('\\')) {
+            continue;
+        }
+        let mut words = line.split_ascii_whitespace().map(str::as_bytes);
+        let Some(first) = words.next() else { continue };
+        if first.starts_with(b"#") {
+            continue;
+        }
+        if !KNOWN.contains(&first) {
+            return false;
+        }
+        let second = words.next().unwrap_or_default();
+        telling |= match first {
+            b"mtllib" | b"o" => true,
+            b"v" => second.first().is_some_and(|c| c.is_ascii_digit() || matches!(c, b'-' | b'+' | b'.')),
+            _ => false,
+        };
+    }
+    telling
+}
+
+/// Of the length of the file, which the mesh takes; measured.
+const SHARE_OF_TEXT: f64 = 0.8;
+
+pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+    memory::expect(
+        length as f64 * SHARE_OF_TEXT,
+        || format!("reading {}", scan.path.display()),
+        "use a smaller mesh, or raise the limit",
+    )?;
+    let mut lines = Lines::new(input, length, &scan.path);
+    let mut positions: Vec<DVec3> = Vec::new();
+    let mut colours: Vec<[u8; 4]> = Vec::new();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    // Faces may name vertices that come later: checked at the end.
+    let (mut highest, mut highest_line) = (0, 0);
+    let mut named = false;
+    while lines.next_content()? {
+        // Nothing else is: comments and names may end with the backslash of a path.
+        if matches!(lines.rest()[0], b'v' | b'f') {
+            lines.join()?;
+        }
+        match lines.word() {
+            b"o" => named = true,
+            b"v" => {
+                let point = DVec3::new(lines.f64("x")?, lines.f64("y")?, lines.f64("z")?);
+                if !point.is_finite() {
+                    return Err(lines.fail("a coordinate is not finite"));
+                }
+                if positions.len() >= u32::MAX as usize {
+                    return Err(lines.fail("more than 2^32 - 1 vertices"));
+                }
+                let mut more = [0.0; 3];
+                let mut count = 0;
+                while count < 3
+                    && let Some(value) = lines.try_f64()
+                {
+                    more[count] = value;
+                    count += 1;
+                }
+                if count == 3 {
+                    colours.resize(positions.len(), [0, 0, 0, 255]);
+                    let [r, g, b] = more.map(|c| (c * 255.0).round() as u8);
+                    colours.push([r, g, b, 255]);
+                }
+                positions.push(point);
+            }
+            b"f" => {
+                let mut corners = [0_u32; 3];
+                let mut count = 0;
+                while !lines.is_done() {
+                    let vertex = corner(&mut lines, positions.len())?;
+                    if vertex > highest {
+                        (highest, highest_line) = (vertex, lines.number);
+                    }
+                    match count {
+                        0 => corners[0] = vertex,
+                        1 => corners[2] = vertex,
+                        _ => {
+                            corners = [corners[0], corners[2], vertex];
+                            triangles.push(corners);
+                        }
+                    }
+                    count += 1;
+                }
+                if count < 3 {
+                    return Err(lines.fail("a face needs three vertices or more"));
+                }
+            }
+            _ => {}
+        }
+    }
+    if positions.is_empty() {
+        let empty = Content::Mesh(TriMesh::default());
+        return if named && triangles.is_empty() { Ok(empty) } else { Err(lines.fail("there is no vertex")) };
+    }
+    if highest as usize >= positions.len() && !triangles.is_empty() {
+        let problem = format!("a face names vertex {}, but there are only {}", u64::from(highest) + 1, positions.len());
+        return Err(base::Error::format(&scan.path, format!("line {highest_line}"), problem));
+    }
+    if !colours.is_empty() {
+        colours.resize(positions.len(), [0, 0, 0, 255]);
+    }
+    let colours = (!colours.is_empty()).then_some(colours);
+    if triangles.is_empty() {
+        let cloud = PointCloud {
+            positions,
+            colour: colours,
+            world_from_cloud: scan.world_from_sensor,
+            ..PointCloud::default()
+        };
+        return Ok(Content::Points(cloud));
+    }
+    let mut mesh = TriMesh::new(positions, triangles);
+    mesh.vertex_attributes.extend(colours.map(|c| Attribute::colour("colour", c)));
+    Ok(Content::Mesh(mesh))
+}
+
+/// The vertex of a corner `v`, `v/t`, `v//n` or `v/t/n`, counted from 1, or from the last one where negative.
+fn corner(lines: &mut Lines<'_>, vertices: usize) -> Result<u32> {
+    let word = lines.word();
+    let end = word.iter().position(|&b| b == b'/').unwrap_or(word.len());
+    let index = std::str::from_utf8(&word[..end]).ok().and_then(|digits| digits.parse::<i64>().ok());
+    let vertex = match index {
+        Some(index) if index > 0 => u32::try_from(index - 1).ok(),
+        Some(index) if index < 0 => (vertices as i64).checked_add(index).and_then(|v| u32::try_from(v).ok()),
+        _ => None,
+    };
+    if let Some(vertex) = vertex {
+        return Ok(vertex);
+    }
+    let shown: String = String::from_utf8_lossy(word).chars().take(40).collect();
+    Err(lines.fail(format!("`{shown}` names no vertex; they are counted from 1, or backwards from -1")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::damage;
+    use super::*;
+
+    const TEXT: &str = "# cube corner\nmtllib a.mtl\no part\nv 0 0 0 1 0 0\nv 1 0 0 0 1 0.5\r\nv 1 1 0\nv 0 1 0\n\
+        vt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3/1 4\ns off\nf -4 -3 5\nv 4000000.25 0 1\n";
+
+    fn scan() -> Scan {
+        Scan::new(std::path::Path::new("x.obj"))
+    }
+
+    #[test]
+    fn faces_of_every_form() {
+        let Content::Mesh(mesh) = damage::read(parse, TEXT.as_bytes(), &scan()).unwrap() else { panic!("no mesh") };
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 4]]);
+        assert_eq!(mesh.positions[4], DVec3::new(4_000_000.25, 0.0, 1.0));
+        let expected = vec![[255, 0, 0, 255], [0, 255, 128, 255], [0, 0, 0, 255], [0, 0, 0, 255], [0, 0, 0, 255]];
+        assert_eq!(mesh.vertex_attributes, [Attribute::colour("colour", expected)]);
+        let cloud = damage::read(parse, b"v 1 2 3\nv 4 5 6", &scan()).unwrap();
+        assert!(matches!(cloud, Content::Points(cloud) if cloud.positions.len() == 2));
+        damage::endure(parse, TEXT.as_bytes(), &scan());
+        assert!(sniff(TEXT.as_bytes()) && sniff(b"v 1 2 3\nf 1 2") && !sniff(b"1 2 3\n") && !sniff(b"hello v\n"));
+        assert!(!sniff(b"v\nw\n") && !sniff(b""));
+    }
+
+    #[test]
+    fn what_is_wrong_has_its_line() {
+        for (text, problem) in [
+            ("v 1 2\n", "line 1: the line ends; expected z"),
+            ("v 1 2 x\n", "line 1: expected z, found `x`"),
+            ("v 0 0 0\nf 1 1\n", "line 2: a face needs three vertices"),
+            ("v 0 0 0\nf 1 1 2\n", "line 2: a face names vertex 2, but there are only 1"),
+            ("v 0 0 0\nf 1 1 0\n", "line 2: `0` names no vertex"),
+            ("v 0 0 0\nf 1 1 -2\n", "line 2: `-2` names no vertex"),
+            ("v 0 0 0\nf 1 1 99999999999999999999\n", "names no vertex"),
+            ("v 0 0 0\nf 1 1 4294967296\n", "line 2: a face names vertex 4294967296"),
+            ("v 0 0 inf\n", "line 1: a coordinate is not finite"),
+            ("# nothing\n", "line 1: there is no vertex"),
+        ] {
+            let error = damage::read(parse, text.as_bytes(), &scan()).unwrap_err().to_string();
+            assert!(error.contains(problem), "{error}");
+        }
+    }
+}

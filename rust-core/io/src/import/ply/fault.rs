@@ -1,0 +1,20 @@
+//! What can be wrong with one value; its words are in `words`.
+
+use super::header::ScalarType;
+
+/// What can go wrong reading one value; small, since it comes out of the innermost loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// The file ends.
+    End,
+    /// The line ends at this byte though the element doesn't.
+    LineEnd(usize),
+    /// At this byte there is no number.
+    NoNumber(usize),
+    /// At this byte there is no whole number.
+    NoWhole(usize),
+    /// The line goes on at this byte after the element.
+    LineGoesOn(usize),
+    /// The value doesn't fit its type.
+    Range(i64, ScalarType),
+}

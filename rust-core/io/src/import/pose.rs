@@ -1,0 +1,159 @@
+//! Poses as matrices: of any file that holds one, and in a file of its own beside a scan.
+//!
+//! `.xf`, `.tf` and `.pose.txt` hold the 16 numbers of the matrix that places the scan, row by row. A matrix whose last
+//! column, not row, is 0 0 0 1 is one written column by column.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::{Scan, file};
+use base::error::{Error, Result};
+
+/// Longest file of a pose.
+const LONGEST: u64 = 1 << 14;
+
+/// How far the axes of a pose may be from orthonormal: poses come out of other programs' single precision and few
+/// printed digits, scans of another scale don't.
+const TOLERANCE: f64 = 0.02;
+
+/// Places a scan if there is a file of its pose beside it; a note that says so.
+pub(super) fn beside(scan: &mut Scan) -> Result<Option<String>> {
+    let Some(path) = candidates(&scan.path).into_iter().find(|path| path.is_file()) else { return Ok(None) };
+    let (file, length) = file::open(&path)?;
+    if length > LONGEST {
+        return Err(Error::format(&path, "whole file", format!("{length} bytes are more than a pose, a 4 x 4 matrix")));
+    }
+    let mut bytes = Vec::new();
+    file.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&path, e))?;
+    scan.world_from_sensor = parse(&bytes).map_err(|problem| Error::format(&path, "whole file", problem))?;
+    Ok(Some(format!("{}: placed by {}", file::name(&scan.path), file::name(&path))))
+}
+
+/// The files that could hold the pose of a scan.
+fn candidates(path: &Path) -> Vec<PathBuf> {
+    let Some(stem) = path.file_stem() else { return Vec::new() };
+    let stem = stem.to_string_lossy();
+    // The frames of 7-Scenes: frame-000000.depth.png, frame-000000.pose.txt.
+    let bare = stem.strip_suffix(".depth").unwrap_or(&stem);
+    let named = |ending: &str| path.with_file_name(format!("{bare}{ending}"));
+    vec![path.with_file_name(format!("{stem}.xf")), named(".xf"), named(".tf"), named(".pose.txt")]
+}
+
+/// The pose that a text of 16 numbers holds.
+pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
+    let text = std::str::from_utf8(bytes).map_err(|_| "this is not text (UTF-8)".to_owned())?;
+    let mut rows = [0.0; 16];
+    let mut words = text.split_ascii_whitespace();
+    for (i, value) in rows.iter_mut().enumerate() {
+        let word = words.next().ok_or_else(|| format!("a pose is a 4 x 4 matrix, found {i} numbers"))?;
+        let shown: String = word.chars().take(40).collect();
+        *value = word.parse().map_err(|_| format!("expected number {} of 16, found `{shown}`", i + 1))?;
+    }
+    if words.next().is_some() {
+        return Err("a pose is a 4 x 4 matrix, found more than 16 numbers".to_owned());
+    }
+    from_rows(&rows)
+}
+
+/// The rigid transform nearest to a 4 x 4 matrix, given row by row or column by column.
+pub(super) fn from_rows(rows: &[f64; 16]) -> Result<DAffine3, String> {
+    let matrix = affine(rows)?;
+    rigid(matrix.matrix3, matrix.translation)
+}
+
+/// The affine transform of a 4 x 4 matrix, given row by row or column by column.
+pub(super) fn affine(rows: &[f64; 16]) -> Result<DAffine3, String> {
+    if let Some(bad) = rows.iter().find(|x| !x.is_finite()) {
+        return Err(format!("{bad} is not a finite number"));
+    }
+    let m = |row: usize, col: usize| rows[4 * row + col];
+    let last_row = [m(3, 0), m(3, 1), m(3, 2)] == [0.0; 3];
+    let at = |row: usize, col: usize| if last_row { m(row, col) } else { m(col, row) };
+    if (0..3).any(|i| at(3, i) != 0.0) || m(3, 3) != 1.0 {
+        return Err("neither the last row nor the last column of the matrix is 0 0 0 1".to_owned());
+    }
+    let axis = |col| DVec3::new(at(0, col), at(1, col), at(2, col));
+    Ok(DAffine3 { matrix3: DMat3::from_cols(axis(0), axis(1), axis(2)), translation: axis(3) })
+}
+
+/// The rigid transform nearest to three axes and a translation. Axes orthonormal to the last digits stay as they are.
+pub(super) fn rigid(axes: DMat3, translation: DVec3) -> Result<DAffine3, String> {
+    let off = |axes: DMat3| (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().map(f64::abs);
+    let far = off(axes).into_iter().fold(0.0, f64::max);
+    if !(far <= TOLERANCE) {
+        let [a, b, c] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
+        return Err(format!(
+            "the matrix is not a rigid transform: its axes have the lengths {a:.4}, {b:.4}, {c:.4}; apply scale and shear \
+             to the points instead"
+        ));
+    }
+    if axes.determinant() < 0.0 {
+        return Err("the matrix mirrors; a scan can only be turned and moved".to_owned());
+    }
+    let mut rotation = axes;
+    if far > 1e-13 {
+        // Newton's iteration for the polar decomposition: quadratic from so close.
+        for _ in 0..8 {
+            rotation = (rotation + rotation.inverse().transpose()) * 0.5;
+        }
+    }
+    Ok(DAffine3 { matrix3: rotation, translation })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+
+    #[test]
+    fn rows_columns_and_few_digits() {
+        let text = "0 -1 0 5\n1 0 0 6\n0 0 1 7\n0 0 0 1\n";
+        let pose = parse(text.as_bytes()).unwrap();
+        assert_eq!(pose.transform_point3(DVec3::X), DVec3::new(5.0, 7.0, 7.0));
+        assert_eq!(parse(b"0 1 0 0  -1 0 0 0  0 0 1 0  5 6 7 1").unwrap(), pose);
+        let turn = DMat3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.3, -1.2, 2.0));
+        let printed = turn.transpose().to_cols_array().map(|x| (x * 1e4).round() / 1e4);
+        let m = printed;
+        let rows = [m[0], m[1], m[2], 1e6, m[3], m[4], m[5], 2e6, m[6], m[7], m[8], 3e6, 0.0, 0.0, 0.0, 1.0];
+        let near = from_rows(&rows).unwrap();
+        let rest = near.matrix3.transpose() * near.matrix3 - DMat3::IDENTITY;
+        assert!(rest.to_cols_array().iter().all(|x| x.abs() < 1e-15), "{rest}");
+        assert!((near.matrix3 - turn).to_cols_array().iter().all(|x| x.abs() < 1e-4));
+        assert_eq!(near.translation, DVec3::new(1e6, 2e6, 3e6));
+        assert_eq!(rigid(turn, DVec3::ZERO).unwrap().matrix3, turn);
+    }
+
+    #[test]
+    fn what_is_no_pose() {
+        for (text, problem) in [
+            ("1 0 0", "found 3 numbers"),
+            ("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 1", "more than 16"),
+            ("1 0 0 0 0 x 0 0 0 0 1 0 0 0 0 1", "expected number 6 of 16, found `x`"),
+            ("2 0 0 0 0 2 0 0 0 0 2 0 0 0 0 1", "lengths 2.0000, 2.0000, 2.0000"),
+            ("1 0 0 0 0 1 0 0 0 0 -1 0 0 0 0 1", "mirrors"),
+            ("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 nan", "not a finite number"),
+            ("1 0 0 1 0 1 0 0 0 0 1 0 1 0 0 1", "neither the last row"),
+        ] {
+            let error = parse(text.as_bytes()).unwrap_err();
+            assert!(error.contains(problem), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_pose_beside_its_scan() {
+        let folder = tempfile::tempdir().unwrap();
+        let scan = folder.path().join("frame-1.depth.png");
+        let point = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+            end_header\n0 0 0\n";
+        std::fs::write(&scan, point).unwrap();
+        std::fs::write(folder.path().join("frame-1.pose.txt"), "1 0 0 1 0 1 0 2 0 0 1 3 0 0 0 1").unwrap();
+        let set = crate::import::open(&scan).unwrap();
+        assert_eq!(set.scans[0].world_from_sensor.translation, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(set.notes, ["frame-1.depth.png: placed by frame-1.pose.txt"]);
+        std::fs::write(folder.path().join("frame-1.depth.xf"), "1 0").unwrap();
+        let error = crate::import::open(&scan).unwrap_err().to_string();
+        assert!(error.ends_with("frame-1.depth.xf: whole file: a pose is a 4 x 4 matrix, found 2 numbers"), "{error}");
+    }
+}

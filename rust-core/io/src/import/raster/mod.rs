@@ -1,0 +1,187 @@
+//! Images of numbers: height maps seen from above, depth images seen by a camera.
+//!
+//! | file | what |
+//! |---|---|
+//! | `hgt` | SRTM tiles: big-endian metres, -32768 for voids |
+//! | `png` | 8 and 16 bit grey, terrain RGB |
+//! | `pgm`, `pfm` | portable grey and float maps |
+//! | `tiff` | whole numbers and floats, any layout the decoder knows; GeoTIFF's place and no-data value |
+//! | `exr` | the depth channel, Blender's Z pass |
+//! | `esri` | ESRI ASCII grids |
+//! | `npy` | NumPy arrays of two dimensions; of points |
+//!
+//! *Depth images.* With a camera a pixel is a depth. A stored 0, and 65535 of 16 bit, mean that nothing was measured;
+//! whole numbers are millimetres unless a scale is given.
+//!
+//! *Height maps.* Without a camera a pixel is a height, rows run from north to south; the lower left pixel lies at the
+//! origin of the sensor's frame, and the place on earth, if the file has one, is in the pose, in double precision.
+//! Degrees become metres along the parallel and the meridian in the middle of the map (WGS 84).
+//!
+//! Cost: one pass; the result (8 bytes a pixel) and one row or chunk beside it.
+
+pub(super) mod esri;
+pub(super) mod exr;
+pub(super) mod hgt;
+pub(super) mod npy;
+pub(super) mod pfm;
+pub(super) mod pgm;
+pub(super) mod png;
+pub(super) mod tiff;
+
+use glam::{DAffine3, DVec3};
+
+use super::{Content, ReadOptions, Scan};
+use base::error::{Error, Result};
+use image::range_image::{Projection, RangeImage};
+
+/// An image of numbers as its file has them, row by row from the top; NaN where the file has none.
+struct Raster {
+    rows: usize,
+    cols: usize,
+    values: Vec<f64>,
+    numbers: Numbers,
+    place: Option<Place>,
+}
+
+/// What kind of numbers a file holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Numbers {
+    /// Whole, up to this one, which from 65535 on is no depth.
+    Whole(u32),
+    /// Floats.
+    Real,
+    /// Heights in metres, whatever stored them.
+    Metres,
+}
+
+/// Where a height map lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
+    /// x and y of the centre of the upper left pixel.
+    first: [f64; 2],
+    /// x from column to column, y from row to row, as the file has them: y is negative for maps with north up.
+    step: [f64; 2],
+    /// Whether they are degrees.
+    degrees: bool,
+}
+
+impl Raster {
+    /// The image as the scan's options understand it.
+    fn into_content(mut self, scan: &Scan) -> Result<Content> {
+        let options: &ReadOptions = &scan.options;
+        let fail = |problem: String| Err(Error::format(&scan.path, "whole image", problem));
+        let whole = matches!(self.numbers, Numbers::Whole(_));
+        let scale = options.scale.unwrap_or(if whole && options.camera.is_some() { 0.001 } else { 1.0 });
+        let invalid = options.invalid.unwrap_or(f64::NAN);
+        let saturated = match (self.numbers, options.camera) {
+            (Numbers::Whole(most), Some(_)) if most >= 65535 => f64::from(most),
+            _ => f64::NAN,
+        };
+        let offset = options.offset;
+        let as_stored = scale == 1.0 && offset == 0.0 && invalid.is_nan() && saturated.is_nan();
+        if !as_stored {
+            for value in &mut self.values {
+                let is_mark = (*value == invalid) | (*value == saturated);
+                *value = if is_mark { f64::NAN } else { *value * scale + offset };
+            }
+        }
+        let (rows, cols) = (self.rows, self.cols);
+        let mut translation = DVec3::ZERO;
+        let projection = if let Some(camera) = options.camera {
+            if camera.size.is_some_and(|size| size != [cols, rows]) {
+                let [width, height] = camera.size.unwrap_or_default();
+                return fail(format!("{cols} x {rows} pixels, but the camera's images have {width} x {height}"));
+            }
+            camera.projection()
+        } else {
+            let place = self.place.map(|place| if place.degrees { place.in_metres(rows) } else { place });
+            let step = match (options.step, place) {
+                (Some(step), _) => [step, -step],
+                (None, Some(place)) => place.step,
+                (None, None) => [1.0, -1.0],
+            };
+            // The lower left pixel of a map with north up is the origin; others keep their upper left one there.
+            let last = (rows.max(1) - 1) as f64;
+            let first = [0.0, if step[1] < 0.0 { -step[1] * last } else { 0.0 }];
+            if let Some(place) = place {
+                translation = DVec3::new(place.first[0] - first[0], place.first[1] - first[1], 0.0);
+            }
+            Projection::Orthographic { first, step }
+        };
+        if !translation.is_finite() {
+            return fail("the map's place is not a finite number".to_owned());
+        }
+        let mut image = RangeImage::from_values(rows, cols, self.values, projection)
+            .map_err(|error| Error::format(&scan.path, "whole image", error.to_string()))?;
+        image.name = scan.name.clone();
+        image.world_from_sensor = scan.world_from_sensor * DAffine3::from_translation(translation);
+        Ok(Content::RangeImage(image))
+    }
+}
+
+impl Place {
+    /// Degrees as metres from the map's own corner: its place on earth is then no plane one, so it starts at 0.
+    fn in_metres(self, rows: usize) -> Place {
+        let latitude = self.first[1] + self.step[1] * (rows.max(1) - 1) as f64 / 2.0;
+        let [east, north] = metres_per_degree(latitude);
+        let step = [self.step[0] * east, self.step[1] * north];
+        Place { first: [0.0, (-step[1]).max(0.0) * (rows.max(1) - 1) as f64], step, degrees: false }
+    }
+}
+
+/// Metres per degree of longitude and of latitude on the WGS 84 ellipsoid.
+fn metres_per_degree(latitude: f64) -> [f64; 2] {
+    const AXIS: f64 = 6_378_137.0;
+    const ECCENTRICITY_SQUARED: f64 = 6.694_379_990_14e-3;
+    let (sin, cos) = latitude.to_radians().sin_cos();
+    let w = 1.0 - ECCENTRICITY_SQUARED * sin * sin;
+    [AXIS * cos / w.sqrt(), AXIS * (1.0 - ECCENTRICITY_SQUARED) / (w * w.sqrt())].map(f64::to_radians)
+}
+
+/// The pixels of an image, refused where a file of so many bytes can't hold them, each of `bytes`.
+fn stored_pixels(rows: u64, cols: u64, bytes: u64, left: u64, scan: &Scan, at: &str) -> Result<usize> {
+    let needed = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(bytes));
+    match needed {
+        Some(needed) if needed <= left && needed > 0 => Ok((needed / bytes) as usize),
+        Some(0) => Err(Error::format(&scan.path, at, format!("an image of {cols} x {rows} pixels has none"))),
+        _ => {
+            let problem = format!("{cols} x {rows} pixels of {bytes} bytes are more than the {left} bytes that follow");
+            Err(Error::format(&scan.path, at, problem))
+        }
+    }
+}
+
+/// The pixels of a compressed image, refused where they unpack to more than the options allow.
+fn packed_pixels(rows: u64, cols: u64, scan: &Scan) -> Result<usize> {
+    let limit = scan.options.max_decoded_bytes();
+    let bytes = rows.checked_mul(cols).and_then(|pixels| pixels.checked_mul(8));
+    match bytes {
+        Some(bytes) if bytes <= limit && bytes > 0 => Ok((bytes / 8) as usize),
+        Some(0) => Err(Error::format(&scan.path, "header", format!("an image of {cols} x {rows} pixels has none"))),
+        _ => Err(Error::format(
+            &scan.path,
+            "header",
+            format!(
+                "{cols} x {rows} pixels would take more than max_decoded_gib = {} GiB; raise it if the file is to be \
+                 trusted",
+                scan.options.max_decoded_gib
+            ),
+        )),
+    }
+}
+
+/// Refuses an image that can't be in a file of so many bytes: `most` is what one of them can become by the compression, and
+/// `bytes` what the pixels take unpacked.
+fn can_be_in(length: u64, bytes: u64, most: u64, scan: &Scan) -> Result<()> {
+    if bytes <= length.saturating_mul(most) {
+        return Ok(());
+    }
+    let problem = format!("its {bytes} bytes of pixels can't be in a file of {length} bytes; it is damaged or cut off");
+    Err(Error::format(&scan.path, "header", problem))
+}
+
+/// What one byte can become by deflate: 258 bytes for two bits.
+const DEFLATED: u64 = 1032;
+
+#[cfg(test)]
+mod tests;

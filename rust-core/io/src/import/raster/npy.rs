@@ -1,0 +1,230 @@
+//! NumPy arrays (`.npy`, versions 1 to 3): numbers of shape (rows, cols) are an image, (rows, cols, 3) a grid of points
+//! seen from the origin with a camera, else along -z, (n, 3) points.
+
+use glam::DVec3;
+
+use super::super::file::{Input, reserve};
+use super::super::window::Window;
+use super::super::{Content, Scan};
+use super::{Numbers, Raster, stored_pixels};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::range_image::{RangeImage, Viewing};
+use mesh::point_cloud::PointCloud;
+
+/// Longest header: NumPy writes some hundred bytes.
+const LONGEST_HEADER: usize = 1 << 16;
+
+pub(in super::super) fn sniff(start: &[u8]) -> bool {
+    start.starts_with(b"\x93NUMPY")
+}
+
+pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
+    let mut window = Window::new(input, length);
+    let content = read(&mut window, scan);
+    window.failure().map_or(content, |error| Err(Error::io(&scan.path, error)))
+}
+
+fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Content> {
+    let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
+    let header = header(window, scan)?;
+    let Some(array) = Array::parse(&header) else {
+        let shown: String = header.chars().take(120).collect();
+        return fail(format!("expected {{'descr': ..., 'fortran_order': ..., 'shape': (...)}}, found `{shown}`"));
+    };
+    let (rows, cols, depth) = match *array.shape.as_slice() {
+        [rows, cols] | [rows, cols, 1] => (rows, cols, 1),
+        [rows, cols, 3] => (rows, cols, 3),
+        _ => {
+            return fail(format!(
+                "an image has shape (rows, cols), points (n, 3) or (rows, cols, 3), not {:?}",
+                array.shape
+            ));
+        }
+    };
+    if depth == 3 && array.fortran_order {
+        return fail("points in Fortran order; save numpy.ascontiguousarray(points)".to_owned());
+    }
+    let size = array.item.size() as u64;
+    let count = stored_pixels(rows, cols, size * depth, window.left(), scan, "header")? * depth as usize;
+    let (rows, cols) = (rows as usize, cols as usize);
+    if depth == 3 {
+        let mut points: Vec<[f32; 3]> = reserve(rows * cols, &scan.path)?;
+        let mut point = [0.0; 3];
+        let mut k = 0;
+        numbers(window, scan, array.item, count, |value| {
+            point[k % 3] = value as f32;
+            k += 1;
+            if k % 3 == 0 {
+                points.push(point);
+            }
+        })?;
+        let viewing = if scan.options.camera.is_some() { Viewing::From(DVec3::ZERO) } else { Viewing::ALONG_MINUS_Z };
+        let mut image = RangeImage::from_points(rows, cols, points, viewing)?;
+        image.name = scan.name.clone();
+        image.world_from_sensor = scan.world_from_sensor;
+        return Ok(Content::RangeImage(image));
+    }
+    if array.shape.len() == 2
+        && cols == 3
+        && !array.fortran_order
+        && scan.options.camera.is_none()
+        && array.item.is_real()
+    {
+        let mut positions: Vec<DVec3> = reserve(rows, &scan.path)?;
+        let mut point = DVec3::ZERO;
+        let mut k = 0;
+        numbers(window, scan, array.item, count, |value| {
+            point[k % 3] = value;
+            k += 1;
+            if k % 3 == 0 && point.is_finite() {
+                positions.push(point);
+            }
+        })?;
+        return Ok(Content::Points(PointCloud {
+            positions,
+            world_from_cloud: scan.world_from_sensor,
+            ..PointCloud::default()
+        }));
+    }
+    let mut values: Vec<f64> = reserve(count, &scan.path)?;
+    if array.fortran_order {
+        values.resize(count, f64::NAN);
+        let mut k = 0;
+        numbers(window, scan, array.item, count, |value| {
+            values[k % rows * cols + k / rows] = value;
+            k += 1;
+        })?;
+    } else {
+        numbers(window, scan, array.item, count, |value| values.push(value))?;
+    }
+    Raster { rows, cols, values, numbers: array.item.numbers(), place: None }.into_content(scan)
+}
+
+/// The header's text.
+fn header(window: &mut Window<'_>, scan: &Scan) -> Result<String> {
+    let fail = |problem: &str| Err(Error::format(&scan.path, "header", problem));
+    if !window.ensure(12) || !sniff(window.rest()) {
+        return fail("a NumPy array starts with \\x93NUMPY and the length of its header");
+    }
+    let start = window.rest();
+    let (before, length) = match start[6] {
+        1 => (10, usize::from(u16::from_le_bytes([start[8], start[9]]))),
+        2 | 3 => (12, u32::from_le_bytes([start[8], start[9], start[10], start[11]]) as usize),
+        version => return fail(&format!("version {version} is unknown; known are 1, 2 and 3")),
+    };
+    if length > LONGEST_HEADER {
+        return fail(&format!("its length, {length} bytes, is more than {LONGEST_HEADER}"));
+    }
+    window.at += before;
+    while window.rest().len() < length && window.grow() {}
+    if window.rest().len() < length {
+        return fail("the file ends");
+    }
+    let text = String::from_utf8_lossy(&window.rest()[..length]).into_owned();
+    window.at += length;
+    Ok(text)
+}
+
+/// Calls `take` for so many numbers.
+fn numbers(window: &mut Window<'_>, scan: &Scan, item: Item, count: usize, mut take: impl FnMut(f64)) -> Result<()> {
+    let size = item.size();
+    let mut done = 0;
+    while done < count {
+        if !window.ensure(size) {
+            return Err(Error::format(&scan.path, format!("number {done} of {count}"), "the file ends"));
+        }
+        let some = (window.rest().len() / size).min(count - done);
+        window.rest()[..some * size].chunks_exact(size).for_each(|bytes| take(item.value(bytes)));
+        window.at += some * size;
+        done += some;
+    }
+    Ok(())
+}
+
+/// What a header says.
+struct Array {
+    item: Item,
+    fortran_order: bool,
+    shape: Vec<u64>,
+}
+
+impl Array {
+    /// Reads Python's literal of a dict.
+    fn parse(header: &str) -> Option<Self> {
+        let after = |key: &str| {
+            let at = header.find(&format!("'{key}'")).or_else(|| header.find(&format!("\"{key}\"")))?;
+            Some(header[at + key.len() + 2..].trim_start().strip_prefix(':')?.trim_start())
+        };
+        let descr = after("descr")?;
+        let quote = descr.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
+        let item = Item::parse(descr[1..].split(quote).next()?)?;
+        let order = after("fortran_order")?;
+        let fortran_order = order.starts_with("True");
+        if !fortran_order && !order.starts_with("False") {
+            return None;
+        }
+        let shape = after("shape")?.strip_prefix('(')?.split(')').next()?;
+        let sizes = shape.split(',').map(str::trim).filter(|size| !size.is_empty());
+        let shape = sizes.map(|size| size.trim_end_matches('L').parse().ok()).collect::<Option<Vec<u64>>>()?;
+        Some(Array { item, fortran_order, shape })
+    }
+}
+
+/// Type of the numbers.
+#[derive(Clone, Copy)]
+struct Item {
+    kind: u8,
+    size: u8,
+    big_endian: bool,
+}
+
+impl Item {
+    fn parse(descr: &str) -> Option<Self> {
+        let bytes = descr.as_bytes();
+        let (big_endian, rest) = match bytes.first()? {
+            b'<' | b'|' | b'=' => (false, &bytes[1..]),
+            b'>' => (true, &bytes[1..]),
+            _ => (false, bytes),
+        };
+        let &[kind, size] = rest else { return None };
+        let size = size.wrapping_sub(b'0');
+        let known = matches!((kind, size), (b'f', 4 | 8) | (b'u' | b'i', 1 | 2 | 4 | 8) | (b'b', 1));
+        known.then_some(Item { kind, size, big_endian })
+    }
+
+    fn size(self) -> usize {
+        self.size.into()
+    }
+
+    fn is_real(self) -> bool {
+        self.kind == b'f'
+    }
+
+    fn numbers(self) -> Numbers {
+        match (self.kind, self.size) {
+            (b'f', _) => Numbers::Real,
+            (b'u', 2) => Numbers::Whole(65535),
+            _ => Numbers::Whole(255),
+        }
+    }
+
+    #[inline(always)]
+    fn value(self, bytes: &[u8]) -> f64 {
+        let mut raw = [0; 8];
+        raw[..bytes.len()].copy_from_slice(bytes);
+        if self.big_endian {
+            raw[..bytes.len()].reverse();
+        }
+        let bits = u64::from_le_bytes(raw);
+        match (self.kind, self.size) {
+            (b'f', 4) => f32::from_bits(bits as u32).into(),
+            (b'f', _) => f64::from_bits(bits),
+            (b'i', 1) => f64::from(bits as u8 as i8),
+            (b'i', 2) => f64::from(bits as u16 as i16),
+            (b'i', 4) => f64::from(bits as u32 as i32),
+            (b'i', _) => bits as i64 as f64,
+            _ => bits as f64,
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! PNG: grey of 8 or 16 bits as numbers; colours of 8 bits as heights where they are terrain RGB.
+
+use std::io::BufReader;
+
+use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
+
+use super::super::file::{Input, Watched, decoding_error, reserve, watched};
+use super::super::{Content, PixelMeaning, Scan};
+use super::{DEFLATED, Numbers, Raster, can_be_in, packed_pixels};
+use base::error::{Error, Result};
+use base::progress::Progress;
+
+/// Lowest and highest ground, metres: what colours decode to if they are terrain RGB.
+const GROUND: std::ops::RangeInclusive<f64> = -500.0..=9000.0;
+
+pub(in super::super) fn sniff(start: &[u8]) -> bool {
+    start.starts_with(b"\x89PNG\r\n\x1a\n")
+}
+
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &Scan,
+    progress: &Progress<'_>,
+) -> Result<Content> {
+    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+}
+
+fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+    let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
+    let mut decoder = Decoder::new_with_limits(input, Limits { bytes: 48 << 20 });
+    decoder.set_transformations(Transformations::IDENTITY);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(|e| decoding_error(scan, &e))?;
+    let (cols, rows) = (reader.info().width as usize, reader.info().height as usize);
+    let (colour, depth) = reader.output_color_type();
+    let channels = match (colour, depth) {
+        (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Eight | BitDepth::Sixteen)
+        | (ColorType::Rgb | ColorType::Rgba, BitDepth::Eight) => colour.samples(),
+        _ => {
+            return fail(format!(
+                "{} of {} bits a channel holds no heights or depths; known are grey of 8 or 16 bits and terrain RGB",
+                name(colour),
+                depth as u8
+            ));
+        }
+    };
+    if reader.info().interlaced {
+        return fail("an interlaced image; save it without interlacing".to_owned());
+    }
+    let count = packed_pixels(rows as u64, cols as u64, scan)?;
+    can_be_in(length, (count * channels * depth as usize / 8) as u64, DEFLATED, scan)?;
+    let mut values: Vec<f64> = reserve(count, &scan.path)?;
+    let meaning = scan.options.pixels;
+    while let Some(row) = reader.next_row().map_err(|e| decoding_error(scan, &e))? {
+        // A few bytes of the file may be many rows.
+        progress.check()?;
+        let data = row.data();
+        match (channels, depth) {
+            (3.., _) => {
+                let height = if meaning == PixelMeaning::Terrarium { terrarium } else { terrain_rgb };
+                let pixels = data.chunks_exact(channels);
+                values.extend(pixels.map(|p| if p.get(3) == Some(&0) { f64::NAN } else { height([p[0], p[1], p[2]]) }));
+            }
+            (_, BitDepth::Sixteen) => {
+                let pixels = data.chunks_exact(2 * channels);
+                values.extend(pixels.map(|p| {
+                    if channels == 2 && p[2..] == [0, 0] {
+                        f64::NAN
+                    } else {
+                        f64::from(u16::from_be_bytes([p[0], p[1]]))
+                    }
+                }));
+            }
+            _ => values.extend(
+                data.chunks_exact(channels).map(|p| if p.get(1) == Some(&0) { f64::NAN } else { f64::from(p[0]) }),
+            ),
+        }
+    }
+    if values.len() != rows * cols {
+        return Err(Error::format(&scan.path, "while decoding", "the image ends too early"));
+    }
+    let coloured = channels >= 3;
+    match meaning {
+        PixelMeaning::Auto if coloured && !values.iter().all(|v| v.is_nan() || GROUND.contains(v)) => {
+            return fail(
+                "a colour image that holds no heights of the ground as terrain RGB; if it is another kind of height map, \
+                 say which: pixels = terrain_rgb or terrarium"
+                    .to_owned(),
+            );
+        }
+        PixelMeaning::Number if coloured => {
+            return fail("a colour image holds no numbers; pixels must be terrain_rgb or terrarium".to_owned());
+        }
+        PixelMeaning::TerrainRgb | PixelMeaning::Terrarium if !coloured => {
+            return fail("terrain RGB needs three colours of 8 bits; this image is grey".to_owned());
+        }
+        _ => {}
+    }
+    let numbers = match (coloured, depth) {
+        (true, _) => Numbers::Metres,
+        (_, BitDepth::Sixteen) => Numbers::Whole(65535),
+        _ => Numbers::Whole(255),
+    };
+    Ok(Raster { rows, cols, values, numbers, place: None })
+}
+
+fn name(colour: ColorType) -> &'static str {
+    match colour {
+        ColorType::Grayscale => "grey",
+        ColorType::GrayscaleAlpha => "grey with alpha",
+        ColorType::Rgb => "RGB",
+        ColorType::Rgba => "RGB with alpha",
+        ColorType::Indexed => "a palette",
+    }
+}
+
+fn terrain_rgb([r, g, b]: [u8; 3]) -> f64 {
+    let steps = (u32::from(r) << 16) | (u32::from(g) << 8) | u32::from(b);
+    // One division rounds once: the height is the nearest number to its decimal.
+    (f64::from(steps) - 100_000.0) / 10.0
+}
+
+fn terrarium([r, g, b]: [u8; 3]) -> f64 {
+    f64::from(r) * 256.0 + f64::from(g) + f64::from(b) / 256.0 - 32768.0
+}

@@ -1,0 +1,134 @@
+//! TIFF: one channel of whole numbers or floats, in strips or tiles, plain, LZW or deflate. Of GeoTIFF the place
+//! (`ModelPixelScale` with `ModelTiepoint`), whether it is in degrees, and GDAL's no-data value are read.
+
+use std::io::BufReader;
+
+use ::tiff::decoder::{Decoder, DecodingResult, Limits};
+use ::tiff::tags::Tag;
+
+use super::super::file::{Input, Watched, decoding_error, reserve, watched};
+use super::super::{Content, Scan};
+use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
+use base::error::{Error, Result};
+use base::memory;
+use base::progress::Progress;
+
+pub(in super::super) fn sniff(start: &[u8]) -> bool {
+    matches!(start, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
+}
+
+pub(in super::super) fn parse(
+    input: &mut dyn Input,
+    length: u64,
+    scan: &Scan,
+    progress: &Progress<'_>,
+) -> Result<Content> {
+    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+}
+
+/// Bytes that any strip or tile may have, packed or not.
+const LITTLE: usize = 32 << 20;
+/// What one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
+const MOST: u64 = 2731;
+
+fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+    let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
+    let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = LITTLE;
+    // Packed bytes are in the file.
+    limits.intermediate_buffer_size = usize::try_from(length).unwrap_or(usize::MAX).max(LITTLE);
+    limits.ifd_value_size = 4 << 20;
+    let mut decoder = Decoder::new(input).map_err(wrong)?.with_limits(limits.clone());
+    let (width, height) = decoder.dimensions().map_err(wrong)?;
+    let (cols, rows) = (width as usize, height as usize);
+    let colour = decoder.colortype().map_err(wrong)?;
+    if colour.num_samples() != 1 {
+        return fail(format!(
+            "{} channels a pixel; a height map or depth image has one, of whole numbers or floats",
+            colour.num_samples()
+        ));
+    }
+    let place = place(&mut decoder, scan);
+    let no_data = decoder
+        .find_tag(Tag::GdalNodata)
+        .ok()
+        .flatten()
+        .and_then(|value| value.into_string().ok())
+        .and_then(|text| text.trim_matches(['\0', ' ']).parse::<f64>().ok());
+    let count = packed_pixels(rows as u64, cols as u64, scan)?;
+    can_be_in(length, count as u64 * u64::from(colour.bit_depth()) / 8, MOST, scan)?;
+    let mut values = reserve(count, &scan.path)?;
+    values.resize(rows * cols, f64::NAN);
+    // The whole image may be one strip, whose pixels take no more than the result's.
+    limits.decoding_buffer_size = (values.len() * size_of::<f64>()).max(LITTLE);
+    decoder = decoder.with_limits(limits);
+    let (chunk_cols, chunk_rows) = decoder.chunk_dimensions();
+    if chunk_cols == 0 || chunk_rows == 0 {
+        return fail("tiles or strips without pixels".to_owned());
+    }
+    let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * f64::from(colour.bit_depth()) / 8.0;
+    memory::expect(chunk, || format!("decoding {}", scan.path.display()), "use smaller strips or tiles")?;
+    let across = cols.div_ceil(chunk_cols as usize);
+    let chunks = across * rows.div_ceil(chunk_rows as usize);
+    let mut numbers = Numbers::Real;
+    for chunk in 0..chunks {
+        // A few bytes of the file may be many chunks.
+        progress.check()?;
+        let index = u32::try_from(chunk).map_err(|_| Error::format(&scan.path, "header", "too many tiles"))?;
+        let (used_cols, used_rows) = decoder.chunk_data_dimensions(index);
+        let data = decoder.read_chunk(index).map_err(wrong)?;
+        let corner = (chunk / across * chunk_rows as usize) * cols + chunk % across * chunk_cols as usize;
+        let size = [used_rows as usize, used_cols as usize];
+        let mut place = |data: &mut dyn ExactSizeIterator<Item = f64>| -> bool {
+            let enough = data.len() >= size[0] * size[1];
+            for row in 0..if enough { size[0] } else { 0 } {
+                let start = corner + row * cols;
+                for (value, item) in values[start..start + size[1]].iter_mut().zip(&mut *data) {
+                    *value = if no_data == Some(item) { f64::NAN } else { item };
+                }
+            }
+            enough
+        };
+        let complete = match &data {
+            DecodingResult::U8(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::U16(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::U32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::U64(v) => place(&mut v.iter().map(|&x| x as f64)),
+            DecodingResult::I8(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::I16(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::I32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::I64(v) => place(&mut v.iter().map(|&x| x as f64)),
+            DecodingResult::F16(v) => place(&mut v.iter().map(|&x| f64::from(f32::from(x)))),
+            DecodingResult::F32(v) => place(&mut v.iter().map(|&x| f64::from(x))),
+            DecodingResult::F64(v) => place(&mut v.iter().copied()),
+        };
+        if !complete {
+            return Err(Error::format(&scan.path, format!("tile or strip {chunk}"), "it has too few pixels"));
+        }
+        numbers = match data {
+            DecodingResult::F16(_) | DecodingResult::F32(_) | DecodingResult::F64(_) => Numbers::Real,
+            DecodingResult::U16(_) => Numbers::Whole(65535),
+            _ => Numbers::Whole(255),
+        };
+    }
+    Ok(Raster { rows, cols, values, numbers, place })
+}
+
+/// Where a GeoTIFF lies, if it says so plainly.
+fn place<R: std::io::Read + std::io::Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place> {
+    if scan.options.camera.is_some() {
+        return None;
+    }
+    let scale = decoder.get_tag_f64_vec(Tag::ModelPixelScaleTag).ok()?;
+    let tie = decoder.get_tag_f64_vec(Tag::ModelTiepointTag).ok()?;
+    let (&[dx, dy, ..], &[col, row, _, x, y, ..]) = (scale.as_slice(), tie.as_slice()) else { return None };
+    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
+    let key = |id: u16| keys.chunks_exact(4).skip(1).find(|key| key[0] == id && key[1] == 0).map(|key| key[3]);
+    // GTModelType 2: latitude and longitude. GTRasterType 1: the tie point is a corner of a pixel, not its centre.
+    let half = if key(1025) == Some(2) { 0.0 } else { 0.5 };
+    let place =
+        Place { first: [x + (half - col) * dx, y - (half - row) * dy], step: [dx, -dy], degrees: key(1024) == Some(2) };
+    let usable = dx > 0.0 && dy > 0.0 && dx.is_finite() && dy.is_finite() && place.first.iter().all(|x| x.is_finite());
+    usable.then_some(place)
+}

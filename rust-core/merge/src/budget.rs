@@ -1,0 +1,154 @@
+//! Memory that a merge will take, found out before it is taken: a cell a thousand times too small, a slip of the unit, would
+//! otherwise end the host.
+
+use std::sync::{Mutex, PoisonError};
+
+use rustc_hash::FxHashSet;
+
+use super::lattice::BRICK;
+use base::error::{Error, Result, Shown};
+use base::memory::{self, size};
+use image::source::OrientedSurface;
+
+/// Bytes a crossing takes at the peak, with its share of the surface: of scans that overlap, some of whose crossings become
+/// one, and of one alone. Measured.
+const BYTES_A_CROSSING: [f64; 2] = [63.0, 73.0];
+/// Bytes a brick with a part of the surface takes.
+const BYTES_A_BRICK: f64 = 59.5e3;
+
+/// What the scans seen so far will take.
+pub(super) struct Budget {
+    voxel: f64,
+    /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
+    available: (f64, &'static str),
+    seen: Mutex<Seen>,
+}
+
+/// What the grid will hold.
+#[derive(Default)]
+struct Seen {
+    crossings: f64,
+    scans: usize,
+    /// Bricks with the middle of a triangle, and how many more large triangles reach.
+    bricks: FxHashSet<[i64; 3]>,
+    more_bricks: f64,
+}
+
+impl Seen {
+    fn bytes(&self) -> f64 {
+        BYTES_A_CROSSING[usize::from(self.scans == 1)] * self.crossings
+            + BYTES_A_BRICK * (self.bricks.len() as f64 + self.more_bricks)
+    }
+
+    /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
+    /// it lies in.
+    fn add(&mut self, surface: &OrientedSurface, voxel: f64) {
+        let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
+        let brick = f64::from(BRICK);
+        let mut last = [i64::MIN; 3];
+        self.scans += 1;
+        for t in &surface.triangles {
+            let [a, b, c] = t.map(|v| surface.positions[v as usize]);
+            let doubled = (cells_from_surface * (b - a)).cross(cells_from_surface * (c - a)).abs();
+            let crossings = 0.5 * (doubled.x + doubled.y + doubled.z);
+            self.crossings += crossings;
+            self.more_bricks += if crossings > brick * brick { crossings / (brick * brick) } else { 0.0 };
+            let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * brick);
+            let key = middle.floor().to_array().map(|x| x as i64);
+            if key != last {
+                self.bricks.insert(key);
+                last = key;
+            }
+        }
+    }
+}
+
+impl Budget {
+    /// For a grid of cells of size `voxel`, within the memory that is free now.
+    pub(super) fn new(voxel: f64) -> Self {
+        // What the scans that are loaded take is given back before the peak.
+        let (available, there) = memory::available();
+        Self::within(voxel, (available + memory::taken(), there))
+    }
+
+    fn within(voxel: f64, available: (f64, &'static str)) -> Self {
+        Budget { voxel, available, seen: Mutex::default() }
+    }
+
+    /// Takes a scan into account.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] if it and those before it will need more than there is, with a voxel that fits.
+    pub(super) fn expect(&self, surface: &OrientedSurface) -> Result<()> {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.add(surface, self.voxel);
+        let needed = seen.bytes();
+        memory::note(needed);
+        let (available, there) = self.available;
+        if needed <= available {
+            return Ok(());
+        }
+        if !needed.is_finite() {
+            return Err(Error::input("a scan is too large to be counted in cells: check the scale of its pose"));
+        }
+        // Half of what there is, in two digits rounded up.
+        let fits = 1.05 * self.voxel * (2.0 * needed / available).sqrt();
+        Err(Error::OutOfMemory(format!(
+            "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",
+            Shown(self.voxel),
+            size(needed),
+            size(available),
+            Shown::digits(fits, 2)
+        )))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DAffine3;
+
+    use super::super::bundles::Buckets;
+    use super::super::discretize::discretize;
+    use super::super::lattice::Lattice;
+    use super::*;
+    use base::progress::Progress;
+    use mesh::shapes::Shape;
+
+    fn sphere() -> OrientedSurface {
+        let pose = DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(glam::DVec3::splat(2.0));
+        OrientedSurface::from_mesh(&Shape::Sphere { radius: 1.0 }.mesh(12), pose).unwrap()
+    }
+
+    #[test]
+    fn crossings_are_foreseen() {
+        for voxel in [0.3, 0.1, 0.02] {
+            let mut buckets = Buckets::default();
+            let lattice = Lattice { voxel, base: [0; 3] };
+            discretize(&sphere(), "sphere", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
+            let (found, foreseen) = (buckets.len as f64, {
+                let mut seen = Seen::default();
+                seen.add(&sphere(), voxel);
+                seen.crossings
+            });
+            assert!((found / foreseen - 1.0).abs() < 0.3 * voxel, "{found} {foreseen}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused_with_a_voxel_that_does() {
+        let budget = Budget::within(0.1, (1e7, "free"));
+        budget.expect(&sphere()).unwrap();
+        let text = std::iter::repeat_with(|| budget.expect(&sphere())).find_map(Result::err).unwrap().to_string();
+        let voxel = text
+            .strip_prefix("not enough memory: a voxel of 0.1 (in the unit of the scans) needs 10 MB or more, 10 MB are free; a voxel of ")
+            .and_then(|rest| rest.strip_suffix(" fits"))
+            .unwrap_or_else(|| panic!("{text}"));
+        let mut one = Seen::default();
+        one.add(&sphere(), 0.1);
+        let scans = (1e7 / one.bytes()) as usize + 1;
+        let budget = Budget::within(voxel.parse().unwrap(), (1e7, "free"));
+        (0..scans).for_each(|_| budget.expect(&sphere()).unwrap());
+        let text = Budget::within(1e-9, (1e9, "free")).expect(&sphere()).unwrap_err().to_string();
+        assert!(text.contains(" GB or more, 1000 MB are free"), "{text}");
+    }
+}

@@ -1,0 +1,178 @@
+//! Closing holes: minimum-area triangulation, refined and faired. \[Lie03\]
+//!
+//! | stage | file | what |
+//! |---|---|---|
+//! | 1 | `loops` | boundary half-edges -> loops |
+//! | 2 | `near` | the triangles around each loop |
+//! | 3 | `minimal` | loop -> triangulation of least bend, then least area |
+//! | 4 | `patch` | as fine as the surroundings |
+//! | 5 | `fair` | as smooth as the surroundings |
+//! | 6 | `fill`, `boxes` | tries until nothing crosses |
+//!
+//! Differences from the paper: (1) loops of more than `minimal::LARGEST` edges are cut along short chords first, because
+//! the triangulation is cubic; (2) the fair surface is the one of least squared umbrella with mean value weights, which,
+//! unlike uniform ones, leave a flat hole flat however irregular its surroundings, and, unlike cotangents, are never
+//! negative; (3) an edge that the mesh already has is never used again, and what would cross the mesh or another fill is
+//! replaced by less ambitious fills or left open.
+
+// 1. which loops there are
+mod loops;
+
+// 2. what lies around them
+mod near;
+
+// 3. first triangulation
+mod minimal;
+
+// 4. refined triangulation
+mod patch;
+
+// 5. smooth positions
+mod fair;
+
+// 6. all of it for one hole, with what to do if the result crosses something
+mod boxes;
+mod fill;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use base::error::Result;
+use base::progress::Progress;
+use fill::Fill;
+use near::Bounds;
+
+/// Why a boundary loop was left open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// Longer than the limit.
+    TooLong,
+    /// Not a simple loop: a vertex lies on it twice or on two loops, or it has only two edges.
+    NotSimple,
+    /// Whatever would close it meets the surface or another fill.
+    Crossing,
+}
+
+/// A boundary loop that was left open.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenLoop {
+    /// One of its vertices: the one of the smallest index.
+    pub vertex: u32,
+    /// Number of edges.
+    pub edges: usize,
+    /// Sum of the edges' lengths.
+    pub length: f64,
+    /// Why it was left open.
+    pub reason: Reason,
+}
+
+/// What [`close`] did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HoleReport {
+    /// Loops closed.
+    pub closed: usize,
+    /// Loops left open, in the order of their smallest vertices.
+    pub open: Vec<OpenLoop>,
+    /// Number of vertices before: the new ones have this index and up.
+    pub first_vertex: usize,
+    /// Number of triangles before: the new ones have this index and up.
+    pub first_triangle: usize,
+    /// Three vertices for each new vertex, old ones or earlier new ones: attributes of a new vertex are the mean of
+    /// theirs. Going through them in order gives every new vertex a value.
+    pub sources: Vec<[u32; 3]>,
+}
+
+/// Closes the holes of a mesh whose boundary is at most as long (in the unit of the positions) as `limit` says of its
+/// vertices.
+///
+/// `triangles` form an oriented manifold with boundary; `boundary` are its boundary edges, each in the direction of its
+/// triangle, in any order. New vertices and triangles are appended; what is there is not touched, also not on an error.
+///
+/// Guarantees: if the mesh was a manifold it stays one; no new edge connects two vertices that were already connected, so
+/// there are no duplicate triangles; no new triangle crosses or touches an old or a new one except in shared vertices and
+/// edges. The order of `boundary` and the number of threads don't matter. Runs on the current rayon pool.
+///
+/// Cost: O(v + t) for one pass over the mesh if there is anything to close; for a loop of n edges O(n^3) up to 150 edges,
+/// beyond that O(n^2) to cut it into pieces of that size.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn close(
+    positions: &mut Vec<DVec3>,
+    triangles: &mut Vec<[u32; 3]>,
+    boundary: &[[u32; 2]],
+    limit: impl Fn(&[u32]) -> f64,
+    progress: &Progress<'_>,
+) -> Result<HoleReport> {
+    let mut report =
+        HoleReport { first_vertex: positions.len(), first_triangle: triangles.len(), ..HoleReport::default() };
+    let mut holes = Vec::new();
+    for edge_loop in loops::trace(boundary) {
+        let length = edge_loop.length(positions);
+        let reason = if !edge_loop.is_simple {
+            Reason::NotSimple
+        } else if length <= limit(&edge_loop.vertices) {
+            holes.push(edge_loop.vertices);
+            continue;
+        } else {
+            Reason::TooLong
+        };
+        report.open.push(edge_loop.left_open(length, reason));
+    }
+    if holes.is_empty() {
+        return Ok(report);
+    }
+    let mesh = near::Mesh { positions, triangles };
+    let surroundings = near::gather(mesh, &holes, progress)?;
+    progress.check()?;
+    let fills: Vec<Option<Fill>> = holes
+        .par_iter()
+        .zip(&surroundings)
+        .map(|(hole, near)| fill::close(mesh, hole, near, &[], progress))
+        .collect::<Result<_>>()?;
+    let fills = settle(mesh, &holes, &surroundings, fills, progress)?;
+    let [points, faces] =
+        fills.iter().flatten().map(Fill::size).fold([0; 2], |sum, size| [sum[0] + size[0], sum[1] + size[1]]);
+    // Growing by pushing would double what is there.
+    positions.reserve_exact(points);
+    triangles.reserve_exact(faces);
+    for (hole, fill) in holes.iter().zip(fills) {
+        match fill {
+            Some(fill) => {
+                report.closed += 1;
+                fill.append(hole, positions, triangles, &mut report.sources);
+            }
+            None => {
+                let edge_loop = loops::EdgeLoop { vertices: hole.clone(), is_simple: true };
+                report.open.push(edge_loop.left_open(edge_loop.length(positions), Reason::Crossing));
+            }
+        }
+    }
+    report.open.sort_by_key(|open| open.vertex);
+    Ok(report)
+}
+
+/// Fills were made without knowing each other. In the order of the holes, one that crosses an earlier one is made anew
+/// with that one in view, or dropped.
+fn settle(
+    mesh: near::Mesh<'_>,
+    holes: &[Vec<u32>],
+    surroundings: &[Vec<u32>],
+    mut fills: Vec<Option<Fill>>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Option<Fill>>> {
+    let bounds: Vec<(usize, Bounds)> =
+        fills.iter().enumerate().filter_map(|(i, fill)| Some((i, fill.as_ref()?.bounds()))).collect();
+    for group in boxes::meeting(&bounds, progress)?.chunk_by(|a, b| a.0 == b.0) {
+        progress.check()?;
+        let later = group[0].0;
+        let earlier: Vec<&Fill> = group.iter().filter_map(|&(_, i)| fills[i].as_ref()).collect();
+        if fills[later].as_ref().is_some_and(|fill| fill.crosses(&earlier)) {
+            fills[later] = fill::close(mesh, &holes[later], &surroundings[later], &earlier, progress)?;
+        }
+    }
+    Ok(fills)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,301 @@
+//! Stage 1 over all scans: each is loaded when its turn comes, at most one a worker at a time, and leaves its crossings.
+//!
+//! Nodes are counted from a base near the first scan that has a triangle. Which scan is loaded first is chance: until that
+//! one is, others count from a base near the first of those known. Bases lie so far apart that it nearly always is the
+//! same; a scan that counted from another is loaded again, and forgotten with whatever was wrong with it.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::MergeParams;
+use super::budget::Budget;
+use super::bundles::Buckets;
+use super::discretize::discretize;
+use super::lattice::Lattice;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::source::ScanSource;
+
+/// What stage 1 found in all scans.
+pub struct Discretized {
+    /// The grid that all crossings are counted in.
+    pub lattice: Lattice,
+    /// The crossings of each worker.
+    pub buckets: Vec<Buckets>,
+    /// Triangles of all scans.
+    pub triangles: u64,
+    /// Largest trust of any sample.
+    pub full_trust: f32,
+    /// Whether every scan has colours.
+    pub coloured: bool,
+}
+
+/// What one worker found in scans that were counted from one base.
+struct Group {
+    scans: Vec<usize>,
+    found: Discretized,
+}
+
+/// A scan that can't be merged, and the grid it can't be counted in where that is why.
+struct Failure {
+    scan: usize,
+    lattice: Option<Lattice>,
+    error: Error,
+}
+
+/// The work on a list of scans.
+struct Intake<'a, 'p, L> {
+    sources: &'a [&'a dyn ScanSource],
+    params: &'a MergeParams,
+    lattice_near: L,
+    budget: OnceLock<Budget>,
+    /// The first scan known to have a triangle, and its grid.
+    first: Mutex<Option<(usize, Lattice)>>,
+    /// No scan after this one is worth loading.
+    last: AtomicUsize,
+    progress: &'a Progress<'p>,
+}
+
+/// Loads the scans and finds their crossings with a grid that `lattice_near` makes for a place.
+///
+/// # Errors
+/// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
+pub fn discretize_all(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
+    progress: &Progress<'_>,
+) -> Result<Discretized> {
+    let intake = Intake {
+        sources,
+        params,
+        lattice_near,
+        budget: OnceLock::new(),
+        first: Mutex::new(None),
+        last: AtomicUsize::new(usize::MAX),
+        progress,
+    };
+    let mut todo: BTreeSet<usize> = (0..sources.len()).collect();
+    let mut good: Vec<Group> = Vec::new();
+    let mut failure: Option<Failure> = None;
+    loop {
+        let list: Vec<usize> = todo.iter().copied().collect();
+        let is_again = list.len() < sources.len();
+        let next = AtomicUsize::new(0);
+        let workers = rayon::current_num_threads().min(list.len());
+        let found: Vec<_> =
+            (0..workers).into_par_iter().with_max_len(1).map(|_| intake.work(&list, &next, is_again)).collect();
+        progress.check()?;
+        // Of the scans before the first with a triangle none was passed over, so that this one is known now.
+        let lattice = intake.lattice();
+        for (groups, empty, failed) in found {
+            empty.iter().for_each(|scan| assert!(todo.remove(scan)));
+            for group in groups.into_iter().filter(|group| Some(group.found.lattice) == lattice) {
+                group.scans.iter().for_each(|scan| assert!(todo.remove(scan)));
+                good.push(group);
+            }
+            if let Some(failed) = failed
+                && (failed.lattice.is_none() || failed.lattice == lattice)
+                && failure.as_ref().is_none_or(|known| failed.scan < known.scan)
+            {
+                failure = Some(failed);
+            }
+        }
+        // Those before it may fail too, and then are the first.
+        let end = failure.as_ref().map_or(usize::MAX, |failure| failure.scan);
+        todo.retain(|scan| *scan < end);
+        intake.last.store(end, Ordering::Relaxed);
+        if !todo.is_empty() {
+            continue;
+        }
+        if let Some(failure) = failure {
+            return Err(failure.error);
+        }
+        let lattice = lattice.ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
+        return Ok(good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
+            all.buckets.append(&mut group.found.buckets);
+            all.triangles += group.found.triangles;
+            all.full_trust = all.full_trust.max(group.found.full_trust);
+            all.coloured &= group.found.coloured;
+            all
+        }));
+    }
+}
+
+impl Discretized {
+    fn none(lattice: Lattice) -> Self {
+        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true }
+    }
+}
+
+impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
+    fn lattice(&self) -> Option<Lattice> {
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).map(|first| first.1)
+    }
+
+    /// The grid to count a scan in whose first triangle lies near a place.
+    fn lattice_for(&self, scan: usize, near: DVec3) -> Result<Lattice> {
+        let own = (self.lattice_near)(near)?;
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        if first.is_none_or(|first| scan < first.0) {
+            *first = Some((scan, own));
+        }
+        Ok(first.map_or(own, |first| first.1))
+    }
+
+    /// One worker's groups, scans without a triangle, and first failure.
+    fn work(&self, list: &[usize], next: &AtomicUsize, is_again: bool) -> (Vec<Group>, Vec<usize>, Option<Failure>) {
+        let (mut groups, mut empty) = (Vec::new(), Vec::new());
+        while let Some(&scan) = list.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if scan > self.last.load(Ordering::Relaxed) {
+                break;
+            }
+            let mut lattice = None;
+            match self.take(scan, &mut lattice, &mut groups, is_again) {
+                Ok(true) => {}
+                Ok(false) => empty.push(scan),
+                Err(error) => {
+                    self.last.fetch_min(scan, Ordering::Relaxed);
+                    return (groups, empty, Some(Failure { scan, lattice, error }));
+                }
+            }
+        }
+        (groups, empty, None)
+    }
+
+    /// Loads a scan and finds its crossings; false if it has no triangle.
+    fn take(
+        &self,
+        scan: usize,
+        counted_in: &mut Option<Lattice>,
+        groups: &mut Vec<Group>,
+        is_again: bool,
+    ) -> Result<bool> {
+        let source = self.sources[scan];
+        let surface = source.load(&self.params.triangulation, self.progress)?;
+        self.progress.check()?;
+        let Some(&[first, ..]) = surface.triangles.first() else {
+            return self.progress.advance(1).map(|()| false);
+        };
+        let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
+        let lattice = self.lattice_for(scan, near)?;
+        *counted_in = Some(lattice);
+        if !is_again {
+            self.budget.get_or_init(|| Budget::new(lattice.voxel)).expect(&surface)?;
+        }
+        if groups.last().is_none_or(|group| group.found.lattice != lattice) {
+            let found = Discretized { buckets: vec![Buckets::default()], ..Discretized::none(lattice) };
+            groups.push(Group { scans: Vec::new(), found });
+        }
+        let Group { scans, found } = groups.last_mut().expect("one was just pushed");
+        discretize(&surface, source.name(), scan as u32, &lattice, &mut found.buckets[0], self.progress)?;
+        scans.push(scan);
+        found.triangles += surface.triangles.len() as u64;
+        found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
+        found.coloured &= surface.colour.is_some();
+        self.progress.advance(1).map(|()| true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Condvar;
+    use std::time::Duration;
+
+    use glam::DAffine3;
+
+    use super::super::{OrientedSurface, PlacedMesh, run};
+    use super::*;
+    use image::triangulate::TriangulateParams;
+    use mesh::shapes::Shape;
+
+    /// Scans that are loaded in an order of their own.
+    struct Queue {
+        loaded: Mutex<Vec<usize>>,
+        changed: Condvar,
+    }
+
+    struct Queued<'a> {
+        placed: PlacedMesh<'a>,
+        number: usize,
+        /// Scans that are loaded before this one.
+        before: Vec<usize>,
+        queue: &'a Queue,
+    }
+
+    impl ScanSource for Queued<'_> {
+        fn name(&self) -> &str {
+            self.placed.name()
+        }
+
+        fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+            let mut loaded = self.queue.loaded.lock().unwrap();
+            while !self.before.iter().all(|scan| loaded.contains(scan)) {
+                let (held, waited) = self.queue.changed.wait_timeout(loaded, Duration::from_secs(20)).unwrap();
+                assert!(!waited.timed_out(), "{} waits in vain", self.name());
+                loaded = held;
+            }
+            loaded.push(self.number);
+            self.queue.changed.notify_all();
+            drop(loaded);
+            self.placed.load(triangulation, progress)
+        }
+    }
+
+    /// Merges spheres at these places (in cells, along x) which are loaded in this order.
+    fn merged(places: [f64; 3], order: [usize; 3]) -> std::result::Result<Vec<[u64; 3]>, String> {
+        let mesh = Shape::Sphere { radius: 3.0 }.mesh(4);
+        let queue = Queue { loaded: Mutex::new(Vec::new()), changed: Condvar::new() };
+        let scans = [0, 1, 2].map(|number| Queued {
+            placed: PlacedMesh {
+                name: format!("scan{number}"),
+                mesh: &mesh,
+                world_from_mesh: DAffine3::from_translation(DVec3::new(places[number] + 0.3, 0.2, 0.1)),
+            },
+            number,
+            before: order.iter().copied().take_while(|scan| *scan != number).collect(),
+            queue: &queue,
+        });
+        let sources = [0, 1, 2].map(|i| &scans[i] as &dyn ScanSource);
+        let params = MergeParams {
+            voxel: Some(1.0),
+            max_hole_length: Some(0.0),
+            min_component_share: 0.0,
+            threads: 3,
+            ..MergeParams::default()
+        };
+        match run(&sources, &params, &Progress::none()) {
+            Ok(merged) => Ok(merged.mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect()),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
+    const ORDERS: [[usize; 3]; 4] = [[0, 1, 2], [1, 2, 0], [2, 1, 0], [2, 0, 1]];
+
+    #[test]
+    fn what_is_within_reach_does_not_depend_on_which_scan_is_loaded_first() {
+        // Of the first both others are within reach, of each other they are not.
+        let expected = merged([0.0, 0.7e9, -0.7e9], ORDERS[0]).unwrap();
+        for order in ORDERS {
+            assert_eq!(merged([0.0, 0.7e9, -0.7e9], order).as_ref(), Ok(&expected), "{order:?}");
+        }
+        // And the other way round: the same scan is refused with the same words.
+        let refused = merged([0.7e9, 0.0, -0.7e9], ORDERS[0]).unwrap_err();
+        assert!(refused.starts_with("scan2: vertex"), "{refused}");
+        for order in ORDERS {
+            assert_eq!(merged([0.7e9, 0.0, -0.7e9], order).unwrap_err(), refused, "{order:?}");
+        }
+    }
+
+    #[test]
+    fn the_first_of_several_bad_scans_is_named() {
+        for order in ORDERS {
+            let refused = merged([0.0, 3e9, -3e9], order).unwrap_err();
+            assert!(refused.starts_with("scan1: vertex"), "{order:?}: {refused}");
+        }
+    }
+}

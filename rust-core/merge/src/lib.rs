@@ -1,0 +1,437 @@
+//! Marching Intersections: registered scans -> one surface. \[MI04\]
+
+mod holes;
+
+mod lattice;
+
+mod bundles;
+
+// 0. which scan is which
+mod numbers;
+
+// 1. intersections of the scans with the lines of the grid
+mod discretize;
+mod intake;
+
+mod defaults;
+
+mod budget;
+
+mod passes;
+
+// 2. initial removal
+mod remove;
+
+// 3. fuse
+mod fuse;
+
+// 4. labels of the nodes
+mod classify;
+
+// 5. valid cells
+mod anomalies;
+
+// 6. the mesh
+mod extract;
+
+mod table;
+
+// 7. vertices without a crossing; vertices where two fans meet
+mod artificial;
+mod pinches;
+
+// 8. small parts
+mod components;
+
+// 9. holes
+mod close;
+
+// afterwards: how far the surface lies from the scans
+mod deviation;
+
+use std::time::Instant;
+
+use anomalies::{Analyser, BrickSurface};
+use classify::{BrickLabels, Classifier};
+use lattice::Lattice;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+pub use deviation::deviation;
+pub use image::source::{OrientedSurface, PlacedMesh, ScanSource};
+
+use base::error::{Error, Result, Shown};
+use base::params::{Default, ParamSpec, Unit};
+use base::progress::Progress;
+use image::triangulate::TriangulateParams;
+use mesh::TriMesh;
+
+/// Parameters of the merge.
+pub const PARAMS: &[ParamSpec] = &[
+    ParamSpec {
+        operation: "merge",
+        name: "voxel",
+        unit: Unit::WorldLength,
+        default: Default::FromData("three times the mean nearest-neighbour distance within a scan"),
+        min: 0.0,
+        min_excluded: true,
+        max: f64::INFINITY,
+        text: "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.",
+    },
+    ParamSpec {
+        operation: "merge",
+        name: "merge_distance",
+        unit: Unit::WorldLength,
+        default: Default::FromData("from the voxel and the measured distance between overlapping scans"),
+        min: 0.0,
+        min_excluded: false,
+        max: f64::INFINITY,
+        text: "Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the registration and below the thinnest wall.",
+    },
+    ParamSpec {
+        operation: "merge",
+        name: "max_hole_length",
+        unit: Unit::WorldLength,
+        default: Default::FromData(
+            "100 voxels, but at most a fifth of the diagonal of the connected part the hole is in",
+        ),
+        min: 0.0,
+        min_excluded: false,
+        max: f64::INFINITY,
+        text: "Holes whose boundary is at most this long are closed; 0 leaves all open.",
+    },
+    ParamSpec {
+        operation: "merge",
+        name: "min_component_share",
+        unit: Unit::Ratio,
+        default: Default::Value(0.01),
+        min: 0.0,
+        min_excluded: false,
+        max: 1.0,
+        text: "Connected parts with fewer triangles than this share of the largest part's are dropped; 0 keeps all.",
+    },
+    ParamSpec {
+        operation: "merge",
+        name: "threads",
+        unit: Unit::Count,
+        default: Default::Value(0.0),
+        min: 0.0,
+        min_excluded: false,
+        max: 1024.0,
+        text: "Worker threads, 0 for one a core. The result is the same for any number.",
+    },
+];
+
+/// What to merge with; see [`PARAMS`]. Lengths in world units; `None`: measured from the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MergeParams {
+    /// Size of a cell of the grid.
+    pub voxel: Option<f64>,
+    /// Surfaces of different scans closer than this, facing the same way, become one.
+    pub merge_distance: Option<f64>,
+    /// Longest boundary of a hole that is closed; `Some(0.0)` leaves all open.
+    pub max_hole_length: Option<f64>,
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped.
+    pub min_component_share: f64,
+    /// How range images are triangulated.
+    pub triangulation: TriangulateParams,
+    /// Worker threads, 0 for one a core.
+    pub threads: usize,
+}
+
+impl std::default::Default for MergeParams {
+    fn default() -> Self {
+        MergeParams {
+            voxel: None,
+            merge_distance: None,
+            max_hole_length: None,
+            min_component_share: 0.01,
+            triangulation: TriangulateParams::default(),
+            threads: 0,
+        }
+    }
+}
+
+/// The figures of a run, among them those of the paper's Tables 1 and 2.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MergeReport {
+    /// Scans merged.
+    pub scans: usize,
+    /// Names of the scans, in the order of their numbers in the attribute `source_scan`.
+    pub scan_names: Vec<String>,
+    /// Triangles of all scans.
+    pub input_triangles: u64,
+    /// Cell size used, world units.
+    pub voxel: f64,
+    /// Merge distance used, world units.
+    pub merge_distance: f64,
+    /// Longest boundary that was closed, world units.
+    pub max_hole_length: f64,
+    /// Median distance between overlapping scans along grid lines, as measured; `None` where none overlap.
+    pub overlap_residual: Option<f64>,
+    /// Cells spanned by the scans along x, y and z.
+    pub grid: [u64; 3],
+    /// Intersections of scans with grid lines.
+    pub intersections: u64,
+    /// Intersections left after fusing.
+    pub fused_intersections: u64,
+    /// Artificial intersections that became vertices.
+    pub artificial_intersections: u64,
+    /// Faces made directly (case a), after analysis of the neighbouring cells (case b), by hole filling (case c).
+    pub faces: [u64; 3],
+    /// Holes closed, and boundary loops left open.
+    pub holes: [u64; 2],
+    /// Components dropped by `min_component_share` and the faces they had.
+    pub dropped_components: [u64; 2],
+    /// Largest number of bytes held by intersections and the surface at once.
+    pub working_bytes: u64,
+    /// Names of the stages with their wall-clock seconds.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// Result of a merge.
+///
+/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `interpolated` (bool: on no scan exactly,
+/// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if every
+/// scan has colours. Face attribute: `hole_fill` (bool).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Merged {
+    /// The surface, in the world.
+    pub mesh: TriMesh,
+    /// Figures of the run.
+    pub report: MergeReport,
+}
+
+/// Stages of the merge with their shares of its time.
+const PLAN: base::progress::Plan = &[
+    ("measuring the scans", 0.05),
+    ("reading scans, finding intersections", 0.5),
+    ("fusing intersections", 0.1),
+    ("labelling nodes", 0.05),
+    ("settling anomalies", 0.1),
+    ("building the surface", 0.1),
+    ("closing holes", 0.1),
+];
+
+/// Merges the scans into one surface.
+///
+/// # Errors
+/// Parameters out of range; whatever loading a scan can meet; [`Error::Cancelled`].
+pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    params.validate()?;
+    if sources.is_empty() {
+        return Err(Error::input("no scan to merge: give at least one"));
+    }
+    if sources.len() > bundles::MAX_SCANS {
+        return Err(Error::input(format!("{} scans are more than the {} that fit", sources.len(), bundles::MAX_SCANS)));
+    }
+    progress.plan(PLAN);
+    let pool = base::threads::pool(params.threads)?;
+    let merged = progress.run(&pool, || merge(sources, params, [0; 3], progress));
+    // Whatever else went wrong meanwhile, the caller asked for an end.
+    if merged.is_err() {
+        progress.check()?
+    }
+    merged
+}
+
+/// The paper's list of steps. `corner` is where bricks are counted from.
+fn merge(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    corner: [i64; 3],
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    let mut clock = Clock::start();
+    let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
+    let sources = numbers::in_order(sources, &params.triangulation, progress)?;
+    report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
+
+    progress.stage(0, 1);
+    report.voxel = match params.voxel {
+        Some(voxel) => voxel,
+        None => defaults::voxel(&sources, &params.triangulation, progress)?,
+    };
+    clock.lap("measure");
+
+    progress.stage(1, sources.len() as u64);
+    let lattice_near = |near| Lattice::new(report.voxel, near, corner);
+    let mut scans = intake::discretize_all(&sources, params, lattice_near, progress)?;
+    let lattice = scans.lattice;
+    report.input_triangles = scans.triangles;
+    report.intersections = scans.buckets.iter().map(|b| b.len).sum();
+    report.working_bytes = report.intersections * size_of::<bundles::Crossing>() as u64;
+    let raw = bundles::gather(std::mem::take(&mut scans.buckets));
+    clock.lap("discretize");
+
+    progress.stage(2, raw.len() as u64);
+    let merge_distance = match params.merge_distance {
+        Some(distance) => distance / report.voxel,
+        None => {
+            let distances = defaults::OverlapDistances::measure(&raw, progress)?;
+            report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
+            distances.quantile(0.95).unwrap_or(1.0).max(1.0)
+        }
+    };
+    clock.lap("overlap");
+    report.merge_distance = params.merge_distance.unwrap_or(merge_distance * report.voxel);
+    let rule = fuse::Rule { merge_distance, full_trust: f64::from(scans.full_trust) };
+    let fused = raw
+        .into_par_iter()
+        .map(|raw| {
+            progress.advance(1)?;
+            Ok(fuse::fuse(raw, rule))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    report.fused_intersections = fused.iter().map(|b| b.crossings.len() as u64).sum();
+    let bundles = classify::Bundles::new(fused);
+    clock.lap("fuse");
+
+    let labels = label_nodes(&bundles, progress)?;
+    clock.lap("label");
+    let mut bricks = analyse_cells(&labels, progress)?;
+    drop(labels);
+    clock.lap("analyse");
+    progress.stage(5, bricks.len() as u64);
+    let mut surface = extract::extract(&mut bricks, &bundles, &lattice, progress)?;
+    clock.lap("reconstruct");
+    drop(bricks);
+    drop(bundles);
+    report.artificial_intersections = surface.artificial.len() as u64;
+    artificial::place(&mut surface, &lattice, progress)?;
+    artificial::separate_at_nodes(&mut surface, &lattice);
+    clock.lap("artificial");
+    pinches::split(&mut surface, &lattice, progress)?;
+    clock.lap("pinches");
+    let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
+    report.dropped_components = [dropped.components, dropped.faces];
+    clock.lap("components");
+    refuse_nothing(&surface, report.voxel)?;
+    let size = surface.extent(progress)?;
+    report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
+    report.working_bytes = report.working_bytes.max(surface.bytes());
+
+    progress.stage(6, 1);
+    report.max_hole_length = match params.max_hole_length {
+        Some(length) => length,
+        None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
+    };
+    let limit = match params.max_hole_length {
+        Some(length) => close::Limit::Length(length),
+        None => close::Limit::OfPart(report.max_hole_length, HOLE_SHARE),
+    };
+    let holes = close::close_holes(&mut surface, limit, &lattice, progress)?;
+    report.holes = [holes.closed, holes.open];
+    if holes.peeled {
+        let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
+        report.dropped_components[0] += dropped.components;
+        report.dropped_components[1] += dropped.faces;
+        refuse_nothing(&surface, report.voxel)?;
+    }
+    report.faces = surface.count_cases(progress)?;
+    let mesh = surface.into_mesh(scans.coloured, progress)?;
+    clock.lap("holes");
+    report.seconds = clock.laps;
+    Ok(Merged { mesh, report })
+}
+
+/// By default holes are closed up to a boundary of this many voxels ...
+const HOLE_VOXELS: f64 = 100.0;
+/// ... and of at most this share of the diagonal of the bounding box of the part they are in.
+const HOLE_SHARE: f64 = 0.2;
+
+fn refuse_nothing(surface: &extract::Surface, voxel: f64) -> Result<()> {
+    if !surface.is_empty() {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
+        Shown::digits(voxel, 4)
+    )))
+}
+
+type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
+
+fn label_nodes(bundles: &classify::Bundles, progress: &Progress<'_>) -> Result<Labels> {
+    let bricks = bundles.labelled_bricks();
+    progress.stage(3, bricks.len() as u64);
+    let labels = bricks
+        .into_par_iter()
+        .map_init(Classifier::default, |classifier, brick| {
+            progress.advance(1)?;
+            Ok(classifier.label(bundles, brick).map(|labels| (brick, labels)))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(labels.into_iter().flatten().collect())
+}
+
+fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
+    // Around labelled nodes others get labels too: neighbours within reach may hold cells and vertices.
+    let mut bricks: Vec<[i32; 3]> = Vec::new();
+    for (brick, labels) in labels {
+        let reach = labels.bounds.map(|[low, high]| {
+            [
+                (low - anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
+                (high + anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
+            ]
+        });
+        for z in reach[2][0]..=reach[2][1] {
+            for y in reach[1][0]..=reach[1][1] {
+                bricks.extend((reach[0][0]..=reach[0][1]).map(|x| [brick[0] + x, brick[1] + y, brick[2] + z]));
+            }
+        }
+    }
+    bricks.sort_unstable();
+    bricks.dedup();
+    progress.stage(4, bricks.len() as u64);
+    let surfaces = bricks
+        .into_par_iter()
+        .map_init(Analyser::default, |analyser, brick| {
+            progress.advance(1)?;
+            Ok(analyser.analyse(brick, |at| {
+                let label = labels.get(&[brick[0] + at[0], brick[1] + at[1], brick[2] + at[2]])?;
+                Some([&label.inside, &label.outside])
+            }))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(surfaces.into_iter().flatten().collect())
+}
+
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Clock { last: Instant::now(), laps: Vec::new() }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.laps.push((name, (now - std::mem::replace(&mut self.last, now)).as_secs_f64()));
+    }
+}
+
+impl MergeParams {
+    /// Checks all parameters against the table.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first one out of range.
+    pub fn validate(&self) -> Result<()> {
+        let lengths = [
+            ("voxel", self.voxel),
+            ("merge_distance", self.merge_distance),
+            ("max_hole_length", self.max_hole_length),
+            ("min_component_share", Some(self.min_component_share)),
+            ("threads", Some(self.threads as f64)),
+        ];
+        for (name, value) in lengths {
+            value.map_or(Ok(()), |v| base::params::named(PARAMS, "merge", name).check(v).map(drop))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

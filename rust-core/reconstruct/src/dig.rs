@@ -1,0 +1,126 @@
+//! Stage 4, continued: ways through several cells to samples that lie deeper. \[Boi84\]
+//!
+//! From the sample, the shortest way through cells of one side to a cell with a facet on the surface. The cells on it
+//! change sides one by one from the surface on, each only if all its vertices stay on the surface and manifold, which
+//! includes Boissonnat's second rule (two facets on the surface, the opposite edge not on it). Where one does not, all
+//! are put back and the next way is tried.
+
+use rustc_hash::FxHashSet;
+
+use super::complex::Star;
+use super::manifold::Solid;
+use base::error::Result;
+use base::progress::Progress;
+use geom::delaunay3::INFINITE;
+
+/// Most cells on a way.
+const LONGEST: usize = 4;
+/// Ways tried for a sample.
+const TRIES: usize = 24;
+
+/// A cell on the way out, and the place in the list of the one it was reached from.
+struct Step {
+    cell: u32,
+    from: usize,
+    length: usize,
+}
+
+impl Solid<'_> {
+    /// Digs to the samples off the surface where a way is found, and notes what comes onto it; returns how many it was dug
+    /// to. `allowed`: largest perimeter of a facet.
+    pub(super) fn dig(
+        &mut self,
+        on_surface: &mut [bool],
+        mut allowed: impl FnMut([u32; 3]) -> f64,
+        progress: &Progress<'_>,
+    ) -> Result<usize> {
+        let mut star = Star::default();
+        let mut reached = 0;
+        for sample in (0..on_surface.len() as u32).filter(|&sample| !on_surface[sample as usize]).collect::<Vec<_>>() {
+            progress.check()?;
+            self.complex.star(sample, self.incident[sample as usize], &mut star);
+            let Some((distance, nearest)) = self.nearest(sample, &star) else { continue };
+            // A sample farther away than a facet's side may be long is astray.
+            if 3.0 * distance <= allowed([nearest; 3]) {
+                reached += usize::from(self.dig_to(sample, on_surface, &mut star));
+            }
+        }
+        Ok(reached)
+    }
+
+    /// The sample nearest to one, which is one of its Delaunay neighbours.
+    fn nearest(&self, sample: u32, star: &Star) -> Option<(f64, u32)> {
+        let here = self.complex.points[sample as usize];
+        let mut nearest: Option<(f64, u32)> = None;
+        for vertex in star.cells.iter().flat_map(|&(cell, _)| self.complex.vertices(cell)) {
+            if vertex != sample && vertex != INFINITE {
+                let candidate = (here.distance(self.complex.points[vertex as usize]), vertex);
+                if nearest.is_none_or(|nearest| candidate < nearest) {
+                    nearest = Some(candidate);
+                }
+            }
+        }
+        nearest
+    }
+
+    fn dig_to(&mut self, sample: u32, on_surface: &mut [bool], star: &mut Star) -> bool {
+        self.complex.star(sample, self.incident[sample as usize], star);
+        let side = self.is_inside(star.cells[0].0);
+        if star.cells.iter().any(|&(cell, _)| self.is_inside(cell) != side) {
+            // An earlier way led here.
+            return true;
+        }
+        let mut steps: Vec<Step> =
+            star.cells.iter().map(|&(cell, _)| Step { cell, from: usize::MAX, length: 1 }).collect();
+        steps.retain(|step| self.may_change(step.cell));
+        steps.sort_unstable_by_key(|step| self.complex.name(step.cell));
+        let mut known: FxHashSet<u32> = steps.iter().map(|step| step.cell).collect();
+        let (mut next, mut tries) = (0, 0);
+        while next < steps.len() && tries < TRIES {
+            let Step { cell, length, .. } = steps[next];
+            if (0..4).any(|slot| self.is_inside(self.complex.neighbour(cell, slot)) != side) {
+                tries += 1;
+                if self.open(&steps, next, on_surface, star) {
+                    return true;
+                }
+            }
+            if length < LONGEST {
+                let mut beyond = [0, 1, 2, 3].map(|slot| self.complex.neighbour(cell, slot));
+                beyond.sort_unstable_by_key(|&cell| self.complex.name(cell));
+                for cell in beyond {
+                    if self.may_change(cell) && self.is_inside(cell) == side && known.insert(cell) {
+                        steps.push(Step { cell, from: next, length: length + 1 });
+                    }
+                }
+            }
+            next += 1;
+        }
+        false
+    }
+
+    /// Changes the sides of the cells on a way, from its outer end at `last` to the sample.
+    fn open(&mut self, steps: &[Step], last: usize, on_surface: &mut [bool], star: &mut Star) -> bool {
+        let mut done = Vec::new();
+        let mut at = last;
+        while at != usize::MAX {
+            let cell = steps[at].cell;
+            at = steps[at].from;
+            self.change(cell);
+            done.push(cell);
+            let stays = self
+                .complex
+                .vertices(cell)
+                .into_iter()
+                // Vertices that were off the surface may come onto it.
+                .all(|vertex| self.is_manifold_at(vertex, star));
+            if !stays {
+                done.into_iter().for_each(|cell| self.change_back(cell));
+                return false;
+            }
+        }
+        for vertex in done.into_iter().flat_map(|cell| self.complex.vertices(cell)) {
+            on_surface[vertex as usize] = true;
+        }
+        true
+    }
+}

@@ -1,0 +1,252 @@
+//! Scattered points -> surface, over their 3D Delaunay tetrahedralization. \[RELP00\]
+//!
+//! | stage | file | in -> out |
+//! |---|---|---|
+//! | 0 | `prepare` | points -> samples in an order of their own, equal ones once |
+//! | 1 | `geom::delaunay3` | samples -> tetrahedra |
+//! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
+//! | 3 | `separate` | basins -> inside and outside |
+//! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
+//! | 5 | `sheet`, `grow`, `border`, `fans` | open surfaces, which divide nothing |
+//! | 6 | `orient` | outward, or as normals or sensors say |
+//!
+//! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own.
+//!
+//! *Differences from the paper.* (1) No sample is lost to numerical errors. (2) Which cells are outside is not decided by
+//! one threshold on perimeters but by how empty space hangs together: through gates that are wide beside the rooms
+//! they join. So sparse places stay closed and dense gaps open, and a threshold that is too small can not eat the
+//! object. (3) The surface is manifold, after Boissonnat's rules \[Boi84\]. (4) Open surfaces are found, too. (5) The
+//! threshold, global or local, says which facets are too large to be trusted: those that would tie a stray point to
+//! the surface, those over the border of an open one, and on request those that close a gap.
+//!
+//! Cost: O(n log n) in practice; the tetrahedralization takes more than half of the time.
+
+#![cfg_attr(test, allow(clippy::print_stdout))]
+
+// what goes in and out
+mod types;
+
+// 0. samples
+mod prepare;
+
+mod balls;
+mod complex;
+
+// 2. basins and gates
+mod basins;
+
+// 3. sides
+mod separate;
+
+// 4. manifold, and through all samples
+mod dig;
+mod manifold;
+
+// 5. open surfaces
+mod border;
+mod fans;
+mod grow;
+mod sheet;
+
+// the paper's own carving
+mod carve;
+
+mod spacing;
+
+// 6. orientation
+mod orient;
+
+// all of it, and again with other parameters
+mod reconstructor;
+
+use complex::{Complex, Star};
+use manifold::{Separated, Solid};
+use rayon::prelude::*;
+
+pub use reconstructor::PLAN;
+pub use reconstructor::Reconstructor;
+
+pub use types::{
+    Closure, Dropped, PARAMS, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology,
+};
+
+use base::error::Result;
+use base::progress::Progress;
+use mesh::point_cloud::PointCloud;
+
+/// Spacings that the mean side of a trusted facet may have, before the factor. Samples at random over a plane leave
+/// triangles with a perimeter of up to three times the mean.
+const TRUSTED: f64 = 2.5;
+
+/// Reconstructs a surface from a cloud. To try several parameters use a [`Reconstructor`].
+///
+/// # Errors
+/// See [`Reconstructor::surface`].
+pub fn run(cloud: &PointCloud, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    Reconstructor::new(cloud)?.into_surface(params, progress)
+}
+
+/// Like [`run`] in less memory: the places of the cloud's points are given back as soon as they are sorted, 24 bytes each.
+///
+/// # Errors
+/// See [`Reconstructor::surface`].
+pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
+    Reconstructor::new(cloud)?.into_surface_of_its_own(params, progress)
+}
+
+/// Stages 2 to 4 up to the repair: the side of each cell.
+fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Separated> {
+    let basins = basins::Basins::find(complex, progress)?;
+    let sides = separate::sides(basins, progress)?;
+    let mut solid = Solid::new(complex, sides);
+    let repaired = solid.repair(progress)?;
+    Ok(solid.into_separated(repaired))
+}
+
+/// What the perimeter of a facet is measured with, and how much of it is trusted.
+struct Scale<'a> {
+    complex: Complex<'a>,
+    incident: &'a [u32],
+    star: Star,
+    /// Of each sample, 0 where not yet asked for.
+    spacings: Vec<f64>,
+    /// Perimeter trusted everywhere; `None`: in spacings of the facet's samples.
+    global: Option<f64>,
+    trusted: f64,
+}
+
+impl Scale<'_> {
+    /// Largest perimeter a facet may have.
+    fn allowed(&mut self, mut facet: [u32; 3]) -> f64 {
+        // Sums depend on the order, and that on how a cell lists its vertices.
+        facet.sort_unstable();
+        match self.global {
+            Some(perimeter) => perimeter,
+            None => {
+                let spacing = |v: u32| {
+                    let known = &mut self.spacings[v as usize];
+                    if *known == 0.0 {
+                        *known = spacing::spacing(self.complex, v, self.incident[v as usize], &mut self.star);
+                    }
+                    *known
+                };
+                self.trusted * facet.map(spacing).into_iter().sum::<f64>()
+            }
+        }
+    }
+}
+
+/// The mean perimeter, the same for any order of the triangles.
+fn mean_perimeter(complex: Complex<'_>, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<f64> {
+    let mut perimeters: Vec<f64> = triangles.par_iter().map(|&t| complex.perimeter(t)).collect();
+    progress.sort(&mut perimeters, &f64::total_cmp)?;
+    Ok(perimeters.iter().sum::<f64>() / perimeters.len().max(1) as f64)
+}
+
+fn scale<'a>(
+    complex: Complex<'a>,
+    incident: &'a [u32],
+    params: &ReconstructParams,
+    typical: impl FnOnce() -> Result<f64>,
+    report: &mut ReconstructReport,
+) -> Result<Scale<'a>> {
+    let trusted = TRUSTED * params.factor;
+    let global = match params.threshold {
+        Threshold::Global => Some(trusted * typical()?),
+        Threshold::Local => None,
+    };
+    report.threshold = global.unwrap_or(3.0 * trusted);
+    let spacings = vec![0.0; if global.is_none() { complex.points.len() } else { 0 }];
+    Ok(Scale { complex, incident, star: Star::default(), spacings, global, trusted })
+}
+
+/// The closed surface, through all samples in its reach.
+fn close(
+    solid: &mut Solid<'_>,
+    mut on_surface: Vec<bool>,
+    params: &ReconstructParams,
+    report: &mut ReconstructReport,
+    progress: &Progress<'_>,
+) -> Result<Vec<[u32; 3]>> {
+    let (complex, incident) = (solid.complex, solid.incident.clone());
+    let typical = || mean_perimeter(complex, &solid.surface(progress)?, progress);
+    let mut scale = scale(complex, &incident, params, typical, report)?;
+    let mut gathered = solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    gathered += solid.dig(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    gathered += solid.gather(&mut on_surface, |facet| scale.allowed(facet), progress)?;
+    report.repaired[1] = gathered;
+    let mut triangles = solid.surface(progress)?;
+    // So that what is cut does not depend on the numbers of the cells.
+    canonical(&mut triangles, progress)?;
+    let before = triangles.len();
+    if params.closure == Closure::Open {
+        triangles.retain(|&triangle| complex.perimeter(triangle) <= scale.allowed(triangle));
+    }
+    // What the repair could not mend, and vertices where gaps meet.
+    fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
+    report.cut_facets = before - triangles.len();
+    report.closed = report.cut_facets == 0 || fans::are_closed(&triangles, complex.points.len());
+    Ok(triangles)
+}
+
+/// The open surface, grown from what all samples agree on.
+fn open(
+    complex: Complex<'_>,
+    incident: &[u32],
+    choices: &[sheet::Choice],
+    params: &ReconstructParams,
+    report: &mut ReconstructReport,
+    progress: &Progress<'_>,
+) -> Result<Vec<[u32; 3]>> {
+    let typical = || {
+        let agreed: Vec<[u32; 3]> = choices.iter().filter(|c| c.is_agreed()).map(|c| c.vertices).collect();
+        mean_perimeter(complex, &agreed, progress)
+    };
+    let mut scale = scale(complex, incident, params, typical, report)?;
+    let balls = balls::Balls::of(complex, progress)?;
+    let mut triangles = grow::Front::grow(complex, &balls, choices, |facet| scale.allowed(facet), progress)?;
+    report.cut_facets =
+        fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
+    report.closed = fans::are_closed(&triangles, complex.points.len());
+    Ok(triangles)
+}
+
+/// The paper's carving, and its sides.
+fn carve_freely<'a>(
+    complex: Complex<'a>,
+    params: &ReconstructParams,
+    report: &mut ReconstructReport,
+    progress: &Progress<'_>,
+) -> Result<(Vec<[u32; 3]>, Solid<'a>)> {
+    let carved = match params.threshold {
+        Threshold::Global => carve::carve(complex, params.factor, |facet| complex.perimeter(facet), progress)?,
+        Threshold::Local => {
+            let spacings = spacing::all(complex, &complex.incident(), progress)?;
+            let size = |mut facet: [u32; 3]| {
+                facet.sort_unstable();
+                3.0 * complex.perimeter(facet) / facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>()
+            };
+            carve::carve(complex, params.factor, size, progress)?
+        }
+    };
+    // The border of a solid has none itself.
+    report.closed = true;
+    report.threshold = carved.threshold;
+    report.rounds = carved.rounds;
+    let solid = Solid::new(complex, carved.sides);
+    Ok((solid.surface(progress)?, solid))
+}
+
+/// Each triangle from its lowest vertex, and all in order: the same for any numbers of the cells.
+fn canonical(triangles: &mut [[u32; 3]], progress: &Progress<'_>) -> Result<()> {
+    for range in progress.ranges(triangles.len()) {
+        for triangle in &mut triangles[range?] {
+            let lowest = (0..3).min_by_key(|&i| triangle[i]).expect("three vertices");
+            triangle.rotate_left(lowest);
+        }
+    }
+    progress.sort(triangles, &Ord::cmp)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,139 @@
+//! Sculpting: one range image -> the smallest mesh within a tolerance. \[SG07\]
+//!
+//! | stage | file | in -> out |
+//! |---|---|---|
+//! | 1 | `domain`, `folds` | step-discontinuity triangles that don't hide behind others -> where the mesh may be |
+//! | 2 | `seams` | domain -> pixels that must be vertices |
+//! | 3 | `ladder`, `dig`, `delaunay` | tiles and their required pixels -> a mesh within the tolerance |
+//! | 4 | `polish`, `patch`, `borders`, `star`, `sides`, `search` | mesh -> mesh of fewer triangles within the tolerance |
+//! | 5 | `finish` | triangles over pixels -> mesh with attributes |
+//! | 6 | `certify`, `mend` | mesh and image -> distances, measured anew; what breaks the bound is split |
+//!
+//! `reference` is the paper's own pipeline, for comparison.
+//!
+//! Differences from the paper: (1) the digging is lazy: instead of a tetrahedralization of all pixels in curvature space,
+//! dug from outside, a planar Delaunay triangulation of what the sensor sees gets the pixel that is farthest from it, tile
+//! by tile; so it is a height field at every moment, a pixel costs time only when the digging reaches it, and nothing is
+//! left to clean up. (2) The polish stage, which the paper has not, leaves about 0.6 times the triangles. (3) The error is
+//! measured along each pixel's own ray, whatever the projection. (4) The mesh covers exactly the triangles of the
+//! step-discontinuity triangulation, but those that hide behind others where a point grid folds: nothing covers an invalid
+//! pixel or bridges a jump, and each ray meets the mesh once. Borders are simplified on request, by half a pixel at most.
+
+mod params;
+
+// What a pixel is, whatever the projection
+mod view;
+
+// 1. where the mesh may be
+mod domain;
+mod folds;
+
+// 2. pixels that must be vertices
+mod seams;
+
+// 3. digging
+mod delaunay;
+mod dig;
+mod ladder;
+
+// between the stages
+mod pieces;
+
+// 4. fewer triangles
+mod borders;
+mod patch;
+mod polish;
+mod search;
+mod sides;
+mod star;
+
+// 5. the mesh
+mod finish;
+
+// 6. the certificate
+mod certify;
+mod mend;
+
+// The paper's own pipeline
+pub mod reference;
+
+// Built once, dug to any tolerance
+mod sculptor;
+
+pub use certify::{Certificate, certify};
+pub use params::{PARAMS, SculptParams, Tolerance};
+pub use sculptor::Sculptor;
+
+use base::error::Result;
+use base::progress::Progress;
+use image::range_image::RangeImage;
+use mesh::TriMesh;
+
+/// The figures of a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SculptReport {
+    /// Tolerance used, world units.
+    pub tolerance: f64,
+    /// Difference between the farthest and the nearest range of the covered samples.
+    pub depth_extent: f64,
+    /// Triangles of the step-discontinuity triangulation but the hidden ones: the mesh that has every covered sample.
+    pub full_triangles: usize,
+    /// Triangles left out because they hide behind others, as seen along the rays.
+    pub hidden_triangles: usize,
+    /// Triangles after the digging, before the polish.
+    pub dug_triangles: usize,
+    /// Triangles of the result.
+    pub triangles: usize,
+    /// Valid pixels without a triangle: they have none in the step-discontinuity triangulation, or only hidden ones.
+    pub isolated_pixels: usize,
+    /// Names of the stages with their wall-clock seconds.
+    pub seconds: Vec<(&'static str, f64)>,
+}
+
+/// Result of sculpting.
+///
+/// The mesh is in the sensor's frame. Vertex attributes: `range_row`, `range_col` (i32, the pixel), `error` (f32, the
+/// largest of the vertex's faces), and `colour`, `intensity`, `confidence` where the image has them. Face attribute: `error`
+/// (f32): the largest distance, along their rays, of the samples seen in the face; world units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sculpted {
+    /// The surface, in the sensor's frame.
+    pub mesh: TriMesh,
+    /// How far it lies from the samples, measured on the result.
+    pub certificate: Certificate,
+    /// Figures of the run.
+    pub report: SculptReport,
+}
+
+/// Sculpts an image: [`Sculptor::new`] and [`Sculptor::refine`] in one call.
+///
+/// # Guarantees
+/// * The ray of every sample that has a triangle in the step-discontinuity triangulation meets the mesh once, within the
+///   tolerance. The certificate measures it, and is compared with the tolerance before anything is returned: no error in
+///   the result is above the number that was asked for, by rounding either. Where a point grid folds as seen along its rays, or a scan goes around more
+///   than once, triangles that hide behind others count as jumps; the report counts them.
+/// * Seen from the sensor the mesh covers exactly those triangles' area, once; with `simplify_borders` at most half a pixel
+///   more along rows and columns, none of it a pixel that was not covered. All triangles face the sensor and have an
+///   area there; the mesh is a manifold with boundary; its vertices are samples, unless `interpolate` is off.
+/// * The same image gives the same mesh for any number of threads, and in any unit that is a power of two times another.
+///
+/// # Cost
+/// n pixels: O(n log n) expected time. From 128 x 128 to 4096 x 4096 pixels of made terrain, at 0.041 % of its depth extent,
+/// the CPU time falls from 1.7 to 0.4 microseconds a pixel, as the share of them that the mesh needs falls, and memory stays
+/// near 100 bytes a pixel beside the image.
+///
+/// # Errors
+/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels; [`base::Error::Cancelled`].
+///
+/// Source: \[SG07\], with the differences listed at the module.
+pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {
+    params.validate()?;
+    if let Tolerance::Absolute(tolerance) = params.tolerance {
+        sculptor::foresee(image, params, tolerance, sculptor::BYTES_OF_DOMAIN)?;
+    }
+    progress.plan(&[("triangulating", 1.0)]);
+    Sculptor::prepare_for(false, image, params, progress)?.refine(params.tolerance, progress)
+}
+
+#[cfg(test)]
+mod tests;

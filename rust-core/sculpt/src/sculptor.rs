@@ -1,0 +1,377 @@
+//! The driver: the stages in their order, for any number of tolerances.
+
+use std::borrow::Borrow;
+use std::time::Instant;
+
+use super::borders::{Border, Fenced, Hugging, Region, Straight};
+use super::domain::Domain;
+use super::folds::Windowed;
+use super::ladder::Ladder;
+use super::mend::{self, Bound};
+use super::pieces::Pieces;
+use super::search::Search;
+use super::star::Rules;
+use super::view::{LatticeSite, Sight, View, aspect};
+use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
+use base::error::{Error, Result, Shown};
+use base::memory;
+use base::progress::{Plan, Progress};
+use image::range_image::RangeImage;
+
+/// At the peak; measured, 85 for a coarse tolerance, 180 for none.
+const BYTES_A_PIXEL: f64 = 80.0;
+/// While a mesh is made: a place of the image, a triangle; and a valid pixel where vertices may leave their samples.
+const BYTES_A_PLACE: f64 = 24.0;
+const BYTES_A_TRIANGLE: f64 = 78.0;
+const BYTES_OFF_SAMPLES: f64 = 62.0;
+/// Before that, to find where it may be: what of it stays.
+pub(super) const BYTES_OF_DOMAIN: f64 = 30.0;
+/// Pixels that are looked at to find how rough an image is.
+const LOOKED_AT: usize = 1 << 16;
+
+/// An image ready to be sculpted to one tolerance after the other; `I` is a reference to it, or shares it.
+///
+/// The result of a tolerance does not depend on the tolerances before, but comes sooner: the digging starts from the last
+/// rung of its ladder above it, which is kept (about 6 bytes a pixel).
+pub struct Sculptor<I> {
+    image: I,
+    params: SculptParams,
+    domain: Domain,
+    seconds: f64,
+    ladder: Ladder,
+}
+
+/// Stages with their shares of the time.
+const PLAN: Plan = &[("digging", 0.35), ("removing vertices", 0.55), ("measuring the error", 0.1)];
+const SEARCH_PLAN: Plan = &[("searching the tolerance", 0.95), ("measuring the error", 0.05)];
+
+/// Most tolerances tried by [`Sculptor::at_most`] ...
+const MOST_TRIALS: u64 = 24;
+/// ... which is content with this share of the triangles allowed.
+const CLOSE: f64 = 0.98;
+
+/// A mesh is coarse if it has fewer triangles than all samples make by this factor ...
+const COARSE: usize = 16;
+/// ... and small if it has fewer than this.
+const SMALL: usize = 8192;
+
+/// A mesh not yet measured.
+pub(super) struct Dug {
+    pieces: Pieces,
+    /// Triangles before the polish.
+    triangles: usize,
+    pub(super) bound: Bound,
+    clock: Clock,
+}
+
+/// Refuses a tolerance for whose mesh there is not enough memory; `domain` bytes a valid pixel are taken before. How many
+/// triangles there will be follows from how rough the image is: a pixel that lies farther than the tolerance from the
+/// middle between its neighbours is a vertex, mostly.
+pub(super) fn foresee(image: &RangeImage, params: &SculptParams, tolerance: f64, domain: f64) -> Result<()> {
+    let (mut rough, mut looked_at) = (0_u32, 0_u32);
+    // Odd, so that it is no multiple of an even number of columns.
+    let step = (image.len() / LOOKED_AT) | 1;
+    for pixel in (1..image.len().saturating_sub(1)).step_by(step) {
+        let off = image.range(pixel) - image.range(pixel - 1).midpoint(image.range(pixel + 1));
+        looked_at += u32::from(!off.is_nan());
+        rough += u32::from(off.abs() > tolerance);
+    }
+    let share = f64::from(rough) / f64::from(looked_at.max(1));
+    let triangles = (1.65 * share + 0.05).min(2.0);
+    let each = domain + if params.interpolate { BYTES_A_TRIANGLE * triangles } else { BYTES_OFF_SAMPLES };
+    let doing = format!("a mesh within {} of", Shown(tolerance));
+    memory::expect_each(image.valid_count(), each, BYTES_A_PLACE * image.len() as f64, &doing, "valid pixels")
+}
+
+impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
+    /// Finds where the mesh may be. O(pixels).
+    ///
+    /// # Errors
+    /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels.
+    pub fn new(image: I, params: &SculptParams) -> Result<Self> {
+        Self::prepare(image, params, &Progress::none())
+    }
+
+    /// [`Sculptor::new`] that reports and stops when it is cancelled.
+    ///
+    /// # Errors
+    /// As [`Sculptor::new`]; [`Error::Cancelled`].
+    pub fn prepare(image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
+        Self::prepare_for(true, image, params, progress)
+    }
+
+    /// For one tolerance, or for `many`: to these it comes back with a part of the digging done.
+    pub(super) fn prepare_for(many: bool, image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
+        params.validate()?;
+        let pixels = image.borrow().valid_count();
+        memory::expect_each(pixels, BYTES_A_PIXEL, image.borrow().len() as f64, "sculpting", "valid pixels")?;
+        let start = Instant::now();
+        let pool = base::threads::pool(params.threads)?;
+        let triangulation = &params.triangulation;
+        let domain = progress.watch(|| pool.install(|| Domain::new(image.borrow(), triangulation, progress)))?;
+        let ladder = Ladder::new(domain.extent(), many);
+        Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64(), ladder })
+    }
+
+    /// Difference between the farthest and the nearest range of the covered samples.
+    pub fn depth_extent(&self) -> f64 {
+        self.domain.extent()
+    }
+
+    /// The mesh within `tolerance`, finer or coarser than any before.
+    ///
+    /// # Errors
+    /// A tolerance out of range; an error that single precision can't hold; [`Error::Cancelled`].
+    pub fn refine(&self, tolerance: Tolerance, progress: &Progress<'_>) -> Result<Sculpted> {
+        let tolerance = tolerance.in_world(self.depth_extent())?;
+        foresee(self.image.borrow(), &self.params, tolerance, 0.0)?;
+        progress.plan(PLAN);
+        let pool = base::threads::pool(self.params.threads)?;
+        progress.run(&pool, || {
+            progress.stage(0, 1);
+            let dug = self.dig(tolerance, &|| progress.stage(1, 1), progress)?;
+            progress.stage(2, 1);
+            self.finish(dug, progress)
+        })
+    }
+
+    /// The mesh of the smallest tolerance found that has at most `triangles` triangles: those of a tolerance within a few
+    /// percent, as the number of triangles does not fall strictly with the tolerance. Its tolerance is in the report.
+    /// Costs up to 24 meshes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if even a mesh without a tolerance has more; [`Error::Cancelled`].
+    pub fn at_most(&self, triangles: usize, progress: &Progress<'_>) -> Result<Sculpted> {
+        progress.plan(SEARCH_PLAN);
+        let pool = base::threads::pool(self.params.threads)?;
+        progress.run(&pool, || {
+            progress.stage(0, MOST_TRIALS);
+            // No sample lies farther from a mesh of samples; unless rays diverge much, which a factor allows for.
+            let mut high = (16.0 * self.depth_extent()).min(f64::MAX);
+            let mut best = self.dig(high, &|| (), progress)?;
+            let fewest = best.pieces.triangles.len();
+            if fewest > triangles {
+                let name = match self.image.borrow().name.as_str() {
+                    "" => "the image",
+                    name => name,
+                };
+                // Borders as they are in the image may take most of them.
+                let borders = if self.params.simplify_borders { "" } else { "simplify_borders, " };
+                return Err(Error::input(format!(
+                    "{name}: at most {triangles} triangles are asked for, but no fewer than {fewest} cover it: allow more, \
+                     {borders}or raise edge_limit so that jumps tear fewer borders open"
+                )));
+            }
+            let mut low = high * (-40.0_f64).exp2();
+            for _ in 1..MOST_TRIALS {
+                progress.advance(1)?;
+                let middle = low.sqrt() * high.sqrt();
+                if best.pieces.triangles.len() as f64 >= CLOSE * triangles as f64 || !(low < middle && middle < high) {
+                    break;
+                }
+                let dug = self.dig(middle, &|| (), progress)?;
+                if dug.pieces.triangles.len() <= triangles {
+                    (best, high) = (dug, middle);
+                } else {
+                    low = middle;
+                }
+            }
+            progress.stage(1, 1);
+            loop {
+                let sculpted = self.finish(best, progress)?;
+                if sculpted.report.triangles <= triangles {
+                    return Ok(sculpted);
+                }
+                // Mending took more than there were left: a little farther.
+                high *= 1.0 + 1e-3;
+                best = self.dig(high, &|| (), progress)?;
+            }
+        })
+    }
+
+    /// A chain of levels of detail: [`Sculptor::refine`] for each tolerance.
+    ///
+    /// # Errors
+    /// A tolerance out of range, before any work is done; [`Error::Cancelled`].
+    pub fn levels(&self, tolerances: &[Tolerance], progress: &Progress<'_>) -> Result<Vec<Sculpted>> {
+        for tolerance in tolerances {
+            tolerance.in_world(self.depth_extent())?;
+        }
+        tolerances.iter().map(|&tolerance| self.refine(tolerance, progress)).collect()
+    }
+
+    /// Digs and polishes; `dug` is called in between.
+    pub(super) fn dig(&self, tolerance: f64, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug> {
+        let [nearest, farthest] = self.domain.range;
+        let bound = Bound::new(tolerance, nearest.abs().max(farthest.abs()));
+        match Sight::new(self.image.borrow(), self.domain.mirrored) {
+            Sight::Flat(view) => self.dig_tiles(&view, bound, dug, progress),
+            Sight::Pinhole(view) => self.dig_tiles(&view, bound, dug, progress),
+            Sight::Parallel(view) => self.peel(&view, bound, dug, progress),
+            Sight::Central(view) => self.peel(&view, bound, dug, progress),
+        }
+    }
+
+    /// Coarse to fine: digs tiles, then polishes.
+    fn dig_tiles<V: View>(
+        &self,
+        view: &V,
+        bound: Bound,
+        dug: &(dyn Fn() + Sync),
+        progress: &Progress<'_>,
+    ) -> Result<Dug>
+    where
+        V::Site: LatticeSite,
+    {
+        let domain = &self.domain;
+        let mut clock = Clock::start(self.seconds);
+        let pieces = self.ladder.dig(view, domain, bound.dug, progress)?;
+        clock.lap("dig");
+        dug();
+        if self.params.simplify_borders {
+            self.polish(view, &Hugging { domain }, pieces, bound, clock, progress)
+        } else {
+            self.polish(view, &Straight { domain, on_lattice: true }, pieces, bound, clock, progress)
+        }
+    }
+
+    /// Fine to coarse, where pixels are on no lattice: polishes the step-discontinuity triangulation.
+    fn peel<V: View>(&self, view: &V, bound: Bound, dug: &(dyn Fn() + Sync), progress: &Progress<'_>) -> Result<Dug>
+    where
+        V::Site: Windowed,
+    {
+        dug();
+        let domain = &self.domain;
+        let clock = Clock::start(self.seconds);
+        let pieces = Pieces::full(&domain.triangles);
+        if self.params.simplify_borders {
+            self.polish(view, &Fenced::new(view, domain), pieces, bound, clock, progress)
+        } else {
+            self.polish(view, &Straight { domain, on_lattice: false }, pieces, bound, clock, progress)
+        }
+    }
+
+    fn polish<V: View>(
+        &self,
+        view: &V,
+        border: &dyn Border,
+        mut pieces: Pieces,
+        bound: Bound,
+        mut clock: Clock,
+        progress: &Progress<'_>,
+    ) -> Result<Dug> {
+        let region = Region { domain: &self.domain, border };
+        let triangles = pieces.triangles.len();
+        let mut rules = Rules {
+            tolerance: bound.dug,
+            least_sine_squared: self.params.min_angle.sin().powi(2),
+            aspect: aspect(self.image.borrow()),
+            shake: None,
+        };
+        // Off the lattice the polish is all there is.
+        let wanted = self.params.effort > 0 || !<V::Site as super::view::Site>::ON_LATTICE;
+        let (mut pass, mut gained) = (0, true);
+        while wanted && let Some(cut) = polish::next_cut(pass, &self.domain, pieces.triangles.len(), gained) {
+            let before = pieces.triangles.len();
+            // A coarse mesh gains most, and a small one costs little.
+            let gains = COARSE * triangles < self.domain.triangles.len() || triangles < SMALL;
+            let search = if pass == 1 && gains { Search::Light } else { Search::None };
+            pieces = polish::pass(view, region, &pieces, cut, &rules, search, progress)?;
+            gained = pieces.triangles.len() < before;
+            pass += 1;
+        }
+        clock.lap("polish");
+        let free = !self.params.interpolate && self.params.effort > 0;
+        let search = if free { Search::Free } else { Search::Full };
+        rules.tolerance = if free { bound.free } else { bound.dug };
+        let (mut round, mut share) = (0, 1.0);
+        while (self.params.effort > 1 || free)
+            && let Some(cut) = polish::next_search(round, &self.domain, pieces.triangles.len(), share)
+        {
+            let before = pieces.triangles.len();
+            rules.shake = (round >= 2).then_some(round);
+            pieces = polish::pass(view, region, &pieces, cut, &rules, search, progress)?;
+            share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
+            round += 1;
+        }
+        clock.lap("search");
+        Ok(Dug { pieces, triangles, bound, clock })
+    }
+
+    /// Measures the mesh, and mends it until it keeps the bound.
+    pub(super) fn finish(&self, dug: Dug, progress: &Progress<'_>) -> Result<Sculpted> {
+        let Dug { mut pieces, triangles: dug_triangles, bound, mut clock } = dug;
+        let (image, pixels) = (self.image.borrow(), &self.domain.pixels);
+        let (mut mesh, measured) = loop {
+            let mesh = finish::mesh(image, &self.domain, &pieces, progress)?;
+            clock.lap("mesh");
+            let measured = certify::measure(image, pixels, &mesh, progress)?;
+            clock.lap("certify");
+            let of_domain = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize])).copied();
+            // Where rounding lets pixels coincide, others may be covered, too.
+            let of_others = || measured.errors.iter().position(|e| !e.is_nan() && bound.is_broken_by(*e));
+            let Some(broken) = of_domain.or_else(|| of_others().map(|p| p as u32)) else { break (mesh, measured) };
+            pieces = self.mend(&pieces, &measured.errors, &bound, progress)?.ok_or_else(|| {
+                let [col, row] = self.domain.place(broken);
+                Error::input(format!(
+                    "{}: around pixel ({row}, {col}) samples lie too close to one another for their distance from the origin: \
+                     double precision can't tell their rays apart; move the image nearer to the origin",
+                    image.name
+                ))
+            })?;
+        };
+        let certificate = certify::summarize(image, &mesh, measured, progress)?;
+        // Those of pixels and faces are told in single precision.
+        if certificate.max_error > f64::from(f32::MAX) {
+            return Err(Error::input(format!(
+                "an error of {} is more than single precision can hold: use a larger unit, or a smaller tolerance",
+                Shown(certificate.max_error)
+            )));
+        }
+        finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
+        // The bound leaves so much for rounding the coordinates in a file.
+        let room = (bound.certified - certificate.max_error) / certificate.steepness;
+        mesh.rounding_room = Some(room.max(0.0));
+        clock.lap("certify");
+        let report = SculptReport {
+            tolerance: bound.tolerance,
+            depth_extent: self.depth_extent(),
+            full_triangles: self.domain.triangles.len(),
+            hidden_triangles: self.domain.hidden,
+            dug_triangles,
+            triangles: pieces.triangles.len(),
+            isolated_pixels: self.domain.isolated,
+            seconds: clock.laps,
+        };
+        Ok(Sculpted { mesh, certificate, report })
+    }
+
+    fn mend(&self, pieces: &Pieces, errors: &[f64], bound: &Bound, progress: &Progress<'_>) -> Result<Option<Pieces>> {
+        match Sight::new(self.image.borrow(), self.domain.mirrored) {
+            Sight::Flat(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Pinhole(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Parallel(view) => mend::mend(&view, pieces, errors, bound, progress),
+            Sight::Central(view) => mend::mend(&view, pieces, errors, bound, progress),
+        }
+    }
+}
+
+struct Clock {
+    last: Instant,
+    laps: Vec<(&'static str, f64)>,
+}
+
+impl Clock {
+    fn start(domain: f64) -> Self {
+        Clock { last: Instant::now(), laps: vec![("domain", domain)] }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        let now = Instant::now();
+        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
+        match self.laps.iter_mut().find(|lap| lap.0 == name) {
+            Some(lap) => lap.1 += seconds,
+            None => self.laps.push((name, seconds)),
+        }
+    }
+}
