@@ -78,7 +78,7 @@ fn main() {
     let positions_of = function!(b"srf_mesh_positions", View);
     let create_merger = function!(b"srf_merger_create", Make);
     let add_mesh = function!(b"srf_merger_add_mesh", AddMesh);
-    let init = function!(b"srf_merge_params_init", Init);
+    let init = function!(b"srf_merge_params_init_sized", Init);
 
     let mesh = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(60);
     let corners: Vec<[f64; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();

@@ -32,7 +32,7 @@
 
 // Number of the binary interface this header describes. It grows when a program built against an older header would no
 // longer work; compare it with srf_abi_version().
-#define SRF_ABI_VERSION 1
+#define SRF_ABI_VERSION 2
 
 // Version of the library this header belongs to: major number.
 #define SRF_VERSION_MAJOR 0
@@ -257,6 +257,20 @@ typedef struct {
   double matrix[16];
 } srf_pose;
 
+// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
+// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
+// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
+// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
+typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
+
+// Who watches a long call. NULL where one is asked for, or a NULL function: nobody.
+typedef struct {
+  // Asked during the call.
+  srf_progress_fn report;
+  // Handed to report as it is.
+  void *user;
+} srf_progress;
+
 // How range images become surfaces. Starts with its size; set to the defaults by srf_triangulate_params_init().
 typedef struct {
   // Bytes of this struct.
@@ -339,20 +353,6 @@ typedef struct {
   // Largest size of what one compressed file unpacks to, in GiB, > 0. Default 4.
   double max_decoded_gib;
 } srf_read_options;
-
-// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
-// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
-// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
-// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
-typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
-
-// Who watches a long call. NULL where one is asked for, or a NULL function: nobody.
-typedef struct {
-  // Asked during the call.
-  srf_progress_fn report;
-  // Handed to report as it is.
-  void *user;
-} srf_progress;
 
 // How scans are merged. Starts with its size; set to the defaults by srf_merge_params_init(). Lengths are in the unit of the
 // scans; SRF_FROM_DATA where they are to be measured.
@@ -819,10 +819,12 @@ srf_status srf_image_samples(const srf_image *image,
 // image        not NULL
 // out_points   room for 3 * rows * cols doubles; not NULL
 // capacity     that room, in doubles
-// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// progress     NULL for none
+// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_world_points(const srf_image *image,
                                   double *out_points,
-                                  size_t capacity);
+                                  size_t capacity,
+                                  const srf_progress *progress);
 
 // The viewing ray of a pixel in the sensor's frame: a point on it and its unit direction toward the scene; NaN for an
 // invalid pixel of a grid.
@@ -873,19 +875,24 @@ srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_intensities,
                                 srf_array *out_confidences);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_triangulate_params_init(srf_triangulate_params *params);
+// Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, size_t size);
+#define srf_triangulate_params_init(params) srf_triangulate_params_init_sized((params), sizeof(srf_triangulate_params))
 
 // Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
 // range_row, range_col, confidence, and colour if the image has colours. O(pixels).
 // image      not NULL
 // params     NULL for the defaults
+// progress   NULL for none
 // out_mesh   receives a new handle on SRF_OK only; not NULL
-// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+//            Since 0.1.
 srf_status srf_image_triangulate(const srf_image *image,
                                  const srf_triangulate_params *params,
+                                 const srf_progress *progress,
                                  srf_mesh **out_mesh);
 
 // The valid pixels of an image as points, with normals and the image's colours and place in the world.
@@ -1001,24 +1008,31 @@ srf_status srf_mesh_set_attribute(srf_mesh *mesh,
                                   const char *name,
                                   const srf_array *data);
 
-// Prepares a struct for srf_mesh_check().
-// report     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_mesh_report_init(srf_mesh_report *report);
+// Prepares a struct for srf_mesh_check(). Call srf_mesh_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_mesh_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_mesh_report_init_sized(srf_mesh_report *report,
+                                      size_t size);
+#define srf_mesh_report_init(report) srf_mesh_report_init_sized((report), sizeof(srf_mesh_report))
 
 // Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 // mesh        not NULL
 // welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
+// progress    NULL for none
 // out_report  initialized by srf_mesh_report_init(); not NULL
-// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
+                          const srf_progress *progress,
                           srf_mesh_report *out_report);
 
-// Sets the defaults.
-// options    not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_read_options_init(srf_read_options *options);
+// Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
+// options  not NULL
+// size     sizeof(srf_read_options): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_read_options_init_sized(srf_read_options *options, size_t size);
+#define srf_read_options_init(options) srf_read_options_init_sized((options), sizeof(srf_read_options))
 
 // Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 // meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
@@ -1028,23 +1042,16 @@ srf_status srf_read_options_init(srf_read_options *options);
 // What is wrong further on in a file is said when its scan is read.
 // paths       UTF-8; not NULL, nor is any of them
 // count       number of paths, at least 1
+// options     what the files do not say themselves; NULL for the defaults
+// progress    NULL for none
 // out_scans   receives a new handle on SRF_OK only; not NULL
-// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.1.
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
+//             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_open(const char *const *paths,
                           size_t count,
+                          const srf_read_options *options,
+                          const srf_progress *progress,
                           srf_scans **out_scans);
-
-// As srf_scans_open(), with what the files do not say themselves.
-// paths       UTF-8; not NULL, nor is any of them
-// count       number of paths, at least 1
-// options     NULL for the defaults
-// out_scans   receives a new handle on SRF_OK only; not NULL
-// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_STRUCT_SIZE,
-//             SRF_ERR_NULL. Since 0.1.
-srf_status srf_scans_open_with(const char *const *paths,
-                               size_t count,
-                               const srf_read_options *options,
-                               srf_scans **out_scans);
 
 // Releases a set of scans.
 // scans      NULL does nothing
@@ -1080,21 +1087,6 @@ srf_status srf_scans_describe(const srf_scans *scans,
 // srf_scans_describe() places.
 // scans        not NULL
 // index        less than the number of scans
-// out_content  receives a value of srf_content: which of the three handles was made; not NULL
-// out_image    receives a new handle or NULL; not NULL
-// out_mesh     receives a new handle or NULL; not NULL
-// out_cloud    receives a new handle or NULL; not NULL
-// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-srf_status srf_scans_read(const srf_scans *scans,
-                          size_t index,
-                          uint32_t *out_content,
-                          srf_image **out_image,
-                          srf_mesh **out_mesh,
-                          srf_cloud **out_cloud);
-
-// As srf_scans_read(), watched: while a large file is read a host can show how far it is, and stop it.
-// scans        not NULL
-// index        less than the number of scans
 // progress     counts the bytes of the file; NULL for none
 // out_content  receives a value of srf_content: which of the three handles was made; not NULL
 // out_image    receives a new handle or NULL; not NULL
@@ -1102,13 +1094,13 @@ srf_status srf_scans_read(const srf_scans *scans,
 // out_cloud    receives a new handle or NULL; not NULL
 // returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
-srf_status srf_scans_read_with(const srf_scans *scans,
-                               size_t index,
-                               const srf_progress *progress,
-                               uint32_t *out_content,
-                               srf_image **out_image,
-                               srf_mesh **out_mesh,
-                               srf_cloud **out_cloud);
+srf_status srf_scans_read(const srf_scans *scans,
+                          size_t index,
+                          const srf_progress *progress,
+                          uint32_t *out_content,
+                          srf_image **out_image,
+                          srf_mesh **out_mesh,
+                          srf_cloud **out_cloud);
 
 // Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
@@ -1225,15 +1217,20 @@ srf_status srf_images_write_e57(const srf_image *const *images,
                                 const char *path,
                                 const srf_progress *progress);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_merge_params_init(srf_merge_params *params);
+// Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_merge_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_merge_params_init_sized(srf_merge_params *params, size_t size);
+#define srf_merge_params_init(params) srf_merge_params_init_sized((params), sizeof(srf_merge_params))
 
-// Prepares a struct for srf_merger_run().
-// report     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_merge_report_init(srf_merge_report *report);
+// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_merge_report_init_sized(srf_merge_report *report,
+                                       size_t size);
+#define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
 
 // Begins a merge without scans.
 // out_merger  receives a new handle on SRF_OK only; not NULL
@@ -1285,24 +1282,32 @@ srf_status srf_merger_run(const srf_merger *merger,
                           srf_mesh **out_mesh,
                           srf_merge_report *out_report);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_sculpt_params_init(srf_sculpt_params *params);
+// Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_sculpt_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_sculpt_params_init_sized(srf_sculpt_params *params, size_t size);
+#define srf_sculpt_params_init(params) srf_sculpt_params_init_sized((params), sizeof(srf_sculpt_params))
 
-// Prepares a struct for srf_sculptor_refine().
+// Prepares a struct for srf_sculptor_refine(). Call srf_certificate_init(certificate), which adds the size that this header knows.
 // certificate  not NULL
-// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_certificate_init(srf_certificate *certificate);
+// size         sizeof(srf_certificate): what of the struct this library does not know becomes 0
+// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_certificate_init_sized(srf_certificate *certificate,
+                                      size_t size);
+#define srf_certificate_init(certificate) srf_certificate_init_sized((certificate), sizeof(srf_certificate))
 
 // Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
 // it is now; it may be freed or changed afterwards.
 // image         not NULL
 // params        NULL for the defaults
+// progress      NULL for none
 // out_sculptor  receives a new handle on SRF_OK only; not NULL
-// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//               SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_sculptor_create(const srf_image *image,
                                const srf_sculpt_params *params,
+                               const srf_progress *progress,
                                srf_sculptor **out_sculptor);
 
 // Releases a sculptor.
@@ -1341,15 +1346,20 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 srf_mesh **out_mesh,
                                 srf_certificate *out_certificate);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_quad_params_init(srf_quad_params *params);
+// Sets the defaults. Call srf_quad_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_quad_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_quad_params_init_sized(srf_quad_params *params, size_t size);
+#define srf_quad_params_init(params) srf_quad_params_init_sized((params), sizeof(srf_quad_params))
 
-// Prepares a struct for srf_quads_create().
-// report     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_quad_report_init(srf_quad_report *report);
+// Prepares a struct for srf_quads_create(). Call srf_quad_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_quad_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_quad_report_init_sized(srf_quad_report *report,
+                                      size_t size);
+#define srf_quad_report_init(report) srf_quad_report_init_sized((report), sizeof(srf_quad_report))
 
 // Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
 // the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
@@ -1421,14 +1431,16 @@ srf_status srf_quads_write_obj(const srf_quads *quads, const char *path, const s
 // control_rows      rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of
 //                   least squares; 0 for the grid's, so that it runs through the vertices
 // control_cols      columns of control points, likewise
+// progress          NULL for none
 // out_spline        receives a new handle on SRF_OK only; not NULL
 // out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
 // out_rms_residual  root of the mean square of these distances; NULL if not wanted
-// returns           SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns           SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_spline_create(const srf_quads *quads,
                              uint32_t order,
                              size_t control_rows,
                              size_t control_cols,
+                             const srf_progress *progress,
                              srf_spline **out_spline,
                              double *out_max_residual,
                              double *out_rms_residual);
@@ -1468,15 +1480,20 @@ srf_status srf_spline_sample(const srf_spline *spline,
                              size_t cols,
                              srf_mesh **out_mesh);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_reconstruct_params_init(srf_reconstruct_params *params);
+// Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_reconstruct_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_reconstruct_params_init_sized(srf_reconstruct_params *params, size_t size);
+#define srf_reconstruct_params_init(params) srf_reconstruct_params_init_sized((params), sizeof(srf_reconstruct_params))
 
-// Prepares a struct for srf_reconstructor_surface().
-// report     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_reconstruct_report_init(srf_reconstruct_report *report);
+// Prepares a struct for srf_reconstructor_surface(). Call srf_reconstruct_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_reconstruct_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
+                                             size_t size);
+#define srf_reconstruct_report_init(report) srf_reconstruct_report_init_sized((report), sizeof(srf_reconstruct_report))
 
 // Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
 // surface.
@@ -1513,15 +1530,20 @@ srf_status srf_reconstructor_surface(const srf_reconstructor *reconstructor,
                                      srf_reconstruct_report *out_report,
                                      uint8_t *out_dropped);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_cluster_params_init(srf_cluster_params *params);
+// Sets the defaults. Call srf_cluster_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_cluster_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_cluster_params_init_sized(srf_cluster_params *params, size_t size);
+#define srf_cluster_params_init(params) srf_cluster_params_init_sized((params), sizeof(srf_cluster_params))
 
-// Prepares a struct for srf_mesh_cluster().
-// report     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_cluster_report_init(srf_cluster_report *report);
+// Prepares a struct for srf_mesh_cluster(). Call srf_cluster_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_cluster_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_cluster_report_init_sized(srf_cluster_report *report,
+                                         size_t size);
+#define srf_cluster_report_init(report) srf_cluster_report_init_sized((report), sizeof(srf_cluster_report))
 
 // Replaces a dense mesh by a coarse one of well-shaped triangles with the same components, boundaries and genus. Its vertices
 // lie on the mesh, those of boundaries on its boundaries; attributes of vertices ride along. Edges of more than two triangles, or of
@@ -1587,10 +1609,12 @@ srf_status srf_cloud_cluster_levels(const srf_cloud *cloud,
                                     const srf_progress *progress,
                                     srf_mesh **out_meshes);
 
-// Sets the defaults.
-// params     not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_scan_params_init(srf_scan_params *params);
+// Sets the defaults. Call srf_scan_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_scan_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_scan_params_init_sized(srf_scan_params *params, size_t size);
+#define srf_scan_params_init(params) srf_scan_params_init_sized((params), sizeof(srf_scan_params))
 
 // Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. Where the mesh has the
 // vertex attribute colour, the image has colours.
@@ -1612,10 +1636,13 @@ srf_status srf_scan_mesh(const srf_mesh *mesh,
                          const srf_progress *progress,
                          srf_image **out_image);
 
-// Prepares a struct for srf_mesh_distances().
+// Prepares a struct for srf_mesh_distances(). Call srf_distances_init(distances), which adds the size that this header knows.
 // distances  not NULL
-// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
-srf_status srf_distances_init(srf_distances *distances);
+// size       sizeof(srf_distances): what of the struct this library does not know becomes 0
+// returns    SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_distances_init_sized(srf_distances *distances,
+                                    size_t size);
+#define srf_distances_init(distances) srf_distances_init_sized((distances), sizeof(srf_distances))
 
 // Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
 // any number of threads.

@@ -293,11 +293,12 @@ public:
     }
 
     // Is it what a surface must be, and what is its topology?
-    srf_mesh_report report(bool welded = false) const
+    srf_mesh_report report(bool welded = false, const ProgressFunction &progress = {}) const
     {
         srf_mesh_report report{};
         check(srf_mesh_report_init(&report));
-        check(srf_mesh_check(get(), welded ? 1 : 0, &report));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_check(get(), welded ? 1 : 0, watcher.get(), &report));
         return report;
     }
 
@@ -516,18 +517,20 @@ public:
     void set_name(const std::string &name) { check(srf_image_set_name(get(), name.c_str())); }
 
     // Three doubles a pixel, NaN for an invalid one.
-    std::vector<double> world_points() const
+    std::vector<double> world_points(const ProgressFunction &progress = {}) const
     {
         const auto [rows, cols, valid] = size();
         std::vector<double> points(3 * rows * cols);
-        check(srf_image_world_points(get(), points.data(), points.size()));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_world_points(get(), points.data(), points.size(), watcher.get()));
         return points;
     }
 
-    Mesh triangulate(const TriangulateParams &params = {}) const
+    Mesh triangulate(const TriangulateParams &params = {}, const ProgressFunction &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
-        check(srf_image_triangulate(get(), &params, &mesh));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_triangulate(get(), &params, watcher.get(), &mesh));
         return Mesh(mesh);
     }
 
@@ -594,7 +597,10 @@ inline void write_e57(const std::vector<const Image *> &images, const std::strin
 // A range image ready to be sculpted to one tolerance after the other.
 class Sculptor : public detail::Handle<srf_sculptor, srf_sculptor_free> {
 public:
-    explicit Sculptor(const Image &image, const SculptParams &params = {}) : Handle(make(image, params)) {}
+    explicit Sculptor(const Image &image, const SculptParams &params = {}, const ProgressFunction &progress = {})
+        : Handle(make(image, params, progress))
+    {
+    }
 
     struct Result {
         Mesh mesh;
@@ -622,10 +628,11 @@ public:
     }
 
 private:
-    static srf_sculptor *make(const Image &image, const SculptParams &params)
+    static srf_sculptor *make(const Image &image, const SculptParams &params, const ProgressFunction &progress)
     {
         srf_sculptor *sculptor = nullptr;
-        check(srf_sculptor_create(image.get(), &params, &sculptor));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_sculptor_create(image.get(), &params, watcher.get(), &sculptor));
         return sculptor;
     }
 };
@@ -756,10 +763,12 @@ public:
     }
 
     // A surface through the vertices, or near them with fewer control points.
-    Spline spline(std::uint32_t order = 4, std::size_t control_rows = 0, std::size_t control_cols = 0) const
+    Spline spline(std::uint32_t order = 4, std::size_t control_rows = 0, std::size_t control_cols = 0,
+                  const ProgressFunction &progress = {}) const
     {
         srf_spline *spline = nullptr;
-        check(srf_spline_create(get(), order, control_rows, control_cols, &spline, nullptr, nullptr));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_spline_create(get(), order, control_rows, control_cols, watcher.get(), &spline, nullptr, nullptr));
         return Spline(spline);
     }
 
@@ -797,12 +806,13 @@ class Scans : public detail::Handle<srf_scans, srf_scans_free> {
 public:
     using Handle::Handle;
 
-    static Scans open(const std::vector<std::string> &paths, const ReadOptions &options = {})
+    static Scans open(const std::vector<std::string> &paths, const ReadOptions &options = {}, const ProgressFunction &progress = {})
     {
         std::vector<const char *> pointers;
         for (const std::string &path : paths) pointers.push_back(path.c_str());
         srf_scans *scans = nullptr;
-        check(srf_scans_open_with(pointers.data(), pointers.size(), &options, &scans));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_scans_open(pointers.data(), pointers.size(), &options, watcher.get(), &scans));
         return Scans(scans);
     }
 
@@ -855,7 +865,7 @@ public:
         srf_mesh *mesh = nullptr;
         srf_cloud *cloud = nullptr;
         detail::Watcher watcher(progress);
-        watcher.check(srf_scans_read_with(get(), index, watcher.get(), &content, &image, &mesh, &cloud));
+        watcher.check(srf_scans_read(get(), index, watcher.get(), &content, &image, &mesh, &cloud));
         return Content{Image(image), Mesh(mesh), Cloud(cloud)};
     }
 };

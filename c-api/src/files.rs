@@ -171,12 +171,13 @@ impl srf_read_options {
     }
 }
 
-/// Sets the defaults.
-/// options    not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
+/// options  not NULL
+/// size     sizeof(srf_read_options): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_read_options_init(options: *mut srf_read_options) -> srf_status {
-    guard(|| sized::init("options", options, srf_read_options::defaults()))
+pub unsafe extern "C" fn srf_read_options_init_sized(options: *mut srf_read_options, size: usize) -> srf_status {
+    guard(|| sized::init("options", options, size, srf_read_options::defaults()))
 }
 
 /// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
@@ -187,38 +188,27 @@ pub unsafe extern "C" fn srf_read_options_init(options: *mut srf_read_options) -
 /// What is wrong further on in a file is said when its scan is read.
 /// paths       UTF-8; not NULL, nor is any of them
 /// count       number of paths, at least 1
+/// options     what the files do not say themselves; NULL for the defaults
+/// progress    NULL for none
 /// out_scans   receives a new handle on SRF_OK only; not NULL
-/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.1.
+/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
+///             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_open(
     paths: *const *const c_char,
     count: usize,
-    out_scans: *mut *mut srf_scans,
-) -> srf_status {
-    guard(|| open(paths, count, std::ptr::null(), out_scans))
-}
-
-/// As srf_scans_open(), with what the files do not say themselves.
-/// paths       UTF-8; not NULL, nor is any of them
-/// count       number of paths, at least 1
-/// options     NULL for the defaults
-/// out_scans   receives a new handle on SRF_OK only; not NULL
-/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_STRUCT_SIZE,
-///             SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_scans_open_with(
-    paths: *const *const c_char,
-    count: usize,
     options: *const srf_read_options,
+    progress: *const srf_progress,
     out_scans: *mut *mut srf_scans,
 ) -> srf_status {
-    guard(|| open(paths, count, options, out_scans))
+    guard(|| open(paths, count, options, &watched(progress), out_scans))
 }
 
 fn open(
     paths: *const *const c_char,
     count: usize,
     options: *const srf_read_options,
+    progress: &Progress<'_>,
     out_scans: *mut *mut srf_scans,
 ) -> Result<(), Failure> {
     pointer::writable("out_scans", out_scans)?;
@@ -229,7 +219,7 @@ fn open(
         .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
         .collect::<Result<Vec<_>, Failure>>()?;
     let options = sized::read("options", options, srf_read_options::defaults())?.to_core()?;
-    let set = import::open_with(&paths, &options, &Progress::none())?;
+    let set = import::open_with(&paths, &options, progress)?;
     set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
     let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
     let names = set.scans.iter().map(|scan| text(&scan.name)).collect();
@@ -314,26 +304,6 @@ pub unsafe extern "C" fn srf_scans_describe(
 /// srf_scans_describe() places.
 /// scans        not NULL
 /// index        less than the number of scans
-/// out_content  receives a value of srf_content: which of the three handles was made; not NULL
-/// out_image    receives a new handle or NULL; not NULL
-/// out_mesh     receives a new handle or NULL; not NULL
-/// out_cloud    receives a new handle or NULL; not NULL
-/// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_scans_read(
-    scans: *const srf_scans,
-    index: usize,
-    out_content: *mut u32,
-    out_image: *mut *mut srf_image,
-    out_mesh: *mut *mut srf_mesh,
-    out_cloud: *mut *mut srf_cloud,
-) -> srf_status {
-    guard(|| read(scans, index, std::ptr::null(), (out_content, out_image, out_mesh, out_cloud)))
-}
-
-/// As srf_scans_read(), watched: while a large file is read a host can show how far it is, and stop it.
-/// scans        not NULL
-/// index        less than the number of scans
 /// progress     counts the bytes of the file; NULL for none
 /// out_content  receives a value of srf_content: which of the three handles was made; not NULL
 /// out_image    receives a new handle or NULL; not NULL
@@ -342,7 +312,7 @@ pub unsafe extern "C" fn srf_scans_read(
 /// returns      SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///              SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_scans_read_with(
+pub unsafe extern "C" fn srf_scans_read(
     scans: *const srf_scans,
     index: usize,
     progress: *const srf_progress,

@@ -5,7 +5,7 @@ use std::ffi::{CString, c_char};
 use glam::DVec3;
 use surfrecon::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use surfrecon::triangulate::{self, TriangulateParams};
-use surfrecon::{Progress, TriMesh, mesh::Attribute};
+use surfrecon::{TriMesh, mesh::Attribute};
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::cloud::srf_cloud;
@@ -13,6 +13,7 @@ use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::mesh::srf_mesh;
 use crate::pose::{self, srf_pose};
+use crate::progress::{srf_progress, watched};
 use crate::settings::{SRF_FROM_DATA, from_data};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{pointer, sized};
@@ -227,12 +228,14 @@ pub unsafe extern "C" fn srf_image_samples(image: *const srf_image, out_samples:
 /// image        not NULL
 /// out_points   room for 3 * rows * cols doubles; not NULL
 /// capacity     that room, in doubles
-/// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// progress     NULL for none
+/// returns      SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_world_points(
     image: *const srf_image,
     out_points: *mut f64,
     capacity: usize,
+    progress: *const srf_progress,
 ) -> srf_status {
     guard(|| {
         let image = &handle::get("image", image)?.image;
@@ -240,7 +243,14 @@ pub unsafe extern "C" fn srf_image_world_points(
             let text = format!("capacity must be >= {}, got {capacity} (in doubles)", 3 * image.len());
             return Err(Failure::new(SRF_ERR_PARAMETER, text));
         }
-        let points: Vec<[f64; 3]> = (0..image.len()).map(|i| image.point_in_world(i).to_array()).collect();
+        let progress = watched(progress);
+        let points = progress.watch(|| {
+            let mut points: Vec<[f64; 3]> = Vec::with_capacity(image.len());
+            for range in progress.ranges(image.len()) {
+                points.extend(range?.map(|i| image.point_in_world(i).to_array()));
+            }
+            Ok(points)
+        })?;
         pointer::copy_out("out_points", out_points, bytemuck::cast_slice::<[f64; 3], f64>(&points))
     })
 }
@@ -391,24 +401,31 @@ impl srf_triangulate_params {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_triangulate_params_init(params: *mut srf_triangulate_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_triangulate_params::defaults()))
+pub unsafe extern "C" fn srf_triangulate_params_init_sized(
+    params: *mut srf_triangulate_params,
+    size: usize,
+) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_triangulate_params::defaults()))
 }
 
 /// Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
 /// range_row, range_col, confidence, and colour if the image has colours. O(pixels).
 /// image      not NULL
 /// params     NULL for the defaults
+/// progress   NULL for none
 /// out_mesh   receives a new handle on SRF_OK only; not NULL
-/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE.
+///            Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_triangulate(
     image: *const srf_image,
     params: *const srf_triangulate_params,
+    progress: *const srf_progress,
     out_mesh: *mut *mut srf_mesh,
 ) -> srf_status {
     guard(|| {
@@ -416,7 +433,7 @@ pub unsafe extern "C" fn srf_image_triangulate(
         let params = sized::read("params", params, srf_triangulate_params::defaults())?.to_core();
         let image = handle::get("image", image)?;
         let image = &image.image;
-        let surface = triangulate::triangulate(image, &params, &Progress::none())?;
+        let surface = triangulate::triangulate(image, &params, &watched(progress))?;
         let place = |f: fn(usize, usize) -> usize| -> Vec<i32> {
             surface.pixels.iter().map(|&p| f(p as usize, image.cols()) as i32).collect()
         };

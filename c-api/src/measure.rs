@@ -54,13 +54,13 @@ impl From<Summary> for srf_distances {
     }
 }
 
-/// Prepares a struct for srf_mesh_distances().
+/// Prepares a struct for srf_mesh_distances(). Call srf_distances_init(distances), which adds the size that this header knows.
 /// distances  not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// size       sizeof(srf_distances): what of the struct this library does not know becomes 0
+/// returns    SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_distances_init(distances: *mut srf_distances) -> srf_status {
-    let size = size_of::<srf_distances>() as u32;
-    guard(|| sized::init("distances", distances, srf_distances { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_distances_init_sized(distances: *mut srf_distances, size: usize) -> srf_status {
+    guard(|| sized::init("distances", distances, size, srf_distances::default()))
 }
 
 /// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for

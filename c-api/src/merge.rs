@@ -203,21 +203,22 @@ impl From<MergeReport> for srf_merge_report {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_merge_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merge_params_init(params: *mut srf_merge_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_merge_params::defaults()))
+pub unsafe extern "C" fn srf_merge_params_init_sized(params: *mut srf_merge_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_merge_params::defaults()))
 }
 
-/// Prepares a struct for srf_merger_run().
-/// report     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
+/// report   not NULL
+/// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merge_report_init(report: *mut srf_merge_report) -> srf_status {
-    let size = size_of::<srf_merge_report>() as u32;
-    guard(|| sized::init("report", report, srf_merge_report { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_merge_report_init_sized(report: *mut srf_merge_report, size: usize) -> srf_status {
+    guard(|| sized::init("report", report, size, srf_merge_report::default()))
 }
 
 /// Begins a merge without scans.

@@ -2,12 +2,13 @@
 
 use std::ffi::{CString, c_char};
 
-use surfrecon::mesh::{Attribute, MeshReport, check_welded, try_check};
-use surfrecon::{Progress, TriMesh};
+use surfrecon::TriMesh;
+use surfrecon::mesh::{Attribute, MeshReport, try_check, try_check_welded};
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::guard::guard;
 use crate::handle::{self, handle};
+use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{pointer, sized};
 
@@ -288,32 +289,34 @@ impl From<MeshReport> for srf_mesh_report {
     }
 }
 
-/// Prepares a struct for srf_mesh_check().
-/// report     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Prepares a struct for srf_mesh_check(). Call srf_mesh_report_init(report), which adds the size that this header knows.
+/// report   not NULL
+/// size     sizeof(srf_mesh_report): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_mesh_report_init(report: *mut srf_mesh_report) -> srf_status {
-    let size = size_of::<srf_mesh_report>() as u32;
-    guard(|| sized::init("report", report, srf_mesh_report { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_mesh_report_init_sized(report: *mut srf_mesh_report, size: usize) -> srf_status {
+    guard(|| sized::init("report", report, size, srf_mesh_report::default()))
 }
 
 /// Checks whether a mesh is what a surface must be, and finds its topology. Shares no code with what makes meshes.
 /// mesh        not NULL
 /// welded      0: vertices are the same if they have the same index; 1: also if they are at the same place in single precision
+/// progress    NULL for none
 /// out_report  initialized by srf_mesh_report_init(); not NULL
-/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_check(
     mesh: *const srf_mesh,
     welded: u32,
+    progress: *const srf_progress,
     out_report: *mut srf_mesh_report,
 ) -> srf_status {
     guard(|| {
         sized::writable("out_report", out_report)?;
         let mesh = handle::get("mesh", mesh)?;
         let report = match welded {
-            0 => try_check(&mesh.mesh, &Progress::none())?,
-            1 => check_welded(&mesh.mesh),
+            0 => try_check(&mesh.mesh, &watched(progress))?,
+            1 => try_check_welded(&mesh.mesh, &watched(progress))?,
             other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("welded must be 0 or 1, got {other}"))),
         };
         sized::write("out_report", out_report, report.into())

@@ -199,21 +199,22 @@ impl From<&QuadReport> for srf_quad_report {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_quad_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_quad_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_quad_params_init(params: *mut srf_quad_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_quad_params::defaults()))
+pub unsafe extern "C" fn srf_quad_params_init_sized(params: *mut srf_quad_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_quad_params::defaults()))
 }
 
-/// Prepares a struct for srf_quads_create().
-/// report     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Prepares a struct for srf_quads_create(). Call srf_quad_report_init(report), which adds the size that this header knows.
+/// report   not NULL
+/// size     sizeof(srf_quad_report): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_quad_report_init(report: *mut srf_quad_report) -> srf_status {
-    let size = size_of::<srf_quad_report>() as u32;
-    guard(|| sized::init("report", report, srf_quad_report { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_quad_report_init_sized(report: *mut srf_quad_report, size: usize) -> srf_status {
+    guard(|| sized::init("report", report, size, srf_quad_report::default()))
 }
 
 /// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers

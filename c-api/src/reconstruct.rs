@@ -208,21 +208,28 @@ impl From<&Reconstructed> for srf_reconstruct_report {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_reconstruct_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_reconstruct_params_init(params: *mut srf_reconstruct_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_reconstruct_params::defaults()))
+pub unsafe extern "C" fn srf_reconstruct_params_init_sized(
+    params: *mut srf_reconstruct_params,
+    size: usize,
+) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_reconstruct_params::defaults()))
 }
 
-/// Prepares a struct for srf_reconstructor_surface().
-/// report     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Prepares a struct for srf_reconstructor_surface(). Call srf_reconstruct_report_init(report), which adds the size that this header knows.
+/// report   not NULL
+/// size     sizeof(srf_reconstruct_report): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_reconstruct_report_init(report: *mut srf_reconstruct_report) -> srf_status {
-    let size = size_of::<srf_reconstruct_report>() as u32;
-    guard(|| sized::init("report", report, srf_reconstruct_report { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_reconstruct_report_init_sized(
+    report: *mut srf_reconstruct_report,
+    size: usize,
+) -> srf_status {
+    guard(|| sized::init("report", report, size, srf_reconstruct_report::default()))
 }
 
 /// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first

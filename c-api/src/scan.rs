@@ -85,12 +85,13 @@ impl srf_scan_params {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_scan_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_scan_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_scan_params_init(params: *mut srf_scan_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_scan_params::defaults()))
+pub unsafe extern "C" fn srf_scan_params_init_sized(params: *mut srf_scan_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_scan_params::defaults()))
 }
 
 /// Scans a mesh: a value for every pixel whose ray meets it. The same image for any number of threads. Where the mesh has the

@@ -173,40 +173,44 @@ impl From<&Sculpted> for srf_certificate {
     }
 }
 
-/// Sets the defaults.
-/// params     not NULL
-/// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_sculpt_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_sculpt_params_init(params: *mut srf_sculpt_params) -> srf_status {
-    guard(|| sized::init("params", params, srf_sculpt_params::defaults()))
+pub unsafe extern "C" fn srf_sculpt_params_init_sized(params: *mut srf_sculpt_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_sculpt_params::defaults()))
 }
 
-/// Prepares a struct for srf_sculptor_refine().
+/// Prepares a struct for srf_sculptor_refine(). Call srf_certificate_init(certificate), which adds the size that this header knows.
 /// certificate  not NULL
-/// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
+/// size         sizeof(srf_certificate): what of the struct this library does not know becomes 0
+/// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_certificate_init(certificate: *mut srf_certificate) -> srf_status {
-    let size = size_of::<srf_certificate>() as u32;
-    guard(|| sized::init("certificate", certificate, srf_certificate { struct_size: size, ..Default::default() }))
+pub unsafe extern "C" fn srf_certificate_init_sized(certificate: *mut srf_certificate, size: usize) -> srf_status {
+    guard(|| sized::init("certificate", certificate, size, srf_certificate::default()))
 }
 
 /// Makes an image ready to be sculpted: finds where the mesh may be, once for all tolerances. O(pixels). The image is kept as
 /// it is now; it may be freed or changed afterwards.
 /// image         not NULL
 /// params        NULL for the defaults
+/// progress      NULL for none
 /// out_sculptor  receives a new handle on SRF_OK only; not NULL
-/// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+///               SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_sculptor_create(
     image: *const srf_image,
     params: *const srf_sculpt_params,
+    progress: *const srf_progress,
     out_sculptor: *mut *mut srf_sculptor,
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_sculptor", out_sculptor)?;
         let image = handle::get("image", image)?;
         let params = sized::read("params", params, srf_sculpt_params::defaults())?.to_core()?;
-        let sculptor = Sculptor::new(Kept(image), &params)?;
+        let sculptor = Sculptor::prepare(Kept(image), &params, &watched(progress))?;
         handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
     })
 }

@@ -9,10 +9,15 @@ use crate::status::{Failure, srf_status::*};
 /// Larger structs are taken for memory that was never initialized.
 const LARGEST: usize = 1 << 16;
 
+/// Whether a struct can have that size.
+fn can_be(size: usize) -> bool {
+    (8..=LARGEST).contains(&size) && size.is_multiple_of(8)
+}
+
 /// The size that the caller's struct says it has.
 fn size_of_given<T>(name: &str, given: *const T) -> Result<usize, Failure> {
     let size = pointer::read::<u32>(&format!("{name}.struct_size"), given.cast())? as usize;
-    if size < 8 || !size.is_multiple_of(8) || size > LARGEST {
+    if !can_be(size) {
         let text = format!("{name}.struct_size is {size}: fill the struct with its _init function first");
         return Err(Failure::new(SRF_ERR_STRUCT_SIZE, text));
     }
@@ -47,14 +52,23 @@ pub fn writable<T>(name: &str, out: *const T) -> Result<(), Failure> {
 
 /// Writes as much of a result as the caller's struct has room for, zeros beyond what this library knows; its size stays.
 pub fn write<T: Pod>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
-    let size = size_of_given(name, out.cast_const())?;
+    put(name, out, size_of_given(name, out.cast_const())?, value)
+}
+
+/// Writes a struct of the caller, of so many bytes, that is to be initialized.
+pub fn init<T: Pod>(name: &str, out: *mut T, size: usize, value: T) -> Result<(), Failure> {
+    pointer::writable(name, out)?;
+    if !can_be(size) {
+        let text = format!("size is {size}: call the macro without _sized, which knows the size of {name}");
+        return Err(Failure::new(SRF_ERR_STRUCT_SIZE, text));
+    }
+    put(name, out, size, value)
+}
+
+/// Writes the first `size` bytes of a struct that starts with them, and zeros beyond what it has.
+fn put<T: Pod>(name: &str, out: *mut T, size: usize, value: T) -> Result<(), Failure> {
     let mut bytes = bytemuck::bytes_of(&value).to_vec();
     bytes.resize(size, 0);
     bytes[..4].copy_from_slice(&(size as u32).to_ne_bytes());
     pointer::copy_out(name, out.cast::<u8>(), &bytes)
-}
-
-/// Writes a struct to the caller that is to be initialized.
-pub fn init<T: Pod>(name: &str, out: *mut T, value: T) -> Result<(), Failure> {
-    pointer::write(name, out, value)
 }

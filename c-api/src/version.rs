@@ -4,7 +4,7 @@ use std::ffi::c_char;
 
 /// Number of the binary interface this header describes. It grows when a program built against an older header would no
 /// longer work; compare it with srf_abi_version().
-pub const SRF_ABI_VERSION: u32 = 1;
+pub const SRF_ABI_VERSION: u32 = 2;
 
 /// Version of the library this header belongs to: major number.
 pub const SRF_VERSION_MAJOR: u32 = 0;

@@ -56,7 +56,7 @@ int main(void)
     double off[N * N];
     int asked = 0;
 
-    must(srf_image_triangulate(image, NULL, &surface) == SRF_OK, "triangulate");
+    must(srf_image_triangulate(image, NULL, NULL, &surface) == SRF_OK, "triangulate");
     must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
     must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_image(merger, image) == SRF_OK, "merger");
     must(srf_merger_add_mesh(merger, surface, NULL, "the same again") == SRF_OK, "add");
@@ -69,7 +69,7 @@ int main(void)
     must(asked > 0, "asked");
     params.voxel = 0.5;
     must(srf_merger_run(merger, &params, NULL, &merged, &report) == SRF_OK && report.scans == 2, "merge");
-    must(srf_mesh_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, &topology) == SRF_OK, "check");
+    must(srf_mesh_report_init(&topology) == SRF_OK && srf_mesh_check(merged, 1, NULL, &topology) == SRF_OK, "check");
     must(topology.is_manifold == 1, "manifold");
     must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
     must(srf_distances_init(&figures) == SRF_OK, "init");

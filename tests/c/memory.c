@@ -36,7 +36,7 @@ static srf_status check(void)
     srf_mesh_report report;
 
     must(srf_mesh_report_init(&report) == SRF_OK, "init");
-    return srf_mesh_check(mesh, 0, &report);
+    return srf_mesh_check(mesh, 0, NULL, &report);
 }
 
 static srf_status check_welded(void)
@@ -44,7 +44,7 @@ static srf_status check_welded(void)
     srf_mesh_report report;
 
     must(srf_mesh_report_init(&report) == SRF_OK, "init");
-    return srf_mesh_check(mesh, 1, &report);
+    return srf_mesh_check(mesh, 1, NULL, &report);
 }
 
 static srf_status merge(void)

@@ -48,7 +48,7 @@ static int list(const srf_scans *scans, size_t index)
     int result = EXIT_SUCCESS;
 
     if (srf_scans_describe(scans, index, &name, &pose) != SRF_OK) return fail("describing");
-    if (srf_scans_read_with(scans, index, &progress, &content, &image, &mesh, &cloud) != SRF_OK) return fail(name);
+    if (srf_scans_read(scans, index, &progress, &content, &image, &mesh, &cloud) != SRF_OK) return fail(name);
     fprintf(stderr, "\r%-40s\r", "");
     if (content == SRF_CONTENT_IMAGE && srf_image_size(image, &rows, &cols, &valid) == SRF_OK) {
         printf("%s: range image, %lu x %lu, %lu samples", name, (unsigned long)rows, (unsigned long)cols,
@@ -87,7 +87,7 @@ int main(int argc, char **argv)
         return EXIT_FAILURE;
     }
     signal(SIGINT, interrupt);
-    if (srf_scans_open_with((const char *const *)(argv + first), (size_t)(argc - first), &options, &scans) != SRF_OK
+    if (srf_scans_open((const char *const *)(argv + first), (size_t)(argc - first), &options, NULL, &scans) != SRF_OK
         || srf_scans_count(scans, &count, NULL) != SRF_OK) {
         return fail("opening");
     }

@@ -52,7 +52,7 @@ static int merge(const char *out, const char *const *paths, size_t count)
     const srf_progress progress = {report, NULL};
     int result = EXIT_FAILURE;
 
-    if (srf_scans_open(paths, count, &scans) != SRF_OK) {
+    if (srf_scans_open(paths, count, NULL, NULL, &scans) != SRF_OK) {
         result = fail("opening");
     } else if (srf_merge_params_init(&params) != SRF_OK || srf_merge_report_init(&figures) != SRF_OK) {
         result = fail("preparing");

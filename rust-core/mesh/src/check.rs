@@ -117,17 +117,7 @@ pub fn check(mesh: &TriMesh) -> MeshReport {
 /// # Errors
 /// [`Error::Input`] with 2^31 triangles or more; [`Error::OutOfMemory`]; [`Error::Cancelled`].
 pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
-    let triangles = mesh.triangles.len();
-    if triangles > MOST {
-        return Err(Error::input(format!("{triangles} triangles are more than can be checked: {MOST} at most")));
-    }
-    memory::expect_each(
-        triangles,
-        BYTES_A_TRIANGLE,
-        BYTES_A_VERTEX * mesh.positions.len() as f64,
-        "checking",
-        "triangles",
-    )?;
+    foresee(mesh, BYTES_A_TRIANGLE)?;
     progress.plan(&[("checking", 1.0)]);
     progress.stage(0, mesh.positions.len() as u64);
     progress.watch(|| run(mesh, &mesh.triangles, progress))
@@ -139,10 +129,25 @@ pub fn try_check(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> 
 /// # Panics
 /// With 2^31 triangles or more.
 pub fn check_welded(mesh: &TriMesh) -> MeshReport {
+    try_check_welded(mesh, &Progress::none()).expect("nobody cancels, and there is memory")
+}
+
+/// [`check_welded`] that reports and stops when it is cancelled, and refuses what does not fit.
+///
+/// # Errors
+/// As [`try_check`].
+pub fn try_check_welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
+    foresee(mesh, BYTES_WELDED)?;
+    progress.plan(&[("checking", 1.0)]);
+    let pool = base::threads::pool(1)?;
+    progress.watch(|| pool.install(|| welded(mesh, progress)))
+}
+
+fn welded(mesh: &TriMesh, progress: &Progress<'_>) -> Result<MeshReport> {
     // Adding zero makes -0 and 0 one.
     let key = |v: usize| (mesh.positions[v].as_vec3() + 0.0).to_array().map(f32::to_bits);
     let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    order.sort_unstable_by_key(|&v| (key(v as usize), v));
+    progress.sort(&mut order, &|&a: &u32, &b: &u32| (key(a as usize), a).cmp(&(key(b as usize), b)))?;
     let mut first = vec![0; order.len()];
     for i in 0..order.len() {
         let same = i > 0 && key(order[i] as usize) == key(order[i - 1] as usize);
@@ -150,7 +155,18 @@ pub fn check_welded(mesh: &TriMesh) -> MeshReport {
     }
     let triangles: Vec<_> =
         mesh.triangles.iter().map(|t| t.map(|v| first.get(v as usize).copied().unwrap_or(v))).collect();
-    run(mesh, &triangles, &Progress::none()).expect("nobody cancels")
+    progress.check()?;
+    run(mesh, &triangles, progress)
+}
+
+/// Refuses what can't be numbered, or takes more memory than there is.
+fn foresee(mesh: &TriMesh, bytes_a_triangle: f64) -> Result<()> {
+    let triangles = mesh.triangles.len();
+    if triangles > MOST {
+        return Err(Error::input(format!("{triangles} triangles are more than can be checked: {MOST} at most")));
+    }
+    let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
+    memory::expect_each(triangles, bytes_a_triangle, vertices, "checking", "triangles")
 }
 
 /// Most triangles.
@@ -158,6 +174,8 @@ const MOST: usize = i32::MAX as usize;
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 4.0;
 const BYTES_A_VERTEX: f64 = 106.0;
+/// With their corners welded.
+const BYTES_WELDED: f64 = BYTES_A_TRIANGLE + size_of::<[u32; 3]>() as f64;
 
 fn run(mesh: &TriMesh, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<MeshReport> {
     assert!(triangles.len() <= MOST, "more triangles than this check can number");

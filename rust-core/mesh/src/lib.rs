@@ -16,7 +16,7 @@ pub mod point_cloud;
 pub mod quads;
 pub mod shapes;
 
-pub use check::{MeshReport, check, check_welded, try_check};
+pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};
 pub use point_cloud::PointCloud;
 pub use quads::QuadMesh;
 

@@ -127,6 +127,50 @@ fn nothing_leaks_and_nothing_is_undefined() {
     assert_eq!(cpp.run(&[]).trim(), "fine");
 }
 
+/// The header with its sized structs a field shorter, or a field longer.
+fn other_header(longer: bool) -> String {
+    let header = std::fs::read_to_string(root().join("c-api/include/surfrecon.h")).expect("the header");
+    let (mut all, mut first, mut changed) = (Vec::<&str>::new(), None, 0);
+    for line in header.lines() {
+        if line.contains(" struct_size;") {
+            first = Some(all.len());
+        }
+        if line.starts_with('}')
+            && let Some(first) = first.take()
+        {
+            changed += 1;
+            if longer {
+                all.push("  double added_later;");
+            } else {
+                let last = all.iter().rposition(|line| line.ends_with(';')).expect("a field");
+                assert!(
+                    last > first && (all[last].contains("64_t ") || all[last].contains("double ")),
+                    "{}",
+                    all[last]
+                );
+                all.remove(last);
+            }
+        }
+        all.push(line);
+    }
+    assert_eq!(changed, header.matches("#define srf_").count(), "every sized struct has its initializer");
+    all.join("\n") + "\n"
+}
+
+#[test]
+fn programs_of_an_older_and_of_a_newer_header_work() {
+    let sanitizers = ["-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    for (longer, defined) in [(false, "-DLESS"), (true, "-DMORE")] {
+        let folder = tempfile::tempdir().expect("a scratch folder");
+        std::fs::write(folder.path().join("surfrecon.h"), other_header(longer)).expect("a header");
+        let include = format!("-I{}", folder.path().display());
+        for (compiler, language) in [("cc", ["-std=c99", "-x", "c"]), ("c++", ["-std=c++17", "-x", "c++"])] {
+            let options = [&[include.as_str(), defined], &sanitizers[..], &language].concat();
+            assert_eq!(compile(compiler, &options, "tests/c/other_header.c").run(&[]).trim(), "fine");
+        }
+    }
+}
+
 #[test]
 fn a_forked_program_goes_on() {
     let program = compile("cc", &["-std=c11", "-pthread", "-O1"], "tests/c/fork.c");

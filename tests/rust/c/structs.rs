@@ -16,7 +16,7 @@ fn triangulate(pointer: *const TriangulateParams) -> i32 {
         let null = std::ptr::null();
         let samples = Array::of(&values, F64, 1);
         api.ok((api.srf_image_create)(4, 4, &plane, &samples, null, std::ptr::null(), &mut image));
-        let status = (api.srf_image_triangulate)(image, pointer, &mut mesh);
+        let status = (api.srf_image_triangulate)(image, pointer, std::ptr::null(), &mut mesh);
         assert_eq!(status == 0, mesh != Handle::NULL);
         let message = api.message();
         api.ok((api.srf_mesh_free)(mesh));
@@ -29,7 +29,7 @@ fn triangulate(pointer: *const TriangulateParams) -> i32 {
 fn defaults() -> TriangulateParams {
     let mut params = TriangulateParams::ZERO;
     // SAFETY: as the header wants it.
-    api().ok(unsafe { (api().srf_triangulate_params_init)(&mut params) });
+    api().ok(unsafe { (api().srf_triangulate_params_init_sized)(&mut params, size_of_val(&params)) });
     params
 }
 
@@ -79,7 +79,7 @@ fn an_older_report_is_written_as_far_as_it_goes() {
     unsafe {
         let triangles = Array::of(&[[0_u32, 1, 2]], U32, 3);
         api().ok((api().srf_mesh_create)(&Array::of(&positions, F64, 3), &triangles, &mut mesh));
-        api().ok((api().srf_mesh_check)(mesh, 0, &mut report));
+        api().ok((api().srf_mesh_check)(mesh, 0, std::ptr::null(), &mut report));
         api().ok((api().srf_mesh_free)(mesh));
     }
     assert_eq!((report.size, report.second, &report.numbers[..3]), (24, 1, &[1, 3, 9][..]));
@@ -101,13 +101,13 @@ fn defaults_are_those_of_the_table() {
     let mut cluster = ClusterParams::ZERO;
     // SAFETY: as the header wants it.
     unsafe {
-        api.ok((api.srf_cluster_params_init)(&mut cluster));
-        api.ok((api.srf_merge_params_init)(&mut merge));
-        api.ok((api.srf_scan_params_init)(&mut scan));
-        api.ok((api.srf_sculpt_params_init)(&mut sculpt));
-        api.ok((api.srf_read_options_init)(&mut open));
-        api.ok((api.srf_reconstruct_params_init)(&mut reconstruct));
-        api.ok((api.srf_quad_params_init)(&mut quads));
+        api.ok((api.srf_cluster_params_init_sized)(&mut cluster, size_of_val(&cluster)));
+        api.ok((api.srf_merge_params_init_sized)(&mut merge, size_of_val(&merge)));
+        api.ok((api.srf_scan_params_init_sized)(&mut scan, size_of_val(&scan)));
+        api.ok((api.srf_sculpt_params_init_sized)(&mut sculpt, size_of_val(&sculpt)));
+        api.ok((api.srf_read_options_init_sized)(&mut open, size_of_val(&open)));
+        api.ok((api.srf_reconstruct_params_init_sized)(&mut reconstruct, size_of_val(&reconstruct)));
+        api.ok((api.srf_quad_params_init_sized)(&mut quads, size_of_val(&quads)));
     }
     assert_eq!(open.size as usize, size_of::<ReadOptions>());
     assert_eq!(reconstruct.size as usize, size_of::<ReconstructParams>());

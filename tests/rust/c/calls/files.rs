@@ -17,7 +17,7 @@ pub(super) fn files_go_out_and_come_back() {
         assert!(std::fs::metadata(folder.path().join("mesh.glb")).unwrap().len() > 100);
         let paths = [ply.as_ptr()];
         let mut scans = Handle::NULL;
-        api.ok((api.srf_scans_open)(paths.as_ptr(), 1, &mut scans));
+        api.ok((api.srf_scans_open)(paths.as_ptr(), 1, std::ptr::null(), std::ptr::null(), &mut scans));
         let (mut count, mut notes) = (0, 9);
         api.ok((api.srf_scans_count)(scans, &mut count, &mut notes));
         assert_eq!(count, 1);
@@ -25,7 +25,7 @@ pub(super) fn files_go_out_and_come_back() {
         api.ok((api.srf_scans_describe)(scans, 0, &mut name, &mut pose));
         assert_eq!((text(name).as_str(), pose[5]), ("mesh", 1.0));
         let (mut content, mut image, mut read, mut cloud) = (0, Handle::NULL, Handle::NULL, Handle::NULL);
-        api.ok((api.srf_scans_read)(scans, 0, &mut content, &mut image, &mut read, &mut cloud));
+        api.ok((api.srf_scans_read)(scans, 0, std::ptr::null(), &mut content, &mut image, &mut read, &mut cloud));
         assert_eq!((content, image, cloud), (2, Handle::NULL, Handle::NULL));
         assert!(bytes(read) == bytes(mesh));
         let merger = merger_of(mesh);
@@ -39,9 +39,13 @@ pub(super) fn files_go_out_and_come_back() {
         }
         api.ok((api.srf_image_free)(seen));
         let missing = path("missing.ply");
-        api.refused((api.srf_scans_open)([missing.as_ptr()].as_ptr(), 1, &mut scans), IO, "missing.ply");
         api.refused(
-            (api.srf_scans_open)([std::ptr::null()].as_ptr(), 1, &mut scans),
+            (api.srf_scans_open)([missing.as_ptr()].as_ptr(), 1, std::ptr::null(), std::ptr::null(), &mut scans),
+            IO,
+            "missing.ply",
+        );
+        api.refused(
+            (api.srf_scans_open)([std::ptr::null()].as_ptr(), 1, std::ptr::null(), std::ptr::null(), &mut scans),
             NULL,
             "paths[0] must not be NULL",
         );
@@ -60,9 +64,9 @@ fn opened(path: &std::path::Path, options: *const ReadOptions) -> (u32, Handle) 
     let mut handles = [Handle::NULL; 3];
     // SAFETY: as the header wants it.
     unsafe {
-        api.ok((api.srf_scans_open_with)([path.as_ptr()].as_ptr(), 1, options, &mut scans));
+        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, options, std::ptr::null(), &mut scans));
         let [image, mesh, cloud] = &mut handles;
-        api.ok((api.srf_scans_read)(scans, 0, &mut content, image, mesh, cloud));
+        api.ok((api.srf_scans_read)(scans, 0, std::ptr::null(), &mut content, image, mesh, cloud));
         api.ok((api.srf_scans_free)(scans));
     }
     (content, *handles.iter().find(|handle| **handle != Handle::NULL).unwrap())
@@ -77,7 +81,7 @@ pub(super) fn options_say_what_files_do_not() {
     let mut options = ReadOptions::ZERO;
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
-        api.ok((api.srf_read_options_init)(&mut options));
+        api.ok((api.srf_read_options_init_sized)(&mut options, size_of_val(&options)));
         let samples = |options: &ReadOptions| {
             let (content, image) = opened(&path, options);
             assert_eq!(content, 1);
@@ -98,7 +102,7 @@ pub(super) fn options_say_what_files_do_not() {
         assert!(values[2].is_nan() && values[0] == 510.0 && values[5] == 13.5, "{values:?}");
         assert_eq!(projection.numbers, [0.0, 30.0, 30.0, -30.0]);
 
-        api.ok((api.srf_read_options_init)(&mut options));
+        api.ok((api.srf_read_options_init_sized)(&mut options, size_of_val(&options)));
         options.numbers[0] = 2;
         (1..5).zip([60.0, 61.0, 1.0, 0.5]).for_each(|(i, number)| options.set_f64(i, number));
         (options.numbers[5], options.numbers[6]) = (3, 2);
@@ -108,8 +112,9 @@ pub(super) fn options_say_what_files_do_not() {
 
         let text = CString::new(path.to_str().unwrap()).unwrap();
         let mut scans = Handle::NULL;
-        let mut open =
-            |options: &ReadOptions| (api.srf_scans_open_with)([text.as_ptr()].as_ptr(), 1, options, &mut scans);
+        let mut open = |options: &ReadOptions| {
+            (api.srf_scans_open)([text.as_ptr()].as_ptr(), 1, options, std::ptr::null(), &mut scans)
+        };
         let wrong = |change: &dyn Fn(&mut ReadOptions)| {
             let mut options = options;
             change(&mut options);
@@ -218,9 +223,9 @@ pub(super) fn writing_reports_and_can_be_cancelled() {
         api.ok((api.srf_mesh_write_obj)(mesh, path.as_ptr(), std::ptr::null()));
         let (mut scans, mut content) = (Handle::NULL, 0);
         let mut read = [Handle::NULL; 3];
-        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, &mut scans));
+        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, std::ptr::null(), std::ptr::null(), &mut scans));
         let [a, b, c] = &mut read;
-        let answer = (api.srf_scans_read_with)(scans, 0, &watch, &mut content, a, b, c);
+        let answer = (api.srf_scans_read)(scans, 0, &watch, &mut content, a, b, c);
         api.refused(answer, CANCELLED, "cancelled");
         assert_eq!((asked, content, read), (2, 0, [Handle::NULL; 3]));
         api.ok((api.srf_scans_free)(scans));

@@ -61,7 +61,7 @@ fn merger_of(mesh: Handle) -> Handle {
 fn params(voxel: f64) -> MergeParams {
     let mut params = MergeParams::ZERO;
     // SAFETY: as the header wants it.
-    api().ok(unsafe { (api().srf_merge_params_init)(&mut params) });
+    api().ok(unsafe { (api().srf_merge_params_init_sized)(&mut params, size_of_val(&params)) });
     params.set_f64(0, voxel);
     params
 }

@@ -38,10 +38,14 @@ pub(super) fn a_mesh_and_its_attributes() {
         assert_eq!(count, 0);
 
         let mut report = MeshReport::ZERO;
-        api.ok((api.srf_mesh_report_init)(&mut report));
-        api.ok((api.srf_mesh_check)(mesh, 1, &mut report));
+        api.ok((api.srf_mesh_report_init_sized)(&mut report, size_of_val(&report)));
+        api.ok((api.srf_mesh_check)(mesh, 1, std::ptr::null(), &mut report));
         assert_eq!((report.second, report.numbers[0], report.numbers[1], report.numbers[16]), (1, 8, 6, 0));
-        api.refused((api.srf_mesh_check)(mesh, 2, &mut report), PARAMETER, "welded must be 0 or 1, got 2");
+        api.refused(
+            (api.srf_mesh_check)(mesh, 2, std::ptr::null(), &mut report),
+            PARAMETER,
+            "welded must be 0 or 1, got 2",
+        );
         api.ok((api.srf_mesh_free)(mesh));
     }
 }
@@ -84,9 +88,9 @@ pub(super) fn an_image_and_its_cloud() {
         api.ok((api.srf_image_samples)(image, &mut samples));
         assert_eq!((samples.kind, samples.count), (F64, 4096));
         let mut points = vec![0.0; 3 * 4096];
-        api.ok((api.srf_image_world_points)(image, points.as_mut_ptr(), points.len()));
+        api.ok((api.srf_image_world_points)(image, points.as_mut_ptr(), points.len(), std::ptr::null()));
         assert_eq!(points.iter().filter(|x| !x.is_nan()).count(), 3 * valid);
-        let short = (api.srf_image_world_points)(image, points.as_mut_ptr(), 5);
+        let short = (api.srf_image_world_points)(image, points.as_mut_ptr(), 5, std::ptr::null());
         api.refused(short, PARAMETER, "capacity must be >= 12288, got 5 (in doubles)");
         let (mut origin, mut direction) = ([9.0; 3], [9.0; 3]);
         api.ok((api.srf_image_ray)(image, 10, 20, origin.as_mut_ptr(), direction.as_mut_ptr()));
@@ -125,7 +129,7 @@ pub(super) fn an_image_and_its_cloud() {
         assert_eq!(view.count, 4096, "lost by a call that failed");
 
         let mut surface = Handle::NULL;
-        api.ok((api.srf_image_triangulate)(image, null.cast(), &mut surface));
+        api.ok((api.srf_image_triangulate)(image, null.cast(), null.cast(), &mut surface));
         api.ok((api.srf_mesh_attribute)(surface, 1, c"range_row".as_ptr(), &mut view));
         assert!(view.count > 200 && view.kind == I32);
         let mut cloud = Handle::NULL;

@@ -14,9 +14,9 @@ pub(super) fn an_image_is_sculpted_to_one_tolerance_after_the_other() {
         let null = std::ptr::null();
         let samples = Array::of(&values, F64, 1);
         api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
-        api.ok((api.srf_sculptor_create)(image, std::ptr::null(), &mut sculptor));
+        api.ok((api.srf_sculptor_create)(image, std::ptr::null(), std::ptr::null(), &mut sculptor));
         api.ok((api.srf_image_free)(image));
-        api.ok((api.srf_certificate_init)(&mut certificate));
+        api.ok((api.srf_certificate_init_sized)(&mut certificate, size_of_val(&certificate)));
         let mut sculpt = |tolerance: f64| {
             let mut mesh = Handle::NULL;
             let progress = std::ptr::null();
@@ -70,8 +70,8 @@ pub(super) fn a_surface_through_scattered_points() {
         api.refused(answer, INPUT, "2 sensor origins for 403 points");
         api.ok((api.srf_reconstructor_create)(cloud, none, &mut reconstructor));
         api.ok((api.srf_cloud_free)(cloud));
-        api.ok((api.srf_reconstruct_params_init)(&mut params));
-        api.ok((api.srf_reconstruct_report_init)(&mut report));
+        api.ok((api.srf_reconstruct_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_reconstruct_report_init_sized)(&mut report, size_of_val(&report)));
         let mut surface = |params: &ReconstructParams| {
             let (watch, dropped) = (std::ptr::null(), dropped.as_mut_ptr());
             api.ok((api.srf_reconstructor_surface)(reconstructor, params, watch, &mut mesh, &mut report, dropped));
@@ -123,8 +123,8 @@ pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
         let none = std::ptr::null_mut;
         let samples = Array::of(&values, F64, 1);
         api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
-        api.ok((api.srf_quad_params_init)(&mut params));
-        api.ok((api.srf_quad_report_init)(&mut report));
+        api.ok((api.srf_quad_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_quad_report_init_sized)(&mut report, size_of_val(&report)));
         for (number, value, part) in [
             (2, 1, "rows must be >= 2"),
             (9, 256, "curvature_limit must be >= 1 and <= 255, got 256"),
@@ -167,11 +167,29 @@ pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
         api.ok((api.srf_mesh_free)(mesh));
 
         let (mut max, mut rms, mut point) = (0.0, 0.0, [0.0; 3]);
-        let answer = (api.srf_spline_create)(quads, 5, 0, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        let answer = (api.srf_spline_create)(
+            quads,
+            5,
+            0,
+            0,
+            std::ptr::null(),
+            &mut spline,
+            std::ptr::null_mut(),
+            std::ptr::null_mut(),
+        );
         api.refused(answer, INPUT, "the order of a spline must be 2, 3 or 4, got 5");
-        let answer = (api.srf_spline_create)(quads, 4, 3, 0, &mut spline, std::ptr::null_mut(), std::ptr::null_mut());
+        let answer = (api.srf_spline_create)(
+            quads,
+            4,
+            3,
+            0,
+            std::ptr::null(),
+            &mut spline,
+            std::ptr::null_mut(),
+            std::ptr::null_mut(),
+        );
         api.refused(answer, INPUT, "3 rows of control points: order 4 over 9 rows of vertices needs 4 to 9");
-        api.ok((api.srf_spline_create)(quads, 4, 0, 6, &mut spline, &mut max, &mut rms));
+        api.ok((api.srf_spline_create)(quads, 4, 0, 6, std::ptr::null(), &mut spline, &mut max, &mut rms));
         assert!(0.0 < rms && rms <= max && max < 0.5, "{rms} {max}");
         let mut control = Array::EMPTY;
         api.ok((api.srf_spline_control)(spline, &mut rows, &mut cols, &mut control));
@@ -212,8 +230,8 @@ pub(super) fn a_mesh_is_clustered_and_so_is_a_chain() {
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         api.ok((api.srf_mesh_create)(&Array::of(&positions, F64, 3), &Array::of(&triangles, U32, 3), &mut sheet));
-        api.ok((api.srf_cluster_params_init)(&mut params));
-        api.ok((api.srf_cluster_report_init)(&mut report));
+        api.ok((api.srf_cluster_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_cluster_report_init_sized)(&mut report, size_of_val(&report)));
         params.numbers[0] = 100;
         let cluster = |params: &ClusterParams, report: &mut ClusterReport| {
             let mut mesh = Handle::NULL;

@@ -90,7 +90,7 @@ pub(super) fn parameters_out_of_range_say_value_range_and_unit() {
         api.refused(run(&many), PARAMETER, "threads must be >= 0 and <= 1024, got 5000");
         api.refused((api.srf_set_threads)(2000), PARAMETER, "threads must be >= 0 and <= 1024, got 2000");
         let mut scan = ScanParams::ZERO;
-        api.ok((api.srf_scan_params_init)(&mut scan));
+        api.ok((api.srf_scan_params_init_sized)(&mut scan, size_of_val(&scan)));
         scan.set_f64(0, -1.0);
         let null = std::ptr::null;
         let mut image = Handle::NULL;

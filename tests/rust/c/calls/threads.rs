@@ -16,7 +16,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
     let (mut surface, mut report) = (Handle::NULL, MergeReport::ZERO);
     // SAFETY: as the header wants it.
     unsafe {
-        api.ok((api.srf_merge_report_init)(&mut report));
+        api.ok((api.srf_merge_report_init_sized)(&mut report, size_of_val(&report)));
         let before = report;
         let long = params(0.001);
         api.refused((api.srf_merger_run)(merger, &long, &watch, &mut surface, &mut report), CANCELLED, "cancelled");
@@ -26,7 +26,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
         assert_eq!(report.f64(1), 0.1);
         let points = [[0.0, 0.0, 4.0_f64], [3.0, 0.0, 4.0]];
         let (mut off, mut figures) = ([0.0; 2], Distances::ZERO);
-        api.ok((api.srf_distances_init)(&mut figures));
+        api.ok((api.srf_distances_init_sized)(&mut figures, size_of_val(&figures)));
         let points = Array::of(&points, F64, 3);
         let none = std::ptr::null();
         api.ok((api.srf_mesh_distances)(surface, &points, 1, 0, none, off.as_mut_ptr(), &mut figures));
