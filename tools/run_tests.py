@@ -234,7 +234,7 @@ def main():
     rust = ["cargo", "test", "--workspace", "--no-fail-fast", "--", "--show-output"]
     total.add(run("Rust tests", rust, RustOutput(), validator()))
 
-    bare = ["cargo", "test", "--package", "surfrecon-io", "--no-default-features", "--lib", "import::las"]
+    bare = ["cargo", "test", "--package", "surfrecon-io", "--no-default-features", "--test", "without_las"]
     total.add(run("Rust tests without features", bare, RustOutput()))
 
     total.add(run("C library installed", ["tests/c/installed.sh"], CheckOutput()))

@@ -1027,6 +1027,25 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
                           const srf_progress *progress,
                           srf_mesh_report *out_report);
 
+// How many formats srf_scans_open() knows.
+// out_count  not NULL
+// returns    SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_format_count(size_t *out_count);
+
+// A format that srf_scans_open() knows. Files are recognized by their content; their endings serve the filters of file
+// dialogues.
+// index             less than the number of formats
+// out_name          receives its name for people, static text; not NULL
+// out_endings       receives the usual endings of names, in lower case, without the dot, a blank between two, static text; NULL if
+//                   not wanted
+// out_is_side_file  receives 0 for files that hold scans; 1 for those that list, place or describe scans of other files; NULL if
+//                   not wanted
+// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_NULL. Since 0.1.
+srf_status srf_format(size_t index,
+                      const char **out_name,
+                      const char **out_endings,
+                      uint32_t *out_is_side_file);
+
 // Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
 // options  not NULL
 // size     sizeof(srf_read_options): what of the struct this library does not know becomes 0

@@ -13,6 +13,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -799,6 +800,33 @@ inline Quads::Result Quads::create(const Image &image, const QuadParams &params,
     detail::Watcher watcher(progress);
     watcher.check(srf_quads_create(image.get(), &params, watcher.get(), &quads, &report));
     return Result{Quads(quads), report};
+}
+
+// A kind of files that can be read: its name for people, the usual endings of names without the dot, and whether such files
+// list, place or describe scans of other files and hold none.
+struct Format {
+    std::string name;
+    std::vector<std::string> endings;
+    bool is_side_file = false;
+};
+
+// All that Scans::open() knows.
+inline std::vector<Format> formats()
+{
+    std::size_t count = 0;
+    check(srf_format_count(&count));
+    std::vector<Format> all(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const char *name = nullptr;
+        const char *endings = nullptr;
+        std::uint32_t is_side_file = 0;
+        check(srf_format(i, &name, &endings, &is_side_file));
+        all[i].name = name;
+        all[i].is_side_file = is_side_file == 1;
+        std::istringstream words(endings);
+        for (std::string ending; words >> ending;) all[i].endings.push_back(ending);
+    }
+    return all;
 }
 
 // Scans of files, opened and not read.

@@ -7,7 +7,7 @@
 //! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
-//! | `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `formats`, `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `guard` | no panic gets out: every entry runs inside it |
 //! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
@@ -30,6 +30,7 @@ mod cloud;
 mod cluster;
 mod files;
 mod fork;
+mod formats;
 mod guard;
 mod handle;
 mod image;

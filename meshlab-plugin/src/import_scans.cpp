@@ -10,13 +10,16 @@ namespace {
 
 void parameters(const MeshDocument &, RichParameterList &list)
 {
-    const QStringList endings{"*.conf", "*.ply", "*.ptx", "*.e57", "*.pcd", "*.pts", "*.asc", "*.xyz", "*.pgm", "*.pfm",
-                              "*.png",  "*.exr", "*.tif", "*.hgt", "*.npy", "*.mlp", "*.aln", "*"};
+    QStringList endings;
+    std::string names;
+    for (const surfrecon::Format &format : surfrecon::formats()) {
+        for (const std::string &ending : format.endings) endings << text("*." + ending);
+        names += (names.empty() ? "" : "; ") + format.name;
+    }
+    endings.removeDuplicates();
+    endings << "*";
     list.addParam(compat::FileParameter(
-        "file", "", endings, "File",
-        "A scan, or a file that places several: Stanford .conf, MeshLab .mlp and .aln; PLY with or without a range grid, PTX, E57, "
-        "PCD, points in text; height maps and depth images as PGM, PFM, PNG, EXR, TIFF, HGT, NPY and ESRI grids. What it is is "
-        "seen from the content."));
+        "file", "", endings, "File", text("A scan, or a file that places several. What it is is seen from the content. Known are: " + names)));
     add_read_parameters(list);
 }
 

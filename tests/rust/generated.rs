@@ -38,6 +38,7 @@ const CHAPTERS: &[&str] = &[
     "image",
     "cloud",
     "mesh",
+    "formats",
     "files",
     "write",
     "merge",

@@ -296,6 +296,8 @@ functions! {
     srf_images_write_conf(images: *const Handle, count: usize, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_images_write_ptx(images: *const Handle, count: usize, path: *const c_char, progress: *const Watch) -> i32;
     srf_images_write_e57(images: *const Handle, count: usize, path: *const c_char, progress: *const Watch) -> i32;
+    srf_format_count(out: *mut usize) -> i32;
+    srf_format(index: usize, name: *mut *const c_char, endings: *mut *const c_char, is_side_file: *mut u32) -> i32;
     srf_read_options_init_sized(options: *mut ReadOptions, size: usize) -> i32;
     srf_scans_open(paths: *const *const c_char, count: usize, options: *const ReadOptions, progress: *const Watch, out: *mut Handle) -> i32;
     srf_scans_free(scans: Handle) -> i32;

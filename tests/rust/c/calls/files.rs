@@ -3,6 +3,28 @@
 use super::*;
 
 #[test]
+pub(super) fn formats_are_those_of_the_core() {
+    let api = api();
+    let known = surfrecon::import::formats();
+    let mut count = 0;
+    // SAFETY: as the header wants it; the texts are static.
+    unsafe {
+        api.ok((api.srf_format_count)(&mut count));
+        assert_eq!(count, known.len());
+        for (index, format) in known.iter().enumerate() {
+            let (mut name, mut endings, mut is_side_file) = (std::ptr::null(), std::ptr::null(), 7);
+            api.ok((api.srf_format)(index, &mut name, &mut endings, &mut is_side_file));
+            let text = |text| CStr::from_ptr(text).to_str().unwrap();
+            let expected = (format.name, format.extensions.join(" "), u32::from(format.is_side_file()));
+            assert_eq!((text(name), text(endings).to_owned(), is_side_file), expected);
+        }
+        let (mut name, null) = (std::ptr::null(), std::ptr::null_mut());
+        api.ok((api.srf_format)(0, &mut name, null, std::ptr::null_mut()));
+        api.refused((api.srf_format)(count, &mut name, null, std::ptr::null_mut()), PARAMETER, "the number of formats");
+    }
+}
+
+#[test]
 pub(super) fn files_go_out_and_come_back() {
     let api = api();
     let folder = tempfile::tempdir().unwrap();
