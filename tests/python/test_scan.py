@@ -1,5 +1,7 @@
 """The virtual scanner through Python."""
 
+import time
+
 import numpy as np
 import pytest
 import surfrecon
@@ -83,6 +85,24 @@ def test_bad_scanners_are_refused():
         surfrecon.turntable(surfrecon.Mesh(np.zeros((0, 3)), np.zeros((0, 3), int)))
     with pytest.raises(TypeError):
         surfrecon.virtual_scan(mesh, [3])
+
+
+def test_no_camera_follows_a_cancel_that_came_as_the_one_before_was_done():
+    mesh = surfrecon.sculpture(cell=4.0)
+    cameras = surfrecon.turntable(mesh, around=3, above=0, below=0, pixels=1000)
+    answered = []
+
+    def late(stage, fraction):
+        if fraction > 0 and not answered:
+            # Meanwhile the first image is made, and nobody looks any more whether to go on with it.
+            time.sleep(2.0)
+            answered.append(fraction)
+            return False
+        return True
+
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.virtual_scan(mesh, cameras, threads=1, progress=late)
+    assert answered[0] < 1 / 3
 
 
 def test_scanning_reports_and_cancels():

@@ -1,6 +1,7 @@
 //! A Python callback and Ctrl-C -> the core's progress.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
@@ -11,12 +12,14 @@ use surfrecon::{Progress, Tick};
 pub struct Watch {
     callback: Option<Py<PyAny>>,
     raised: Mutex<Option<PyErr>>,
+    /// Whether it has cancelled: a part may end before it hears that, and then the next one must not begin.
+    stopped: AtomicBool,
 }
 
 impl Watch {
     /// Watches with a callable, or only for Ctrl-C.
     pub fn new(callback: Option<Py<PyAny>>) -> Self {
-        Watch { callback, raised: Mutex::new(None) }
+        Watch { callback, raised: Mutex::new(None), stopped: AtomicBool::new(false) }
     }
 
     /// Runs `work` without the interpreter lock under this watch.
@@ -53,6 +56,15 @@ impl Watch {
     }
 
     fn tick(&self, tick: Tick) -> ControlFlow<()> {
+        if self.stopped.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
+        }
+        let answer = self.ask(tick);
+        self.stopped.store(answer.is_break(), Ordering::Relaxed);
+        answer
+    }
+
+    fn ask(&self, tick: Tick) -> ControlFlow<()> {
         let go_on = Python::attach(|py| -> PyResult<bool> {
             py.check_signals()?;
             let Some(callback) = &self.callback else { return Ok(true) };
