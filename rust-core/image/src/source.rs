@@ -200,25 +200,13 @@ impl OrientedSurface {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::range_image::Projection;
+    use mesh::shapes::Shape;
 
-    /// Two patches of a plane that overlap, the second shifted and trusted less.
-    fn patches(names: [&str; 2]) -> [RangeImage; 2] {
-        [0, 1].map(|i| {
-            let plane = Projection::Orthographic { first: [0.05 + 1.5 * f64::from(i), 0.03], step: [0.1, 0.1] };
-            let heights = (0..900).map(|k| 0.01 * f64::from(i) + 0.02 * f64::from(k % 30)).collect();
-            let mut image = RangeImage::from_values(30, 30, heights, plane).unwrap();
-            image.name = names[i as usize].to_owned();
-            image
-        })
-    }
+    use super::*;
 
     #[test]
     fn numbers_too_large_are_refused_by_name() {
-        let [a, _] = patches(["a", "b"]);
-        let surface = a.load(&TriangulateParams::default(), &Progress::none()).unwrap();
-        let mut mesh = TriMesh::new(surface.positions, surface.triangles);
+        let mut mesh = Shape::Cuboid { half: DVec3::ONE }.mesh(2);
         let far = DAffine3::from_scale(DVec3::new(1.0, 1e200, 1.0));
         let text = |mesh: &TriMesh, place| OrientedSurface::from_mesh(mesh, place).unwrap_err().to_string();
         assert!(text(&mesh, far).contains("(0, 1e200, 0)"));
