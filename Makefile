@@ -55,7 +55,7 @@ meshlab-plugin: ## Build the plugin for each MeshLab whose headers can be had: o
 install: ## Install the C library, its headers, pkg-config and CMake files: PREFIX=/usr/local
 	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"
 
-generate: ## Write the files that are generated from the code: the C header, its lists in c-api/abi, PARAMETERS.md
+generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test c_library header::
 

@@ -2,11 +2,10 @@
 """Options of the operators and the sidebar, made from the library's parameter table: no default is written here."""
 
 import math
-import re
 
 import bpy
 import surfrecon
-from bpy.props import BoolProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
 
 from .preferences import preference
 from .translations import in_our_words
@@ -14,53 +13,58 @@ from .translations import in_our_words
 # Blender's sliders need an end; the library itself has none. Its whole numbers have 31 bits.
 LONGEST = 1e9
 LARGEST = 2**31 - 1
+# Counts beyond are typed, not dragged.
+MANY = 1_000_000
 
 
-# Where the library's name says little to people.
-LABELS = {"min_component_share": "Smallest part (share)"}
+def option(parameter, in_scene=True):
+    """A Blender property for a parameter of the library. Where the data give the default, 0 asks for that.
 
-
-def option(parameter, name=None):
-    """A Blender property for a parameter of the library. Where the library measures the default, 0 asks for that."""
-    words = {"name": name or label(parameter), "description": description(parameter)}
+    Lengths are in the scene's unit, or plain numbers.
+    """
+    words = {"name": parameter.label, "description": description(parameter)}
+    if parameter.kind == "flag":
+        return BoolProperty(default=parameter.default, **words)
+    if parameter.kind == "choice":
+        items = [(name, label, text.removesuffix(".")) for name, label, text in parameter.choices]
+        return EnumProperty(items=items, default=parameter.default, **words)
     default = parameter.default or 0
     least = min(parameter.minimum, default)
     if parameter.minimum_excluded and default > 0:
         # Sliders have no open ends.
-        least += math.radians(0.1) if parameter.unit == "angle" else 1e-6 * default
-    if parameter.unit == "count" and parameter.maximum == 1:
-        return BoolProperty(default=bool(default), **words)
-    if parameter.unit == "count":
+        least += math.radians(0.1) if parameter.kind == "angle" else 1e-6 * default
+    if parameter.kind == "count":
         largest = min(int(parameter.maximum), LARGEST)
-        return IntProperty(default=int(default), min=int(least), max=largest, **words)
-    limits = {"default": default, "min": least, "max": min(parameter.maximum, LONGEST)}
-    if parameter.unit == "length":
+        return IntProperty(default=default, min=int(least), max=largest, soft_max=min(largest, MANY), **words)
+    limits = {"default": default, "min": max(least, -LONGEST), "max": min(parameter.maximum, LONGEST)}
+    if parameter.kind == "length" and in_scene:
         return FloatProperty(subtype="DISTANCE", unit="LENGTH", precision=5, step=0.1, **limits, **words)
-    if parameter.unit == "angle":
+    if parameter.kind == "angle":
         return FloatProperty(subtype="ANGLE", unit="ROTATION", **limits, **words)
+    if default == 0 and parameter.maximum == math.inf:
+        return FloatProperty(precision=5, **limits, **words)
     if parameter.maximum > 100 * default > 0:
         # A slider over the whole range would be of no use.
         return FloatProperty(precision=5 if default < 0.01 else 3, step=100 * default / 20, **limits, **words)
     return FloatProperty(subtype="FACTOR", precision=3, **limits, **words)
 
 
-def label(parameter):
-    """The name of a parameter for people."""
-    return LABELS.get(parameter.name) or parameter.name.replace("_", " ").capitalize().replace("Rms", "RMS")
-
-
 def description(parameter):
     """The library's text as it reads beside a button, without the closing full stop that Blender adds itself."""
     text = parameter.text
     if parameter.default_from:
-        # What 0 does in the library is not what it does here, where it asks for the default.
-        text = re.sub(r"(?<!\S)0 [^.;]*; (\w)", lambda found: found[1].upper(), text)
-        text = re.sub(r"; 0 [^.;]*", "", text) + f" 0: {parameter.default_from}."
-    if parameter.unit == "count" and parameter.maximum == 1:
-        text = re.sub(r"(?<![\w ] )\b([01]):? (?=\w)", lambda found: ("off: ", "on: ")[int(found[1])], text)
-        text = text[:1].upper() + text[1:]
-    # Other parameters are told by the names they have here.
-    return re.sub(r"\b([a-z]+)_([a-z]+)\b", r"\1 \2", text).removesuffix(".")
+        # What 0 does in the library is not what it does here.
+        text += f" 0: {parameter.default_from}"
+    elif parameter.off:
+        text += f" {'Off' if parameter.kind == 'flag' else '0'}: {parameter.off}"
+    return text.removesuffix(".")
+
+
+def draw_others(layout, options, parameters, drawn):
+    """A row for each parameter that has no place of its own; threads are a matter of the preferences."""
+    for name in parameters:
+        if name != "threads" and name not in drawn:
+            layout.prop(options, name)
 
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("merge") + surfrecon.parameters("triangulate")}
@@ -79,18 +83,19 @@ class MergeOptions:
 
     def draw_options(self, layout):
         """One row an option, but for the threads."""
+        distances, limits = ("voxel", "merge_distance"), ("edge_limit", "grazing_limit")
         column = layout.column(align=True)
-        column.prop(self, "voxel")
-        column.prop(self, "merge_distance")
+        for name in distances:
+            column.prop(self, name)
         column = layout.column(align=True)
         column.prop(self, "close_holes")
         row = column.row()
         row.active = self.close_holes
         row.prop(self, "max_hole_length")
-        layout.prop(self, "min_component_share")
+        draw_others(layout, self, PARAMETERS, {*distances, "max_hole_length", *limits})
         column = layout.column(align=True)
-        column.prop(self, "edge_limit")
-        column.prop(self, "grazing_limit")
+        for name in limits:
+            column.prop(self, name)
 
 
 def given(options, parameters):
@@ -98,11 +103,13 @@ def given(options, parameters):
     found = {}
     for name, parameter in parameters.items():
         value = getattr(options, name)
-        # Blender's numbers are in single precision: the default, pi/2 say, may come back above its own limit.
-        unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
-        found[name] = None if unchanged else min(value, parameter.maximum)
-        if parameter.unit == "count" and not isinstance(value, bool) and found[name] is not None:
-            found[name] = int(found[name])
+        if parameter.kind in {"flag", "choice"}:
+            unchanged = value == parameter.default
+        else:
+            # Blender's numbers are in single precision: the default, pi/2 say, may come back above its own limit.
+            unchanged = math.isclose(value, parameter.default or 0, rel_tol=1e-6)
+            value = min(value, int(parameter.maximum) if parameter.kind == "count" else parameter.maximum)
+        found[name] = None if unchanged else value
     if "threads" in parameters:
         found["threads"] = threads(options)
     return found

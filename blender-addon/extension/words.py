@@ -6,8 +6,6 @@ import re
 import bpy
 import surfrecon
 
-from .properties import label
-
 
 def length(context, value):
     """A length in the scene's unit."""
@@ -22,9 +20,9 @@ def number(count, one, many):
     return f"{count:,} {one if count == 1 else many}"
 
 
-# What parameters are called here whose names in code are no words. Names of files and objects stay as they are.
+# What parameters are called whose names in code are no words. Names of files and objects stay as they are.
 TABLES = ("merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
-LABELS = {p.name: label(p) for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
+LABELS = {p.name: p.label for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
 CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 
 

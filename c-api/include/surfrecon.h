@@ -126,16 +126,24 @@ typedef enum {
   SRF_CONTENT_CLOUD = 3,
 } srf_content;
 
-// How the numbers of an image's pixels are stored.
+// What the pixels of depth images measure.
 typedef enum {
-  // Numbers if the image is grey; terrain RGB if it is coloured and all pixels then lie between -500 and 9000 m.
-  SRF_PIXELS_AUTO = 0,
+  // Distance from the image plane through the centre of projection (z).
+  SRF_DEPTH_PLANAR = 1,
+  // Distance along the pixel's ray.
+  SRF_DEPTH_RAY = 2,
+} srf_depth;
+
+// How images store numbers.
+typedef enum {
+  // Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+  SRF_PIXELS_AUTO = 1,
   // A number a pixel.
-  SRF_PIXELS_NUMBER = 1,
+  SRF_PIXELS_NUMBER = 2,
   // Mapbox: -10000 + (65536 R + 256 G + B) / 10.
-  SRF_PIXELS_TERRAIN_RGB = 2,
+  SRF_PIXELS_TERRAIN_RGB = 3,
   // Mapzen: 256 R + G + B / 256 - 32768.
-  SRF_PIXELS_TERRARIUM = 3,
+  SRF_PIXELS_TERRARIUM = 4,
 } srf_pixels;
 
 // How the numbers of a file are written.
@@ -151,27 +159,27 @@ typedef enum {
 // What the perimeter of a facet is compared with.
 typedef enum {
   // The spacing of the points around it: sparse parts may have large facets.
-  SRF_LOCAL = 1,
-  // The mean over the whole surface.
-  SRF_GLOBAL = 2,
+  SRF_THRESHOLD_LOCAL = 1,
+  // The mean over the whole surface, as in the paper.
+  SRF_THRESHOLD_GLOBAL = 2,
 } srf_threshold;
 
-// What a surface may be.
+// What the surface may be.
 typedef enum {
-  // No edge and no vertex that isn't manifold.
-  SRF_MANIFOLD = 1,
-  // Carved by the threshold alone: closed, but not manifold where parts touch, and without the points carved away.
-  SRF_FREE = 2,
+  // Every edge has at most two facets, every vertex one fan of them.
+  SRF_TOPOLOGY_MANIFOLD = 1,
+  // The paper's carving: closed, but not manifold where parts touch, and without the points carved away.
+  SRF_TOPOLOGY_FREE = 2,
 } srf_topology;
 
-// Whether the points are of a closed surface; only with SRF_MANIFOLD.
+// Whether the points are of a closed surface; only with a manifold topology.
 typedef enum {
-  // Closed if a closed surface goes through more than half of the points, else open.
-  SRF_CLOSED_OR_OPEN = 1,
+  // Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.
+  SRF_CLOSURE_AUTO = 1,
   // Closed: gaps in the sampling are spanned by large facets.
-  SRF_CLOSED = 2,
+  SRF_CLOSURE_CLOSED = 2,
   // Facets above the threshold are left out, so that gaps stay open.
-  SRF_OPEN = 3,
+  SRF_CLOSURE_OPEN = 3,
 } srf_closure;
 
 // Why a point is not on a surface.
@@ -224,6 +232,21 @@ typedef struct srf_spline srf_spline;
 // given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
 typedef void (*srf_log_fn)(int32_t level, const char *text, void *user);
 
+// How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size; set to the
+// defaults by srf_triangulate_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
+  // the default: 3.4 times the median distance of neighbouring samples of each scan.
+  double edge_limit;
+  // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
+  // grazing angle. Radians, > 0, at most pi/2, default pi/2.
+  double grazing_limit;
+} srf_triangulate_params;
+
 // How the pixels of an image see, in the sensor's frame.
 typedef struct {
   // A value of srf_projection_kind.
@@ -271,19 +294,6 @@ typedef struct {
   void *user;
 } srf_progress;
 
-// How range images become surfaces. Starts with its size; set to the defaults by srf_triangulate_params_init().
-typedef struct {
-  // Bytes of this struct.
-  uint32_t struct_size;
-  // 0.
-  uint32_t reserved;
-  // Longest edge between neighbouring samples, in the unit of the scans, > 0. Larger values bridge jumps, smaller ones
-  // open holes. SRF_FROM_DATA, the default: 3.4 times the median distance of neighbouring samples.
-  double edge_limit;
-  // Largest angle between a triangle's normal and the direction to the sensor, in radians, > 0, at most pi/2, the default.
-  double grazing_limit;
-} srf_triangulate_params;
-
 // What srf_mesh_check() found. Starts with its size; set by srf_mesh_report_init().
 typedef struct {
   // Bytes of this struct.
@@ -330,52 +340,61 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // 1 if a list of scans may name files outside its own folder, 0, the default, if not.
-  uint32_t allow_outside;
-  // SRF_PINHOLE_DEPTH or SRF_PINHOLE_RANGE: images are depth images of a camera whose pixels measure that. 0, the default:
-  // they are height maps, unless a file of a camera is opened with them.
-  uint32_t camera;
-  // A value of srf_pixels; default SRF_PIXELS_AUTO.
-  uint32_t pixels;
-  // Of the camera: fx, fy, cx, cy in pixels, pixel centres at whole numbers. 0 without one.
+  // 0.
+  uint32_t reserved;
+  // fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
+  // default: they are height maps, unless a file of a camera is opened with them.
   double intrinsics[4];
   // Of the camera: columns and rows of its images; others are refused. 0, the default: any.
   uint64_t camera_size[2];
-  // What numbers of images are multiplied with, > 0. SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera
-  // (millimetres), else 1.
+  // What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
+  // default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
   double scale;
-  // What is added to them afterwards. Default 0.
+  // What is added to the numbers of an image afterwards. Default 0.
   double offset;
-  // Distance of neighbouring pixels of height maps, > 0. SRF_FROM_DATA, the default: what the file says, else 1.
+  // Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: what
+  // the file says, else 1.
   double step;
-  // The number, before scaling, that means no sample, besides what the format itself defines; NaN, the default: none.
+  // The number of an image, before scaling, that means no sample; besides what the format itself defines. NaN, the
+  // default: none.
   double invalid;
-  // Largest size of what one compressed file unpacks to, in GiB, > 0. Default 4.
+  // What the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
+  uint64_t depth;
+  // How images store numbers. A value of srf_pixels, default SRF_PIXELS_AUTO.
+  uint64_t pixels;
+  // Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones
+  // refuse files that unpack to more than they should. > 0, at most 1000000, default 4.
   double max_decoded_gib;
+  // Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
+  uint64_t allow_outside;
 } srf_read_options;
 
-// How scans are merged. Starts with its size; set to the defaults by srf_merge_params_init(). Lengths are in the unit of the
-// scans; SRF_FROM_DATA where they are to be measured.
+// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
+// defaults by srf_merge_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Size of a cell of the grid, > 0. Smaller keeps more detail and costs time and memory with its inverse square.
+  // Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
   // SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
   double voxel;
-  // Surfaces of different scans closer than this, facing the same way, become one, >= 0. Choose it above the residual of
-  // the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
+  // Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the
+  // registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the measured distance
+  // between overlapping scans.
   double merge_distance;
-  // Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
-  // at most a fifth of the diagonal of the connected part the hole is in.
+  // Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
+  // voxels, but at most a fifth of the diagonal of the connected part the hole is in.
   double max_hole_length;
-  // Connected parts with fewer triangles than this share of the largest part's are dropped, 0 to 1; 0 keeps all. Default
-  // 0.01.
+  // Connected parts with fewer triangles than this share of the largest part's are dropped. 0: all are kept. 0 to 1,
+  // default 0.01.
   double min_component_share;
-  // As in srf_triangulate_params.
+  // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
+  // the default: 3.4 times the median distance of neighbouring samples of each scan.
   double edge_limit;
-  // As in srf_triangulate_params.
+  // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
+  // grazing angle. Radians, > 0, at most pi/2, default pi/2.
   double grazing_limit;
 } srf_merge_params;
 
@@ -421,34 +440,40 @@ typedef struct {
   uint64_t working_bytes;
 } srf_merge_report;
 
-// How an image is sculpted. Starts with its size; set to the defaults by srf_sculpt_params_init().
+// How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Largest distance between a sample and the mesh along the sample's ray, in the unit of the samples, >= 0; 0 reproduces
-  // every sample. SRF_FROM_DATA, the default: relative_tolerance times the depth extent.
+  // Largest distance between a sample and the mesh along the sample's ray. Larger values give fewer triangles. 0: every
+  // sample is reproduced. >= 0. SRF_FROM_DATA, the default: the relative tolerance times the depth extent of the covered
+  // samples.
   double tolerance;
-  // The tolerance as a share of the depth extent, >= 0: of the difference between the farthest and the nearest range of the
-  // covered samples. Looked at where tolerance is SRF_FROM_DATA. Default 0.001.
+  // The tolerance as a share of the depth extent, the difference between the farthest and the nearest range of the
+  // covered samples. Used where no tolerance is given. >= 0, default 0.001.
   double relative_tolerance;
-  // Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices, 2 searches for
-  // fewer yet.
+  // Work spent on fewer triangles at the same tolerance: 0 digs only, 1 also removes vertices, for about twice the time,
+  // 2 searches for fewer yet, for about ten times the time. 0 to 2, default 1.
   uint64_t effort;
-  // As in srf_triangulate_params.
-  double edge_limit;
-  // As in srf_triangulate_params.
-  double grazing_limit;
-  // 1, the default: every vertex is a sample. 0: vertices may leave their samples along the ray, within the tolerance, for
-  // fewer triangles.
+  // Every vertex is a sample. Off: vertices may leave their samples along the ray within the tolerance, for about a
+  // sixth fewer triangles than effort 2 and a little more time; with effort 0, which moves nothing, it has no effect. 1
+  // or 0, default 1.
   uint64_t interpolate;
-  // Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
+  // Smallest angle, as seen from the sensor, of triangles made to replace others; those of the digging keep theirs. 10
+  // degrees cost up to 12 % more triangles. Radians, 0 to pi/6, default 0.
   double min_angle;
-  // 0, the default: open borders stay as they are in the image but for vertices on straight lines. 1: they are simplified,
-  // too, for fewer triangles; the mesh reaches at most half a pixel beyond them and covers no other pixel. Needs an effort of
-  // at least 1.
+  // Smooths open borders, too, for fewer triangles: the mesh reaches at most half a pixel beyond them, covers all that
+  // it did, and no other pixel. Needs an effort of at least 1. Off: borders stay as they are in the image but for
+  // vertices on straight lines. 1 or 0, default 0.
   uint64_t simplify_borders;
+  // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
+  // the default: 3.4 times the median distance of neighbouring samples of each scan.
+  double edge_limit;
+  // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
+  // grazing angle. Radians, > 0, at most pi/2, default pi/2.
+  double grazing_limit;
 } srf_sculpt_params;
 
 // How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;
@@ -482,48 +507,62 @@ typedef struct {
   uint64_t triangles;
 } srf_certificate;
 
-// How a quad grid is made. Starts with its size; set to the defaults by srf_quad_params_init().
+// How a quad grid is made. Starts with its size; set to the defaults by srf_quads_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Tiles from top to bottom; 0, the default: one every 64 rows of pixels, at least one.
+  // Tiles from top to bottom. Every tile gets the same number of rows: more tiles spread them more evenly over the
+  // image. 1 to 67108864. 0, the default: one tile every 64 rows of pixels, at least one.
   uint64_t tiles_down;
-  // Tiles from left to right; 0, the default: one every 64 columns of pixels, at least one.
+  // Tiles from left to right. Every tile gets the same number of columns: more tiles spread them more evenly over the
+  // image. 1 to 67108864. 0, the default: one tile every 64 columns of pixels, at least one.
   uint64_t tiles_across;
-  // Rows of vertices a tile, both borders counted, >= 2. Default 9. Not used where an error is asked for.
+  // Rows of vertices a tile, both borders counted; neighbouring tiles share the row between them. Not used where an
+  // error is asked for. 2 to 67108864, default 9.
   uint64_t rows;
-  // Columns of vertices a tile, likewise.
+  // Columns of vertices a tile, both borders counted; neighbouring tiles share the column between them. Not used where
+  // an error is asked for. 2 to 67108864, default 9.
   uint64_t columns;
-  // Chooses rows and columns so that no sample is farther from the grid along its ray, >= 0. SRF_FROM_DATA, the default: no
-  // limit.
+  // Chooses rows and columns so that no sample is farther from the grid along its ray. Smaller values give more quads.
+  // >= 0. SRF_FROM_DATA, the default: no limit, rows and columns are used as given.
   double max_error;
-  // The same for the root of the mean square; at most one of both may be given.
+  // Chooses rows and columns so that the root of the mean square distance of the samples to the grid along their rays is
+  // at most this. Smaller values give more quads. >= 0. SRF_FROM_DATA, the default: no limit, rows and columns are used
+  // as given.
   double rms_error;
-  // How often invalid pixels are filled with the mean of their valid neighbours, at most 1024. Default 1.
+  // How often invalid pixels are filled with the mean of their valid neighbours. 0: never. 0 to 1024, default 1.
   uint64_t gap_passes;
-  // Valid ones among the eight neighbours that an invalid pixel needs to be filled, 1 to 8. Default 8.
+  // Valid ones among the eight neighbours that an invalid pixel needs to be filled: 8 fills single pixels, fewer grow
+  // into larger gaps, a pixel a pass. 1 to 8, default 8.
   uint64_t gap_neighbours;
-  // What counts as 1 in the 8-bit curvature image, as a share of the depth extent, > 0. Default 0.001.
+  // What counts as 1 in the 8-bit curvature image, as a share of the depth extent. Smaller values let fine relief
+  // attract vertices, and noise as well. > 0, default 0.001.
   double curvature_unit;
-  // Largest value of the curvature image, 1 to 255. Default 255.
+  // Largest value of the curvature image: stronger curvature, such as that of jumps, attracts no more vertices than
+  // this. 1 to 255, default 255.
   uint64_t curvature_limit;
-  // Density of vertices as this power of the curvature, 0 to 4; 0 is the logarithm. Default 0.7.
+  // Density of vertices as this power of the curvature K. Larger values draw more vertices to strong curvature. 0: the
+  // logarithm of the paper, log(1 + K). 0 to 4, default 0.7.
   double exponent;
-  // Density spread evenly, as a share of the mean density, >= 0. Default 2.
+  // Density spread evenly, as a share of the mean density. Large values give a uniform grid. 0: flat regions are left
+  // without vertices. 0 to 1000000, default 2.
   double floor;
-  // Window that the density is averaged over, in quads, 0 to 16. Default 2.
+  // Size of the window that the density is averaged over, in quads. Larger values give smoother lines. 0: each row of
+  // pixels is sampled for itself, as in the paper. 0 to 16, default 2.
   double smoothing;
-  // Curvature given to invalid pixels, 0 to 255. SRF_FROM_DATA, the default: none.
+  // Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
+  // 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
   double background_curvature;
-  // Smallest share of valid pixels that a quad of the mesh may have, 0 to 1; with more than 0 its corners must be valid too.
-  // Default 0.5.
+  // Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too. 0:
+  // every quad is kept, over the background as well. 0 to 1, default 0.5.
   double coverage;
-} srf_quad_params;
+} srf_quads_params;
 
 // Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
-// cut along its better diagonal. Starts with its size; prepared by srf_quad_report_init().
+// cut along its better diagonal. Starts with its size; prepared by srf_quads_report_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
@@ -561,22 +600,25 @@ typedef struct {
   uint64_t missed_pixels;
   // The same of the uniform grid.
   uint64_t uniform_missed_pixels;
-} srf_quad_report;
+} srf_quads_report;
 
-// How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
+// How a surface is made through scattered points. Starts with its size; set to the defaults by
+// srf_reconstruct_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Makes the threshold on the perimeters of facets larger, >= 1 and <= 2: closes more gaps, keeps more stray points.
-  // Default 1.
+  // Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points. 1 to 2,
+  // default 1.
   double factor;
-  // A value of srf_threshold. Default SRF_LOCAL.
+  // What the perimeter of a facet is compared with. A value of srf_threshold, default SRF_THRESHOLD_LOCAL.
   uint64_t threshold;
-  // A value of srf_topology. Default SRF_MANIFOLD.
+  // What the surface may be. A value of srf_topology, default SRF_TOPOLOGY_MANIFOLD.
   uint64_t topology;
-  // A value of srf_closure. Default SRF_CLOSED_OR_OPEN.
+  // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
+  // SRF_CLOSURE_AUTO.
   uint64_t closure;
 } srf_reconstruct_params;
 
@@ -618,27 +660,30 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Vertices wanted; more come only where the topology needs them, at most as many as the input has. 0, the default, for a
-  // tenth of the input's.
+  // Vertices wanted. More come only if the input's topology needs them, at most as many as the input has when cut to a
+  // manifold. 1 to 4000000000. 0, the default: a tenth of the input's vertices.
   uint64_t vertices;
-  // Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
+  // Patches wanted, instead of vertices: k patches give about 3 k vertices. 1 to 4000000000. 0, the default: about a
+  // third of the vertices wanted.
   uint64_t patches;
-  // Instead: the largest distance of any point of the mesh from the result and the other way, > 0, in its unit; there are as many
-  // vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
+  // Largest distance of any point of the input from the result and of the result from the input, instead of a number of
+  // vertices: there are as many as it takes. > 0. SRF_FROM_DATA, the default: no limit.
   double max_error;
-  // How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
+  // How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean
+  // distance from the input. 0 to 2, default 1.
   double adaptivity;
-  // Most k-means steps at the final number of patches, at most 10000. Default 40.
+  // Most Lloyd steps at the final number of patches; fewer if they no longer gain. 0 to 10000, default 40.
   uint64_t iterations;
-  // Most steps of the spring relaxation, at most 10000; 0 leaves the fans as they are. Default 50.
+  // Most steps of the spring relaxation. 0: the fans stay as they are. 0 to 10000, default 50.
   uint64_t relaxation;
-  // Which way round patches are split, less than 2^32. Default 0.
-  uint64_t seed;
-  // Rounds, at most 100, in which vertices leave the surface for where it lies nearest in the mean square; 0, the default, keeps
-  // them on it.
+  // Rounds in which vertices leave the surface for where it lies nearest in the mean square; 1 takes a third off the
+  // mean error, more lower the largest. 0: vertices stay on the surface. 0 to 100, default 0.
   uint64_t fitting;
+  // Which way round patches are split. 0 to 4294967295, default 0.
+  uint64_t seed;
 } srf_cluster_params;
 
 // The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
@@ -668,33 +713,39 @@ typedef struct {
   uint64_t off_surface;
 } srf_cluster_report;
 
-// What a virtual scanner adds to the truth. Starts with its size; set to the defaults, which add nothing, by
-// srf_scan_params_init(). Lengths are in the unit of the mesh.
+// What a virtual scanner adds to the truth. The defaults add nothing. Starts with its size; set to the defaults by
+// srf_scan_params_init().
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads().
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
   uint32_t threads;
-  // Standard deviation of the noise along each ray, >= 0.
+  // Standard deviation of the Gaussian noise along each ray. >= 0, default 0.
   double noise;
-  // Growth of the noise at grazing angles, >= 0.
+  // Growth of the noise where the surface is seen at a grazing angle: it is multiplied by 1 + growth * (1 / cos - 1),
+  // with the cosine between ray and normal, at least 0.05. 0 to 100, default 0.
   double noise_grazing;
-  // Step of the values, >= 0; 0 for none.
+  // Values are rounded to multiples of this step. 0: they stay as they are. >= 0, default 0.
   double quantum;
-  // Share of pixels without a value, 0 to 1.
+  // Share of the pixels that give no value, whatever they see. 0 to 1, default 0.
   double dropout;
-  // Further share of them at grazing angles, 0 to 1.
+  // Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where
+  // the ray is perpendicular to it. 0 to 1, default 0.
   double dropout_grazing;
-  // Largest distance seen, > 0; SRF_FROM_DATA, the default, for no limit.
+  // Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take
+  // none. > 0. SRF_FROM_DATA, the default: none, everything in sight is seen.
   double max_range;
-  // Error of the reported position, >= 0.
-  double pose_shift;
-  // Error of the reported orientation, in radians, >= 0.
-  double pose_turn;
-  // What all randomness follows from, at most 2^53.
-  uint64_t seed;
-  // 1: triangles seen from behind give values too; 0, the default: they do not.
+  // Triangles seen from behind give values too. Off: they hide what is behind them and give none. 1 or 0, default 0.
   uint64_t backfaces;
+  // Standard deviation, along each axis, of the error of the reported position: how badly the scans are registered. >=
+  // 0, default 0.
+  double pose_shift;
+  // Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.
+  // Radians, 0 to pi, default 0.
+  double pose_turn;
+  // Number all randomness follows from; give each scan its own. 0 to 9007199254740992, default 0.
+  uint64_t seed;
 } srf_scan_params;
 
 // Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
@@ -764,6 +815,13 @@ uint64_t srf_memory_limit(void);
 // returns    SRF_OK. Since 0.1.
 srf_status srf_set_log(srf_log_fn log,
                        void *user);
+
+// Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, size_t size);
+#define srf_triangulate_params_init(params) srf_triangulate_params_init_sized((params), sizeof(srf_triangulate_params))
 
 // Makes a range image.
 // rows, cols         size of the image
@@ -874,13 +932,6 @@ srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_colours,
                                 srf_array *out_intensities,
                                 srf_array *out_confidences);
-
-// Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
-// params   not NULL
-// size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, size_t size);
-#define srf_triangulate_params_init(params) srf_triangulate_params_init_sized((params), sizeof(srf_triangulate_params))
 
 // Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
 // range_row, range_col, confidence, and colour if the image has colours. O(pixels).
@@ -1365,20 +1416,20 @@ srf_status srf_sculptor_at_most(const srf_sculptor *sculptor,
                                 srf_mesh **out_mesh,
                                 srf_certificate *out_certificate);
 
-// Sets the defaults. Call srf_quad_params_init(params), which adds the size that this header knows.
+// Sets the defaults. Call srf_quads_params_init(params), which adds the size that this header knows.
 // params   not NULL
-// size     sizeof(srf_quad_params): what of the struct this library does not know becomes 0
+// size     sizeof(srf_quads_params): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_quad_params_init_sized(srf_quad_params *params, size_t size);
-#define srf_quad_params_init(params) srf_quad_params_init_sized((params), sizeof(srf_quad_params))
+srf_status srf_quads_params_init_sized(srf_quads_params *params, size_t size);
+#define srf_quads_params_init(params) srf_quads_params_init_sized((params), sizeof(srf_quads_params))
 
-// Prepares a struct for srf_quads_create(). Call srf_quad_report_init(report), which adds the size that this header knows.
+// Prepares a struct for srf_quads_create(). Call srf_quads_report_init(report), which adds the size that this header knows.
 // report   not NULL
-// size     sizeof(srf_quad_report): what of the struct this library does not know becomes 0
+// size     sizeof(srf_quads_report): what of the struct this library does not know becomes 0
 // returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_quad_report_init_sized(srf_quad_report *report,
-                                      size_t size);
-#define srf_quad_report_init(report) srf_quad_report_init_sized((report), sizeof(srf_quad_report))
+srf_status srf_quads_report_init_sized(srf_quads_report *report,
+                                       size_t size);
+#define srf_quads_report_init(report) srf_quads_report_init_sized((report), sizeof(srf_quads_report))
 
 // Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
 // the whole image, and its mean error is at most that of the uniform grid of the same size. O(pixels).
@@ -1386,14 +1437,14 @@ srf_status srf_quad_report_init_sized(srf_quad_report *report,
 // params      NULL for the defaults
 // progress    NULL for none
 // out_quads   receives a new handle on SRF_OK only; not NULL
-// out_report  initialized by srf_quad_report_init(); NULL if not wanted
+// out_report  initialized by srf_quads_report_init(); NULL if not wanted
 // returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //             SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_quads_create(const srf_image *image,
-                            const srf_quad_params *params,
+                            const srf_quads_params *params,
                             const srf_progress *progress,
                             srf_quads **out_quads,
-                            srf_quad_report *out_report);
+                            srf_quads_report *out_report);
 
 // Releases a quad grid; views of it are gone.
 // quads      NULL does nothing

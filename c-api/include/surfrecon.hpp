@@ -188,8 +188,8 @@ struct SculptParams : srf_sculpt_params {
     SculptParams() { check(srf_sculpt_params_init(this)); }
 };
 
-struct QuadParams : srf_quad_params {
-    QuadParams() { check(srf_quad_params_init(this)); }
+struct QuadParams : srf_quads_params {
+    QuadParams() { check(srf_quads_params_init(this)); }
 };
 
 struct ClusterParams : srf_cluster_params {
@@ -221,8 +221,8 @@ struct ReconstructReport : srf_reconstruct_report {
 };
 
 // Figures of a quad grid.
-struct QuadReport : srf_quad_report {
-    QuadReport() { check(srf_quad_report_init(this)); }
+struct QuadReport : srf_quads_report {
+    QuadReport() { check(srf_quads_report_init(this)); }
 };
 
 // Figures over many distances.

@@ -1,97 +1,17 @@
 //! Clustering a dense mesh, or points, to a coarse mesh of well-shaped triangles.
 
 use surfrecon::cluster::{self, ClusterParams, Clustered, Resolution};
+use surfrecon::params::{Params as _, Value};
 
 use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle;
 use crate::mesh::srf_mesh;
+use crate::params::cluster::srf_cluster_params;
 use crate::progress::{srf_progress, watched};
-use crate::settings::{SRF_FROM_DATA, from_data, threads};
-use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{pointer, sized};
-
-/// How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_cluster_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
-    pub threads: u32,
-    /// Vertices wanted; more come only where the topology needs them, at most as many as the input has. 0, the default, for a
-    /// tenth of the input's.
-    pub vertices: u64,
-    /// Patches wanted instead: k patches give about 3 k vertices. 0, the default, for vertices.
-    pub patches: u64,
-    /// Instead: the largest distance of any point of the mesh from the result and the other way, > 0, in its unit; there are as many
-    /// vertices as it takes. SRF_FROM_DATA, the default, for vertices or patches.
-    pub max_error: f64,
-    /// How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere. Default 1.
-    pub adaptivity: f64,
-    /// Most k-means steps at the final number of patches, at most 10000. Default 40.
-    pub iterations: u64,
-    /// Most steps of the spring relaxation, at most 10000; 0 leaves the fans as they are. Default 50.
-    pub relaxation: u64,
-    /// Which way round patches are split, less than 2^32. Default 0.
-    pub seed: u64,
-    /// Rounds, at most 100, in which vertices leave the surface for where it lies nearest in the mean square; 0, the default, keeps
-    /// them on it.
-    pub fitting: u64,
-}
-
-impl srf_cluster_params {
-    fn defaults() -> Self {
-        let core = ClusterParams::default();
-        srf_cluster_params {
-            struct_size: size_of::<Self>() as u32,
-            threads: core.threads as u32,
-            vertices: 0,
-            patches: 0,
-            max_error: SRF_FROM_DATA,
-            adaptivity: core.adaptivity,
-            iterations: u64::from(core.iterations),
-            relaxation: u64::from(core.relaxation),
-            seed: u64::from(core.seed),
-            fitting: u64::from(core.fitting),
-        }
-    }
-
-    fn resolution(&self) -> Result<Resolution, Failure> {
-        let error = from_data(self.max_error);
-        if usize::from(self.vertices > 0) + usize::from(self.patches > 0) + usize::from(error.is_some()) > 1 {
-            return Err(Failure::new(SRF_ERR_INPUT, "give one of vertices, patches and max_error"));
-        }
-        Ok(match (self.vertices, self.patches, error) {
-            (_, _, Some(error)) => Resolution::MaxError(error),
-            (0, 0, None) => Resolution::Tenth,
-            (0, patches, None) => Resolution::Patches(count("patches", patches)?),
-            (vertices, ..) => Resolution::Vertices(count("vertices", vertices)?),
-        })
-    }
-
-    fn to_core(self, resolution: Resolution) -> Result<ClusterParams, Failure> {
-        Ok(ClusterParams {
-            resolution,
-            adaptivity: self.adaptivity,
-            iterations: count("iterations", self.iterations)?,
-            relaxation: count("relaxation", self.relaxation)?,
-            seed: count("seed", self.seed)?,
-            fitting: count("fitting", self.fitting)?,
-            threads: threads(self.threads),
-        })
-    }
-}
-
-/// A count in the core's type, refused like one out of the parameter's range.
-fn count(name: &str, value: u64) -> Result<u32, Failure> {
-    if let Ok(value) = u32::try_from(value) {
-        return Ok(value);
-    }
-    let spec = surfrecon::params::find("cluster", name).expect("the names are those of the table");
-    Err(Failure::from(spec.check(value as f64).expect_err("no count goes beyond 32 bits")))
-}
+use crate::settings::SRF_FROM_DATA;
+use crate::status::{Failure, srf_status};
+use crate::{params, pointer, sized};
 
 /// The figures of a clustering. Starts with its size; prepared by srf_cluster_report_init(). Angles are in radians.
 #[allow(non_camel_case_types)]
@@ -140,15 +60,6 @@ impl From<&Clustered> for srf_cluster_report {
             off_surface: report.off_surface as u64,
         }
     }
-}
-
-/// Sets the defaults. Call srf_cluster_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_cluster_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_cluster_params_init_sized(params: *mut srf_cluster_params, size: usize) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_cluster_params::defaults()))
 }
 
 /// Prepares a struct for srf_mesh_cluster(). Call srf_cluster_report_init(report), which adds the size that this header knows.
@@ -222,8 +133,7 @@ fn one(
     if !out_report.is_null() {
         sized::writable("out_report", out_report)?;
     }
-    let params = sized::read("params", params, srf_cluster_params::defaults())?;
-    let clustered = run(&params.to_core(params.resolution()?)?)?;
+    let clustered = run(&params::read("params", params)?)?;
     if !out_report.is_null() {
         sized::write("out_report", out_report, (&clustered).into())?;
     }
@@ -290,11 +200,14 @@ fn chain(
     run: impl FnOnce(&[Resolution], &ClusterParams) -> Result<Vec<Clustered>, Failure>,
 ) -> Result<(), Failure> {
     pointer::writable("out_meshes", out_meshes)?;
-    let params = sized::read("params", params, srf_cluster_params::defaults())?.to_core(Resolution::Tenth)?;
+    let params = params::read("params", params)?;
     let levels = pointer::numbers("vertices", vertices, count)?
         .into_iter()
-        .map(|n| self::count("vertices", n).map(Resolution::Vertices))
-        .collect::<Result<Vec<_>, Failure>>()?;
+        .map(|n| {
+            let mut level = Resolution::Tenth;
+            level.set("vertices", Value::Number(n as f64)).map(|_| level)
+        })
+        .collect::<surfrecon::Result<Vec<_>>>()?;
     for (i, level) in run(&levels, &params)?.into_iter().enumerate() {
         handle::give("out_meshes", out_meshes.wrapping_add(i), level.mesh.into())?;
     }

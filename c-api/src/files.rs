@@ -4,19 +4,20 @@ use std::ffi::{CString, c_char};
 use std::path::Path;
 
 use surfrecon::Progress;
-use surfrecon::import::{self, Camera, Content, PixelMeaning, ReadOptions, ScanSet};
-use surfrecon::range_image::DepthKind;
+use surfrecon::import::{self, Camera, Content, ReadOptions, ScanSet};
 
 use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle::{self, handle};
-use crate::image::{srf_image, srf_projection_kind};
+use crate::image::srf_image;
 use crate::mesh::srf_mesh;
+use crate::params::Fields as _;
+use crate::params::open::srf_read_options;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::settings::{SRF_FROM_DATA, from_data, srf_log_level::SRF_LOG_INFO, tell};
+use crate::settings::{srf_log_level::SRF_LOG_INFO, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{pointer, sized};
+use crate::{params, pointer, sized};
 
 /// Scans opened together, with texts as C wants them.
 pub struct Scans {
@@ -55,131 +56,6 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
     Ok(Path::new(path))
 }
 
-/// How the numbers of an image's pixels are stored.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_pixels {
-    /// Numbers if the image is grey; terrain RGB if it is coloured and all pixels then lie between -500 and 9000 m.
-    SRF_PIXELS_AUTO = 0,
-    /// A number a pixel.
-    SRF_PIXELS_NUMBER = 1,
-    /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
-    SRF_PIXELS_TERRAIN_RGB = 2,
-    /// Mapzen: 256 R + G + B / 256 - 32768.
-    SRF_PIXELS_TERRARIUM = 3,
-}
-
-/// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_read_options {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 1 if a list of scans may name files outside its own folder, 0, the default, if not.
-    pub allow_outside: u32,
-    /// SRF_PINHOLE_DEPTH or SRF_PINHOLE_RANGE: images are depth images of a camera whose pixels measure that. 0, the default:
-    /// they are height maps, unless a file of a camera is opened with them.
-    pub camera: u32,
-    /// A value of srf_pixels; default SRF_PIXELS_AUTO.
-    pub pixels: u32,
-    /// Of the camera: fx, fy, cx, cy in pixels, pixel centres at whole numbers. 0 without one.
-    pub intrinsics: [f64; 4],
-    /// Of the camera: columns and rows of its images; others are refused. 0, the default: any.
-    pub camera_size: [u64; 2],
-    /// What numbers of images are multiplied with, > 0. SRF_FROM_DATA, the default: 0.001 for whole numbers seen by a camera
-    /// (millimetres), else 1.
-    pub scale: f64,
-    /// What is added to them afterwards. Default 0.
-    pub offset: f64,
-    /// Distance of neighbouring pixels of height maps, > 0. SRF_FROM_DATA, the default: what the file says, else 1.
-    pub step: f64,
-    /// The number, before scaling, that means no sample, besides what the format itself defines; NaN, the default: none.
-    pub invalid: f64,
-    /// Largest size of what one compressed file unpacks to, in GiB, > 0. Default 4.
-    pub max_decoded_gib: f64,
-}
-
-impl srf_read_options {
-    fn defaults() -> Self {
-        let core = ReadOptions::default();
-        srf_read_options {
-            struct_size: size_of::<Self>() as u32,
-            allow_outside: core.allow_outside.into(),
-            camera: 0,
-            pixels: srf_pixels::SRF_PIXELS_AUTO as u32,
-            intrinsics: [0.0; 4],
-            camera_size: [0; 2],
-            scale: core.scale.unwrap_or(SRF_FROM_DATA),
-            offset: core.offset,
-            step: core.step.unwrap_or(SRF_FROM_DATA),
-            invalid: core.invalid.unwrap_or(f64::NAN),
-            max_decoded_gib: core.max_decoded_gib,
-        }
-    }
-
-    fn to_core(self) -> Result<ReadOptions, Failure> {
-        let refused = |text| Err(Failure::new(SRF_ERR_PARAMETER, text));
-        let pixels = match self.pixels {
-            p if p == srf_pixels::SRF_PIXELS_AUTO as u32 => PixelMeaning::Auto,
-            p if p == srf_pixels::SRF_PIXELS_NUMBER as u32 => PixelMeaning::Number,
-            p if p == srf_pixels::SRF_PIXELS_TERRAIN_RGB as u32 => PixelMeaning::TerrainRgb,
-            p if p == srf_pixels::SRF_PIXELS_TERRARIUM as u32 => PixelMeaning::Terrarium,
-            other => return refused(format!("pixels must be a value of srf_pixels, 0 to 3, got {other}")),
-        };
-        let allow_outside = match self.allow_outside {
-            0 => false,
-            1 => true,
-            other => return refused(format!("allow_outside must be 0 or 1, got {other}")),
-        };
-        let depth = match self.camera {
-            0 => None,
-            kind if kind == srf_projection_kind::SRF_PINHOLE_DEPTH as u32 => Some(DepthKind::Planar),
-            kind if kind == srf_projection_kind::SRF_PINHOLE_RANGE as u32 => Some(DepthKind::Ray),
-            other => {
-                return refused(format!(
-                    "camera must be 0, SRF_PINHOLE_DEPTH (2) or SRF_PINHOLE_RANGE (3), got {other}"
-                ));
-            }
-        };
-        let size = self.camera_size;
-        let camera = match depth {
-            Some(depth) => {
-                let [fx, fy, cx, cy] = self.intrinsics;
-                let size = match size {
-                    [0, 0] => None,
-                    [cols, rows] => Some([cols as usize, rows as usize]),
-                };
-                Some(Camera { focal: [fx, fy], centre: [cx, cy], depth, size })
-            }
-            None if self.intrinsics != [0.0; 4] || size != [0; 2] => {
-                return refused("intrinsics or camera_size are given, so that camera must be 2 or 3, got 0".to_owned());
-            }
-            None => None,
-        };
-        Ok(ReadOptions {
-            camera,
-            scale: from_data(self.scale),
-            offset: self.offset,
-            step: from_data(self.step),
-            invalid: Some(self.invalid).filter(|invalid| !invalid.is_nan()),
-            pixels,
-            max_decoded_gib: self.max_decoded_gib,
-            allow_outside,
-        })
-    }
-}
-
-/// Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
-/// options  not NULL
-/// size     sizeof(srf_read_options): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_read_options_init_sized(options: *mut srf_read_options, size: usize) -> srf_status {
-    guard(|| sized::init("options", options, size, srf_read_options::defaults()))
-}
-
 /// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 /// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
 /// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
@@ -204,6 +80,20 @@ pub unsafe extern "C" fn srf_scans_open(
     guard(|| open(paths, count, options, &watched(progress), out_scans))
 }
 
+/// What the caller told of the files; the camera is no parameter of the table.
+fn read_options(given: *const srf_read_options) -> Result<ReadOptions, Failure> {
+    let given = sized::read("options", given, srf_read_options::defaults())?;
+    let ([fx, fy, cx, cy], [cols, rows]) = (given.intrinsics, given.camera_size);
+    let mut options: ReadOptions = params::to_core(&given)?;
+    if given.intrinsics != [0.0; 4] {
+        let size = ([cols, rows] != [0, 0]).then_some([cols as usize, rows as usize]);
+        options.camera = Some(Camera { size, ..Camera::new([fx, fy], [cx, cy]) });
+    } else if [cols, rows] != [0, 0] {
+        return Err(Failure::new(SRF_ERR_PARAMETER, "camera_size is given, so that intrinsics must be, too"));
+    }
+    Ok(options)
+}
+
 fn open(
     paths: *const *const c_char,
     count: usize,
@@ -218,7 +108,7 @@ fn open(
         .enumerate()
         .map(|(i, path)| path_of(&format!("paths[{i}]"), path))
         .collect::<Result<Vec<_>, Failure>>()?;
-    let options = sized::read("options", options, srf_read_options::defaults())?.to_core()?;
+    let options = read_options(options)?;
     let set = import::open_with(&paths, &options, progress)?;
     set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
     let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();

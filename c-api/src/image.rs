@@ -4,7 +4,7 @@ use std::ffi::{CString, c_char};
 
 use glam::DVec3;
 use surfrecon::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
-use surfrecon::triangulate::{self, TriangulateParams};
+use surfrecon::triangulate;
 use surfrecon::{TriMesh, mesh::Attribute};
 
 use crate::array::{self, Borrowed, srf_array};
@@ -12,11 +12,11 @@ use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::mesh::srf_mesh;
+use crate::params::triangulate::srf_triangulate_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::settings::{SRF_FROM_DATA, from_data};
 use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{pointer, sized};
+use crate::{params, pointer};
 
 /// A range image of the library with its name as C wants it.
 #[derive(Clone)]
@@ -369,50 +369,6 @@ pub unsafe extern "C" fn srf_image_attributes(
     })
 }
 
-/// How range images become surfaces. Starts with its size; set to the defaults by srf_triangulate_params_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_triangulate_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Longest edge between neighbouring samples, in the unit of the scans, > 0. Larger values bridge jumps, smaller ones
-    /// open holes. SRF_FROM_DATA, the default: 3.4 times the median distance of neighbouring samples.
-    pub edge_limit: f64,
-    /// Largest angle between a triangle's normal and the direction to the sensor, in radians, > 0, at most pi/2, the default.
-    pub grazing_limit: f64,
-}
-
-impl srf_triangulate_params {
-    pub fn defaults() -> Self {
-        let core = TriangulateParams::default();
-        srf_triangulate_params {
-            struct_size: size_of::<Self>() as u32,
-            reserved: 0,
-            edge_limit: core.edge_limit.unwrap_or(SRF_FROM_DATA),
-            grazing_limit: core.grazing_limit,
-        }
-    }
-
-    pub fn to_core(self) -> TriangulateParams {
-        TriangulateParams { edge_limit: from_data(self.edge_limit), grazing_limit: self.grazing_limit }
-    }
-}
-
-/// Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_triangulate_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_triangulate_params_init_sized(
-    params: *mut srf_triangulate_params,
-    size: usize,
-) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_triangulate_params::defaults()))
-}
-
 /// Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
 /// range_row, range_col, confidence, and colour if the image has colours. O(pixels).
 /// image      not NULL
@@ -430,7 +386,7 @@ pub unsafe extern "C" fn srf_image_triangulate(
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_mesh", out_mesh)?;
-        let params = sized::read("params", params, srf_triangulate_params::defaults())?.to_core();
+        let params = params::read("params", params)?;
         let image = handle::get("image", image)?;
         let image = &image.image;
         let surface = triangulate::triangulate(image, &params, &watched(progress))?;

@@ -5,6 +5,7 @@
 //! | `version` | which library this is |
 //! | `status`, `last_error` | outcome of a call; what a caller asks about it |
 //! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
+//! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
 //! | `formats`, `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
@@ -38,6 +39,7 @@ mod last_error;
 mod measure;
 mod merge;
 mod mesh;
+mod params;
 mod pointer;
 mod pose;
 mod progress;

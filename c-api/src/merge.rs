@@ -4,20 +4,21 @@ use std::ffi::c_char;
 use std::sync::Arc;
 
 use surfrecon::Progress;
-use surfrecon::merge::{self, MergeParams, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::merge::{self, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::triangulate::TriangulateParams;
 
 use crate::files::{Scans, srf_scans};
 use crate::guard::guard;
 use crate::handle::{self, handle};
-use crate::image::{Image, srf_image, srf_triangulate_params};
+use crate::image::{Image, srf_image};
 use crate::mesh::{Mesh, srf_mesh};
+use crate::params::merge::srf_merge_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::settings::srf_log_level::SRF_LOG_WARNING;
-use crate::settings::{SRF_FROM_DATA, from_data, tell, threads};
+use crate::settings::{SRF_FROM_DATA, tell};
 use crate::status::{Failure, srf_status};
-use crate::{pointer, sized};
+use crate::{params, pointer, sized};
 
 /// What was added to a merge; scans of a set are read when their turn comes.
 #[derive(Clone)]
@@ -72,65 +73,6 @@ pub struct srf_merger {
 }
 
 handle!(srf_merger, Merger);
-
-/// How scans are merged. Starts with its size; set to the defaults by srf_merge_params_init(). Lengths are in the unit of the
-/// scans; SRF_FROM_DATA where they are to be measured.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_merge_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
-    pub threads: u32,
-    /// Size of a cell of the grid, > 0. Smaller keeps more detail and costs time and memory with its inverse square.
-    /// SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
-    pub voxel: f64,
-    /// Surfaces of different scans closer than this, facing the same way, become one, >= 0. Choose it above the residual of
-    /// the registration and below the thinnest wall. SRF_FROM_DATA, the default: from the voxel and the measured residual.
-    pub merge_distance: f64,
-    /// Holes whose boundary is at most this long are closed, >= 0; 0 leaves all open. SRF_FROM_DATA, the default: 100 voxels,
-    /// at most a fifth of the diagonal of the connected part the hole is in.
-    pub max_hole_length: f64,
-    /// Connected parts with fewer triangles than this share of the largest part's are dropped, 0 to 1; 0 keeps all. Default
-    /// 0.01.
-    pub min_component_share: f64,
-    /// As in srf_triangulate_params.
-    pub edge_limit: f64,
-    /// As in srf_triangulate_params.
-    pub grazing_limit: f64,
-}
-
-impl srf_merge_params {
-    fn defaults() -> Self {
-        let core = MergeParams::default();
-        let triangulation = srf_triangulate_params::defaults();
-        srf_merge_params {
-            struct_size: size_of::<Self>() as u32,
-            threads: core.threads as u32,
-            voxel: core.voxel.unwrap_or(SRF_FROM_DATA),
-            merge_distance: core.merge_distance.unwrap_or(SRF_FROM_DATA),
-            max_hole_length: core.max_hole_length.unwrap_or(SRF_FROM_DATA),
-            min_component_share: core.min_component_share,
-            edge_limit: triangulation.edge_limit,
-            grazing_limit: triangulation.grazing_limit,
-        }
-    }
-
-    fn to_core(self) -> MergeParams {
-        MergeParams {
-            voxel: from_data(self.voxel),
-            merge_distance: from_data(self.merge_distance),
-            max_hole_length: from_data(self.max_hole_length),
-            min_component_share: self.min_component_share,
-            triangulation: TriangulateParams {
-                edge_limit: from_data(self.edge_limit),
-                grazing_limit: self.grazing_limit,
-            },
-            threads: threads(self.threads),
-        }
-    }
-}
 
 /// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
 #[allow(non_camel_case_types)]
@@ -201,15 +143,6 @@ impl From<MergeReport> for srf_merge_report {
             working_bytes: r.working_bytes,
         }
     }
-}
-
-/// Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_merge_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merge_params_init_sized(params: *mut srf_merge_params, size: usize) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_merge_params::defaults()))
 }
 
 /// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
@@ -311,7 +244,7 @@ pub unsafe extern "C" fn srf_merger_run(
             sized::writable("out_report", out_report)?;
         }
         let merger = handle::get("merger", merger)?;
-        let params = sized::read("params", params, srf_merge_params::defaults())?.to_core();
+        let params = params::read("params", params)?;
         let sources: Vec<&dyn ScanSource> = merger.sources.iter().map(|s| s as &dyn ScanSource).collect();
         let merged = merge::run(&sources, &params, &watched(progress))?;
         warn_of_gaps(&merged.report);

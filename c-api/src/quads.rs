@@ -12,11 +12,10 @@ use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::image::srf_image;
 use crate::mesh::srf_mesh;
-use crate::pointer;
+use crate::params::quads::srf_quads_params;
 use crate::progress::{srf_progress, watched};
-use crate::settings::{SRF_FROM_DATA, from_data, threads};
-use crate::sized;
 use crate::status::{Failure, srf_status};
+use crate::{params, pointer, sized};
 
 /// A grid with the mesh of its quads that are not on the background.
 pub struct Gridded {
@@ -32,110 +31,12 @@ pub struct srf_quads {
 
 handle!(srf_quads, Gridded);
 
-/// How a quad grid is made. Starts with its size; set to the defaults by srf_quad_params_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_quad_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
-    pub threads: u32,
-    /// Tiles from top to bottom; 0, the default: one every 64 rows of pixels, at least one.
-    pub tiles_down: u64,
-    /// Tiles from left to right; 0, the default: one every 64 columns of pixels, at least one.
-    pub tiles_across: u64,
-    /// Rows of vertices a tile, both borders counted, >= 2. Default 9. Not used where an error is asked for.
-    pub rows: u64,
-    /// Columns of vertices a tile, likewise.
-    pub columns: u64,
-    /// Chooses rows and columns so that no sample is farther from the grid along its ray, >= 0. SRF_FROM_DATA, the default: no
-    /// limit.
-    pub max_error: f64,
-    /// The same for the root of the mean square; at most one of both may be given.
-    pub rms_error: f64,
-    /// How often invalid pixels are filled with the mean of their valid neighbours, at most 1024. Default 1.
-    pub gap_passes: u64,
-    /// Valid ones among the eight neighbours that an invalid pixel needs to be filled, 1 to 8. Default 8.
-    pub gap_neighbours: u64,
-    /// What counts as 1 in the 8-bit curvature image, as a share of the depth extent, > 0. Default 0.001.
-    pub curvature_unit: f64,
-    /// Largest value of the curvature image, 1 to 255. Default 255.
-    pub curvature_limit: u64,
-    /// Density of vertices as this power of the curvature, 0 to 4; 0 is the logarithm. Default 0.7.
-    pub exponent: f64,
-    /// Density spread evenly, as a share of the mean density, >= 0. Default 2.
-    pub floor: f64,
-    /// Window that the density is averaged over, in quads, 0 to 16. Default 2.
-    pub smoothing: f64,
-    /// Curvature given to invalid pixels, 0 to 255. SRF_FROM_DATA, the default: none.
-    pub background_curvature: f64,
-    /// Smallest share of valid pixels that a quad of the mesh may have, 0 to 1; with more than 0 its corners must be valid too.
-    /// Default 0.5.
-    pub coverage: f64,
-}
-
-impl srf_quad_params {
-    fn defaults() -> Self {
-        let core = QuadParams::default();
-        srf_quad_params {
-            struct_size: size_of::<Self>() as u32,
-            threads: core.threads as u32,
-            tiles_down: core.tiles_down.unwrap_or(0) as u64,
-            tiles_across: core.tiles_across.unwrap_or(0) as u64,
-            rows: core.rows as u64,
-            columns: core.columns as u64,
-            max_error: SRF_FROM_DATA,
-            rms_error: SRF_FROM_DATA,
-            gap_passes: core.gap_passes as u64,
-            gap_neighbours: core.gap_neighbours as u64,
-            curvature_unit: core.curvature_unit,
-            curvature_limit: u64::from(core.curvature_limit),
-            exponent: core.exponent,
-            floor: core.floor,
-            smoothing: core.smoothing,
-            background_curvature: core.background_curvature.map_or(SRF_FROM_DATA, f64::from),
-            coverage: core.coverage,
-        }
-    }
-
-    fn to_core(self) -> Result<QuadParams, Failure> {
-        // What does not fit is out of range, which the library says.
-        let count = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
-        let tiles = |n: u64| (n > 0).then(|| count(n));
-        let byte = |name: &str, value: f64| -> Result<u8, Failure> {
-            let spec = surfrecon::params::find("quads", name).expect("the parameter is in the table");
-            Ok(spec.check(value)? as u8)
-        };
-        Ok(QuadParams {
-            tiles_down: tiles(self.tiles_down),
-            tiles_across: tiles(self.tiles_across),
-            rows: count(self.rows),
-            columns: count(self.columns),
-            target: QuadParams::target_of(from_data(self.max_error), from_data(self.rms_error))?,
-            gap_passes: count(self.gap_passes),
-            gap_neighbours: count(self.gap_neighbours),
-            curvature_unit: self.curvature_unit,
-            curvature_limit: byte("curvature_limit", self.curvature_limit as f64)?,
-            exponent: self.exponent,
-            floor: self.floor,
-            smoothing: self.smoothing,
-            background_curvature: match from_data(self.background_curvature) {
-                Some(curvature) => Some(byte("background_curvature", curvature)?),
-                None => None,
-            },
-            coverage: self.coverage,
-            threads: threads(self.threads),
-        })
-    }
-}
-
 /// Figures of a quad grid. Errors are distances along the samples' rays over all valid pixels but those missed, with each quad
-/// cut along its better diagonal. Starts with its size; prepared by srf_quad_report_init().
+/// cut along its better diagonal. Starts with its size; prepared by srf_quads_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_quad_report {
+pub struct srf_quads_report {
     /// Bytes of this struct.
     pub struct_size: u32,
     /// 1 if the result is the uniform grid, as the adaptive one lay no nearer.
@@ -174,9 +75,9 @@ pub struct srf_quad_report {
     pub uniform_missed_pixels: u64,
 }
 
-impl From<&QuadReport> for srf_quad_report {
+impl From<&QuadReport> for srf_quads_report {
     fn from(r: &QuadReport) -> Self {
-        srf_quad_report {
+        srf_quads_report {
             struct_size: size_of::<Self>() as u32,
             is_uniform: u32::from(r.is_uniform),
             tiles_down: r.tiles[0] as u64,
@@ -199,22 +100,13 @@ impl From<&QuadReport> for srf_quad_report {
     }
 }
 
-/// Sets the defaults. Call srf_quad_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_quad_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_quad_params_init_sized(params: *mut srf_quad_params, size: usize) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_quad_params::defaults()))
-}
-
-/// Prepares a struct for srf_quads_create(). Call srf_quad_report_init(report), which adds the size that this header knows.
+/// Prepares a struct for srf_quads_create(). Call srf_quads_report_init(report), which adds the size that this header knows.
 /// report   not NULL
-/// size     sizeof(srf_quad_report): what of the struct this library does not know becomes 0
+/// size     sizeof(srf_quads_report): what of the struct this library does not know becomes 0
 /// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_quad_report_init_sized(report: *mut srf_quad_report, size: usize) -> srf_status {
-    guard(|| sized::init("report", report, size, srf_quad_report::default()))
+pub unsafe extern "C" fn srf_quads_report_init_sized(report: *mut srf_quads_report, size: usize) -> srf_status {
+    guard(|| sized::init("report", report, size, srf_quads_report::default()))
 }
 
 /// Makes a quad grid of an image. Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers
@@ -223,16 +115,16 @@ pub unsafe extern "C" fn srf_quad_report_init_sized(report: *mut srf_quad_report
 /// params      NULL for the defaults
 /// progress    NULL for none
 /// out_quads   receives a new handle on SRF_OK only; not NULL
-/// out_report  initialized by srf_quad_report_init(); NULL if not wanted
+/// out_report  initialized by srf_quads_report_init(); NULL if not wanted
 /// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///             SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_create(
     image: *const srf_image,
-    params: *const srf_quad_params,
+    params: *const srf_quads_params,
     progress: *const srf_progress,
     out_quads: *mut *mut srf_quads,
-    out_report: *mut srf_quad_report,
+    out_report: *mut srf_quads_report,
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_quads", out_quads)?;
@@ -240,7 +132,7 @@ pub unsafe extern "C" fn srf_quads_create(
             sized::writable("out_report", out_report)?;
         }
         let image = handle::get("image", image)?;
-        let params = sized::read("params", params, srf_quad_params::defaults())?.to_core()?;
+        let params = params::read::<QuadParams, _>("params", params)?;
         let grid = quads::run(&image.image, &params, &watched(progress))?;
         if !out_report.is_null() {
             sized::write("out_report", out_report, (&grid.report).into())?;

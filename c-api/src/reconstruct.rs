@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use surfrecon::PointCloud;
-use surfrecon::reconstruct::{Closure, Reason, ReconstructParams, Reconstructed, Reconstructor, Threshold, Topology};
+use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed, Reconstructor};
 use surfrecon::threads::{Exclusive, Taken};
 
 use crate::array::{Borrowed, srf_array};
@@ -11,10 +11,10 @@ use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::mesh::srf_mesh;
+use crate::params::reconstruct::srf_reconstruct_params;
 use crate::progress::{srf_progress, watched};
-use crate::settings::threads;
 use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{pointer, sized};
+use crate::{params, pointer, sized};
 
 /// Scattered points from which surfaces are made with one set of parameters after the other. Released with
 /// srf_reconstructor_free().
@@ -24,41 +24,6 @@ pub struct srf_reconstructor {
 }
 
 handle!(srf_reconstructor, Exclusive<Reconstructor<Arc<PointCloud>>>);
-
-/// What the perimeter of a facet is compared with.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_threshold {
-    /// The spacing of the points around it: sparse parts may have large facets.
-    SRF_LOCAL = 1,
-    /// The mean over the whole surface.
-    SRF_GLOBAL = 2,
-}
-
-/// What a surface may be.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_topology {
-    /// No edge and no vertex that isn't manifold.
-    SRF_MANIFOLD = 1,
-    /// Carved by the threshold alone: closed, but not manifold where parts touch, and without the points carved away.
-    SRF_FREE = 2,
-}
-
-/// Whether the points are of a closed surface; only with SRF_MANIFOLD.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_closure {
-    /// Closed if a closed surface goes through more than half of the points, else open.
-    SRF_CLOSED_OR_OPEN = 1,
-    /// Closed: gaps in the sampling are spanned by large facets.
-    SRF_CLOSED = 2,
-    /// Facets above the threshold are left out, so that gaps stay open.
-    SRF_OPEN = 3,
-}
 
 /// Why a point is not on a surface.
 #[allow(non_camel_case_types)]
@@ -75,76 +40,6 @@ pub enum srf_dropped {
     SRF_INSIDE = 3,
     /// Outside the surface: too far away for the threshold, or carved away.
     SRF_OUTSIDE = 4,
-}
-
-/// How a surface is made. Starts with its size; set to the defaults by srf_reconstruct_params_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_reconstruct_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
-    pub threads: u32,
-    /// Makes the threshold on the perimeters of facets larger, >= 1 and <= 2: closes more gaps, keeps more stray points.
-    /// Default 1.
-    pub factor: f64,
-    /// A value of srf_threshold. Default SRF_LOCAL.
-    pub threshold: u64,
-    /// A value of srf_topology. Default SRF_MANIFOLD.
-    pub topology: u64,
-    /// A value of srf_closure. Default SRF_CLOSED_OR_OPEN.
-    pub closure: u64,
-}
-
-impl srf_reconstruct_params {
-    fn defaults() -> Self {
-        let core = ReconstructParams::default();
-        srf_reconstruct_params {
-            struct_size: size_of::<Self>() as u32,
-            threads: core.threads as u32,
-            factor: core.factor,
-            threshold: match core.threshold {
-                Threshold::Local => srf_threshold::SRF_LOCAL,
-                Threshold::Global => srf_threshold::SRF_GLOBAL,
-            } as u64,
-            topology: match core.topology {
-                Topology::Manifold => srf_topology::SRF_MANIFOLD,
-                Topology::Free => srf_topology::SRF_FREE,
-            } as u64,
-            closure: match core.closure {
-                Closure::Auto => srf_closure::SRF_CLOSED_OR_OPEN,
-                Closure::Closed => srf_closure::SRF_CLOSED,
-                Closure::Open => srf_closure::SRF_OPEN,
-            } as u64,
-        }
-    }
-
-    fn to_core(self) -> Result<ReconstructParams, Failure> {
-        let unknown = |text: &str, got: u64| Err(Failure::new(SRF_ERR_PARAMETER, format!("{text}, got {got}")));
-        Ok(ReconstructParams {
-            factor: self.factor,
-            threads: threads(self.threads),
-            threshold: match self.threshold {
-                t if t == srf_threshold::SRF_LOCAL as u64 => Threshold::Local,
-                t if t == srf_threshold::SRF_GLOBAL as u64 => Threshold::Global,
-                other => return unknown("threshold must be SRF_LOCAL (1) or SRF_GLOBAL (2)", other),
-            },
-            topology: match self.topology {
-                t if t == srf_topology::SRF_MANIFOLD as u64 => Topology::Manifold,
-                t if t == srf_topology::SRF_FREE as u64 => Topology::Free,
-                other => return unknown("topology must be SRF_MANIFOLD (1) or SRF_FREE (2)", other),
-            },
-            closure: match self.closure {
-                c if c == srf_closure::SRF_CLOSED_OR_OPEN as u64 => Closure::Auto,
-                c if c == srf_closure::SRF_CLOSED as u64 => Closure::Closed,
-                c if c == srf_closure::SRF_OPEN as u64 => Closure::Open,
-                other => {
-                    return unknown("closure must be SRF_CLOSED_OR_OPEN (1), SRF_CLOSED (2) or SRF_OPEN (3)", other);
-                }
-            },
-        })
-    }
 }
 
 /// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
@@ -206,18 +101,6 @@ impl From<&Reconstructed> for srf_reconstruct_report {
             turned_parts: report.turned_parts as u64,
         }
     }
-}
-
-/// Sets the defaults. Call srf_reconstruct_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_reconstruct_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_reconstruct_params_init_sized(
-    params: *mut srf_reconstruct_params,
-    size: usize,
-) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_reconstruct_params::defaults()))
 }
 
 /// Prepares a struct for srf_reconstructor_surface(). Call srf_reconstruct_report_init(report), which adds the size that this header knows.
@@ -289,7 +172,7 @@ pub unsafe extern "C" fn srf_reconstructor_surface(
         if !out_report.is_null() {
             sized::writable("out_report", out_report)?;
         }
-        let params = sized::read("params", params, srf_reconstruct_params::defaults())?.to_core()?;
+        let params = params::read::<ReconstructParams, _>("params", params)?;
         let shared = handle::get("reconstructor", reconstructor)?;
         let made = surface(&shared, &params, progress)?;
         if !out_report.is_null() {

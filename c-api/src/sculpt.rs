@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use surfrecon::range_image::RangeImage;
 use surfrecon::sculpt::{SculptParams, Sculpted, Sculptor, Tolerance};
-use surfrecon::triangulate::TriangulateParams;
 
 use crate::guard::guard;
 use crate::handle::{self, handle};
-use crate::image::{Image, srf_image, srf_triangulate_params};
+use crate::image::{Image, srf_image};
 use crate::mesh::srf_mesh;
+use crate::params::sculpt::srf_sculpt_params;
 use crate::progress::{srf_progress, watched};
-use crate::settings::{SRF_FROM_DATA, from_data, threads};
-use crate::status::{Failure, srf_status, srf_status::SRF_ERR_PARAMETER};
-use crate::{pointer, sized};
+use crate::settings::from_data;
+use crate::status::{Failure, srf_status};
+use crate::{params, pointer, sized};
 
 /// An image that its sculptor keeps.
 pub struct Kept(Arc<Image>);
@@ -38,84 +38,6 @@ pub struct srf_sculptor {
 }
 
 handle!(srf_sculptor, Prepared);
-
-/// How an image is sculpted. Starts with its size; set to the defaults by srf_sculpt_params_init().
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct srf_sculpt_params {
-    /// Bytes of this struct.
-    pub struct_size: u32,
-    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any number.
-    pub threads: u32,
-    /// Largest distance between a sample and the mesh along the sample's ray, in the unit of the samples, >= 0; 0 reproduces
-    /// every sample. SRF_FROM_DATA, the default: relative_tolerance times the depth extent.
-    pub tolerance: f64,
-    /// The tolerance as a share of the depth extent, >= 0: of the difference between the farthest and the nearest range of the
-    /// covered samples. Looked at where tolerance is SRF_FROM_DATA. Default 0.001.
-    pub relative_tolerance: f64,
-    /// Work spent on fewer triangles at the same tolerance: 0 digs only, 1, the default, also removes vertices, 2 searches for
-    /// fewer yet.
-    pub effort: u64,
-    /// As in srf_triangulate_params.
-    pub edge_limit: f64,
-    /// As in srf_triangulate_params.
-    pub grazing_limit: f64,
-    /// 1, the default: every vertex is a sample. 0: vertices may leave their samples along the ray, within the tolerance, for
-    /// fewer triangles.
-    pub interpolate: u64,
-    /// Smallest angle of triangles that replace others, as seen from the sensor, 0, the default, to pi/6 radians.
-    pub min_angle: f64,
-    /// 0, the default: open borders stay as they are in the image but for vertices on straight lines. 1: they are simplified,
-    /// too, for fewer triangles; the mesh reaches at most half a pixel beyond them and covers no other pixel. Needs an effort of
-    /// at least 1.
-    pub simplify_borders: u64,
-}
-
-impl srf_sculpt_params {
-    fn defaults() -> Self {
-        let core = SculptParams::default();
-        let triangulation = srf_triangulate_params::defaults();
-        let (tolerance, relative_tolerance) = match core.tolerance {
-            Tolerance::Absolute(tolerance) => (tolerance, 0.0),
-            Tolerance::OfDepthExtent(share) => (SRF_FROM_DATA, share),
-        };
-        srf_sculpt_params {
-            struct_size: size_of::<Self>() as u32,
-            threads: core.threads as u32,
-            tolerance,
-            relative_tolerance,
-            effort: u64::from(core.effort),
-            edge_limit: triangulation.edge_limit,
-            grazing_limit: triangulation.grazing_limit,
-            interpolate: u64::from(core.interpolate),
-            min_angle: core.min_angle,
-            simplify_borders: u64::from(core.simplify_borders),
-        }
-    }
-
-    fn to_core(self) -> Result<SculptParams, Failure> {
-        for (name, value) in [("interpolate", self.interpolate), ("simplify_borders", self.simplify_borders)] {
-            if value > 1 {
-                return Err(Failure::new(SRF_ERR_PARAMETER, format!("params.{name} must be 0 or 1, got {value}")));
-            }
-        }
-        Ok(SculptParams {
-            tolerance: from_data(self.tolerance)
-                .map_or(Tolerance::OfDepthExtent(self.relative_tolerance), Tolerance::Absolute),
-            // What does not fit is out of range anyway.
-            effort: u32::try_from(self.effort).unwrap_or(u32::MAX),
-            triangulation: TriangulateParams {
-                edge_limit: from_data(self.edge_limit),
-                grazing_limit: self.grazing_limit,
-            },
-            interpolate: self.interpolate == 1,
-            min_angle: self.min_angle,
-            simplify_borders: self.simplify_borders == 1,
-            threads: threads(self.threads),
-        })
-    }
-}
 
 /// How far a sculpted mesh lies from the samples, measured on the result along the samples' rays. Starts with its size;
 /// prepared by srf_certificate_init(). Lengths are in the unit of the samples.
@@ -173,15 +95,6 @@ impl From<&Sculpted> for srf_certificate {
     }
 }
 
-/// Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
-/// params   not NULL
-/// size     sizeof(srf_sculpt_params): what of the struct this library does not know becomes 0
-/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_sculpt_params_init_sized(params: *mut srf_sculpt_params, size: usize) -> srf_status {
-    guard(|| sized::init("params", params, size, srf_sculpt_params::defaults()))
-}
-
 /// Prepares a struct for srf_sculptor_refine(). Call srf_certificate_init(certificate), which adds the size that this header knows.
 /// certificate  not NULL
 /// size         sizeof(srf_certificate): what of the struct this library does not know becomes 0
@@ -209,7 +122,7 @@ pub unsafe extern "C" fn srf_sculptor_create(
     guard(|| {
         pointer::writable("out_sculptor", out_sculptor)?;
         let image = handle::get("image", image)?;
-        let params = sized::read("params", params, srf_sculpt_params::defaults())?.to_core()?;
+        let params = params::read::<SculptParams, _>("params", params)?;
         let sculptor = Sculptor::prepare(Kept(image), &params, &watched(progress))?;
         handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
     })

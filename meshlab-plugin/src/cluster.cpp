@@ -5,18 +5,13 @@
 
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 
 namespace srf {
 namespace {
 
 // Layers that a chain may have; each has a quarter of the vertices of the one before.
 const int most_levels = 16;
-
-double diagonal(const MeshModel *layer)
-{
-    const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
-    return std::isfinite(found) && found > 0 ? found : 1;
-}
 
 surfrecon::Cloud cloud(const MeshModel &layer)
 {
@@ -29,18 +24,9 @@ surfrecon::Cloud cloud(const MeshModel &layer)
 
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
-    list.addParam(RichInt("vertices", 0, "Vertices",
-                          "Vertices wanted. More come only where the topology needs them.<br>0: a tenth of the layer's."));
-    list.addParam(compat::LengthParameter(
-        "maxerror", 0, 0, static_cast<Scalarm>(diagonal(document.mm())), "Largest error",
-        "Where it is not 0, the number of vertices is not looked at: there are as many as it takes for every vertex of the layer to "
-        "lie this near to the result."));
-    list.addParam(RichFloat("adaptivity", 1, "Adaptivity",
-                            "How much smaller triangles are where the surface bends, 0 to 2: 0 makes them alike everywhere."));
-    list.addParam(RichInt("fitting", 0, "Fitting",
-                          "Rounds in which vertices leave the surface for where it lies nearest: 1 takes a third off the mean error. 0 keeps them on it."));
+    add_parameters(list, cluster_parameters, diagonal(document.mm()));
     list.addParam(RichInt("levels", 1, "Levels of detail",
-                          "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error."));
+                          "Layers to make, each with a quarter of the vertices of the one before. Only without a largest error and a number of patches."));
 }
 
 Outputs run(Job &job)
@@ -49,13 +35,15 @@ Outputs run(Job &job)
     const MeshModel *const layer = job.document.mm();
     if (layer == nullptr) refuse("There is no layer: open a mesh first");
     if (layer->cm.vn == 0) refuse("The layer " + quoted(*layer) + " has no vertices");
-    const int vertices = given.getInt("vertices"), levels = given.getInt("levels");
-    if (vertices < 0) refuse("The number of vertices must be at least 0, got " + std::to_string(vertices));
+    const int levels = given.getInt("levels");
+    surfrecon::ClusterParams params;
+    read_parameters(given, cluster_parameters, &params);
     if (levels < 1 || levels > most_levels) {
         refuse("The number of levels must be 1 to " + std::to_string(most_levels) + ", got " + std::to_string(levels));
     }
-    const double error = length(given, "maxerror");
-    if (error != SRF_FROM_DATA && levels > 1) refuse("A largest error goes with one level: set one of them back");
+    if (levels > 1 && (params.max_error != SRF_FROM_DATA || params.patches > 0)) {
+        refuse("A largest error, or a number of patches, goes with one level: set one of them back");
+    }
 
     // Vertices without faces are points: the surface through them is clustered.
     const bool points = layer->cm.fn == 0;
@@ -63,15 +51,10 @@ Outputs run(Job &job)
     const surfrecon::Cloud scattered = points ? cloud(*layer) : surfrecon::Cloud();
     const std::string label = layer->label().toStdString() + " clustered";
     const surfrecon::Pose pose = placement(*layer);
-    const auto count = static_cast<std::uint64_t>(std::max(vertices > 0 ? vertices : layer->cm.vn / 10, 1));
-    surfrecon::ClusterParams params;
-    params.adaptivity = given.getFloat("adaptivity");
-    const int fitting = given.getInt("fitting");
-    if (fitting < 0) refuse("The rounds of fitting must be at least 0, got " + std::to_string(fitting));
-    params.fitting = static_cast<std::uint64_t>(fitting);
     Outputs out;
     if (levels > 1) {
-        std::vector<std::uint64_t> counts{count};
+        const auto tenth = static_cast<std::uint64_t>(std::max(layer->cm.vn / 10, 1));
+        std::vector<std::uint64_t> counts{params.vertices > 0 ? params.vertices : tenth};
         while (static_cast<int>(counts.size()) < levels) counts.push_back(std::max<std::uint64_t>(counts.back() / 4, 1));
         const std::vector<surfrecon::Mesh> chain =
             points ? scattered.clustered(counts, params, job.progress()) : dense.clustered(counts, params, job.progress());
@@ -82,11 +65,6 @@ Outputs run(Job &job)
         }
         out["levels"] = levels;
         return out;
-    }
-    if (error == SRF_FROM_DATA) {
-        params.vertices = count;
-    } else {
-        params.max_error = error;
     }
     surfrecon::ClusterReport report;
     const surfrecon::Mesh surface =

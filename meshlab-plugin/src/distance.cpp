@@ -20,7 +20,7 @@ void parameters(const MeshDocument &document, RichParameterList &list)
         "measured", document, 0, "Measured layer", "Distances are from its vertices. It is copied; the copy has them as quality."));
     list.addParam(compat::layer_parameter("reference", document, 1, "Reference layer", "Distances are to its surface: it must have faces."));
     list.addParam(RichBool("signed", false, "Signed", "Distances behind the reference are negative."));
-    list.addParam(RichBool("bothways", false, "Both ways",
+    list.addParam(RichBool("both_ways", false, "Both ways",
                            "Also measures from the reference to the measured layer; both have to have faces then."));
 }
 
@@ -137,7 +137,7 @@ Outputs run(Job &job)
     const MeshModel *const measured = compat::layer(given, "measured", job.document);
     const MeshModel *const reference = compat::layer(given, "reference", job.document);
     if (measured == nullptr || reference == nullptr) refuse("Choose the layer to measure and the layer to measure it against");
-    const bool both = given.getBool("bothways");
+    const bool both = given.getBool("both_ways");
     if (measured->cm.vn == 0) refuse("The layer " + quoted(*measured) + " is empty: there is nothing to measure");
     if (reference->cm.fn == 0) refuse("The layer " + quoted(*reference) + " has no faces: distances are to a surface");
     if (both && measured->cm.fn == 0) refuse("The layer " + quoted(*measured) + " has no faces: it can't be measured both ways");

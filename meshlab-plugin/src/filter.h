@@ -62,12 +62,15 @@ inline std::string shown(double value)
     return digits;
 }
 
-// Lengths that are left at 0 are measured from the data.
-inline double length(const RichParameterList &parameters, const char *name)
+// A length of at least 0; 0 stands for what the data give, where they do.
+inline double length(const RichParameterList &parameters, const char *name, bool from_data)
 {
     const double value = parameters.getAbsPerc(name);
-    if (!(value >= 0)) refuse(std::string(name) + " must be at least 0, got " + shown(value) + "; 0 stands for a length measured from the data");
-    return value == 0 ? SRF_FROM_DATA : value;
+    if (!(value >= 0)) {
+        const std::string hint = from_data ? "; 0 stands for a length measured from the data" : "";
+        refuse(std::string(name) + " must be at least 0, got " + shown(value) + hint);
+    }
+    return from_data && value == 0 ? SRF_FROM_DATA : value;
 }
 
 }  // namespace srf

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "io_plugin.h"
 
+#include <set>
+
 #include <QCoreApplication>
 
 #include "filter.h"
@@ -9,18 +11,25 @@
 
 namespace {
 
-struct Ending {
-    const char *description, *ending;
+// Files that MeshLab opens itself, as meshes, projects or rasters, and those that say nothing without others.
+const std::set<std::string> left_out = {
+    "ply", "stl", "obj", "ptx", "asc", "xyz", "txt", "pts", "mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg",
+#if SRF_MESHLAB >= 202100
+    "e57", "glb", "gltf",
+#endif
 };
-const Ending endings[] = {
-    {"Range images placed by a list (Stanford)", "CONF"},
-    {"Organized points (Point Cloud Library)", "PCD"},
-    {"Height map or depth image", "PGM"},
-    {"Height map or depth image", "PFM"},
-    {"Height map or depth image", "EXR"},
-    {"Height map or depth image (NumPy)", "NPY"},
-    {"Height map (SRTM)", "HGT"},
-};
+
+// The others that the library knows: name for people, ending.
+std::vector<std::pair<QString, QString>> endings()
+{
+    std::vector<std::pair<QString, QString>> found;
+    for (const surfrecon::Format &format : surfrecon::formats()) {
+        for (const std::string &ending : format.endings) {
+            if (left_out.count(ending) == 0) found.emplace_back(srf::text(format.name), srf::text(ending).toUpper());
+        }
+    }
+    return found;
+}
 
 using Layers = std::vector<MeshModel *>;
 
@@ -64,7 +73,7 @@ std::vector<int> load(const QString &file, const Layers &layers, const RichParam
 QList<SurfreconIOPlugin::Format> SurfreconIOPlugin::importFormats() const
 {
     QList<Format> formats;
-    for (const Ending &ending : endings) formats << Format(ending.description, ending.ending);
+    for (const auto &[name, ending] : endings()) formats << Format(name, ending);
     return formats;
 }
 
@@ -87,7 +96,7 @@ bool SurfreconIOPlugin::open(const QString &, const QString &file, MeshModel &la
 std::list<FileFormat> SurfreconIOPlugin::importFormats() const
 {
     std::list<FileFormat> formats;
-    for (const Ending &ending : endings) formats.emplace_back(QString(ending.description), QString(ending.ending));
+    for (const auto &[name, ending] : endings()) formats.emplace_back(name, ending);
     return formats;
 }
 

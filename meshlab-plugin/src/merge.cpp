@@ -5,6 +5,7 @@
 
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 #include "range_layer.h"
 
 namespace srf {
@@ -30,24 +31,11 @@ double diagonal(const MeshDocument &document)
 
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
-    const auto longest = static_cast<Scalarm>(diagonal(document));
-    list.addParam(compat::LengthParameter(
-        "voxel", 0, 0, longest, "Voxel side",
-        "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.<br>"
-        "0: measured from the data, three times the mean distance of neighbouring samples."));
-    list.addParam(compat::LengthParameter(
-        "mergedistance", 0, 0, longest, "Merge distance",
-        "Surfaces of different layers closer than this, facing the same way, become one. Choose it above the residual of the "
-        "alignment and below the thinnest wall.<br>0: from the voxel and the measured distance between overlapping layers."));
-    list.addParam(RichBool("closeholes", true, "Close holes", "Close the holes whose border is not longer than the next value."));
-    list.addParam(compat::LengthParameter(
-        "maxholelength", 0, 0, 4 * longest, "Longest border to close",
-        "Holes with a longer border stay open.<br>0: 100 voxels, but at most a fifth of the diagonal of the surface."));
-    list.addParam(RichFloat(
-        "mincomponentpercent", 1, "Smallest part (%)",
-        "Connected parts with fewer triangles than this share of the largest part's are dropped, in per cent. 0 keeps all."));
+    const double longest = diagonal(document);
+    add_parameters(list, merge_parameters, longest);
+    list.addParam(RichBool("close_holes", true, "Close holes", "Close the holes whose border is at most the longest one to close."));
     list.addParam(RichBool(
-        "qualityasconfidence", false, "Quality is confidence",
+        "quality_as_confidence", false, "Quality is confidence",
         "Where layers overlap, vertices of higher quality count more. Layers with a custom vertex attribute "
         "<i>confidence</i>, as imported range images have it, use that in any case."));
 }
@@ -83,16 +71,22 @@ Outputs run(Job &job)
     if (layers.empty()) {
         refuse("There is nothing to merge: load the aligned range images or meshes as layers, and make those to merge visible");
     }
+    surfrecon::MergeParams params;
+    read_parameters(given, merge_parameters, &params);
+    if (!given.getBool("close_holes")) params.max_hole_length = 0;
+    surfrecon::TriangulateParams joined;
+    joined.edge_limit = params.edge_limit;
+    joined.grazing_limit = params.grazing_limit;
     surfrecon::Merger merger;
     std::set<std::string> names;
     for (const MeshModel *layer : layers) {
         const std::string name = name_of(*layer, names);
         if (layer->cm.fn > 0) {
             surfrecon::Mesh surface = mesh(*layer, Frame::world);
-            if (given.getBool("qualityasconfidence")) use_quality(surface, *layer);
+            if (given.getBool("quality_as_confidence")) use_quality(surface, *layer);
             merger.add(surface, name);
         } else if (has_grid(*layer)) {
-            const surfrecon::Mesh surface = range_image(*layer, Frame::world).triangulate();
+            const surfrecon::Mesh surface = range_image(*layer, Frame::world).triangulate(joined);
             merger.add(surface, name);
         } else {
             refuse("The layer " + quoted(*layer) + " has points only, and no grid that tells which of them are neighbours. " +
@@ -100,11 +94,6 @@ Outputs run(Job &job)
         }
     }
 
-    surfrecon::MergeParams params;
-    params.voxel = length(given, "voxel");
-    params.merge_distance = length(given, "mergedistance");
-    params.max_hole_length = given.getBool("closeholes") ? length(given, "maxholelength") : 0.0;
-    params.min_component_share = given.getFloat("mincomponentpercent") / 100.0;
     const auto [surface, report] = merger.run(params, job.progress());
     if (surface.triangles().size() == 0) {
         refuse("Nothing is left of the surface: choose a smaller voxel, or keep smaller parts");

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A range image becomes a regular grid of quads, dense where the surface bends, and the B-spline surface through it.
 #include <algorithm>
-#include <cmath>
 
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 #include "range_layer.h"
 
 namespace srf {
@@ -12,42 +12,11 @@ namespace {
 
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
-    const MeshModel *const layer = document.mm();
-    const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
-    const Scalarm longest = static_cast<Scalarm>(std::isfinite(found) && found > 0 ? found : 1);
-    const surfrecon::QuadParams defaults;
-    const auto number = [](double value) { return static_cast<compat::Number>(value); };
-    const auto whole = [](std::uint64_t value) { return static_cast<int>(value); };
-
-    list.addParam(RichInt("rows", whole(defaults.rows), "Rows a tile",
-                          "Rows of vertices of each tile, both borders counted: the grid has (rows - 1) * tiles down + 1."));
-    list.addParam(RichInt("columns", whole(defaults.columns), "Columns a tile",
-                          "Columns of vertices of each tile, both borders counted: the grid has (columns - 1) * tiles across + 1."));
-    list.addParam(RichInt("tilesdown", whole(defaults.tiles_down), "Tiles down",
-                          "Tiles from top to bottom; each gets the same number of rows.<br>0: one every 64 rows of pixels."));
-    list.addParam(RichInt("tilesacross", whole(defaults.tiles_across), "Tiles across",
-                          "Tiles from left to right; each gets the same number of columns.<br>0: one every 64 columns of pixels."));
-    list.addParam(compat::LengthParameter("maxerror", 0, 0, longest, "Largest error",
-                                          "Where it is not 0, rows and columns are chosen so that no sample is farther from the "
-                                          "quads, along the ray it was measured by."));
-    list.addParam(compat::LengthParameter("rmserror", 0, 0, longest, "RMS error",
-                                          "Where it is not 0, rows and columns are chosen so that the root of the mean square "
-                                          "distance of the samples is at most this. At most one of both errors may be given."));
-    list.addParam(RichFloat("exponent", number(defaults.exponent), "Exponent",
-                            "Density of vertices as this power of the curvature, 0 to 4; 0 is its logarithm. Larger values draw more "
-                            "vertices to strong curvature."));
-    list.addParam(RichFloat("floor", number(defaults.floor), "Floor",
-                            "Density spread evenly, as a share of the mean density: 0 leaves flat regions without vertices, large "
-                            "values give a uniform grid."));
-    list.addParam(RichFloat("smoothing", number(defaults.smoothing), "Smoothing",
-                            "Size of the window that the density is averaged over, in quads, 0 to 16. Larger values give smoother lines."));
-    list.addParam(RichFloat("coverage", number(defaults.coverage), "Coverage",
-                            "Smallest share of measured pixels that a quad may have, 0 to 1. 0 keeps every quad, over the background as "
-                            "well."));
-    list.addParam(RichInt("surfacesteps", 0, "Surface steps",
+    add_parameters(list, quads_parameters, diagonal(document.mm()));
+    list.addParam(RichInt("surface_steps", 0, "Surface steps",
                           "Where it is not 0, another layer gets the B-spline surface through the grid, drawn in so many steps a quad. It "
                           "covers the whole image and continues the scan where nothing was measured."));
-    list.addParam(RichInt("surfaceorder", 4, "Surface order",
+    list.addParam(RichInt("order", 4, "Surface order",
                           "Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic."));
 }
 
@@ -96,17 +65,8 @@ Outputs run(Job &job)
                "Import its file with \"" + import_name + "\"");
     }
     surfrecon::QuadParams params;
-    params.rows = count(given, "rows");
-    params.columns = count(given, "columns");
-    params.tiles_down = count(given, "tilesdown");
-    params.tiles_across = count(given, "tilesacross");
-    params.max_error = length(given, "maxerror");
-    params.rms_error = length(given, "rmserror");
-    params.exponent = given.getFloat("exponent");
-    params.floor = given.getFloat("floor");
-    params.smoothing = given.getFloat("smoothing");
-    params.coverage = given.getFloat("coverage");
-    const std::uint64_t steps = count(given, "surfacesteps"), order = count(given, "surfaceorder");
+    read_parameters(given, quads_parameters, &params);
+    const std::uint64_t steps = count(given, "surface_steps"), order = count(given, "order");
 
     const surfrecon::Image image = range_image(*layer, Frame::layer);
     const auto [quads, report] = surfrecon::Quads::create(image, params, job.progress());

@@ -2,32 +2,18 @@
 // The vertices of a layer become a surface through them.
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 
 namespace srf {
 namespace {
 
-void parameters(const MeshDocument &, RichParameterList &list)
+void parameters(const MeshDocument &document, RichParameterList &list)
 {
-    surfrecon::ReconstructParams defaults;
-    list.addParam(RichFloat("factor", static_cast<compat::Number>(defaults.factor), "Factor",
-                            "Makes the threshold on the perimeters of triangles larger, 1 to 2: closes more gaps, keeps more stray points."));
-    list.addParam(RichEnum("threshold", 0, {"Spacing of the points around", "Mean of the surface"}, "Threshold",
-                           "What the perimeter of a triangle is compared with. By the spacing around it, sparse parts may have large "
-                           "triangles."));
-    list.addParam(RichEnum("topology", 0, {"Manifold", "Free"}, "Topology",
-                           "Manifold: at most two triangles at an edge, one fan of them at a vertex.<br>Free: carved by the threshold "
-                           "alone, as in the paper: parts may touch, and points are lost."));
-    list.addParam(RichEnum("closure", 0, {"Closed or open", "Closed", "Open"}, "Closure",
-                           "Closed: gaps in the sampling are spanned by large triangles.<br>Open: triangles above the threshold are left "
-                           "out, so that gaps stay open.<br>Closed or open: closed if a closed surface goes through more than half of the "
-                           "points. Looked at with a manifold topology only."));
-    list.addParam(RichBool("usenormals", false, "Turn to the normals",
+    add_parameters(list, reconstruct_parameters, diagonal(document.mm()));
+    list.addParam(RichBool("use_normals", false, "Turn to the normals",
                            "Turns the surface to the side that the layer's normals show. Otherwise closed surfaces are turned outwards, "
                            "open ones up."));
 }
-
-// The value of a choice, counted from 1 as in the library.
-std::uint64_t chosen(const RichParameterList &given, const char *name) { return static_cast<std::uint64_t>(given.getEnum(name)) + 1; }
 
 Outputs run(Job &job)
 {
@@ -36,15 +22,12 @@ Outputs run(Job &job)
     const MeshModel *const layer = job.document.mm();
     if (layer == nullptr) refuse("There is no layer: open a file of points");
     surfrecon::ReconstructParams params;
-    params.factor = given.getFloat("factor");
-    params.threshold = chosen(given, "threshold");
-    params.topology = chosen(given, "topology");
-    params.closure = chosen(given, "closure");
+    read_parameters(given, reconstruct_parameters, &params);
 
     const LayerArrays flat = arrays(*layer, Frame::layer, NotFinite::passed_on);
     const std::size_t count = flat.kept.size();
     std::vector<float> directions;
-    if (given.getBool("usenormals")) directions = normals(*layer, flat);
+    if (given.getBool("use_normals")) directions = normals(*layer, flat);
     const std::vector<std::uint8_t> colours = vertex_colours(*layer, flat);
     const surfrecon::Cloud cloud = surfrecon::Cloud::create(
         View<double, 3>(flat.positions.data(), count), View<float, 3>(directions.data(), directions.size() / 3),

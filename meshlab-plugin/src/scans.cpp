@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scans.h"
 
-#include <cmath>
-
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 #include "range_layer.h"
 
 namespace srf {
@@ -14,24 +13,16 @@ void add_read_parameters(RichParameterList &list)
     list.addParam(RichBool("faces", true, "With faces",
                            "Neighbouring pixels are joined by triangles, except over jumps. Without, range images are points that "
                            "know their pixel."));
-    list.addParam(RichFloat("scale", 0, "Scale of images",
-                            "What the numbers of height maps and depth images are multiplied with.<br>"
-                            "0: 0.001 for whole numbers seen by a camera (millimetres), else 1."));
-    list.addParam(RichFloat("step", 0, "Step of height maps",
-                            "Distance of neighbouring pixels of a height map.<br>0: what the file says, else 1."));
     list.addParam(RichString("camera", "", "Camera of depth images",
                              "Focal lengths and centre, in pixels: fx fy cx cy. Images are depth images of this camera then; empty: "
                              "they are height maps."));
-    list.addParam(RichBool("ranges", false, "Camera measures along rays",
-                           "The numbers of the camera's images are distances along the rays, not depths."));
+    add_parameters(list, open_parameters, 1);
 }
 
 surfrecon::ReadOptions read_options(const RichParameterList &given)
 {
     surfrecon::ReadOptions options;
-    const double scale = given.getFloat("scale"), step = given.getFloat("step");
-    if (scale != 0) options.scale = scale;
-    if (step != 0) options.step = step;
+    read_parameters(given, open_parameters, &options);
     const QString camera = given.getString("camera").simplified();
     if (camera.isEmpty()) return options;
     const QStringList words = camera.split(' ');
@@ -41,7 +32,6 @@ surfrecon::ReadOptions read_options(const RichParameterList &given)
         refuse("The camera must be four numbers in pixels, fx fy cx cy, for example 525 525 319.5 239.5; got \"" +
                std::string(given.getString("camera").toUtf8().constData()) + "\"");
     }
-    options.camera = given.getBool("ranges") ? SRF_PINHOLE_RANGE : SRF_PINHOLE_DEPTH;
     return options;
 }
 

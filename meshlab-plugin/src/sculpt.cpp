@@ -1,49 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A range image becomes the mesh of few triangles within a tolerance.
-#include <cmath>
-
 #include "filter.h"
 #include "layer.h"
+#include "parameters.h"
 #include "range_layer.h"
 
 namespace srf {
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
-
-double diagonal(const MeshModel *layer)
-{
-    const double found = layer == nullptr || layer->cm.bbox.IsNull() ? 0 : static_cast<double>(layer->cm.bbox.Diag());
-    return std::isfinite(found) && found > 0 ? found : 1;
-}
-
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
-    const double longest = diagonal(document.mm());
-    list.addParam(compat::LengthParameter(
-        "tolerance", 0, 0, static_cast<Scalarm>(longest), "Tolerance",
-        "Largest distance between a sample and the surface, along the ray it was measured by. Larger values give fewer "
-        "triangles.<br>0: a thousandth of the depth extent."));
+    add_parameters(list, sculpt_parameters, diagonal(document.mm()));
     list.addParam(RichInt(
-        "maxtriangles", 0, "At most so many triangles",
+        "max_triangles", 0, "At most so many triangles",
         "Where it is not 0, the tolerance is not looked at: the smallest one is found whose surface has at most so many triangles."));
-    list.addParam(RichBool("removevertices", true, "Fewest triangles",
-                           "Also removes vertices that are not needed, for about twice the time."));
-    list.addParam(RichBool("search", false, "Search for fewer yet",
-                           "Also moves and joins vertices, for about ten times the time. Needs \"Fewest triangles\"."));
-    list.addParam(RichBool("offsamples", false, "Vertices off their samples",
-                           "Lets vertices leave their samples along the ray, within the tolerance, for about a sixth fewer "
-                           "triangles than the search and a little more time. Needs \"Fewest triangles\"."));
-    list.addParam(RichBool("simplifyborders", false, "Simplify borders",
-                           "Smooths open borders, too: the surface reaches at most half a pixel beyond them and covers no other "
-                           "sample. Needs \"Fewest triangles\"."));
-    list.addParam(RichFloat("minangle", 0, "Smallest angle",
-                            "Degrees, at most 30, as seen from the sensor: of triangles made to replace others. 10 degrees cost up to "
-                            "12 % more triangles."));
-    list.addParam(compat::LengthParameter(
-        "edgelimit", 0, 0, static_cast<Scalarm>(longest), "Longest edge between neighbours",
-        "Neighbouring samples farther apart are taken to lie on different surfaces: a jump, which no triangle bridges.<br>"
-        "0: 3.4 times the median distance of neighbouring samples."));
 }
 
 Outputs run(Job &job)
@@ -55,21 +25,12 @@ Outputs run(Job &job)
         refuse("The layer " + quoted(*layer) + " is no range image: it lacks the custom vertex attributes range_row and range_col. " +
                "Import its file with \"" + import_name + "\"");
     }
-    const int most = given.getInt("maxtriangles");
+    const int most = given.getInt("max_triangles");
     if (most < 0) refuse("The number of triangles must be at least 0, got " + std::to_string(most));
 
     const surfrecon::Image image = range_image(*layer, Frame::layer);
     surfrecon::SculptParams params;
-    params.tolerance = length(given, "tolerance");
-    const bool remove = given.getBool("removevertices");
-    for (const char *name : {"search", "offsamples", "simplifyborders"}) {
-        if (!remove && given.getBool(name)) refuse(std::string("removevertices must be on where ") + name + " is");
-    }
-    params.effort = !remove ? 0 : given.getBool("search") ? 2 : 1;
-    params.interpolate = given.getBool("offsamples") ? 0 : 1;
-    params.simplify_borders = given.getBool("simplifyborders") ? 1 : 0;
-    params.min_angle = given.getFloat("minangle") * (pi / 180);
-    params.edge_limit = length(given, "edgelimit");
+    read_parameters(given, sculpt_parameters, &params);
     const surfrecon::Sculptor sculptor(image, params);
     const auto [surface, certificate] = most > 0 ? sculptor.at_most(static_cast<std::size_t>(most), job.progress())
                                                  : sculptor.refine(SRF_FROM_DATA, job.progress());

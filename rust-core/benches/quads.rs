@@ -55,7 +55,7 @@ fn gridding(c: &mut Criterion) {
         ("height_map_4096", height_map(4096, 4096), one_core()),
         ("pinhole_480x640", image(480, 640, pinhole), one_core()),
         ("point_grid_480x640", point_grid(480, 640), one_core()),
-        ("rms_error_480x640", height_map(480, 640), QuadParams { target: Some(Target::Rms(0.01)), ..one_core() }),
+        ("rms_error_480x640", height_map(480, 640), QuadParams { target: Target::Rms(0.01), ..one_core() }),
     ] {
         group.throughput(Throughput::Elements(image.len() as u64));
         let make = || run(&image, &params, &Progress::none()).expect("a grid");

@@ -1,25 +1,34 @@
-//! The one table of all parameters: name, unit, default, range and text.
+//! The one table of all parameters: each operation's schema, and its rows.
 //!
-//! C, Python, Blender and MeshLab read it or are tested against it; no default and no range is written anywhere else.
+//! C, Python, Blender and MeshLab are made from it; no default, no range and no text of a parameter is written anywhere else.
 
-pub use base::params::{Default, ParamSpec, Unit};
+pub use base::params::{Choice, Default, Field, Kind, ParamSpec, Params, Schema, Value};
+
+/// The operations' schemas: an operation that is added adds a line.
+pub const SCHEMAS: &[Schema] = &[
+    io::import::SCHEMA,
+    image::triangulate::SCHEMA,
+    merge::SCHEMA,
+    sculpt::SCHEMA,
+    quads::SCHEMA,
+    reconstruct::SCHEMA,
+    cluster::SCHEMA,
+    scan::SCHEMA,
+];
 
 /// Every parameter of the library.
 pub fn table() -> impl Iterator<Item = &'static ParamSpec> {
-    io::import::PARAMS
-        .iter()
-        .chain(image::triangulate::PARAMS)
-        .chain(merge::PARAMS)
-        .chain(sculpt::PARAMS)
-        .chain(quads::PARAMS)
-        .chain(reconstruct::PARAMS)
-        .chain(cluster::PARAMS)
-        .chain(scan::PARAMS)
+    SCHEMAS.iter().flat_map(|schema| schema.rows)
+}
+
+/// The schema of an operation.
+pub fn schema(operation: &str) -> Option<&'static Schema> {
+    SCHEMAS.iter().find(|schema| schema.operation == operation)
 }
 
 /// The parameter `name` of `operation`.
 pub fn find(operation: &str, name: &str) -> Option<&'static ParamSpec> {
-    table().find(|p| p.operation == operation && p.name == name)
+    schema(operation)?.rows.iter().find(|row| row.name == name)
 }
 
 #[cfg(test)]
@@ -27,14 +36,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_unique_and_defaults_in_range() {
+    fn rows_are_whole() {
         let mut seen = std::collections::HashSet::new();
         for p in table() {
-            assert!(seen.insert((p.operation, p.name)), "{} {}", p.operation, p.name);
-            assert!(p.min <= p.max && !p.text.is_empty());
-            if let Default::Value(v) = p.default {
-                assert!(p.check(v).is_ok(), "{} {}", p.operation, p.name);
+            let named = format!("{} {}", p.operation, p.name);
+            assert!(seen.insert((p.operation, p.name)), "{named} is there twice");
+            assert!(p.min <= p.max && !p.label.is_empty() && !p.since.is_empty(), "{named}");
+            assert!(p.text.ends_with('.') && !p.text.contains('_') && !p.off.ends_with('.'), "{named}: {}", p.text);
+            assert!(p.check_value(p.default_value()).is_ok(), "{named}");
+            for choice in p.choices() {
+                assert!(!choice.label.is_empty() && choice.text.ends_with('.'), "{named}: {}", choice.name);
             }
+        }
+        for part in SCHEMAS.iter().flat_map(|schema| (schema.all)()) {
+            assert_eq!(find(part.operation, part.name), Some(part), "a part is not in the table");
         }
     }
 
@@ -44,5 +59,54 @@ mod tests {
         let text = p.check(-1.5).unwrap_err().to_string();
         assert_eq!(text, "voxel must be a finite number > 0, got -1.5 (in the unit of the scans)");
         assert!(p.check(f64::NAN).is_err() && p.check(f64::INFINITY).is_err());
+        let p = find("reconstruct", "closure").unwrap();
+        let text = p.check_value(Value::Choice("shut")).unwrap_err().to_string();
+        assert_eq!(text, "closure must be \"auto\", \"closed\" or \"open\", got \"shut\"");
+    }
+
+    /// Sets each parameter to a value that is not its default, and to one that is refused.
+    fn try_all<P: Params + std::default::Default>() {
+        for row in P::rows() {
+            let middle = if row.max.is_finite() { (row.min + row.max) / 2.0 } else { row.min + 3.0 };
+            let (other, wrong) = match row.kind {
+                Kind::Flag => (Value::Flag(row.default_value() == Value::Flag(false)), Value::Number(2.0)),
+                Kind::Choice(choices) => (Value::Choice(choices[choices.len() - 1].name), Value::Choice("none such")),
+                Kind::Count => (Value::Number(middle.trunc()), Value::Number(1.5)),
+                _ if row.any_number => (Value::Number(f64::INFINITY), Value::Flag(true)),
+                _ if row.min.is_finite() => (Value::Number(middle), Value::Number(row.min - 1.0)),
+                _ => (Value::Number(-1.0), Value::Number(f64::NAN)),
+            };
+            let mut params = P::default();
+            assert_eq!(params.get(row.name).unwrap(), row.default_value(), "{}", row.name);
+            assert!(params.set(row.name, other).unwrap());
+            assert_eq!(params.get(row.name).unwrap(), other, "{}", row.name);
+            params.check().unwrap();
+            let refused = params.set(row.name, wrong).unwrap_err().to_string();
+            assert!(refused.starts_with(&format!("{} must be ", row.name)), "{refused}");
+            assert_eq!(params.get(row.name).unwrap(), other, "{} changed though it was refused", row.name);
+            assert!(params.set(row.name, Value::Absent).unwrap());
+            assert_eq!(params.get(row.name).unwrap(), row.default_value(), "{}", row.name);
+        }
+        let mut params = P::default();
+        assert!(!params.set("none such", Value::Absent).unwrap() && params.get("none such").is_none());
+        for rows in P::alternatives() {
+            let given: Vec<_> = rows.iter().map(|row| (row.name, Value::Number(row.min.max(1.0)))).collect();
+            assert!(params.set_all(&given).unwrap_err().to_string().starts_with("give "));
+            for one in &given {
+                params.set_all(&[*one]).unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn every_parameter_is_set_by_name() {
+        try_all::<io::import::ReadOptions>();
+        try_all::<image::triangulate::TriangulateParams>();
+        try_all::<merge::MergeParams>();
+        try_all::<sculpt::SculptParams>();
+        try_all::<quads::QuadParams>();
+        try_all::<reconstruct::ReconstructParams>();
+        try_all::<cluster::ClusterParams>();
+        try_all::<scan::ScanParams>();
     }
 }

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
+import surfrecon
 from conftest import MODULE
 from files import write_set
 from shapes import torus, torus_scans
@@ -241,5 +242,8 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
     wanted = {(module.OPERATORS, text) for text in operators_} | texts
     for language, found in module.LANGUAGES.items():
         assert re.fullmatch(r"[a-z]{2}_[A-Z]{2}", language)
-        assert set(found) == wanted, sorted(set(found) ^ wanted)
+        assert set(found) <= wanted, sorted(set(found) - wanted)
+        # A parameter that no release has yet may be without.
+        fresh = {p.label for p in surfrecon.parameters() if p.since != "0.1"}
+        assert all(text in fresh for _, text in wanted - set(found)), sorted(wanted - set(found))
         assert all(translated.strip() for translated in found.values())

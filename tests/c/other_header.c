@@ -55,8 +55,8 @@ int main(void)
     HELD(srf_merge_report) merged;
     HELD(srf_sculpt_params) sculpt;
     HELD(srf_certificate) certificate;
-    HELD(srf_quad_params) quads;
-    HELD(srf_quad_report) quad_report;
+    HELD(srf_quads_params) quads;
+    HELD(srf_quads_report) quad_report;
     HELD(srf_reconstruct_params) reconstruct;
     HELD(srf_reconstruct_report) reconstructed;
     HELD(srf_cluster_params) cluster;
@@ -77,8 +77,8 @@ int main(void)
     FILL(merged, srf_merge_report_init);
     FILL(sculpt, srf_sculpt_params_init);
     FILL(certificate, srf_certificate_init);
-    FILL(quads, srf_quad_params_init);
-    FILL(quad_report, srf_quad_report_init);
+    FILL(quads, srf_quads_params_init);
+    FILL(quad_report, srf_quads_report_init);
     FILL(reconstruct, srf_reconstruct_params_init);
     FILL(reconstructed, srf_reconstruct_report_init);
     FILL(cluster, srf_cluster_params_init);

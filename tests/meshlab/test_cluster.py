@@ -28,7 +28,7 @@ def test_a_tenth_by_default_and_a_largest_error(dense):
     dense.run(CLUSTER)
     assert dense.current.vertex_number() == count // 10
     dense.named("dense")
-    out = dense.run(CLUSTER, maxerror=length(0.01))
+    out = dense.run(CLUSTER, max_error=length(0.01))
     assert out["max_error"] <= 0.01 and out["vertices"] == dense.current.vertex_number() < count
 
 
@@ -58,10 +58,10 @@ def test_vertices_without_faces_are_points(document):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"vertices": -1}, "The number of vertices must be at least 0, got -1"),
+        ({"vertices": -1}, "vertices must be at least 0, got -1"),
         ({"fitting": 101}, "fitting must be >= 0 and <= 100, got 101"),
         ({"levels": 0}, "The number of levels must be 1 to 16, got 0"),
-        ({"levels": 2, "maxerror": length(0.1)}, "A largest error goes with one level"),
+        ({"levels": 2, "max_error": length(0.1)}, "A largest error, or a number of patches, goes with one level"),
         ({"adaptivity": 5.0}, "adaptivity must be >= 0 and <= 2, got 5"),
     ],
 )

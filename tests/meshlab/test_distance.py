@@ -43,7 +43,7 @@ def test_the_bound_holds_between_vertices(document):
     document.add(roof, np.array([[0, 1, 4], [0, 4, 3]]), "floor")
     document.add(roof, np.array([[0, 2, 5], [0, 5, 3], [2, 1, 4], [2, 4, 5]]), "roof")
     number = ids(document)
-    out = document.run(DISTANCE, measured=number["floor"], reference=number["roof"], bothways=True)
+    out = document.run(DISTANCE, measured=number["floor"], reference=number["roof"], both_ways=True)
     assert out["max"] == 0
     true = np.sqrt(0.5)
     assert 0.98 * true <= out["max_found"] <= true <= out["bound"] <= 1.03 * true
@@ -73,5 +73,5 @@ def test_points_can_be_measured_but_not_measured_against(document, refused):
     assert '"points" has no faces' in refused(
         document.run, DISTANCE, measured=number["torus"], reference=number["points"]
     )
-    both = {"measured": number["points"], "reference": number["torus"], "bothways": True}
+    both = {"measured": number["points"], "reference": number["torus"], "both_ways": True}
     assert '"points" has no faces' in refused(document.run, DISTANCE, **both)

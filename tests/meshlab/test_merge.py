@@ -109,9 +109,9 @@ def test_hidden_layers_take_no_part(loaded, surfaces):
 def test_open_holes_stay_open_on_request(document, surfaces):
     for name, positions, triangles in surfaces[:8]:
         document.add(positions, triangles, name)
-    closed = document.run(MERGE, voxel=length(VOXEL), maxholelength=length(100))
+    closed = document.run(MERGE, voxel=length(VOXEL), max_hole_length=length(100))
     document.set.set_current_mesh_visibility(False)
-    opened = document.run(MERGE, voxel=length(VOXEL), closeholes=False)
+    opened = document.run(MERGE, voxel=length(VOXEL), close_holes=False)
     assert opened["holes_closed"] == 0 < closed["holes_closed"]
     assert surface(document.current).check()["boundary_loops"] == opened["holes_open"]
 
@@ -166,8 +166,8 @@ def test_points_without_a_grid_are_refused_by_name(loaded, refused):
     ("parameters", "said"),
     [
         ({"voxel": length(1e-9)}, "voxel"),
-        ({"mincomponentpercent": 200.0}, "min_component_share"),
-        ({"mincomponentpercent": -1.0}, "min_component_share"),
+        ({"min_component_share": 2.0}, "min_component_share"),
+        ({"min_component_share": -0.01}, "min_component_share"),
     ],
 )
 def test_wrong_parameters_are_named(loaded, refused, parameters, said):
@@ -190,7 +190,7 @@ def test_non_manifold_and_unoriented_layers_do_no_harm(document):
     """Three fins on an edge, and a triangle turned over: a surface or a sentence, never a crash."""
     fins = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [1, 1, 1]], float)
     document.add(fins, np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4], [1, 2, 5], [2, 1, 5]]), "fins")
-    document.run(MERGE, voxel=length(0.05), mincomponentpercent=0.0)
+    document.run(MERGE, voxel=length(0.05), min_component_share=0.0)
     assert surface(document.current).check()["is_manifold"]
 
 

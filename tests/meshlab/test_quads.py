@@ -50,17 +50,17 @@ def test_quads_are_written_as_quads(loaded, expected, tmp_path):
 
 def test_a_wanted_error_chooses_the_size(loaded):
     name = loaded.current.label()
-    coarse = loaded.run(QUADS, rmserror=length(0.02))
+    coarse = loaded.run(QUADS, rms_error=length(0.02))
     loaded.named(name)
-    fine = loaded.run(QUADS, rmserror=length(0.005))
+    fine = loaded.run(QUADS, rms_error=length(0.005))
     assert coarse["rms_error"] <= 0.02 and fine["rms_error"] <= 0.005 and coarse["quads"] < fine["quads"]
     loaded.named(name)
-    assert loaded.run(QUADS, maxerror=length(0.1))["max_error"] <= 0.1
+    assert loaded.run(QUADS, max_error=length(0.1))["max_error"] <= 0.1
 
 
 def test_the_surface_is_the_library_s(loaded, expected):
     name = loaded.current.label()
-    loaded.run(QUADS, surfacesteps=3)
+    loaded.run(QUADS, surface_steps=3)
     assert len(loaded) == 3
     surface = loaded.named(f"{name} surface").vertex_matrix()
     rows, columns = 3 * (expected.rows - 1) + 1, 3 * (expected.columns - 1) + 1
@@ -83,9 +83,9 @@ def test_the_result_lies_where_the_layer_lies(document, images, tmp_path):
         ({"columns": 5000}, "ask for fewer columns or a smaller tiles_across"),
         ({"floor": -1}, "floor must be"),
         ({"coverage": 2}, "coverage must be >= 0 and <= 1, got 2"),
-        ({"maxerror": length(1), "rmserror": length(1)}, "not both"),
-        ({"surfacesteps": 2, "surfaceorder": 9}, "order of a spline must be 2, 3 or 4, got 9"),
-        ({"rows": 2, "columns": 2, "tilesdown": 1, "tilesacross": 1, "coverage": 1}, "ask for more rows and columns"),
+        ({"max_error": length(1), "rms_error": length(1)}, "not both"),
+        ({"surface_steps": 2, "order": 9}, "order of a spline must be 2, 3 or 4, got 9"),
+        ({"rows": 2, "columns": 2, "tiles_down": 1, "tiles_across": 1, "coverage": 1}, "ask for more rows and columns"),
     ],
 )
 def test_wrong_parameters_are_named(loaded, refused, parameters, said):

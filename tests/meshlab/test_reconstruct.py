@@ -61,7 +61,7 @@ def test_options_are_the_library_s(document):
 def test_normals_turn_it(document):
     points = sphere(500)
     document.add(points, name="points", v_normals_matrix=-points)
-    document.run(RECONSTRUCT, usenormals=True)
+    document.run(RECONSTRUCT, use_normals=True)
     assert volume(document.current) < 0
     document.named("points")
     document.run(RECONSTRUCT)

@@ -55,53 +55,63 @@ def length(name, value=0):
     return (name, "RichAbsPerc", value, 'min="0" max="10"')
 
 
-def importing(path):
-    file = ("file", "RichOpenFile", path, 'exts_val0="*" exts_cardinality="1"')
-    camera = ("camera", "RichString", "", "")
-    options = [flag("faces", "true"), number("scale", 0), number("step", 0), camera, flag("ranges")]
-    return ("Import Range Images", [file, *options])
-
-
-def merging(voxel):
-    parameters = [length("voxel", voxel), length("mergedistance"), flag("closeholes", "true"), length("maxholelength")]
-    parameters += [number("mincomponentpercent", 1), flag("qualityasconfidence")]
-    return ("Surface Reconstruction: Marching Intersections", parameters)
-
-
-def sculpting(tolerance, triangles=0):
-    parameters = [length("tolerance", tolerance), number("maxtriangles", triangles, "RichInt")]
-    parameters += [flag("removevertices", "true"), flag("search"), flag("offsamples"), flag("simplifyborders")]
-    parameters += [number("minangle", 0), length("edgelimit")]
-    return ("Surface Reconstruction: Range Image Sculpting", parameters)
-
-
-def measuring(measured, reference):
-    layers = [("measured", "RichMesh", measured, ""), ("reference", "RichMesh", reference, "")]
-    return ("Exact Distance between Layers", [*layers, flag("signed"), flag("bothways")])
-
-
 def choice(name, values):
     options = "".join(f'enum_val{i}="{value}" ' for i, value in enumerate(values))
     return (name, "RichEnum", 0, f'{options}enum_cardinality="{len(values)}"')
 
 
+def entry(parameter, given):
+    """A parameter of the library as MeshLab has it."""
+    name, default = parameter.name, parameter.default or 0
+    if parameter.name == "invalid":
+        return (name, "RichString", given or "", "")
+    if parameter.kind == "length" and parameter.operation != "open":
+        return length(name, given or default)
+    if parameter.kind == "count":
+        return number(name, given or default, "RichInt")
+    if parameter.kind == "flag":
+        return flag(name, str(bool(default)).lower())
+    if parameter.kind == "choice":
+        return choice(name, [label for _, label, _ in parameter.choices])
+    return number(name, given or (np.degrees(default) if parameter.kind == "angle" else default))
+
+
+def asked(*operations, **given):
+    """Every parameter of these operations that MeshLab asks for."""
+    known = [p for operation in operations for p in surfrecon.parameters(operation) if p.name != "threads"]
+    return [entry(p, given.get(p.name)) for p in known]
+
+
+def importing(path):
+    file = ("file", "RichOpenFile", path, 'exts_val0="*" exts_cardinality="1"')
+    camera = ("camera", "RichString", "", "")
+    return ("Import Range Images", [file, flag("faces", "true"), camera, *asked("open")])
+
+
+def merging(voxel):
+    own = [flag("close_holes", "true"), flag("quality_as_confidence")]
+    return ("Surface Reconstruction: Marching Intersections", [*asked("merge", "triangulate", voxel=voxel), *own])
+
+
+def sculpting(tolerance, triangles=0):
+    own = number("max_triangles", triangles, "RichInt")
+    parameters = [*asked("sculpt", "triangulate", tolerance=tolerance), own]
+    return ("Surface Reconstruction: Range Image Sculpting", parameters)
+
+
+def measuring(measured, reference):
+    layers = [("measured", "RichMesh", measured, ""), ("reference", "RichMesh", reference, "")]
+    return ("Exact Distance between Layers", [*layers, flag("signed"), flag("both_ways")])
+
+
 def reconstructing():
-    parameters = [
-        number("factor", 1.4),
-        choice("threshold", ["Local", "Global"]),
-        choice("topology", ["Manifold", "Free"]),
-    ]
-    parameters += [choice("closure", ["Auto", "Closed", "Open"]), flag("usenormals")]
-    return ("Surface Reconstruction: Delaunay Carving", parameters)
+    return ("Surface Reconstruction: Delaunay Carving", [*asked("reconstruct", factor=1.4), flag("use_normals")])
 
 
 def gridding(rows, columns):
-    counts = {"rows": rows, "columns": columns, "tilesdown": 1, "tilesacross": 1}
-    parameters = [number(name, value, "RichInt") for name, value in counts.items()]
-    parameters += [length("maxerror"), length("rmserror"), number("exponent", 0.5), number("floor", 0.5)]
-    parameters += [number("smoothing", 1), number("coverage", 0.5)]
-    parameters += [number("surfacesteps", 0, "RichInt"), number("surfaceorder", 4, "RichInt")]
-    return ("Surface Reconstruction: Adaptive Quad Grid", parameters)
+    parameters = asked("quads", rows=rows, columns=columns, tiles_down=1, tiles_across=1, exponent=0.5, floor=0.5)
+    own = [number("surface_steps", 0, "RichInt"), number("order", 4, "RichInt")]
+    return ("Surface Reconstruction: Adaptive Quad Grid", [*parameters, *own])
 
 
 def test_import_and_merge(tmp_path):
@@ -139,9 +149,8 @@ def test_import_and_grid(tmp_path):
 
 
 def clustering(vertices):
-    counts = [number("vertices", vertices, "RichInt"), length("maxerror"), number("adaptivity", 1)]
-    counts.append(number("fitting", 3, "RichInt"))
-    return ("Remeshing: Multiresolution Clustering", [*counts, number("levels", 1, "RichInt")])
+    parameters = [*asked("cluster", vertices=vertices, fitting=3), number("levels", 1, "RichInt")]
+    return ("Remeshing: Multiresolution Clustering", parameters)
 
 
 def test_import_and_cluster(tmp_path):

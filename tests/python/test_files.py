@@ -284,7 +284,7 @@ def test_numbers_of_images_are_heights_or_depths(tmp_path):
     (tmp_path / "trajectory.log").write_text("0 0 1\n1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
     scans = surfrecon.open([tmp_path / name for name in ("trajectory.log", "depth.npy", "camera.json")])
     assert np.allclose(scans[0].read().world_points()[1, 0], [4.5, 6.5, 9])
-    with pytest.raises(surfrecon.InputError, match="pixels must be"):
+    with pytest.raises(surfrecon.ParameterError, match="pixels must be"):
         surfrecon.open(tmp_path / "map.npy", pixels="colour")
     with pytest.raises(surfrecon.ParameterError, match="scale must be a finite number > 0, got 0"):
         surfrecon.open(tmp_path / "map.npy", scale=0)

@@ -93,24 +93,60 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.cluster_levels)) == {*cluster, "progress"} - one_level
     quads = [p.name for p in surfrecon.parameters("quads")]
     assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}
-    reconstruct = {p.name for p in surfrecon.parameters("reconstruct")} | {"threshold", "topology", "closure"}
+    reconstruct = {p.name for p in surfrecon.parameters("reconstruct")}
     cloud = {"normals", "colour", "sensors"}
     assert set(keyword_options(surfrecon.reconstruct)) == reconstruct | cloud | {"progress"}
     assert set(keyword_options(surfrecon.Reconstructor)) == cloud
     assert set(keyword_options(surfrecon.Reconstructor.surface)) == reconstruct | {"progress"}
     assert set(keyword_options(surfrecon.Job.surface)) == reconstruct
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
-    # No default is written twice: None means the table's.
-    for function in (surfrecon.merge, surfrecon.Job.merge, surfrecon.RangeImage.triangulate, surfrecon.virtual_scan):
-        defaults = keyword_options(function)
-        # Whether to measure is no parameter of the table.
-        assert defaults.pop("measure", False) is False
-        assert set(defaults.values()) == {None}
+    assert set(keyword_options(surfrecon.open)) == {p.name for p in surfrecon.parameters("open")} | {"camera"}
+
+
+@pytest.mark.parametrize(
+    "operation, function",
+    [
+        ("merge", surfrecon.merge),
+        ("merge", surfrecon.Job.merge),
+        ("triangulate", surfrecon.RangeImage.triangulate),
+        ("sculpt", surfrecon.sculpt),
+        ("sculpt", surfrecon.Sculptor.refine),
+        ("quads", surfrecon.adaptive_quads),
+        ("reconstruct", surfrecon.reconstruct),
+        ("cluster", surfrecon.cluster),
+        ("scan", surfrecon.virtual_scan),
+        ("open", surfrecon.open),
+    ],
+)
+def test_signatures_show_the_defaults_of_the_table(operation, function):
+    shown = keyword_options(function)
+    known = {p.name: p for p in surfrecon.parameters(operation)}
+    told = [name for name in shown if name in known]
+    assert told, operation
+    for name in told:
+        assert shown[name] == known[name].default and type(shown[name]) is type(known[name].default), name
+    if function is getattr(surfrecon, operation, None):
+        for name in known:
+            assert f"    {name}: {known[name].text[:20]}" in inspect.getdoc(function), name
+
+
+def test_unknown_options_are_refused_by_name():
+    image = surfrecon.RangeImage.orthographic([[0.0, 0.0], [0.0, 0.0]], step=(1.0, 1.0))
+    with pytest.raises(TypeError, match=r"sculpt\(\) got an unexpected keyword argument 'toleranse'"):
+        surfrecon.sculpt(image, toleranse=1)
+    with pytest.raises(TypeError, match="argument 'tolerance': must be real number, not str"):
+        surfrecon.sculpt(image, tolerance="1")
+    with pytest.raises(surfrecon.ParameterError, match="effort must be >= 0 and <= 2, got 73786976294838206464"):
+        surfrecon.sculpt(image, effort=2**66)
+    with pytest.raises(surfrecon.ParameterError, match='closure must be "auto", "closed" or "open", got "shut"'):
+        surfrecon.reconstruct([[0, 0, 0]], closure="shut")
 
 
 @pytest.mark.parametrize("parameter", surfrecon.parameters(), ids=lambda p: f"{p.operation}.{p.name}")
 def test_each_parameter_is_complete(parameter):
-    assert parameter.unit in {"length", "angle", "ratio", "count"}
+    assert parameter.kind in {"length", "angle", "ratio", "count", "flag", "choice"}
+    assert parameter.label and parameter.since
+    assert (parameter.kind == "choice") == bool(parameter.choices)
     assert parameter.minimum <= parameter.maximum and parameter.text.endswith(".")
     assert (parameter.default is None) != (parameter.default_from is None)
 

@@ -73,7 +73,7 @@ def test_what_cannot_be_done_is_named():
     points = sphere(100)
     with pytest.raises(surfrecon.ParameterError, match="factor must be >= 1 and <= 2, got 3"):
         surfrecon.reconstruct(points, factor=3.0)
-    with pytest.raises(surfrecon.InputError, match='topology must be one of "manifold", "free", got "fluid"'):
+    with pytest.raises(surfrecon.ParameterError, match='topology must be "manifold" or "free", got "fluid"'):
         surfrecon.reconstruct(points, topology="fluid")
     with pytest.raises(surfrecon.InputError, match="at least 4 different points"):
         surfrecon.reconstruct(points[:3])

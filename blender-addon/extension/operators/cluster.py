@@ -14,7 +14,7 @@ from .. import convert
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
-from ..properties import LARGEST, description, option, threads
+from ..properties import draw_others, given, option
 from ..running import Known, Refused, Task
 from ..scene import SCANS, dress, link, put_forward
 from ..translations import NAMES
@@ -25,14 +25,6 @@ PARAMETERS = {p.name: p for p in surfrecon.parameters("cluster")}
 # What says how fine the result is; the others hold for each.
 RESOLUTIONS = ("vertices", "patches", "max_error")
 OPTIONS = tuple(name for name in PARAMETERS if name not in RESOLUTIONS)
-
-
-def whole(name):
-    """A Blender property for a count that the library takes from the data where it is 0."""
-    parameter = PARAMETERS[name]
-    return IntProperty(
-        name=name.capitalize(), description=description(parameter), default=0, min=0, max=LARGEST, soft_max=1_000_000
-    )
 
 
 class Level(bpy.types.PropertyGroup):
@@ -48,7 +40,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
     bl_label = "Cluster Surface"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
-    __annotations__ = {name: option(PARAMETERS[name]) for name in ("max_error", *OPTIONS)} | {
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "resolution": EnumProperty(
             name="Resolution",
             description="What the mesh is to have",
@@ -58,8 +50,6 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
                 ("ERROR", "Largest error", "As many vertices as both surfaces take to lie this near to each other"),
             ),
         ),
-        "vertices": whole("vertices"),
-        "patches": whole("patches"),
         "levels": IntProperty(
             name="Levels",
             description="Meshes of a chain, each with a quarter of the vertices of the one before",
@@ -95,20 +85,17 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             row = layout.row()
             row.active = self.levels > 1
             row.prop(self, "separate")
-        for name in ("adaptivity", "fitting", "iterations", "relaxation", "seed"):
-            layout.prop(self, name)
+        draw_others(layout, self, PARAMETERS, RESOLUTIONS)
 
     def start(self, context):
         """Gathers the surface, or the points of what has no faces."""
         obj = convert.active(context)
         mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())
         self.surface, self.pose = obj.name, Matrix(matrix)
-        options = {}
-        for name in OPTIONS:
-            parameter, value = PARAMETERS[name], getattr(self, name)
-            options[name] = None if math.isclose(value, parameter.default, rel_tol=1e-6) else value
+        options = given(self, {name: PARAMETERS[name] for name in OPTIONS})
+        number_of_threads = options.pop("threads")
         self.kept = Kept.get(self.bl_idname, (content(mesh), tuple(options.items())), dict)
-        options["threads"] = threads(self)
+        options["threads"] = number_of_threads
         self.counts = ()
         if self.resolution == "VERTICES":
             positions = getattr(mesh, "positions", mesh)

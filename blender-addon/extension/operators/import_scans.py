@@ -21,12 +21,15 @@ from .. import convert
 from ..adjusting import Adjusting
 from ..job import JobOperator
 from ..preferences import preference
+from ..properties import option
 from ..running import Refused
 from ..scene import frame_selected, into_collection, select_only, show_colours, tint
 from ..translations import NAMES
 from ..words import number
 
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
+
+READING = {p.name: p for p in surfrecon.parameters("open")}
 
 UNITS = {"M": 1.0, "CM": 0.01, "MM": 0.001, "UM": 1e-6, "IN": 0.0254, "FT": 0.3048}
 
@@ -99,39 +102,11 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     centre: FloatVectorProperty(
         name="Centre", description="Centre of the image, in pixels", size=2, default=(319.5, 239.5)
     )
-    depth: EnumProperty(
-        name="Depth",
-        description="What the pixels of depth images measure",
-        items=(
-            ("planar", "Planar", "Distance from the camera's plane, as in Blender's Z pass"),
-            ("ray", "Along the ray", "Distance from the camera"),
-        ),
-        default="planar",
-    )
-    pixel_scale: FloatProperty(
-        name="Value scale",
-        description="What pixels are multiplied with. 0: 0.001 for whole numbers seen by a camera, else 1",
-        default=0,
-        min=0,
-        precision=5,
-    )
-    pixel_step: FloatProperty(
-        name="Pixel size",
-        description="Distance of the pixels of height maps, in the files' unit. 0: what the file says, else 1",
-        default=0,
-        min=0,
-        precision=4,
-    )
-    pixels: EnumProperty(
-        name="Colours",
-        description="How images of three colours store heights",
-        items=(
-            ("auto", "Detect", "Terrain RGB if all pixels then lie on the ground"),
-            ("terrain_rgb", "Terrain RGB", "As Mapbox writes it"),
-            ("terrarium", "Terrarium", "As Mapzen writes it"),
-        ),
-        default="auto",
-    )
+    depth: option(READING["depth"])
+    pixel_scale: option(READING["scale"])
+    # In the files' unit.
+    pixel_step: option(READING["step"], in_scene=False)
+    pixels: option(READING["pixels"])
 
     by_hand = False
     # The last choice of what is up, as far as `check` has seen it.

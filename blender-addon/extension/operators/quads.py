@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make a quad grid or a NURBS surface of the active scan: regular, and dense where the surface bends."""
 
+import itertools
+
 import bpy
 import numpy as np
 import surfrecon
@@ -10,7 +12,7 @@ from mathutils import Matrix
 from .. import convert
 from ..job import JobOperator
 from ..preview import thinned
-from ..properties import given, option
+from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
 from .error_map import round_up, show
@@ -29,6 +31,14 @@ KINDS = (
     ),
 )
 
+# Options that stand together.
+GROUPS = (
+    ("tiles_down", "tiles_across"),
+    ("max_error", "rms_error"),
+    ("exponent", "floor", "smoothing", "curvature_unit", "curvature_limit", "background_curvature"),
+    ("gap_passes", "gap_neighbours"),
+)
+
 
 class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
     """Make a regular grid of quads of the active scan, dense where the surface bends"""
@@ -38,9 +48,6 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
-        # The paper's: so many in each tile, not in all.
-        "rows": option(PARAMETERS["rows"], "Rows a tile"),
-        "columns": option(PARAMETERS["columns"], "Columns a tile"),
         "kind": EnumProperty(name="Result", items=KINDS, default="QUADS"),
         "subdivision": IntProperty(
             name="Subdivision",
@@ -105,18 +112,11 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
         column.active = self.max_error == 0 and self.rms_error == 0
         for name in ("rows", "columns"):
             column.prop(self, name)
-        column = layout.column(align=True)
-        for name in ("tiles_down", "tiles_across"):
-            column.prop(self, name)
-        column = layout.column(align=True)
-        for name in ("max_error", "rms_error"):
-            column.prop(self, name)
-        column = layout.column(align=True)
-        for name in ("exponent", "floor", "smoothing", "curvature_unit", "curvature_limit", "background_curvature"):
-            column.prop(self, name)
-        column = layout.column(align=True)
-        for name in ("gap_passes", "gap_neighbours"):
-            column.prop(self, name)
+        for names in GROUPS:
+            column = layout.column(align=True)
+            for name in names:
+                column.prop(self, name)
+        draw_others(layout, self, PARAMETERS, {"coverage", "rows", "columns", *itertools.chain(*GROUPS)})
 
     def start(self, context):
         """Gathers the scan."""

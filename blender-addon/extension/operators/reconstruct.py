@@ -4,13 +4,13 @@
 import bpy
 import numpy as np
 import surfrecon
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import BoolProperty
 from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
-from ..properties import option, threads
+from ..properties import draw_others, given, option
 from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
 
@@ -30,31 +30,6 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
     __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
-        "threshold": EnumProperty(
-            name="Threshold",
-            description="What the size of a triangle is measured by",
-            items=[
-                ("local", "Local", "The spacing of the points around it: sparse parts may have large triangles"),
-                ("global", "Global", "The mean over the whole surface"),
-            ],
-        ),
-        "topology": EnumProperty(
-            name="Topology",
-            description="What the surface may be",
-            items=[
-                ("manifold", "Manifold", "Every edge has at most two triangles, every vertex one fan of them"),
-                ("free", "Free", "Carved by the threshold alone: parts may touch, and points are lost"),
-            ],
-        ),
-        "closure": EnumProperty(
-            name="Closure",
-            description="Whether the points are of a closed surface",
-            items=[
-                ("auto", "Auto", "Closed if a closed surface goes through more than half of the points, else open"),
-                ("closed", "Closed", "Gaps in the sampling are spanned by large triangles"),
-                ("open", "Open", "Triangles above the threshold are left out: gaps stay open"),
-            ],
-        ),
         "toward_camera": BoolProperty(
             name="Toward the camera",
             description="Turn the surface to the camera. Otherwise closed surfaces are turned outwards, open ones up",
@@ -76,8 +51,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         """Sidebar of the last operation."""
         layout = self.layout
         layout.use_property_split = True
-        for name in ("factor", "threshold", "topology"):
-            layout.prop(self, name)
+        draw_others(layout, self, PARAMETERS, {"closure"})
         row = layout.row()
         row.active = self.topology == "manifold"
         row.prop(self, "closure")
@@ -104,14 +78,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
             fingerprint(self.points, colour, self.sensor),
             lambda: surfrecon.Reconstructor(self.points, colour=colour, sensors=self.sensor),
         )
-        return surfrecon.Job.surface(
-            reconstructor,
-            threshold=self.threshold,
-            topology=self.topology,
-            closure=self.closure,
-            factor=self.factor,
-            threads=threads(self),
-        )
+        return surfrecon.Job.surface(reconstructor, **given(self, PARAMETERS))
 
     def camera(self, context):
         """The camera's place in the frame of the points, if the surface is to be turned to it."""

@@ -4,14 +4,14 @@
 import bpy
 import numpy as np
 import surfrecon
-from bpy.props import BoolProperty, FloatProperty
+from bpy.props import BoolProperty
 from mathutils import Matrix
 
 from .. import convert
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
-from ..properties import description, given, option
+from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import SCANS, dress, link, put_forward, scan_behind
 from ..words import length
@@ -21,7 +21,7 @@ REPORT = "surfrecon_sculpt"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
 # What a sculptor is made with; the tolerance may change afterwards.
-MAKING = ("effort", "interpolate", "min_angle", "simplify_borders", "edge_limit", "grazing_limit", "threads")
+MAKING = tuple(name for name in PARAMETERS if name not in {"tolerance", "relative_tolerance"})
 
 
 def key_of(image, options):
@@ -37,16 +37,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
     bl_label = "Sculpt Scan"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
-    __annotations__ = {name: option(PARAMETERS[name]) for name in ("tolerance", *MAKING)} | {
-        "relative_tolerance": FloatProperty(
-            name="Relative tolerance",
-            description=description(PARAMETERS["relative_tolerance"]) + ". Used where no tolerance is given",
-            default=PARAMETERS["relative_tolerance"].default,
-            min=0,
-            soft_max=0.02,
-            step=0.01,
-            precision=5,
-        ),
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
         "show_error": BoolProperty(
             name="Show error", description="Colour the mesh by its distance to the samples", default=False
         ),
@@ -70,8 +61,8 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.tolerance == 0
         row.prop(self, "relative_tolerance")
-        for name in (*(name for name in MAKING if name != "threads"), "show_error"):
-            layout.prop(self, name)
+        draw_others(layout, self, PARAMETERS, {"tolerance", "relative_tolerance"})
+        layout.prop(self, "show_error")
 
     def start(self, context):
         """Gathers the scan; the sculptor of the same scan is used again."""

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Range scans of anything in the scene: what one camera sees, and what all cameras see with a scanner's noise."""
 
+import itertools
+
 import bpy
 import numpy as np
 import surfrecon
@@ -10,11 +12,20 @@ from mathutils import Matrix
 from .. import cameras, convert, surfaces
 from ..job import JobOperator
 from ..preview import PIXELS
-from ..properties import given, option
+from ..properties import draw_others, given, option
 from ..running import Refused
 from ..scene import into_collection, select_only, show_colours, tint
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("scan")}
+
+# Options that stand together.
+GROUPS = (
+    ("cameras", "percent", "faces"),
+    ("noise", "noise_grazing", "quantum"),
+    ("dropout", "dropout_grazing"),
+    ("max_range", "backfaces"),
+    ("pose_shift", "pose_turn"),
+)
 
 
 class ScanOperator(JobOperator):
@@ -144,17 +155,11 @@ class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
         """Panel of the last operation."""
         layout = self.layout
         layout.use_property_split = True
-        for names in (
-            ("cameras", "percent", "faces"),
-            ("noise", "noise_grazing", "quantum"),
-            ("dropout", "dropout_grazing"),
-            ("max_range", "backfaces"),
-            ("pose_shift", "pose_turn"),
-            ("seed",),
-        ):
+        for names in GROUPS:
             column = layout.column(align=True)
             for name in names:
                 column.prop(self, name)
+        draw_others(layout, self, PARAMETERS, set(itertools.chain(*GROUPS)))
 
     def start(self, context):
         """Gathers the surface and the cameras."""
@@ -166,8 +171,4 @@ class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
         if not chosen:
             which = {"ALL": "visible", "SELECTED": "selected", "ACTIVE": "active"}[self.cameras]
             raise Refused(f"There is no {which} camera to scan with: add one, or choose other cameras")
-        options = given(self, PARAMETERS)
-        options["backfaces"] = bool(self.backfaces)
-        for name in ("seed", "threads"):
-            options[name] = None if options[name] is None else int(options[name])
-        return self.scan(context, chosen, **options)
+        return self.scan(context, chosen, **given(self, PARAMETERS))

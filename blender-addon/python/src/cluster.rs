@@ -6,33 +6,24 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::mesh::measure::Quality;
+use surfrecon::params::{Params as _, Value};
 use surfrecon::{PointCloud, Progress, TriMesh};
 
-use crate::errors::input_error;
+use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{count_of, value_of};
+use crate::params::{params, params_but};
 use crate::progress::Watch;
 use crate::reconstruct::cloud_of;
 
 /// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface, or makes one of points.
 ///
 /// Components, boundaries and genus stay; vertices lie on the mesh, those of boundaries on its boundaries; the attributes of
-/// vertices ride along. Options that are ``None`` take the library's default, see ``parameters("cluster")``.
+/// vertices ride along. Options that are ``None`` take their defaults.
 ///
 /// Args:
 ///     mesh: the dense mesh; edges of more than two triangles, or of two that turn against each other, are cut. Or points: a
 ///         ``PointCloud``, or (n, 3) real numbers; the surface through them, as ``reconstruct`` makes it, is clustered.
-///     vertices: vertices wanted; more come only where the topology needs them, at most as many as the mesh has. A tenth of
-///         the mesh's by default.
-///     patches: patches wanted instead: k patches give about 3 k vertices.
-///     max_error: instead, as many vertices as it takes for all points of the mesh to lie this near to the result, and those
-///         of the result to the mesh.
-///     adaptivity: how much smaller triangles are where the surface bends: 0 makes them alike everywhere.
-///     iterations: most k-means steps at the final number of patches.
-///     relaxation: most steps of the spring relaxation.
-///     fitting: rounds in which vertices leave the surface for where it lies nearest in the mean square; 0 keeps them on it.
-///     seed: which way round patches are split.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
+#[doc = include_str!("params/cluster.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
@@ -44,26 +35,16 @@ use crate::reconstruct::cloud_of;
 ///     InputError: two of vertices, patches and max_error given, a mesh without triangles, or points without a surface.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (mesh, *, vertices = None, patches = None, max_error = None, adaptivity = None, iterations = None,
-    relaxation = None, fitting = None, seed = None, threads = None, progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: cluster
+#[pyo3(signature = (mesh, *, progress = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, seed=0, threads=0, progress=None)")]
 pub fn cluster(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
-    vertices: Option<i64>,
-    patches: Option<i64>,
-    max_error: Option<f64>,
-    adaptivity: Option<f64>,
-    iterations: Option<i64>,
-    relaxation: Option<i64>,
-    fitting: Option<i64>,
-    seed: Option<i64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Clustered> {
-    let levels = vec![resolution(vertices, patches, max_error)?];
-    let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
-    let call = ClusterCall { dense: Dense::of(mesh)?, levels, chain: false, params };
+    let params: ClusterParams = params("cluster", options)?;
+    let call = ClusterCall { dense: Dense::of(mesh)?, levels: vec![params.resolution], chain: false, params };
     let mut made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Clustered::new(py, made.remove(0))
 }
@@ -95,28 +76,19 @@ pub struct ClusterCall {
 
 impl ClusterCall {
     /// What `Job.cluster` was given.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
     pub fn new(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<i64>>,
-        vertices: Option<i64>,
-        patches: Option<i64>,
-        max_error: Option<f64>,
-        adaptivity: Option<f64>,
-        iterations: Option<i64>,
-        relaxation: Option<i64>,
-        fitting: Option<i64>,
-        seed: Option<i64>,
-        threads: Option<i64>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
-        if levels.is_some() && (vertices.is_some() || patches.is_some() || max_error.is_some()) {
+        let params: ClusterParams = params("cluster", options)?;
+        if levels.is_some() && params.resolution != Resolution::Tenth {
             return Err(input_error("levels go without vertices, patches and max_error".to_owned()));
         }
         let chain = levels.is_some();
         let levels = match levels {
-            Some(levels) => chain_of(levels)?,
-            None => vec![resolution(vertices, patches, max_error)?],
+            Some(levels) => chain_of(&levels)?,
+            None => vec![params.resolution],
         };
         Ok(ClusterCall { dense: Dense::of(mesh)?, levels, chain, params })
     }
@@ -130,8 +102,13 @@ impl ClusterCall {
     }
 }
 
-fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
-    vertices.into_iter().map(|n| resolution(Some(n), None, None)).collect()
+/// Resolutions of so many vertices each.
+fn chain_of(vertices: &[i64]) -> PyResult<Vec<Resolution>> {
+    let level = |&count: &i64| {
+        let mut level = Resolution::Tenth;
+        level.set("vertices", Value::Number(count as f64)).map(|_| level)
+    };
+    vertices.iter().map(level).collect::<surfrecon::Result<_>>().map_err(|e| to_python(&e))
 }
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
@@ -148,62 +125,19 @@ fn chain_of(vertices: Vec<i64>) -> PyResult<Vec<Resolution>> {
 /// Raises:
 ///     ParameterError, InputError, Cancelled: as ``cluster``.
 #[pyfunction]
-#[pyo3(signature = (mesh, vertices, *, adaptivity = None, iterations = None, relaxation = None, fitting = None, seed = None,
-    threads = None, progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: cluster but vertices patches max_error
+#[pyo3(signature = (mesh, vertices, *, progress = None, **options), text_signature = "(mesh, vertices, *, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, seed=0, threads=0, progress=None)")]
 pub fn cluster_levels(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
     vertices: Vec<i64>,
-    adaptivity: Option<f64>,
-    iterations: Option<i64>,
-    relaxation: Option<i64>,
-    fitting: Option<i64>,
-    seed: Option<i64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<Clustered>> {
-    let params = params(adaptivity, iterations, relaxation, fitting, seed, threads)?;
-    let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(vertices)?, chain: true, params };
+    let params = params_but(&["vertices", "patches", "max_error"], "cluster_levels", options)?;
+    let call = ClusterCall { dense: Dense::of(mesh)?, levels: chain_of(&vertices)?, chain: true, params };
     let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     made.into_iter().map(|made| Clustered::new(py, made)).collect()
-}
-
-/// The resolution that is meant.
-fn resolution(vertices: Option<i64>, patches: Option<i64>, max_error: Option<f64>) -> PyResult<Resolution> {
-    let given = [vertices.is_some(), patches.is_some(), max_error.is_some()];
-    if given.iter().filter(|g| **g).count() > 1 {
-        return Err(input_error("give one of vertices, patches and max_error".to_owned()));
-    }
-    let count = |name, n: Option<i64>| value_of("cluster", name, n.map(|n| n as f64));
-    Ok(if let Some(n) = count("vertices", vertices)? {
-        Resolution::Vertices(n as u32)
-    } else if let Some(k) = count("patches", patches)? {
-        Resolution::Patches(k as u32)
-    } else if let Some(error) = value_of("cluster", "max_error", max_error)? {
-        Resolution::MaxError(error)
-    } else {
-        Resolution::Tenth
-    })
-}
-
-fn params(
-    adaptivity: Option<f64>,
-    iterations: Option<i64>,
-    relaxation: Option<i64>,
-    fitting: Option<i64>,
-    seed: Option<i64>,
-    threads: Option<i64>,
-) -> PyResult<ClusterParams> {
-    Ok(ClusterParams {
-        resolution: Resolution::Tenth,
-        adaptivity: value_of("cluster", "adaptivity", adaptivity)?.expect("has a plain default"),
-        iterations: count_of("cluster", "iterations", iterations)? as u32,
-        relaxation: count_of("cluster", "relaxation", relaxation)? as u32,
-        fitting: count_of("cluster", "fitting", fitting)? as u32,
-        seed: count_of("cluster", "seed", seed)? as u32,
-        threads: count_of("cluster", "threads", threads)?,
-    })
 }
 
 /// A clustered mesh with its patches and figures.

@@ -22,6 +22,7 @@ use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
 use crate::merge::{Measured, MergeCall, MergeResult};
 use crate::mesh::Mesh;
+
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
@@ -145,31 +146,10 @@ impl Job {
     /// Raises:
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None,
-        min_component_share = None, edge_limit = None, grazing_limit = None, measure = false, threads = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    fn merge(
-        scans: &Bound<'_, PyAny>,
-        voxel: Option<f64>,
-        merge_distance: Option<f64>,
-        max_hole_length: Option<f64>,
-        min_component_share: Option<f64>,
-        edge_limit: Option<f64>,
-        grazing_limit: Option<f64>,
-        measure: bool,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let call = MergeCall::new(
-            scans,
-            voxel,
-            merge_distance,
-            max_hole_length,
-            min_component_share,
-            edge_limit,
-            grazing_limit,
-            measure,
-            threads,
-        )?;
+    // options: merge
+    #[pyo3(signature = (scans, *, measure = false, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.01, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False)")]
+    fn merge(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = MergeCall::new(scans, measure, options)?;
         Job::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
             let merged = call.run(calls.begin(0))?;
             Ok(Made::Merged(Box::new(call.measured(merged, calls.begin(1))?)))
@@ -208,40 +188,10 @@ impl Job {
     /// Raises:
     ///     ParameterError, TypeError: like ``virtual_scan``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (mesh, cameras, *, noise = None, noise_grazing = None, quantum = None, dropout = None,
-        dropout_grazing = None, max_range = None, backfaces = None, pose_shift = None, pose_turn = None, seed = None,
-        threads = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    fn virtual_scan(
-        mesh: &Mesh,
-        cameras: &Bound<'_, PyAny>,
-        noise: Option<f64>,
-        noise_grazing: Option<f64>,
-        quantum: Option<f64>,
-        dropout: Option<f64>,
-        dropout_grazing: Option<f64>,
-        max_range: Option<f64>,
-        backfaces: Option<bool>,
-        pose_shift: Option<f64>,
-        pose_turn: Option<f64>,
-        seed: Option<i64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let call = ScanCall::new(
-            mesh,
-            cameras,
-            noise,
-            noise_grazing,
-            quantum,
-            dropout,
-            dropout_grazing,
-            max_range,
-            backfaces,
-            pose_shift,
-            pose_turn,
-            seed,
-            threads,
-        )?;
+    // options: scan
+    #[pyo3(signature = (mesh, cameras, **options), text_signature = "(mesh, cameras, *, noise=0.0, noise_grazing=0.0, quantum=0.0, dropout=0.0, dropout_grazing=0.0, max_range=None, backfaces=False, pose_shift=0.0, pose_turn=0.0, seed=0, threads=0)")]
+    fn virtual_scan(mesh: &Mesh, cameras: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = ScanCall::new(mesh, cameras, options)?;
         Job::start(move |progress| {
             progress.plan(&[("scanning", 1.0)]);
             let images = call.run(|index, count| part(progress, index, count))?;
@@ -269,29 +219,10 @@ impl Job {
     /// Raises:
     ///     ParameterError: like ``Sculptor``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, simplify_borders = None,
-        edge_limit = None, grazing_limit = None, threads = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    fn sculptor(
-        image: &RangeImage,
-        effort: Option<i64>,
-        interpolate: Option<bool>,
-        min_angle: Option<f64>,
-        simplify_borders: Option<bool>,
-        edge_limit: Option<f64>,
-        grazing_limit: Option<f64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let call = PrepareCall::new(
-            image,
-            effort,
-            interpolate,
-            min_angle,
-            simplify_borders,
-            edge_limit,
-            grazing_limit,
-            threads,
-        )?;
+    // options: sculpt but tolerance relative_tolerance
+    #[pyo3(signature = (image, **options), text_signature = "(image, *, effort=1, interpolate=True, min_angle=0.0, simplify_borders=False, edge_limit=None, grazing_limit=1.5707963267948966, threads=0)")]
+    fn sculptor(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = PrepareCall::new(image, options)?;
         Job::start(move |progress| {
             progress.plan(&[("preparing", 1.0)]);
             Ok(Made::Prepared(Box::new(call.run(progress)?)))
@@ -303,9 +234,10 @@ impl Job {
     /// Raises:
     ///     ParameterError, InputError: like ``Sculptor.refine``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (sculptor, *, tolerance = None, relative_tolerance = None))]
-    fn refine(sculptor: &Sculptor, tolerance: Option<f64>, relative_tolerance: Option<f64>) -> PyResult<Self> {
-        let call = RefineCall::new(sculptor, tolerance, relative_tolerance)?;
+    // options: sculpt only tolerance relative_tolerance
+    #[pyo3(signature = (sculptor, **options), text_signature = "(sculptor, *, tolerance=None, relative_tolerance=0.001)")]
+    fn refine(sculptor: &Sculptor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = RefineCall::new(sculptor, options)?;
         Job::start(move |progress| Ok(Made::Sculpted(Box::new(call.run(progress)?))))
     }
 
@@ -315,7 +247,8 @@ impl Job {
     ///     ParameterError, InputError, TypeError: an option out of its range, both errors given, no such option; at once.
     ///     Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (image, **options))]
+    // options: quads
+    #[pyo3(signature = (image, **options), text_signature = "(image, *, tiles_down=None, tiles_across=None, rows=9, columns=9, max_error=None, rms_error=None, gap_passes=1, gap_neighbours=8, curvature_unit=0.001, curvature_limit=255, exponent=0.7, floor=2.0, smoothing=2.0, background_curvature=None, coverage=0.5, threads=0)")]
     fn adaptive_quads(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let call = QuadCall::new(image, options)?;
         Job::start(move |progress| Ok(Made::Quads(Box::new(call.run(progress)?))))
@@ -327,17 +260,10 @@ impl Job {
     /// Raises:
     ///     ParameterError, InputError: like ``surface``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (reconstructor, *, threshold = None, topology = None, closure = None, factor = None,
-        threads = None))]
-    fn surface(
-        reconstructor: &Reconstructor,
-        threshold: Option<&str>,
-        topology: Option<&str>,
-        closure: Option<&str>,
-        factor: Option<f64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let call = SurfaceCall::new(reconstructor, threshold, topology, closure, factor, threads)?;
+    // options: reconstruct
+    #[pyo3(signature = (reconstructor, **options), text_signature = "(reconstructor, *, factor=1.0, threshold='local', topology='manifold', closure='auto', threads=0)")]
+    fn surface(reconstructor: &Reconstructor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = SurfaceCall::new(reconstructor, options)?;
         Job::start(move |progress| Ok(Made::Reconstructed(Box::new(call.run_in_turn(progress)?))))
     }
 
@@ -347,25 +273,14 @@ impl Job {
     /// Raises:
     ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (mesh, *, levels = None, vertices = None, patches = None, max_error = None, adaptivity = None,
-        iterations = None, relaxation = None, fitting = None, seed = None, threads = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    // options: cluster
+    #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, seed=0, threads=0, levels=None)")]
     fn cluster(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<i64>>,
-        vertices: Option<i64>,
-        patches: Option<i64>,
-        max_error: Option<f64>,
-        adaptivity: Option<f64>,
-        iterations: Option<i64>,
-        relaxation: Option<i64>,
-        fitting: Option<i64>,
-        seed: Option<i64>,
-        threads: Option<i64>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = ClusterCall::new(
-            mesh, levels, vertices, patches, max_error, adaptivity, iterations, relaxation, fitting, seed, threads,
-        )?;
+        let call = ClusterCall::new(mesh, levels, options)?;
         let chain = call.chain;
         Job::start(move |progress| Ok(Made::Clustered(call.run(progress)?, chain)))
     }

@@ -14,7 +14,7 @@ use surfrecon::{Progress, TriMesh};
 use crate::arrays;
 use crate::merge::{Source, as_dyn, sources};
 use crate::mesh::Mesh;
-use crate::params::count_of;
+use crate::params;
 use crate::progress::Watch;
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
@@ -79,7 +79,7 @@ impl DistanceCall {
             Err(_) => Reference::Scans(sources(mesh)?),
         };
         let side = if signed { Side::Signed } else { Side::Ignored };
-        let threads = count_of("merge", "threads", threads)?;
+        let threads = params::threads(threads)?;
         Ok(DistanceCall { points: arrays::vectors(coordinates), reference, side, threads })
     }
 
@@ -125,7 +125,7 @@ pub fn nearest_triangles<'py>(
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
     let (points, mesh) = (arrays::vectors(coordinates), mesh.mesh.clone());
-    let threads = count_of("merge", "threads", threads)?;
+    let threads = params::threads(threads)?;
     let found =
         Watch::new(progress).run(py, move |progress| measure::nearest_triangles(&points, &mesh, threads, progress))?;
     Ok(PyArray1::from_vec(py, found))
@@ -199,7 +199,7 @@ impl SurfaceDistanceCall {
     /// `ParameterError`.
     pub fn new(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
         let side = if signed { Side::Signed } else { Side::Ignored };
-        let threads = count_of("merge", "threads", threads)?;
+        let threads = params::threads(threads)?;
         Ok(SurfaceDistanceCall { mesh: mesh.mesh.clone(), reference: reference.mesh.clone(), side, threads })
     }
 

@@ -14,27 +14,20 @@ use surfrecon::{Progress, RangeImage as CoreImage, TriMesh, import};
 
 use crate::arrays;
 use crate::mesh::Mesh;
-use crate::params::{count_of, value_of};
+use crate::params::params;
 use crate::progress::Watch;
-use crate::range_image::{RangeImage, triangulation};
+use crate::range_image::RangeImage;
 use crate::scans::Scan;
 
 /// Merges registered scans into one surface (Marching Intersections).
 ///
-/// Options that are ``None`` take the library's default, see ``parameters("merge")`` and ``parameters("triangulate")``.
+/// Options that are ``None`` take their defaults.
 ///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or
 ///         ``(Mesh, world_from_mesh, name)``. Scans on disk are read when needed, at most one a thread in memory.
-///     voxel: size of a cell of the grid, in the unit of the scans.
-///     merge_distance: surfaces of different scans closer than this, facing the same way, become one.
-///     max_hole_length: holes whose boundary is at most this long are closed; 0 leaves all open.
-///     min_component_share: connected parts with fewer triangles than this share of the largest part's are dropped;
-///         0 keeps all.
-///     edge_limit: longest edge between neighbouring samples of a range image.
-///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+#[doc = include_str!("params/merge.txt")]
 ///     measure: whether to measure how far the surface lies from the scans, which then are all in memory at once.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
@@ -46,33 +39,16 @@ use crate::scans::Scan;
 ///     InputError, FormatError, FileError: a scan that can't be used or read.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (scans, *, voxel = None, merge_distance = None, max_hole_length = None, min_component_share = None,
-    edge_limit = None, grazing_limit = None, measure = false, threads = None, progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: merge
+#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.01, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
 pub fn merge(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,
-    voxel: Option<f64>,
-    merge_distance: Option<f64>,
-    max_hole_length: Option<f64>,
-    min_component_share: Option<f64>,
-    edge_limit: Option<f64>,
-    grazing_limit: Option<f64>,
     measure: bool,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<MergeResult> {
-    let call = MergeCall::new(
-        scans,
-        voxel,
-        merge_distance,
-        max_hole_length,
-        min_component_share,
-        edge_limit,
-        grazing_limit,
-        measure,
-        threads,
-    )?;
+    let call = MergeCall::new(scans, measure, options)?;
     let merged = Watch::new(progress).run_parts(py, |watch| {
         let merged = call.run(&watch.span(0.0, call.merging()))?;
         call.measured(merged, &watch.span(call.merging(), 1.0))
@@ -98,27 +74,8 @@ impl MergeCall {
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    pub fn new(
-        scans: &Bound<'_, PyAny>,
-        voxel: Option<f64>,
-        merge_distance: Option<f64>,
-        max_hole_length: Option<f64>,
-        min_component_share: Option<f64>,
-        edge_limit: Option<f64>,
-        grazing_limit: Option<f64>,
-        measure: bool,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let params = MergeParams {
-            voxel: value_of("merge", "voxel", voxel)?,
-            merge_distance: value_of("merge", "merge_distance", merge_distance)?,
-            max_hole_length: value_of("merge", "max_hole_length", max_hole_length)?,
-            min_component_share: value_of("merge", "min_component_share", min_component_share)?
-                .expect("has a plain default"),
-            triangulation: triangulation(edge_limit, grazing_limit)?,
-            threads: count_of("merge", "threads", threads)?,
-        };
+    pub fn new(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let params = params("merge", options)?;
         Ok(MergeCall { sources: sources(scans)?, params, measure })
     }
 

@@ -1,67 +1,120 @@
-//! The core's parameter table.
+//! The core's parameter table, and parameters from keyword arguments.
 
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
-use surfrecon::params::{Default, ParamSpec, Unit, find, table};
+use pyo3::types::PyDict;
+use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, table};
 
 use crate::errors::to_python;
 
 /// One parameter of one operation, as the library itself defines it.
-#[pyclass(frozen, get_all, module = "surfrecon")]
+#[pyclass(frozen, module = "surfrecon")]
 pub struct Parameter {
-    /// Operation, for example ``"merge"``.
-    operation: &'static str,
-    /// Name, the same in every language.
-    name: &'static str,
-    /// ``"length"`` (unit of the scans), ``"angle"`` (radians), ``"ratio"`` or ``"count"``.
-    unit: &'static str,
-    /// Value when none is given; ``None`` when it is measured from the data.
-    default: Option<f64>,
-    /// How the default is measured, where it is.
-    default_from: Option<&'static str>,
-    /// Smallest allowed value.
-    minimum: f64,
-    /// Whether ``minimum`` itself is refused.
-    minimum_excluded: bool,
-    /// Largest allowed value, ``inf`` for none.
-    maximum: f64,
-    /// What it does, and what smaller and larger values do.
-    text: &'static str,
-}
-
-impl From<&'static ParamSpec> for Parameter {
-    fn from(p: &'static ParamSpec) -> Self {
-        let (default, default_from) = match p.default {
-            Default::Value(value) => (Some(value), None),
-            Default::FromData(how) => (None, Some(how)),
-        };
-        let unit = match p.unit {
-            Unit::WorldLength => "length",
-            Unit::Angle => "angle",
-            Unit::Ratio => "ratio",
-            Unit::Count => "count",
-        };
-        Parameter {
-            operation: p.operation,
-            name: p.name,
-            unit,
-            default,
-            default_from,
-            minimum: p.min,
-            minimum_excluded: p.min_excluded,
-            maximum: p.max,
-            text: p.text,
-        }
-    }
+    spec: &'static ParamSpec,
 }
 
 #[pymethods]
 impl Parameter {
-    fn __repr__(&self) -> String {
-        let default = match (self.default, self.default_from) {
-            (Some(value), _) => value.to_string(),
-            (None, how) => format!("<{}>", how.unwrap_or("from the data")),
+    /// Operation, for example ``"merge"``.
+    #[getter]
+    fn operation(&self) -> &'static str {
+        self.spec.operation
+    }
+
+    /// Name, the same in every language.
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.spec.name
+    }
+
+    /// Name for people.
+    #[getter]
+    fn label(&self) -> &'static str {
+        self.spec.label
+    }
+
+    /// ``"length"`` (unit of the scans), ``"angle"`` (radians), ``"ratio"``, ``"count"``, ``"flag"`` or ``"choice"``.
+    #[getter]
+    fn kind(&self) -> &'static str {
+        match self.spec.kind {
+            Kind::Length => "length",
+            Kind::Angle => "angle",
+            Kind::Ratio => "ratio",
+            Kind::Count => "count",
+            Kind::Flag => "flag",
+            Kind::Choice(_) => "choice",
+        }
+    }
+
+    /// Value when none is given: a number, a ``bool`` or the name of a choice; ``None`` when the data give it.
+    #[getter]
+    fn default<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(match self.spec.default_value() {
+            Value::Absent => py.None().into_bound(py),
+            Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+            Value::Choice(name) => name.into_pyobject(py)?.into_any(),
+            Value::Number(number) if self.spec.kind == Kind::Count => (number as i64).into_pyobject(py)?.into_any(),
+            Value::Number(number) => number.into_pyobject(py)?.into_any(),
+        })
+    }
+
+    /// How the data give the default, where they do.
+    #[getter]
+    fn default_from(&self) -> Option<&'static str> {
+        match self.spec.default {
+            Default::Value(_) => None,
+            Default::FromData(how) => Some(how),
+        }
+    }
+
+    /// Smallest allowed number, ``-inf`` for none.
+    #[getter]
+    fn minimum(&self) -> f64 {
+        self.spec.min
+    }
+
+    /// Whether ``minimum`` itself is refused.
+    #[getter]
+    fn minimum_excluded(&self) -> bool {
+        self.spec.min_excluded
+    }
+
+    /// Largest allowed number, ``inf`` for none.
+    #[getter]
+    fn maximum(&self) -> f64 {
+        self.spec.max
+    }
+
+    /// What it may be, of a choice: ``(name, name for people, text)`` each.
+    #[getter]
+    fn choices(&self) -> Vec<(&'static str, &'static str, &'static str)> {
+        self.spec.choices().iter().map(|&Choice { name, label, text }| (name, label, text)).collect()
+    }
+
+    /// What it does, and what smaller and larger values do. Of a flag, what it does when it is on.
+    #[getter]
+    fn text(&self) -> &'static str {
+        self.spec.text
+    }
+
+    /// What 0, or a flag that is off, does; empty where that is plain from the text.
+    #[getter]
+    fn off(&self) -> &'static str {
+        self.spec.off
+    }
+
+    /// The version of the library it came with.
+    #[getter]
+    fn since(&self) -> &'static str {
+        self.spec.since
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let default = match self.default_from() {
+            Some(how) => format!("<{how}>"),
+            None => self.default(py)?.repr()?.to_string(),
         };
-        format!("<Parameter {}.{} = {default} [{}]>", self.operation, self.name, self.unit)
+        Ok(format!("<Parameter {}.{} = {default} [{}]>", self.spec.operation, self.spec.name, self.kind()))
     }
 }
 
@@ -69,27 +122,91 @@ impl Parameter {
 #[pyfunction]
 #[pyo3(signature = (operation = None))]
 pub fn parameters(operation: Option<&str>) -> Vec<Parameter> {
-    table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(Parameter::from).collect()
+    table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(|spec| Parameter { spec }).collect()
 }
 
-/// The given value of a parameter, checked; or its default, `None` where that is measured from the data.
+/// What `function` was given as `**options`: the parameters of an operation. `None` stands for the default.
 ///
 /// # Errors
-/// `ParameterError` with value, range and unit.
-pub fn value_of(operation: &str, name: &str, given: Option<f64>) -> PyResult<Option<f64>> {
-    let spec = find(operation, name).expect("the names in this crate are those of the table");
-    match (given, spec.default) {
-        (Some(value), _) => spec.check(value).map(Some).map_err(|e| to_python(&e)),
-        (None, Default::Value(value)) => Ok(Some(value)),
-        (None, Default::FromData(_)) => Ok(None),
+/// `ParameterError`, `InputError` for several of which one may be given, `TypeError`.
+pub fn params<P: Params + std::default::Default>(function: &str, options: Option<&Bound<'_, PyDict>>) -> PyResult<P> {
+    params_but(&[], function, options)
+}
+
+/// Like [`params`] where the function does not take all of them.
+///
+/// # Errors
+/// As [`params`].
+pub fn params_but<P: Params + std::default::Default>(
+    but: &[&str],
+    function: &str,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<P> {
+    let rows = P::rows();
+    let mut given = Vec::new();
+    for (name, value) in options.into_iter().flatten() {
+        let name: String = name.extract()?;
+        let Some(row) = rows.iter().copied().find(|row| row.name == name && !but.contains(&row.name)) else {
+            return Err(PyTypeError::new_err(format!("{function}() got an unexpected keyword argument '{name}'")));
+        };
+        given.push((row, taken(row, &value)?));
+    }
+    let given: Vec<_> = given.iter().map(|(row, taken)| (row.name, taken.value())).collect();
+    let mut params = P::default();
+    params.set_all(&given).map_err(|e| to_python(&e))?;
+    Ok(params)
+}
+
+/// A value of Python in the form that the table knows.
+enum Taken {
+    None,
+    Number(f64),
+    Flag(bool),
+    Choice(String),
+}
+
+impl Taken {
+    fn value(&self) -> Value<'_> {
+        match self {
+            Taken::None => Value::Absent,
+            Taken::Number(number) => Value::Number(*number),
+            Taken::Flag(flag) => Value::Flag(*flag),
+            Taken::Choice(name) => Value::Choice(name),
+        }
     }
 }
 
-/// Like [`value_of`] for a whole number.
+fn taken(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<Taken> {
+    if value.is_none() {
+        return Ok(Taken::None);
+    }
+    let taken = match row.kind {
+        Kind::Length | Kind::Angle | Kind::Ratio => value.extract().map(Taken::Number),
+        Kind::Count => whole(row, value).map(Taken::Number),
+        Kind::Flag => value.extract().map(Taken::Flag),
+        Kind::Choice(_) => value.extract().map(Taken::Choice),
+    };
+    taken.map_err(|error| {
+        // As of arguments that Python itself takes apart.
+        let py = value.py();
+        let text = || PyTypeError::new_err(format!("argument '{}': {}", row.name, error.value(py)));
+        if error.is_instance_of::<PyTypeError>(py) { text() } else { error }
+    })
+}
+
+/// A whole number.
+fn whole(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    value.extract::<i64>().map(|number| number as f64).map_err(|error| {
+        // Nothing here counts so far.
+        if error.is_instance_of::<PyOverflowError>(value.py()) { to_python(&row.refused(value)) } else { error }
+    })
+}
+
+/// Worker threads of a function that takes no other parameter.
 ///
 /// # Errors
-/// `ParameterError`.
-pub fn count_of(operation: &str, name: &str, given: Option<i64>) -> PyResult<usize> {
-    let value = value_of(operation, name, given.map(|n| n as f64))?;
-    Ok(value.expect("counts have plain defaults") as usize)
+/// `ParameterError` with value and range.
+pub fn threads(given: Option<i64>) -> PyResult<usize> {
+    let spec = find("merge", "threads").expect("the parameter is in the table");
+    Ok(spec.check(given.unwrap_or(0) as f64).map_err(|e| to_python(&e))? as usize)
 }

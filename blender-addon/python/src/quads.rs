@@ -12,8 +12,9 @@ use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
-use crate::errors::{detached, guarded, input_error, to_python};
+use crate::errors::{detached, guarded, input_error};
 use crate::mesh::{Mesh, ending};
+use crate::params::params;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 
@@ -25,41 +26,7 @@ pub struct QuadCall {
 
 impl QuadCall {
     pub fn new(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let mut params = QuadParams::default();
-        let mut errors = [None, None];
-        for (name, value) in options.into_iter().flatten() {
-            let name: String = name.extract()?;
-            if value.is_none() {
-                continue;
-            }
-            let Some(spec) = surfrecon::params::find("quads", &name) else {
-                return Err(pyo3::exceptions::PyTypeError::new_err(format!(
-                    "there is no option {name:?} of adaptive_quads"
-                )));
-            };
-            let whole = spec.unit == surfrecon::params::Unit::Count;
-            let number = if whole { value.extract::<i64>()? as f64 } else { value.extract::<f64>()? };
-            let given = spec.check(number).map_err(|e| to_python(&e))?;
-            match spec.name {
-                "tiles_down" => params.tiles_down = Some(given as usize),
-                "tiles_across" => params.tiles_across = Some(given as usize),
-                "rows" => params.rows = given as usize,
-                "columns" => params.columns = given as usize,
-                "max_error" => errors[0] = Some(given),
-                "rms_error" => errors[1] = Some(given),
-                "gap_passes" => params.gap_passes = given as usize,
-                "gap_neighbours" => params.gap_neighbours = given as usize,
-                "curvature_unit" => params.curvature_unit = given,
-                "curvature_limit" => params.curvature_limit = given as u8,
-                "exponent" => params.exponent = given,
-                "floor" => params.floor = given,
-                "smoothing" => params.smoothing = given,
-                "background_curvature" => params.background_curvature = Some(given as u8),
-                "coverage" => params.coverage = given,
-                _ => params.threads = given as usize,
-            }
-        }
-        params.target = QuadParams::target_of(errors[0], errors[1]).map_err(|e| to_python(&e))?;
+        let params = params("adaptive_quads", options)?;
         Ok(QuadCall { image: image.image(), params })
     }
 
@@ -72,18 +39,11 @@ impl QuadCall {
 ///
 /// Every vertex lies on a pixel of its own; seen on the pixels no quad folds over. The grid covers the whole image; quads on
 /// the background are left out of ``QuadGrid.quads``. Its mean error is at most that of the uniform grid of the same size.
-/// Options that are ``None`` take the library's default, see ``parameters("quads")``.
+/// Options that are ``None`` take their defaults.
 ///
 /// Args:
 ///     image: the range image.
-///     tiles_down, tiles_across: tiles of the image, each with the same number of vertices.
-///     rows, columns: vertices along the sides of a tile, borders counted; the grid has ``(rows - 1) * tiles_down + 1`` rows.
-///     max_error, rms_error: chooses rows and columns so that the largest, or the root of the mean square, distance of the
-///         samples along their rays is at most this, in the unit of the samples; give one of both or none.
-///     gap_passes, gap_neighbours: how gaps of the image are filled.
-///     curvature_unit, curvature_limit, exponent, floor, smoothing, background_curvature: what draws vertices together.
-///     coverage: smallest share of valid pixels of a quad; 0 keeps all quads.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
+#[doc = include_str!("params/quads.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
@@ -95,58 +55,15 @@ impl QuadCall {
 ///     InputError: fewer pixels than vertices along a side, no valid pixel, both errors given.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (image, *, tiles_down = None, tiles_across = None, rows = None, columns = None, max_error = None,
-    rms_error = None, gap_passes = None, gap_neighbours = None, curvature_unit = None, curvature_limit = None,
-    exponent = None, floor = None, smoothing = None, background_curvature = None, coverage = None, threads = None,
-    progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: quads
+#[pyo3(signature = (image, *, progress = None, **options), text_signature = "(image, *, tiles_down=None, tiles_across=None, rows=9, columns=9, max_error=None, rms_error=None, gap_passes=1, gap_neighbours=8, curvature_unit=0.001, curvature_limit=255, exponent=0.7, floor=2.0, smoothing=2.0, background_curvature=None, coverage=0.5, threads=0, progress=None)")]
 pub fn adaptive_quads(
     py: Python<'_>,
     image: &RangeImage,
-    tiles_down: Option<i64>,
-    tiles_across: Option<i64>,
-    rows: Option<i64>,
-    columns: Option<i64>,
-    max_error: Option<f64>,
-    rms_error: Option<f64>,
-    gap_passes: Option<i64>,
-    gap_neighbours: Option<i64>,
-    curvature_unit: Option<f64>,
-    curvature_limit: Option<i64>,
-    exponent: Option<f64>,
-    floor: Option<f64>,
-    smoothing: Option<f64>,
-    background_curvature: Option<i64>,
-    coverage: Option<f64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<QuadGrid> {
-    let options = PyDict::new(py);
-    for (name, value) in [
-        ("tiles_down", tiles_down),
-        ("tiles_across", tiles_across),
-        ("rows", rows),
-        ("columns", columns),
-        ("gap_passes", gap_passes),
-        ("gap_neighbours", gap_neighbours),
-        ("curvature_limit", curvature_limit),
-        ("background_curvature", background_curvature),
-        ("threads", threads),
-    ] {
-        options.set_item(name, value)?;
-    }
-    for (name, value) in [
-        ("max_error", max_error),
-        ("rms_error", rms_error),
-        ("curvature_unit", curvature_unit),
-        ("exponent", exponent),
-        ("floor", floor),
-        ("smoothing", smoothing),
-        ("coverage", coverage),
-    ] {
-        options.set_item(name, value)?;
-    }
-    let call = QuadCall::new(image, Some(&options))?;
+    let call = QuadCall::new(image, options)?;
     let made = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Ok(QuadGrid::from(made))
 }

@@ -16,7 +16,7 @@ use surfrecon::triangulate::{TriangulateParams, triangulate};
 use crate::arrays;
 use crate::errors::{guarded, input_error, to_python};
 use crate::mesh::{Mesh, check_ending, ending};
-use crate::params::value_of;
+use crate::params::params;
 use crate::progress::Watch;
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
@@ -124,18 +124,6 @@ pub fn write_in_place(
     })
 }
 
-/// What a depth image's values measure, by its name.
-///
-/// # Errors
-/// `InputError`.
-pub fn depth_kind(name: &str) -> PyResult<DepthKind> {
-    match name {
-        "planar" => Ok(DepthKind::Planar),
-        "ray" => Ok(DepthKind::Ray),
-        _ => Err(input_error(format!("depth must be \"planar\" or \"ray\", got {name:?}"))),
-    }
-}
-
 #[pymethods]
 impl RangeImage {
     /// A range image of one point a pixel.
@@ -215,7 +203,8 @@ impl RangeImage {
         depth: &str,
         name: Option<String>,
     ) -> PyResult<Self> {
-        let depth = depth_kind(depth)?;
+        let depth = DepthKind::named(depth)
+            .ok_or_else(|| input_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}")))?;
         from_values(values, Projection::Pinhole { focal: focal.into(), centre: centre.into(), depth }, name)
     }
 
@@ -438,14 +427,14 @@ impl RangeImage {
     /// the image has them, ``colour`` and ``intensity``. Each vertex is a valid pixel that has a triangle.
     ///
     /// Args:
-    ///     edge_limit: longest edge, in the unit of the samples; by default from the data.
-    ///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
+    #[doc = include_str!("params/triangulate.txt")]
     ///
     /// Raises:
     ///     ParameterError: a limit out of its range.
-    #[pyo3(signature = (*, edge_limit = None, grazing_limit = None))]
-    fn triangulate(&self, py: Python<'_>, edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<Mesh> {
-        let params = triangulation(edge_limit, grazing_limit)?;
+    // options: $self triangulate
+    #[pyo3(signature = (**options), text_signature = "($self, *, edge_limit=None, grazing_limit=1.5707963267948966)")]
+    fn triangulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Mesh> {
+        let params: TriangulateParams = params("triangulate", options)?;
         let image = self.image();
         let made = Watch::new(None).run(py, move |progress| {
             let surface = triangulate(&image, &params, progress)?;
@@ -459,17 +448,6 @@ impl RangeImage {
         let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
         format!("<RangeImage{name} {} x {} pixels, {} valid>", image.rows(), image.cols(), image.valid_count())
     }
-}
-
-/// Limits of the triangulation from keyword arguments.
-///
-/// # Errors
-/// `ParameterError`.
-pub fn triangulation(edge_limit: Option<f64>, grazing_limit: Option<f64>) -> PyResult<TriangulateParams> {
-    Ok(TriangulateParams {
-        edge_limit: value_of("triangulate", "edge_limit", edge_limit)?,
-        grazing_limit: value_of("triangulate", "grazing_limit", grazing_limit)?.expect("has a plain default"),
-    })
 }
 
 fn with_grid(image: &Core, surface: surfrecon::triangulate::RangeSurface) -> surfrecon::TriMesh {

@@ -5,16 +5,14 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::reconstruct::{
-    Closure, Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor, Threshold, Topology,
-};
+use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed as Core, Reconstructor as CoreReconstructor};
 use surfrecon::threads::{Exclusive, Taken};
 use surfrecon::{Error, PointCloud as CoreCloud, Progress};
 
 use crate::arrays;
-use crate::errors::{input_error, to_python};
+use crate::errors::to_python;
 use crate::mesh::Mesh;
-use crate::params::{count_of, value_of};
+use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 
@@ -28,16 +26,11 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///     colour: (n, 3) or (n, 4), bytes or floats from 0 to 1, for the mesh. Default: the cloud's.
 ///     sensors: (3,) or (n, 3): where the points were seen from. The surface is turned towards it, whatever the normals.
 ///         Without normals and sensors closed surfaces are turned outwards, open ones up.
-///     threshold: ``"local"`` measures facets by the spacing of the points around them, ``"global"`` by the mean of all.
-///     topology: ``"manifold"``, or ``"free"`` for the carving of the paper, which loses points and may pinch.
-///     closure: ``"closed"`` spans gaps in the sampling, ``"open"`` leaves out facets above the threshold, ``"auto"`` asks
-///         whether a closed surface goes through more than half of the points.
-///     factor: makes the threshold on the perimeters of facets larger, 1 to 2.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
+#[doc = include_str!("params/reconstruct.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
-/// Options that are ``None`` take the library's default, see ``parameters("reconstruct")``.
+/// Options that are ``None`` take their defaults.
 ///
 /// Returns:
 ///     A ``Reconstructed`` with the mesh, in the frame of the points, and which points are not on it.
@@ -47,23 +40,19 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///     InputError: fewer than four different points, points in one plane, arrays of another length.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, threshold = None, topology = None,
-    closure = None, factor = None, threads = None, progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: reconstruct
+#[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, progress = None, **options),
+    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', threads=0, normals=None, colour=None, sensors=None, progress=None)")]
 pub fn reconstruct(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
     normals: Option<&Bound<'_, PyAny>>,
     colour: Option<&Bound<'_, PyAny>>,
     sensors: Option<&Bound<'_, PyAny>>,
-    threshold: Option<&str>,
-    topology: Option<&str>,
-    closure: Option<&str>,
-    factor: Option<f64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Reconstructed> {
-    let params = params(threshold, topology, closure, factor, threads)?;
+    let params: ReconstructParams = params("reconstruct", options)?;
     let reconstructor = prepared(points, normals, colour, sensors)?;
     let made = Watch::new(progress).run(py, |progress| reconstructor.into_surface(&params, progress))?;
     Reconstructed::new(py, made)
@@ -102,20 +91,15 @@ impl Reconstructor {
     ///
     /// Raises:
     ///     InputError: also while it makes another surface, on another thread, or did when this process was forked.
-    #[pyo3(signature = (*, threshold = None, topology = None, closure = None, factor = None, threads = None,
-        progress = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    // options: $self reconstruct
+    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, factor=1.0, threshold='local', topology='manifold', closure='auto', threads=0, progress=None)")]
     fn surface(
         &self,
         py: Python<'_>,
-        threshold: Option<&str>,
-        topology: Option<&str>,
-        closure: Option<&str>,
-        factor: Option<f64>,
-        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Reconstructed> {
-        let call = SurfaceCall::new(self, threshold, topology, closure, factor, threads)?;
+        let call = SurfaceCall::new(self, options)?;
         Reconstructed::new(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
     }
 
@@ -135,15 +119,8 @@ impl SurfaceCall {
     ///
     /// # Errors
     /// `ParameterError`, `InputError`.
-    pub fn new(
-        reconstructor: &Reconstructor,
-        threshold: Option<&str>,
-        topology: Option<&str>,
-        closure: Option<&str>,
-        factor: Option<f64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let params = params(threshold, topology, closure, factor, threads)?;
+    pub fn new(reconstructor: &Reconstructor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let params = params("surface", options)?;
         Ok(SurfaceCall { reconstructor: reconstructor.reconstructor.clone(), params })
     }
 
@@ -184,38 +161,6 @@ impl SurfaceCall {
     }
 }
 
-fn params(
-    threshold: Option<&str>,
-    topology: Option<&str>,
-    closure: Option<&str>,
-    factor: Option<f64>,
-    threads: Option<i64>,
-) -> PyResult<ReconstructParams> {
-    let default = ReconstructParams::default();
-    let thresholds = [("local", Threshold::Local), ("global", Threshold::Global)];
-    let topologies = [("manifold", Topology::Manifold), ("free", Topology::Free)];
-    let closures = [("auto", Closure::Auto), ("closed", Closure::Closed), ("open", Closure::Open)];
-    Ok(ReconstructParams {
-        threshold: one_of("threshold", threshold, &thresholds, default.threshold)?,
-        topology: one_of("topology", topology, &topologies, default.topology)?,
-        closure: one_of("closure", closure, &closures, default.closure)?,
-        factor: value_of("reconstruct", "factor", factor)?.expect("has a plain default"),
-        threads: count_of("reconstruct", "threads", threads)?,
-    })
-}
-
-fn one_of<T: Copy>(name: &str, given: Option<&str>, allowed: &[(&str, T)], default: T) -> PyResult<T> {
-    let Some(given) = given else { return Ok(default) };
-    match allowed.iter().find(|choice| choice.0 == given) {
-        Some(choice) => Ok(choice.1),
-        None => {
-            let names: Vec<String> = allowed.iter().map(|choice| format!("\"{}\"", choice.0)).collect();
-            Err(input_error(format!("{name} must be one of {}, got \"{given}\"", names.join(", "))))
-        }
-    }
-}
-
-/// The points with what is given about them.
 /// The points of a ``PointCloud``, or of an array.
 ///
 /// # Errors

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::range_image::{DepthKind, Projection};
 use surfrecon::scan::{self, ScanParams, Turntable};
@@ -13,7 +13,7 @@ use surfrecon::{Progress, TriMesh};
 use crate::arrays;
 use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{count_of, value_of};
+use crate::params::{self, params};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 
@@ -226,22 +226,13 @@ pub fn turntable<'py>(
 
 /// Scans a mesh virtually: its colours come with it, and the truth is known.
 ///
-/// Options that are ``None`` take the library's default, see ``parameters("scan")``; the defaults add nothing to the truth.
+/// Options that are ``None`` take their defaults, which add nothing to the truth. Of a list of cameras the k-th takes
+/// ``seed + k``.
 ///
 /// Args:
 ///     mesh: what is scanned.
 ///     cameras: a ``Camera``, or a list of them.
-///     noise: standard deviation of the noise along each ray, in the unit of the mesh.
-///     noise_grazing: growth of the noise at grazing angles.
-///     quantum: step of the values.
-///     dropout: share of the pixels without a value.
-///     dropout_grazing: share of further ones at grazing angles.
-///     max_range: largest distance at which a surface is seen.
-///     backfaces: whether triangles seen from behind give values.
-///     pose_shift: standard deviation, along each axis, of the error of the reported position.
-///     pose_turn: standard deviation of the angle of the error of the reported orientation, radians.
-///     seed: what all randomness follows from; of a list of cameras the k-th takes ``seed + k``.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
+#[doc = include_str!("params/scan.txt")]
 ///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
 ///
 /// Returns:
@@ -251,42 +242,16 @@ pub fn turntable<'py>(
 ///     ParameterError: an option out of its range; the text names value, range and unit.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (mesh, cameras, *, noise = None, noise_grazing = None, quantum = None, dropout = None,
-    dropout_grazing = None, max_range = None, backfaces = None, pose_shift = None, pose_turn = None, seed = None,
-    threads = None, progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: scan
+#[pyo3(signature = (mesh, cameras, *, progress = None, **options), text_signature = "(mesh, cameras, *, noise=0.0, noise_grazing=0.0, quantum=0.0, dropout=0.0, dropout_grazing=0.0, max_range=None, backfaces=False, pose_shift=0.0, pose_turn=0.0, seed=0, threads=0, progress=None)")]
 pub fn virtual_scan<'py>(
     py: Python<'py>,
     mesh: &Mesh,
     cameras: &Bound<'py, PyAny>,
-    noise: Option<f64>,
-    noise_grazing: Option<f64>,
-    quantum: Option<f64>,
-    dropout: Option<f64>,
-    dropout_grazing: Option<f64>,
-    max_range: Option<f64>,
-    backfaces: Option<bool>,
-    pose_shift: Option<f64>,
-    pose_turn: Option<f64>,
-    seed: Option<i64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let call = ScanCall::new(
-        mesh,
-        cameras,
-        noise,
-        noise_grazing,
-        quantum,
-        dropout,
-        dropout_grazing,
-        max_range,
-        backfaces,
-        pose_shift,
-        pose_turn,
-        seed,
-        threads,
-    )?;
+    let call = ScanCall::new(mesh, cameras, options)?;
     let images = Watch::new(progress).run_parts(py, |watch| call.run(|k, count| watch.part(k, count)))?;
     scanned(py, images, call.single)
 }
@@ -318,36 +283,8 @@ impl ScanCall {
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    pub fn new(
-        mesh: &Mesh,
-        cameras: &Bound<'_, PyAny>,
-        noise: Option<f64>,
-        noise_grazing: Option<f64>,
-        quantum: Option<f64>,
-        dropout: Option<f64>,
-        dropout_grazing: Option<f64>,
-        max_range: Option<f64>,
-        backfaces: Option<bool>,
-        pose_shift: Option<f64>,
-        pose_turn: Option<f64>,
-        seed: Option<i64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let number = |name, given| Ok::<f64, PyErr>(value_of("scan", name, given)?.expect("has a plain default"));
-        let params = ScanParams {
-            noise: number("noise", noise)?,
-            noise_grazing: number("noise_grazing", noise_grazing)?,
-            quantum: number("quantum", quantum)?,
-            dropout: number("dropout", dropout)?,
-            dropout_grazing: number("dropout_grazing", dropout_grazing)?,
-            max_range: value_of("scan", "max_range", max_range)?,
-            backfaces: number("backfaces", backfaces.map(f64::from))? != 0.0,
-            pose_shift: number("pose_shift", pose_shift)?,
-            pose_turn: number("pose_turn", pose_turn)?,
-            seed: count_of("scan", "seed", seed)? as u64,
-            threads: count_of("scan", "threads", threads)?,
-        };
+    pub fn new(mesh: &Mesh, cameras: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let params = params("virtual_scan", options)?;
         let single = cameras.cast::<Camera>().is_ok();
         let cameras = if single {
             vec![cameras.cast::<Camera>()?.get().camera]
@@ -393,7 +330,7 @@ pub fn sculpture(
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Mesh> {
-    let threads = count_of("scan", "threads", threads)?;
+    let threads = params::threads(threads)?;
     let cell = cell.unwrap_or(scan::sculpture::CELL);
     Watch::new(progress).run(py, move |progress| scan::sculpture::sculpture(cell, threads, progress)).map(Mesh::from)
 }

@@ -6,15 +6,15 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
 use surfrecon::export::{PlyEncoding, write_points_ply, write_scan_list};
-use surfrecon::import::{self, Camera, PixelMeaning, ReadOptions};
+use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::arrays;
 use crate::errors::input_error;
 use crate::mesh::{Mesh, check_ending, ending};
-use crate::params::value_of;
+use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
-use crate::range_image::{RangeImage, depth_kind, write_in_place};
+use crate::range_image::{RangeImage, write_in_place};
 
 /// Opens scans without reading their samples.
 ///
@@ -25,14 +25,7 @@ use crate::range_image::{RangeImage, depth_kind, write_in_place};
 /// Args:
 ///     paths: a file - a scan, or a side file that places several (``.conf``) - or a list of files.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
-///     depth: what their pixels measure: ``"planar"`` (z) or ``"ray"`` (distance along the ray).
-///     scale: what numbers of images are multiplied with; by default 0.001 for whole numbers seen by a camera, else 1.
-///     offset: what is added to them afterwards.
-///     step: distance of the pixels of height maps; by default what the file says, else 1.
-///     invalid: the number of images, before scaling, that means no sample; 0 always does for depths.
-///     pixels: ``"auto"``, ``"number"``, ``"terrain_rgb"`` (Mapbox) or ``"terrarium"`` (Mapzen): how images store numbers.
-///     max_decoded_gib: largest size of what one compressed file unpacks to, in GiB; by default 4.
-///     allow_outside: whether a list of scans may name files outside its own folder.
+#[doc = include_str!("params/open.txt")]
 ///
 /// Returns:
 ///     A ``ScanSet``. Its ``notes`` say how the files were understood.
@@ -42,21 +35,13 @@ use crate::range_image::{RangeImage, depth_kind, write_in_place};
 ///     FormatError: a file does not hold what its format promises; the text names file, place and remedy.
 ///     ParameterError: an option out of its range.
 #[pyfunction]
-#[pyo3(signature = (paths, *, camera = None, depth = "planar", scale = None, offset = 0.0, step = None, invalid = None,
-    pixels = "auto", max_decoded_gib = None, allow_outside = false))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: open
+#[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
 pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
     camera: Option<[f64; 4]>,
-    depth: &str,
-    scale: Option<f64>,
-    offset: f64,
-    step: Option<f64>,
-    invalid: Option<f64>,
-    pixels: &str,
-    max_decoded_gib: Option<f64>,
-    allow_outside: bool,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
     let paths = match paths.extract::<PathBuf>() {
         Ok(path) => vec![path],
@@ -64,37 +49,11 @@ pub fn open(
             PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
         })?,
     };
-    let defaults = ReadOptions::default();
-    let options = ReadOptions {
-        camera: camera
-            .map(|[fx, fy, cx, cy]| {
-                Ok::<_, PyErr>(Camera { depth: depth_kind(depth)?, ..Camera::new([fx, fy], [cx, cy]) })
-            })
-            .transpose()?,
-        scale: value_of("open", "scale", scale)?,
-        offset,
-        step: value_of("open", "step", step)?,
-        invalid,
-        pixels: pixel_meaning(pixels)?,
-        max_decoded_gib: value_of("open", "max_decoded_gib", max_decoded_gib)?.unwrap_or(defaults.max_decoded_gib),
-        allow_outside,
-    };
+    let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
+    let options = ReadOptions { camera, ..params("open", options)? };
     let set = Watch::new(None).run(py, move |progress| import::open_with(&paths, &options, progress))?;
     let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
-}
-
-fn pixel_meaning(name: &str) -> PyResult<PixelMeaning> {
-    Ok(match name {
-        "auto" => PixelMeaning::Auto,
-        "number" => PixelMeaning::Number,
-        "terrain_rgb" => PixelMeaning::TerrainRgb,
-        "terrarium" => PixelMeaning::Terrarium,
-        _ => {
-            let known = "\"auto\", \"number\", \"terrain_rgb\" or \"terrarium\"";
-            return Err(input_error(format!("pixels must be {known}, got {name:?}")));
-        }
-    })
 }
 
 /// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.

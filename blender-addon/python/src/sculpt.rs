@@ -8,32 +8,21 @@ use pyo3::types::PyDict;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
 use surfrecon::{Progress, RangeImage as CoreImage};
 
-use crate::errors::{input_error, parameter_error};
+use crate::errors::{parameter_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{count_of, value_of};
+use crate::params::{params, params_but};
 use crate::progress::Watch;
-use crate::range_image::{RangeImage, triangulation};
+use crate::range_image::RangeImage;
 
 /// Meshes a range image with few triangles, none farther from any sample than a tolerance.
 ///
 /// Distances are measured along each sample's own ray. The mesh covers what ``RangeImage.triangulate`` covers: nothing
-/// over invalid pixels, nothing across jumps. Options that are ``None`` take the library's default, see
-/// ``parameters("sculpt")`` and ``parameters("triangulate")``.
+/// over invalid pixels, nothing across jumps. Options that are ``None`` take their
+/// defaults.
 ///
 /// Args:
 ///     image: the range image.
-///     tolerance: largest distance between a sample and the mesh along the sample's ray, in the unit of the samples; 0
-///         reproduces every sample.
-///     relative_tolerance: the tolerance as a share of the depth extent; give one of both or none.
-///     effort: 0 digs only, 1 also removes vertices, 2 searches for fewer triangles yet.
-///     interpolate: whether every vertex is a sample; ``False`` lets vertices leave theirs along the ray, within the
-///         tolerance, for fewer triangles.
-///     min_angle: smallest angle of triangles that replace others, as seen from the sensor, radians.
-///     simplify_borders: whether open borders are simplified, too, for fewer triangles: the mesh reaches at most half a
-///         pixel beyond them and covers no other pixel. Needs an effort of at least 1.
-///     edge_limit: longest edge between neighbouring samples.
-///     grazing_limit: largest angle between a triangle's normal and the direction to the sensor, radians.
-///     threads: worker threads, 0 for one a core. The result is the same for any number.
+#[doc = include_str!("params/sculpt.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
@@ -45,42 +34,19 @@ use crate::range_image::{RangeImage, triangulation};
 ///     InputError: both tolerances given, or an image that can't be used.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (image, *, tolerance = None, relative_tolerance = None, effort = None, interpolate = None,
-    min_angle = None, simplify_borders = None, edge_limit = None, grazing_limit = None, threads = None,
-    progress = None))]
-#[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+// options: sculpt
+#[pyo3(signature = (image, *, progress = None, **options), text_signature = "(image, *, tolerance=None, relative_tolerance=0.001, effort=1, interpolate=True, min_angle=0.0, simplify_borders=False, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, progress=None)")]
 pub fn sculpt(
     py: Python<'_>,
     image: &RangeImage,
-    tolerance: Option<f64>,
-    relative_tolerance: Option<f64>,
-    effort: Option<i64>,
-    interpolate: Option<bool>,
-    min_angle: Option<f64>,
-    simplify_borders: Option<bool>,
-    edge_limit: Option<f64>,
-    grazing_limit: Option<f64>,
-    threads: Option<i64>,
     progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Sculpted> {
-    let params = SculptParams {
-        tolerance: chosen(tolerance, relative_tolerance)?,
-        effort: count_of("sculpt", "effort", effort)? as u32,
-        interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
-        min_angle: number("min_angle", min_angle)?,
-        simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
-        triangulation: triangulation(edge_limit, grazing_limit)?,
-        threads: count_of("sculpt", "threads", threads)?,
-    };
+    let params: SculptParams = params("sculpt", options)?;
     let image = image.image();
     let (rows, cols) = (image.rows(), image.cols());
     let made = Watch::new(progress).run(py, |progress| surfrecon::sculpt::run(&image, &params, progress))?;
     Sculpted::new(py, made, rows, cols)
-}
-
-/// A parameter with a plain default.
-fn number(name: &str, value: Option<f64>) -> PyResult<f64> {
-    Ok(value_of("sculpt", name, value)?.expect("has a plain default"))
 }
 
 /// A number of triangles; more than there can be are as good as any.
@@ -98,17 +64,6 @@ fn number_of_triangles(given: &Bound<'_, PyAny>) -> PyResult<usize> {
 /// A length in few digits.
 fn shown(x: f64) -> String {
     if x == 0.0 || (1e-3..1e9).contains(&x.abs()) { format!("{x:.6}") } else { format!("{x:.6e}") }
-}
-
-/// The tolerance that is meant.
-fn chosen(tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Tolerance> {
-    if tolerance.is_some() && relative.is_some() {
-        return Err(input_error("give tolerance or relative_tolerance, not both".to_owned()));
-    }
-    Ok(match value_of("sculpt", "tolerance", tolerance)? {
-        Some(tolerance) => Tolerance::Absolute(tolerance),
-        None => Tolerance::OfDepthExtent(number("relative_tolerance", relative)?),
-    })
 }
 
 /// A range image ready to be sculpted to one tolerance after the other.
@@ -139,26 +94,8 @@ impl PrepareCall {
     ///
     /// # Errors
     /// `ParameterError`.
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
-    pub fn new(
-        image: &RangeImage,
-        effort: Option<i64>,
-        interpolate: Option<bool>,
-        min_angle: Option<f64>,
-        simplify_borders: Option<bool>,
-        edge_limit: Option<f64>,
-        grazing_limit: Option<f64>,
-        threads: Option<i64>,
-    ) -> PyResult<Self> {
-        let params = SculptParams {
-            effort: count_of("sculpt", "effort", effort)? as u32,
-            interpolate: number("interpolate", interpolate.map(f64::from))? != 0.0,
-            min_angle: number("min_angle", min_angle)?,
-            simplify_borders: number("simplify_borders", simplify_borders.map(f64::from))? != 0.0,
-            triangulation: triangulation(edge_limit, grazing_limit)?,
-            threads: count_of("sculpt", "threads", threads)?,
-            ..SculptParams::default()
-        };
+    pub fn new(image: &RangeImage, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let params = params_but(&["tolerance", "relative_tolerance"], "Sculptor", options)?;
         Ok(PrepareCall { image: image.image(), params })
     }
 
@@ -181,8 +118,8 @@ pub struct RefineCall {
 }
 
 impl RefineCall {
-    pub fn new(sculptor: &Sculptor, tolerance: Option<f64>, relative: Option<f64>) -> PyResult<Self> {
-        let tolerance = chosen(tolerance, relative)?;
+    pub fn new(sculptor: &Sculptor, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let tolerance = params("refine", options)?;
         Ok(RefineCall { sculptor: sculptor.sculptor.clone(), tolerance, size: [sculptor.rows, sculptor.cols] })
     }
 
@@ -195,31 +132,15 @@ impl RefineCall {
 #[pymethods]
 impl Sculptor {
     #[new]
-    #[pyo3(signature = (image, *, effort = None, interpolate = None, min_angle = None, simplify_borders = None,
-        edge_limit = None, grazing_limit = None, threads = None, progress = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    // options: sculpt but tolerance relative_tolerance
+    #[pyo3(signature = (image, *, progress = None, **options), text_signature = "(image, *, effort=1, interpolate=True, min_angle=0.0, simplify_borders=False, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, progress=None)")]
     fn new(
         py: Python<'_>,
         image: &RangeImage,
-        effort: Option<i64>,
-        interpolate: Option<bool>,
-        min_angle: Option<f64>,
-        simplify_borders: Option<bool>,
-        edge_limit: Option<f64>,
-        grazing_limit: Option<f64>,
-        threads: Option<i64>,
         progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = PrepareCall::new(
-            image,
-            effort,
-            interpolate,
-            min_angle,
-            simplify_borders,
-            edge_limit,
-            grazing_limit,
-            threads,
-        )?;
+        let call = PrepareCall::new(image, options)?;
         Watch::new(progress).run(py, |progress| call.run(progress))
     }
 
@@ -230,15 +151,15 @@ impl Sculptor {
     }
 
     /// The mesh within a tolerance, finer or coarser than any before; arguments and errors as of ``sculpt``.
-    #[pyo3(signature = (*, tolerance = None, relative_tolerance = None, progress = None))]
+    // options: $self sculpt only tolerance relative_tolerance
+    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, tolerance=None, relative_tolerance=0.001, progress=None)")]
     fn refine(
         &self,
         py: Python<'_>,
-        tolerance: Option<f64>,
-        relative_tolerance: Option<f64>,
         progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Sculpted> {
-        let tolerance = chosen(tolerance, relative_tolerance)?;
+        let tolerance: Tolerance = params("refine", options)?;
         let made = Watch::new(progress).run(py, |progress| self.sculptor.refine(tolerance, progress))?;
         Sculpted::new(py, made, self.rows, self.cols)
     }
@@ -263,7 +184,9 @@ impl Sculptor {
     ///     Cancelled: ``progress`` returned ``False``.
     #[pyo3(signature = (tolerances, *, progress = None))]
     fn levels(&self, py: Python<'_>, tolerances: Vec<f64>, progress: Option<Py<PyAny>>) -> PyResult<Vec<Sculpted>> {
-        let tolerances = tolerances.into_iter().map(|t| chosen(Some(t), None)).collect::<PyResult<Vec<_>>>()?;
+        let absolute = |t: f64| Tolerance::Absolute(t).validate().map(|()| Tolerance::Absolute(t));
+        let tolerances = tolerances.into_iter().map(absolute).collect::<surfrecon::Result<Vec<_>>>();
+        let tolerances = tolerances.map_err(|e| to_python(&e))?;
         let made = Watch::new(progress).run_parts(py, |watch| {
             let refine = |(i, &t)| self.sculptor.refine(t, &watch.part(i, tolerances.len()));
             tolerances.iter().enumerate().map(refine).collect::<surfrecon::Result<Vec<_>>>()

@@ -78,7 +78,6 @@ int main(int argc, char **argv)
 
     if (srf_read_options_init(&options) != SRF_OK) return fail("preparing");
     if (argc > 6 && strcmp(argv[1], "--camera") == 0) {
-        options.camera = SRF_PINHOLE_DEPTH;
         for (i = 0; i < 4; ++i) options.intrinsics[i] = strtod(argv[2 + i], NULL);
         first = 6;
     }

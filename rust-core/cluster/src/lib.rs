@@ -54,7 +54,7 @@ mod finish;
 mod driver;
 
 pub use driver::{levels, levels_of_points, run, run_points};
-pub use params::{ClusterParams, PARAMS, Resolution};
+pub use params::{ClusterParams, Resolution, SCHEMA};
 
 use mesh::TriMesh;
 use mesh::measure::{Quality, Summary};

@@ -61,94 +61,29 @@ pub use deviation::deviation;
 pub use image::source::{OrientedSurface, PlacedMesh, ScanSource};
 
 use base::error::{Error, Result, Shown};
-use base::params::{Default, ParamSpec, Unit};
+use base::params::{length, ratio};
 use base::progress::Progress;
 use image::triangulate::TriangulateParams;
 use mesh::TriMesh;
 
-/// Parameters of the merge.
-pub const PARAMS: &[ParamSpec] = &[
-    ParamSpec {
-        operation: "merge",
-        name: "voxel",
-        unit: Unit::WorldLength,
-        default: Default::FromData("three times the mean nearest-neighbour distance within a scan"),
-        min: 0.0,
-        min_excluded: true,
-        max: f64::INFINITY,
-        text: "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.",
-    },
-    ParamSpec {
-        operation: "merge",
-        name: "merge_distance",
-        unit: Unit::WorldLength,
-        default: Default::FromData("from the voxel and the measured distance between overlapping scans"),
-        min: 0.0,
-        min_excluded: false,
-        max: f64::INFINITY,
-        text: "Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the registration and below the thinnest wall.",
-    },
-    ParamSpec {
-        operation: "merge",
-        name: "max_hole_length",
-        unit: Unit::WorldLength,
-        default: Default::FromData(
-            "100 voxels, but at most a fifth of the diagonal of the connected part the hole is in",
-        ),
-        min: 0.0,
-        min_excluded: false,
-        max: f64::INFINITY,
-        text: "Holes whose boundary is at most this long are closed; 0 leaves all open.",
-    },
-    ParamSpec {
-        operation: "merge",
-        name: "min_component_share",
-        unit: Unit::Ratio,
-        default: Default::Value(0.01),
-        min: 0.0,
-        min_excluded: false,
-        max: 1.0,
-        text: "Connected parts with fewer triangles than this share of the largest part's are dropped; 0 keeps all.",
-    },
-    ParamSpec {
-        operation: "merge",
-        name: "threads",
-        unit: Unit::Count,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1024.0,
-        text: "Worker threads, 0 for one a core. The result is the same for any number.",
-    },
-];
-
-/// What to merge with; see [`PARAMS`]. Lengths in world units; `None`: measured from the data.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MergeParams {
-    /// Size of a cell of the grid.
-    pub voxel: Option<f64>,
-    /// Surfaces of different scans closer than this, facing the same way, become one.
-    pub merge_distance: Option<f64>,
-    /// Longest boundary of a hole that is closed; `Some(0.0)` leaves all open.
-    pub max_hole_length: Option<f64>,
-    /// Connected parts with fewer triangles than this share of the largest part's are dropped.
-    pub min_component_share: f64,
-    /// How range images are triangulated.
-    pub triangulation: TriangulateParams,
-    /// Worker threads, 0 for one a core.
-    pub threads: usize,
-}
-
-impl std::default::Default for MergeParams {
-    fn default() -> Self {
-        MergeParams {
-            voxel: None,
-            merge_distance: None,
-            max_hole_length: None,
-            min_component_share: 0.01,
-            triangulation: TriangulateParams::default(),
-            threads: 0,
-        }
+base::params! {
+    /// How registered scans are merged into one surface. Lengths are in the unit of the scans.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct MergeParams of "merge" with threads {
+        /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.
+        voxel: Option<f64> = length("Voxel")
+            .from_data("three times the mean nearest-neighbour distance within a scan").above(0.0),
+        /// Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the registration and below the thinnest wall.
+        merge_distance: Option<f64> = length("Merge distance")
+            .from_data("from the voxel and the measured distance between overlapping scans"),
+        /// Holes whose boundary is at most this long are closed.
+        max_hole_length: Option<f64> = length("Max hole length")
+            .from_data("100 voxels, but at most a fifth of the diagonal of the connected part the hole is in")
+            .off("all are left open"),
+        /// Connected parts with fewer triangles than this share of the largest part's are dropped.
+        min_component_share: f64 = ratio("Smallest part (share)").default(0.01).at_most(1.0).off("all are kept"),
+        /// How range images are triangulated.
+        triangulation: TriangulateParams,
     }
 }
 
@@ -410,26 +345,6 @@ impl Clock {
     fn lap(&mut self, name: &'static str) {
         let now = Instant::now();
         self.laps.push((name, (now - std::mem::replace(&mut self.last, now)).as_secs_f64()));
-    }
-}
-
-impl MergeParams {
-    /// Checks all parameters against the table.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] for the first one out of range.
-    pub fn validate(&self) -> Result<()> {
-        let lengths = [
-            ("voxel", self.voxel),
-            ("merge_distance", self.merge_distance),
-            ("max_hole_length", self.max_hole_length),
-            ("min_component_share", Some(self.min_component_share)),
-            ("threads", Some(self.threads as f64)),
-        ];
-        for (name, value) in lengths {
-            value.map_or(Ok(()), |v| base::params::named(PARAMS, "merge", name).check(v).map(drop))?;
-        }
-        Ok(())
     }
 }
 

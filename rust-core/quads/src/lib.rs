@@ -58,7 +58,7 @@ mod spline;
 mod choose;
 
 pub use grid::QuadGrid;
-pub use params::{PARAMS, QuadParams, Target};
+pub use params::{QuadParams, SCHEMA, Target};
 pub use spline::{Fit, Spline, SplineParams};
 
 use std::borrow::Cow;
@@ -209,19 +209,19 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
     clock.lap("curvature");
 
     let judge = match params.target {
-        None => Judge::Mean,
-        Some(Target::Rms(_)) => Judge::Rms,
-        Some(Target::Max(_)) => Judge::Max,
+        Target::AsGiven => Judge::Mean,
+        Target::Rms(_) => Judge::Rms,
+        Target::Max(_) => Judge::Max,
     };
     let first_range = || (0..image.len()).find_map(|i| image.is_valid(i).then(|| image.range(i).abs()));
     let missed = if extent > 0.0 { extent } else { first_range().unwrap_or(0.0) };
     let source = Source { image, filled: &filled, params, density, extent, missed, judge };
     progress.stage(2, 1);
     let mut chosen = match params.target {
-        None => {
+        Target::AsGiven => {
             source.candidate(source.layout([params.rows, params.columns])?, &mut || clock.lap("sampling"), progress)?
         }
-        Some(Target::Rms(error) | Target::Max(error)) => choose::smallest(&source, error, progress)?,
+        Target::Rms(error) | Target::Max(error) => choose::smallest(&source, error, progress)?,
     };
     clock.lap("measuring the error");
     source.finish(&mut chosen, gaps_filled, clock, progress)

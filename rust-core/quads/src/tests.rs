@@ -28,7 +28,7 @@ fn net_of(grid: &QuadGrid) -> Net {
 fn assert_sound(image: &RangeImage, params: &QuadParams, grid: &QuadGrid) {
     let report = &grid.report;
     let [down, across] = report.tiles;
-    if params.target.is_none() {
+    if params.target == Target::AsGiven {
         assert_eq!(grid.rows, (params.rows - 1) * down + 1);
         assert_eq!(grid.cols, (params.columns - 1) * across + 1);
     }
@@ -62,7 +62,7 @@ fn assert_sound(image: &RangeImage, params: &QuadParams, grid: &QuadGrid) {
     let judged = |error: f64, missed: usize| error * (report.valid_pixels - missed) as f64 + missed as f64;
     let adaptive = judged(report.relative_error, report.missed_pixels);
     let uniform = judged(report.uniform_relative_error, report.uniform_missed_pixels);
-    assert!(adaptive <= uniform * (1.0 + 1e-12) || params.target.is_some() || report.depth_extent == 0.0);
+    assert!(adaptive <= uniform * (1.0 + 1e-12) || params.target != Target::AsGiven || report.depth_extent == 0.0);
     assert_eq!(report.valid_pixels, image.valid_count());
     let worst = grid.quad_errors.iter().copied().fold(0.0, f32::max);
     assert_eq!(worst, report.max_error as f32);
@@ -273,7 +273,7 @@ proptest! {
     fn a_wanted_error_is_kept(scene in scenes(), kind in 0..32_usize, error in 0.0..0.3_f64, max in any::<bool>()) {
         let image = scene.seen(kind);
         let target = if max { Target::Max(error) } else { Target::Rms(error) };
-        let params = QuadParams { target: Some(target), threads: 2, ..QuadParams::default() };
+        let params = QuadParams { target, threads: 2, ..QuadParams::default() };
         let grid = quads(&image, &params);
         let reached = if max { grid.report.max_error } else { grid.report.rms_error };
         // A vertex a pixel is the last resort; its errors are rounding, or endless if holes leave no quad.
@@ -432,12 +432,11 @@ fn what_cannot_be_done_is_said() {
     assert!(message(&small, &QuadParams { tiles_across: Some(usize::MAX), ..params }).contains("tiles_across must be"));
     assert!(message(&small, &QuadParams { rows: 1, ..params }).contains("rows must be >= 2"));
     assert!(message(&small, &QuadParams { floor: f64::NAN, ..params }).contains("floor must be"));
-    let target = Some(Target::Max(-1.0));
+    let target = Target::Max(-1.0);
     assert!(
         message(&small, &QuadParams { target, ..params }).contains("max_error must be a finite number >= 0, got -1")
     );
     assert!(message(&flat(20, 20, |r, _| if r < 9.0 { 1e308 } else { -1e308 }), &params).contains("use a larger unit"));
-    assert!(QuadParams::target_of(Some(1.0), Some(1.0)).is_err());
     let mut named = flat(20, 20, |_, _| f64::NAN);
     named.name = "chin".to_owned();
     assert!(message(&named, &params).starts_with("chin: "));
@@ -457,7 +456,7 @@ fn strange_images_do_no_harm() {
             let values = (0..400).map(|i| value((i / 20) as f64, (i % 20) as f64)).collect();
             let image = RangeImage::from_values(20, 20, values, projection).unwrap();
             let _ = run(&image, &QuadParams::default(), &Progress::none());
-            let target = Some(Target::Max(1e-3));
+            let target = Target::Max(1e-3);
             let _ = run(&image, &QuadParams { target, ..QuadParams::default() }, &Progress::none());
         }
         let points: Vec<[f32; 3]> =
@@ -472,7 +471,7 @@ fn strange_images_do_no_harm() {
 #[test]
 fn cancelling_stops_at_every_check() {
     let image = Scene { rows: 60, cols: 60, seed: 3, holes: 0.1, roughness: 0.01, step: 0.5 }.seen(0);
-    for target in [None, Some(Target::Rms(0.01))] {
+    for target in [Target::AsGiven, Target::Rms(0.01)] {
         let params = QuadParams { target, threads: 1, ..QuadParams::default() };
         let mut checks = 0;
         while let Err(error) = run(&image, &params, &Progress::cancel_after(checks)) {

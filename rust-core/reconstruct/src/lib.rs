@@ -67,7 +67,7 @@ pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
 
 pub use types::{
-    Closure, Dropped, PARAMS, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology,
+    Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, SCHEMA, Threshold, Topology,
 };
 
 use base::error::Result;

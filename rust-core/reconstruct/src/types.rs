@@ -1,98 +1,52 @@
 //! What goes in and what comes out.
 
-use base::error::Result;
-use base::params::{Default, ParamSpec, Unit};
+use base::params::{choice, ratio};
 use mesh::TriMesh;
 
-/// Parameters of the reconstruction.
-pub const PARAMS: &[ParamSpec] = &[
-    ParamSpec {
-        operation: "reconstruct",
-        name: "factor",
-        unit: Unit::Ratio,
-        default: Default::Value(1.0),
-        min: 1.0,
-        min_excluded: false,
-        max: 2.0,
-        text: "Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points.",
-    },
-    ParamSpec {
-        operation: "reconstruct",
-        name: "threads",
-        unit: Unit::Count,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1024.0,
-        text: "Worker threads, 0 for one a core. The result is the same for any number.",
-    },
-];
-
-/// What the perimeter of a facet is compared with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Threshold {
-    /// The mean over the whole surface, as in the paper.
-    Global,
-    /// The spacing of the samples around it: sparse parts may have large facets.
-    Local,
-}
-
-/// What the surface may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Topology {
-    /// The paper's carving: closed, but not manifold where parts touch, and without the samples carved away.
-    Free,
-    /// No edge and no vertex that isn't manifold.
-    Manifold,
-}
-
-/// Whether the samples are of a closed surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Closure {
-    /// Closed if a closed surface goes through more than half of the samples at once, or through 99 % in the end; else open.
-    Auto,
-    /// Closed: gaps in the sampling are spanned by large facets.
-    Closed,
-    /// Facets above the threshold are left out, so that gaps stay open.
-    Open,
-}
-
-/// How to reconstruct; see [`PARAMS`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ReconstructParams {
-    /// What perimeters are compared with.
-    pub threshold: Threshold,
-    /// What the surface may be.
-    pub topology: Topology,
-    /// Whether the samples are of a closed surface; only with [`Topology::Manifold`].
-    pub closure: Closure,
-    /// Factor of the threshold.
-    pub factor: f64,
-    /// Worker threads, 0 for one a core.
-    pub threads: usize,
-}
-
-impl std::default::Default for ReconstructParams {
-    fn default() -> Self {
-        ReconstructParams {
-            threshold: Threshold::Local,
-            topology: Topology::Manifold,
-            closure: Closure::Auto,
-            factor: 1.0,
-            threads: 0,
-        }
+base::choices! {
+    /// What the perimeter of a facet is compared with.
+    pub enum Threshold {
+        /// The spacing of the points around it: sparse parts may have large facets.
+        Local = "local" "Local",
+        /// The mean over the whole surface, as in the paper.
+        Global = "global" "Global",
     }
 }
 
-impl ReconstructParams {
-    /// Checks the ranges.
-    ///
-    /// # Errors
-    /// [`base::Error::Parameter`] for the first one out of range.
-    pub fn validate(&self) -> Result<()> {
-        PARAMS[0].check(self.factor)?;
-        PARAMS[1].check(self.threads as f64)?;
-        Ok(())
+base::choices! {
+    /// What the surface may be.
+    pub enum Topology {
+        /// Every edge has at most two facets, every vertex one fan of them.
+        Manifold = "manifold" "Manifold",
+        /// The paper's carving: closed, but not manifold where parts touch, and without the points carved away.
+        Free = "free" "Free",
+    }
+}
+
+base::choices! {
+    /// Whether the points are of a closed surface.
+    pub enum Closure {
+        /// Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.
+        Auto = "auto" "Auto",
+        /// Closed: gaps in the sampling are spanned by large facets.
+        Closed = "closed" "Closed",
+        /// Facets above the threshold are left out, so that gaps stay open.
+        Open = "open" "Open",
+    }
+}
+
+base::params! {
+    /// How a surface is made through scattered points.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ReconstructParams of "reconstruct" with threads {
+        /// Makes the threshold on the perimeters of facets larger. Larger closes more gaps and keeps more stray points.
+        factor: f64 = ratio("Factor").default(1.0).at_least(1.0).at_most(2.0),
+        /// What the perimeter of a facet is compared with.
+        threshold: Threshold = choice("Threshold", Threshold::CHOICES),
+        /// What the surface may be.
+        topology: Topology = choice("Topology", Topology::CHOICES),
+        /// Whether the points are of a closed surface; only with a manifold topology.
+        closure: Closure = choice("Closure", Closure::CHOICES),
     }
 }
 

@@ -26,198 +26,47 @@ use rayon::prelude::*;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
-use base::params::{Default, ParamSpec, Unit};
+use base::params::{angle, count, flag, length, ratio};
 use base::progress::Progress;
 use geom::bvh::{Bvh, Hit, PACKET, Ray};
 use image::range_image::RangeImage;
 use mesh::{AttributeData, TriMesh};
 use rays::{TILE, Tiles};
 
-/// Parameters of the virtual scanner.
-pub const PARAMS: &[ParamSpec] = &[
-    ParamSpec {
-        operation: "scan",
-        name: "noise",
-        unit: Unit::WorldLength,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: f64::INFINITY,
-        text: "Standard deviation of the Gaussian noise along each ray.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "noise_grazing",
-        unit: Unit::Ratio,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 100.0,
-        text: "Growth of the noise where the surface is seen at a grazing angle: it is multiplied by 1 + noise_grazing * (1 / cos - 1), with the cosine between ray and normal, at least 0.05.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "quantum",
-        unit: Unit::WorldLength,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: f64::INFINITY,
-        text: "Values are rounded to multiples of this step; 0 keeps them as they are.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "dropout",
-        unit: Unit::Ratio,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1.0,
-        text: "Share of the pixels that give no value, whatever they see.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "dropout_grazing",
-        unit: Unit::Ratio,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1.0,
-        text: "Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where the ray is perpendicular to it.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "max_range",
-        unit: Unit::WorldLength,
-        default: Default::FromData("none: everything in sight is seen"),
-        min: 0.0,
-        min_excluded: true,
-        max: f64::INFINITY,
-        text: "Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take none.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "backfaces",
-        unit: Unit::Count,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1.0,
-        text: "1: triangles seen from behind give values too; 0: they hide what is behind them and give none.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "pose_shift",
-        unit: Unit::WorldLength,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: f64::INFINITY,
-        text: "Standard deviation, along each axis, of the error of the reported position: how badly the scans are registered.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "pose_turn",
-        unit: Unit::Angle,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: std::f64::consts::PI,
-        text: "Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "seed",
-        unit: Unit::Count,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 9_007_199_254_740_992.0,
-        text: "Number all randomness follows from; give each scan its own.",
-    },
-    ParamSpec {
-        operation: "scan",
-        name: "threads",
-        unit: Unit::Count,
-        default: Default::Value(0.0),
-        min: 0.0,
-        min_excluded: false,
-        max: 1024.0,
-        text: "Worker threads, 0 for one a core. The result is the same for any number.",
-    },
-];
-
-/// What a scanner adds to the truth; see [`PARAMS`]. The default adds nothing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ScanParams {
-    /// Standard deviation of the noise along each ray, world units.
-    pub noise: f64,
-    /// Growth of the noise at grazing angles.
-    pub noise_grazing: f64,
-    /// Step of the values, world units; 0 for none.
-    pub quantum: f64,
-    /// Share of pixels without a value.
-    pub dropout: f64,
-    /// Further share of them at grazing angles.
-    pub dropout_grazing: f64,
-    /// Largest distance seen, world units.
-    pub max_range: Option<f64>,
-    /// Whether triangles seen from behind give values.
-    pub backfaces: bool,
-    /// Error of the reported position, world units.
-    pub pose_shift: f64,
-    /// Error of the reported orientation, radians.
-    pub pose_turn: f64,
-    /// What all randomness follows from, at most 2^53.
-    pub seed: u64,
-    /// Worker threads, 0 for one a core.
-    pub threads: usize,
-}
-
-impl std::default::Default for ScanParams {
-    fn default() -> Self {
-        ScanParams {
-            noise: 0.0,
-            noise_grazing: 0.0,
-            quantum: 0.0,
-            dropout: 0.0,
-            dropout_grazing: 0.0,
-            max_range: None,
-            backfaces: false,
-            pose_shift: 0.0,
-            pose_turn: 0.0,
-            seed: 0,
-            threads: 0,
-        }
+base::params! {
+    /// What a virtual scanner adds to the truth. The defaults add nothing.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ScanParams of "scan" with threads {
+        /// Standard deviation of the Gaussian noise along each ray.
+        noise: f64 = length("Noise"),
+        /// Growth of the noise where the surface is seen at a grazing angle: it is multiplied by 1 + growth * (1 / cos - 1), with the cosine between ray and normal, at least 0.05.
+        noise_grazing: f64 = ratio("Noise grazing").at_most(100.0),
+        /// Values are rounded to multiples of this step.
+        quantum: f64 = length("Quantum").off("they stay as they are"),
+        /// Share of the pixels that give no value, whatever they see.
+        dropout: f64 = ratio("Dropout").at_most(1.0),
+        /// Share of further pixels that give no value where the ray grazes the surface; it falls with (1 - cos)^4 to 0 where the ray is perpendicular to it.
+        dropout_grazing: f64 = ratio("Dropout grazing").at_most(1.0),
+        /// Largest distance from the sensor at which a surface is seen. Orthographic sensors are infinitely far away and take none.
+        max_range: Option<f64> = length("Max range").from_data("none, everything in sight is seen").above(0.0),
+        /// Triangles seen from behind give values too.
+        backfaces: bool = flag("Backfaces").off("they hide what is behind them and give none"),
+        /// Standard deviation, along each axis, of the error of the reported position: how badly the scans are registered.
+        pose_shift: f64 = length("Pose shift"),
+        /// Standard deviation of the angle of the error of the reported orientation, about the centre of what was seen.
+        pose_turn: f64 = angle("Pose turn").at_most(std::f64::consts::PI),
+        /// Number all randomness follows from; give each scan its own.
+        seed: u64 = count("Seed").at_most(9_007_199_254_740_992.0),
     }
+    checked by lengths
 }
 
 impl ScanParams {
-    /// Checks every parameter against [`PARAMS`].
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] naming the first one out of range; [`Error::Input`] for a length larger than
-    /// [`magnitude::LARGEST`].
-    pub fn validate(&self) -> Result<()> {
-        let given = [
-            ("noise", self.noise),
-            ("noise_grazing", self.noise_grazing),
-            ("quantum", self.quantum),
-            ("dropout", self.dropout),
-            ("dropout_grazing", self.dropout_grazing),
-            ("pose_shift", self.pose_shift),
-            ("pose_turn", self.pose_turn),
-            ("seed", self.seed as f64),
-            ("threads", self.threads as f64),
-        ];
-        for (name, value) in given.into_iter().chain(self.max_range.map(|r| ("max_range", r))) {
-            let spec = PARAMS.iter().find(|p| p.name == name).expect("every field is in the table");
-            spec.check(value)?;
-        }
+    /// No length is larger than coordinates may be.
+    fn lengths(&self) -> Result<()> {
         magnitude::coordinate("noise", self.noise)?;
         magnitude::coordinate("quantum", self.quantum)?;
-        magnitude::coordinate("pose_shift", self.pose_shift)?;
-        Ok(())
+        magnitude::coordinate("pose_shift", self.pose_shift).map(drop)
     }
 }
 

@@ -357,30 +357,6 @@ fn cancels_at_every_check() {
 }
 
 #[test]
-fn the_default_parameters_are_those_of_the_table() {
-    ScanParams::default().validate().unwrap();
-    let d = ScanParams::default();
-    for spec in PARAMS {
-        if let Default::Value(v) = spec.default {
-            let value = match spec.name {
-                "noise" => d.noise,
-                "noise_grazing" => d.noise_grazing,
-                "quantum" => d.quantum,
-                "dropout" => d.dropout,
-                "dropout_grazing" => d.dropout_grazing,
-                "backfaces" => f64::from(u8::from(d.backfaces)),
-                "pose_shift" => d.pose_shift,
-                "pose_turn" => d.pose_turn,
-                "seed" => d.seed as f64,
-                "threads" => d.threads as f64,
-                other => panic!("{other} is not a field"),
-            };
-            assert_eq!(value, v, "{}", spec.name);
-        }
-    }
-}
-
-#[test]
 fn cameras_of_unusable_numbers_are_refused_by_name() {
     let (zero, far) = (DVec3::ZERO, DVec3::new(0.0, 1e200, 0.0));
     let pinhole = |angle: f64, eye, target, up| Camera::pinhole(9, 9, angle, eye, target, up).map(drop);

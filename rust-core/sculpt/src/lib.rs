@@ -61,7 +61,7 @@ pub mod reference;
 mod sculptor;
 
 pub use certify::{Certificate, certify};
-pub use params::{PARAMS, SculptParams, Tolerance};
+pub use params::{SCHEMA, SculptParams, Tolerance};
 pub use sculptor::Sculptor;
 
 use base::error::Result;

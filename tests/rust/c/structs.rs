@@ -1,7 +1,7 @@
 //! Structs that start with their size: of this header, of older and of newer ones, and none at all; their defaults are those
 //! of the core's table.
 
-use surfrecon::params::{self, Default};
+use surfrecon::params::{self, Kind, Value};
 
 use crate::library::*;
 
@@ -85,82 +85,77 @@ fn an_older_report_is_written_as_far_as_it_goes() {
     assert_eq!((report.size, report.second, &report.numbers[..3]), (24, 1, &[1, 3, 9][..]));
 }
 
-/// The default of a parameter as C has it.
-fn default(operation: &str, name: &str) -> f64 {
-    match params::find(operation, name).unwrap_or_else(|| panic!("{operation} {name}")).default {
-        Default::Value(value) => value,
-        Default::FromData(_) => -1.0,
-    }
+/// Where each field of a struct lies, as a compiler of C found it: name, bytes, place.
+fn layout(of: &str) -> Vec<(String, usize, usize)> {
+    let listed = std::fs::read_to_string(root().join("c-api/abi/layouts.txt")).expect("the layouts");
+    let field = |line: &str| {
+        let (name, rest) = line.strip_prefix(of)?.strip_prefix('.')?.split_once(": ")?;
+        let (bytes, place) = rest.split_once(" bytes at ")?;
+        Some((name.to_owned(), bytes.parse().ok()?, place.parse().ok()?))
+    };
+    listed.lines().filter_map(field).collect()
 }
 
+/// Theorem: every parameter of the table is a field of its operation's struct, with the table's default, and each field that
+/// is none is known.
 #[test]
 fn defaults_are_those_of_the_table() {
     let api = api();
-    let (mut merge, mut scan, mut sculpt) = (MergeParams::ZERO, ScanParams::ZERO, SculptParams::ZERO);
-    let (mut open, mut reconstruct, mut quads) = (ReadOptions::ZERO, ReconstructParams::ZERO, QuadParams::ZERO);
-    let mut cluster = ClusterParams::ZERO;
-    // SAFETY: as the header wants it.
-    unsafe {
-        api.ok((api.srf_cluster_params_init_sized)(&mut cluster, size_of_val(&cluster)));
-        api.ok((api.srf_merge_params_init_sized)(&mut merge, size_of_val(&merge)));
-        api.ok((api.srf_scan_params_init_sized)(&mut scan, size_of_val(&scan)));
-        api.ok((api.srf_sculpt_params_init_sized)(&mut sculpt, size_of_val(&sculpt)));
-        api.ok((api.srf_read_options_init_sized)(&mut open, size_of_val(&open)));
-        api.ok((api.srf_reconstruct_params_init_sized)(&mut reconstruct, size_of_val(&reconstruct)));
-        api.ok((api.srf_quad_params_init_sized)(&mut quads, size_of_val(&quads)));
+    type Init = unsafe fn(*mut u64, usize) -> i32;
+    macro_rules! init {
+        ($function:ident) => {{
+            // SAFETY: the memory has room for the size that is handed over.
+            let init: Init = |bytes, size| unsafe { (crate::library::api().$function)(bytes.cast(), size) };
+            init
+        }};
     }
-    assert_eq!(open.size as usize, size_of::<ReadOptions>());
-    assert_eq!(reconstruct.size as usize, size_of::<ReconstructParams>());
-    assert_eq!(quads.size as usize, size_of::<QuadParams>());
-    let triangulate = defaults();
-    let sizes = [merge.size, scan.size, sculpt.size, triangulate.size].map(|size| size as usize);
-    let expected =
-        [size_of::<MergeParams>(), size_of::<ScanParams>(), size_of::<SculptParams>(), size_of::<TriangulateParams>()];
-    assert_eq!(sizes, expected);
-    let mut named = 0;
-    let mut same = |operation: &str, fields: &[&str], given: &dyn Fn(usize) -> f64| {
-        for (i, name) in fields.iter().enumerate() {
-            assert_eq!(given(i), default(operation, name), "{operation} {name}");
-            named += 1;
+    let structs: &[(&str, &str, Init)] = &[
+        ("open", "srf_read_options", init!(srf_read_options_init_sized)),
+        ("triangulate", "srf_triangulate_params", init!(srf_triangulate_params_init_sized)),
+        ("merge", "srf_merge_params", init!(srf_merge_params_init_sized)),
+        ("sculpt", "srf_sculpt_params", init!(srf_sculpt_params_init_sized)),
+        ("quads", "srf_quads_params", init!(srf_quads_params_init_sized)),
+        ("reconstruct", "srf_reconstruct_params", init!(srf_reconstruct_params_init_sized)),
+        ("cluster", "srf_cluster_params", init!(srf_cluster_params_init_sized)),
+        ("scan", "srf_scan_params", init!(srf_scan_params_init_sized)),
+    ];
+    let operations: Vec<&str> = structs.iter().map(|(operation, ..)| *operation).collect();
+    assert_eq!(operations, params::SCHEMAS.iter().map(|schema| schema.operation).collect::<Vec<_>>());
+    for (operation, of, init) in structs {
+        let mut memory = [u64::MAX; 64];
+        let fields = layout(of);
+        let size = fields.iter().map(|(_, bytes, place)| bytes + place).max().expect("there are fields");
+        // SAFETY: the memory is larger than any struct.
+        api.ok(unsafe { init(memory.as_mut_ptr(), size) });
+        assert!(memory[size / 8..].iter().all(|word| *word == u64::MAX), "{of} writes beyond its end");
+        let rows = (params::schema(operation).expect("a schema").all)();
+        let mut others = Vec::new();
+        for (name, bytes, place) in &fields {
+            let word = memory[place / 8];
+            let number = if *bytes == 4 { (word >> (8 * (place % 8))) as u32 as f64 } else { f64::from_bits(word) };
+            let Some(row) = rows.iter().find(|row| row.name == name) else {
+                others.push(name.as_str());
+                continue;
+            };
+            let expected = match (row.default_value(), row.choices()) {
+                (Value::Absent, _) if row.any_number => f64::NAN,
+                // No value of theirs is 0.
+                (Value::Absent, _) if row.kind == Kind::Count && row.min >= 1.0 => 0.0,
+                (Value::Absent, _) => -1.0,
+                (Value::Number(number), _) => number,
+                (Value::Flag(flag), _) => f64::from(u8::from(flag)),
+                (Value::Choice(chosen), all) => {
+                    all.iter().position(|choice| choice.name == chosen).expect("it is one") as f64 + 1.0
+                }
+            };
+            let whole = matches!(row.kind, Kind::Flag | Kind::Choice(_)) || row.kind == Kind::Count && expected >= 0.0;
+            let got = if *bytes == 8 && whole { word as f64 } else { number };
+            assert!(got == expected || got.is_nan() && expected.is_nan(), "{of}.{name} is {got}, not {expected}");
         }
-    };
-    same("triangulate", &["edge_limit", "grazing_limit"], &|i| triangulate.f64(i));
-    same("merge", &["voxel", "merge_distance", "max_hole_length", "min_component_share"], &|i| merge.f64(i));
-    same("merge", &["threads"], &|_| f64::from(merge.second));
-    let noise =
-        ["noise", "noise_grazing", "quantum", "dropout", "dropout_grazing", "max_range", "pose_shift", "pose_turn"];
-    same("scan", &noise, &|i| scan.f64(i));
-    same("scan", &["seed"], &|_| scan.numbers[8] as f64);
-    same("scan", &["threads"], &|_| f64::from(scan.second));
-    same("open", &["scale"], &|_| open.f64(7));
-    same("open", &["step"], &|_| open.f64(9));
-    same("open", &["max_decoded_gib"], &|_| open.f64(11));
-    same("sculpt", &["tolerance", "relative_tolerance"], &|i| sculpt.f64(i));
-    same("sculpt", &["effort"], &|_| sculpt.numbers[2] as f64);
-    same("sculpt", &["interpolate"], &|_| sculpt.numbers[5] as f64);
-    same("sculpt", &["min_angle"], &|_| sculpt.f64(6));
-    same("sculpt", &["simplify_borders"], &|_| sculpt.numbers[7] as f64);
-    same("sculpt", &["threads"], &|_| f64::from(sculpt.second));
-    same("reconstruct", &["factor"], &|_| reconstruct.f64(0));
-    same("reconstruct", &["threads"], &|_| f64::from(reconstruct.second));
-    // Tiles are counted: 0 stands for a number measured from the image.
-    same("quads", &["tiles_down", "tiles_across"], &|i| quads.numbers[i] as f64 - 1.0);
-    same("quads", &["rows", "columns"], &|i| quads.numbers[2 + i] as f64);
-    same("quads", &["max_error", "rms_error"], &|i| quads.f64(4 + i));
-    same("quads", &["gap_passes", "gap_neighbours"], &|i| quads.numbers[6 + i] as f64);
-    same("quads", &["curvature_unit"], &|_| quads.f64(8));
-    same("quads", &["curvature_limit"], &|_| quads.numbers[9] as f64);
-    same("quads", &["exponent", "floor", "smoothing", "background_curvature", "coverage"], &|i| quads.f64(10 + i));
-    same("quads", &["threads"], &|_| f64::from(quads.second));
-    same("cluster", &["max_error", "adaptivity"], &|i| cluster.f64(2 + i));
-    same("cluster", &["iterations", "relaxation", "seed", "fitting"], &|i| cluster.numbers[4 + i] as f64);
-    same("cluster", &["threads"], &|_| f64::from(cluster.second));
-    assert_eq!((cluster.size as usize, cluster.numbers[..2].to_vec()), (size_of::<ClusterParams>(), vec![0, 0]));
-    assert_eq!([merge.f64(4), merge.f64(5)], [triangulate.f64(0), triangulate.f64(1)]);
-    assert_eq!([sculpt.f64(3), sculpt.f64(4)], [triangulate.f64(0), triangulate.f64(1)]);
-    let known = ["triangulate", "merge", "sculpt", "quads", "reconstruct", "cluster", "scan", "open"];
-    // Counts that the data give are 0 in C.
-    let others = ["backfaces", "vertices", "patches"];
-    let there = params::table().filter(|p| known.contains(&p.operation) && !others.contains(&p.name)).count();
-    assert_eq!(named, there, "a parameter of the table is missing here");
+        for row in rows {
+            assert!(fields.iter().any(|(name, ..)| name == row.name), "{of} lacks {}", row.name);
+        }
+        let known = ["struct_size", "reserved", "intrinsics", "camera_size"];
+        assert!(others.iter().all(|name| known.contains(name)), "{of} has {others:?}");
+    }
 }

@@ -62,9 +62,6 @@ _Attributes: TypeAlias = dict[str, NDArray[Any]]
 _Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
 _Progress: TypeAlias = Callable[[str, float], bool | None]
 _Content: TypeAlias = RangeImage | Mesh | PointCloud
-_Threshold: TypeAlias = Literal["local", "global"]
-_Topology: TypeAlias = Literal["manifold", "free"]
-_Closure: TypeAlias = Literal["auto", "closed", "open"]
 
 @final
 class Parameter:
@@ -73,9 +70,11 @@ class Parameter:
     @property
     def name(self) -> str: ...
     @property
-    def unit(self) -> Literal["length", "angle", "ratio", "count"]: ...
+    def label(self) -> str: ...
     @property
-    def default(self) -> float | None: ...
+    def kind(self) -> Literal["length", "angle", "ratio", "count", "flag", "choice"]: ...
+    @property
+    def default(self) -> float | bool | str | None: ...
     @property
     def default_from(self) -> str | None: ...
     @property
@@ -85,7 +84,13 @@ class Parameter:
     @property
     def maximum(self) -> float: ...
     @property
+    def choices(self) -> list[tuple[str, str, str]]: ...
+    @property
     def text(self) -> str: ...
+    @property
+    def off(self) -> str: ...
+    @property
+    def since(self) -> str: ...
 
 @final
 class Mesh:
@@ -193,7 +198,14 @@ class RangeImage:
     def confidence(self, confidence: ArrayLike | None) -> None: ...
     def write(self, path: _PathLike, *, progress: _Progress | None = None) -> None: ...
     def world_points(self) -> NDArray[np.float64]: ...
-    def triangulate(self, *, edge_limit: float | None = None, grazing_limit: float | None = None) -> Mesh: ...
+    def triangulate(
+        self,
+        *,
+        # options: triangulate
+        edge_limit: float | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        # end
+    ) -> Mesh: ...
 
 @final
 class Scan:
@@ -269,40 +281,51 @@ class Job:
     def merge(
         scans: Iterable[_Mergeable],
         *,
+        # options: merge
         voxel: float | None = None,
         merge_distance: float | None = None,
         max_hole_length: float | None = None,
-        min_component_share: float | None = None,
+        min_component_share: float | None = 0.01,
         edge_limit: float | None = None,
-        grazing_limit: float | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        threads: int | None = 0,
+        # end
         measure: bool = False,
-        threads: int | None = None,
     ) -> Job: ...
     @staticmethod
     def sculptor(
         image: RangeImage,
         *,
-        effort: int | None = None,
-        interpolate: bool | None = None,
-        min_angle: float | None = None,
-        simplify_borders: bool | None = None,
+        # options: sculpt but tolerance relative_tolerance
+        effort: int | None = 1,
+        interpolate: bool | None = True,
+        min_angle: float | None = 0.0,
+        simplify_borders: bool | None = False,
         edge_limit: float | None = None,
-        grazing_limit: float | None = None,
-        threads: int | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        threads: int | None = 0,
+        # end
     ) -> Job: ...
     @staticmethod
     def refine(
-        sculptor: Sculptor, *, tolerance: float | None = None, relative_tolerance: float | None = None
+        sculptor: Sculptor,
+        *,
+        # options: sculpt only tolerance relative_tolerance
+        tolerance: float | None = None,
+        relative_tolerance: float | None = 0.001,
+        # end
     ) -> Job: ...
     @staticmethod
     def surface(
         reconstructor: Reconstructor,
         *,
-        threshold: _Threshold | None = None,
-        topology: _Topology | None = None,
-        closure: _Closure | None = None,
-        factor: float | None = None,
-        threads: int | None = None,
+        # options: reconstruct
+        factor: float | None = 1.0,
+        threshold: Literal["local", "global"] | None = "local",
+        topology: Literal["manifold", "free"] | None = "manifold",
+        closure: Literal["auto", "closed", "open"] | None = "auto",
+        threads: int | None = 0,
+        # end
     ) -> Job: ...
     @staticmethod
     def distances(
@@ -319,36 +342,61 @@ class Job:
         mesh: Mesh,
         cameras: Camera | Sequence[Camera],
         *,
-        noise: float | None = None,
-        noise_grazing: float | None = None,
-        quantum: float | None = None,
-        dropout: float | None = None,
-        dropout_grazing: float | None = None,
+        # options: scan
+        noise: float | None = 0.0,
+        noise_grazing: float | None = 0.0,
+        quantum: float | None = 0.0,
+        dropout: float | None = 0.0,
+        dropout_grazing: float | None = 0.0,
         max_range: float | None = None,
-        backfaces: bool | None = None,
-        pose_shift: float | None = None,
-        pose_turn: float | None = None,
-        seed: int | None = None,
-        threads: int | None = None,
+        backfaces: bool | None = False,
+        pose_shift: float | None = 0.0,
+        pose_turn: float | None = 0.0,
+        seed: int | None = 0,
+        threads: int | None = 0,
+        # end
     ) -> Job: ...
     @staticmethod
     def read(scans: Sequence[Scan]) -> Job: ...
     @staticmethod
-    def adaptive_quads(image: RangeImage, **options: float | None) -> Job: ...
+    def adaptive_quads(
+        image: RangeImage,
+        *,
+        # options: quads
+        tiles_down: int | None = None,
+        tiles_across: int | None = None,
+        rows: int | None = 9,
+        columns: int | None = 9,
+        max_error: float | None = None,
+        rms_error: float | None = None,
+        gap_passes: int | None = 1,
+        gap_neighbours: int | None = 8,
+        curvature_unit: float | None = 0.001,
+        curvature_limit: int | None = 255,
+        exponent: float | None = 0.7,
+        floor: float | None = 2.0,
+        smoothing: float | None = 2.0,
+        background_curvature: int | None = None,
+        coverage: float | None = 0.5,
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
     @staticmethod
     def cluster(
         mesh: Mesh | PointCloud | ArrayLike,
         *,
-        levels: Sequence[int] | None = None,
+        # options: cluster
         vertices: int | None = None,
         patches: int | None = None,
         max_error: float | None = None,
-        adaptivity: float | None = None,
-        iterations: int | None = None,
-        relaxation: int | None = None,
-        fitting: int | None = None,
-        seed: int | None = None,
-        threads: int | None = None,
+        adaptivity: float | None = 1.0,
+        iterations: int | None = 40,
+        relaxation: int | None = 50,
+        fitting: int | None = 0,
+        seed: int | None = 0,
+        threads: int | None = 0,
+        # end
+        levels: Sequence[int] | None = None,
     ) -> Job: ...
     def progress(self) -> tuple[str, float]: ...
     def cancel(self) -> None: ...
@@ -388,15 +436,17 @@ class Camera:
 def open(
     paths: _PathLike | Sequence[_PathLike],
     *,
-    camera: tuple[float, float, float, float] | None = None,
-    depth: str = "planar",
+    # options: open
     scale: float | None = None,
-    offset: float = 0.0,
+    offset: float | None = 0.0,
     step: float | None = None,
     invalid: float | None = None,
-    pixels: str = "auto",
-    max_decoded_gib: float | None = None,
-    allow_outside: bool = False,
+    depth: Literal["planar", "ray"] | None = "planar",
+    pixels: Literal["auto", "number", "terrain_rgb", "terrarium"] | None = "auto",
+    max_decoded_gib: float | None = 4.0,
+    allow_outside: bool | None = False,
+    # end
+    camera: tuple[float, float, float, float] | None = None,
 ) -> ScanSet: ...
 def read(path: _PathLike, **options: Any) -> _Content: ...
 def write(
@@ -414,14 +464,16 @@ def parameters(operation: str | None = None) -> list[Parameter]: ...
 def merge(
     scans: Iterable[_Mergeable],
     *,
+    # options: merge
     voxel: float | None = None,
     merge_distance: float | None = None,
     max_hole_length: float | None = None,
-    min_component_share: float | None = None,
+    min_component_share: float | None = 0.01,
     edge_limit: float | None = None,
-    grazing_limit: float | None = None,
+    grazing_limit: float | None = 1.5707963267948966,
+    threads: int | None = 0,
+    # end
     measure: bool = False,
-    threads: int | None = None,
     progress: _Progress | None = None,
 ) -> MergeResult: ...
 
@@ -437,27 +489,31 @@ class Clustered:
 def cluster(
     mesh: Mesh | PointCloud | ArrayLike,
     *,
+    # options: cluster
     vertices: int | None = None,
     patches: int | None = None,
     max_error: float | None = None,
-    adaptivity: float | None = None,
-    iterations: int | None = None,
-    relaxation: int | None = None,
-    fitting: int | None = None,
-    seed: int | None = None,
-    threads: int | None = None,
+    adaptivity: float | None = 1.0,
+    iterations: int | None = 40,
+    relaxation: int | None = 50,
+    fitting: int | None = 0,
+    seed: int | None = 0,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> Clustered: ...
 def cluster_levels(
     mesh: Mesh | PointCloud | ArrayLike,
     vertices: Sequence[int],
     *,
-    adaptivity: float | None = None,
-    iterations: int | None = None,
-    relaxation: int | None = None,
-    fitting: int | None = None,
-    seed: int | None = None,
-    threads: int | None = None,
+    # options: cluster but vertices patches max_error
+    adaptivity: float | None = 1.0,
+    iterations: int | None = 40,
+    relaxation: int | None = 50,
+    fitting: int | None = 0,
+    seed: int | None = 0,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> list[Clustered]: ...
 
@@ -512,22 +568,24 @@ class Spline:
 def adaptive_quads(
     image: RangeImage,
     *,
+    # options: quads
     tiles_down: int | None = None,
     tiles_across: int | None = None,
-    rows: int | None = None,
-    columns: int | None = None,
+    rows: int | None = 9,
+    columns: int | None = 9,
     max_error: float | None = None,
     rms_error: float | None = None,
-    gap_passes: int | None = None,
-    gap_neighbours: int | None = None,
-    curvature_unit: float | None = None,
-    curvature_limit: int | None = None,
-    exponent: float | None = None,
-    floor: float | None = None,
-    smoothing: float | None = None,
+    gap_passes: int | None = 1,
+    gap_neighbours: int | None = 8,
+    curvature_unit: float | None = 0.001,
+    curvature_limit: int | None = 255,
+    exponent: float | None = 0.7,
+    floor: float | None = 2.0,
+    smoothing: float | None = 2.0,
     background_curvature: int | None = None,
-    coverage: float | None = None,
-    threads: int | None = None,
+    coverage: float | None = 0.5,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> QuadGrid: ...
 
@@ -558,13 +616,15 @@ class Sculptor:
         cls,
         image: RangeImage,
         *,
-        effort: int | None = None,
-        interpolate: bool | None = None,
-        min_angle: float | None = None,
-        simplify_borders: bool | None = None,
+        # options: sculpt but tolerance relative_tolerance
+        effort: int | None = 1,
+        interpolate: bool | None = True,
+        min_angle: float | None = 0.0,
+        simplify_borders: bool | None = False,
         edge_limit: float | None = None,
-        grazing_limit: float | None = None,
-        threads: int | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        threads: int | None = 0,
+        # end
         progress: _Progress | None = None,
     ) -> Sculptor: ...
     @property
@@ -572,8 +632,10 @@ class Sculptor:
     def refine(
         self,
         *,
+        # options: sculpt only tolerance relative_tolerance
         tolerance: float | None = None,
-        relative_tolerance: float | None = None,
+        relative_tolerance: float | None = 0.001,
+        # end
         progress: _Progress | None = None,
     ) -> Sculpted: ...
     def at_most(self, triangles: int, *, progress: _Progress | None = None) -> Sculpted: ...
@@ -582,15 +644,17 @@ class Sculptor:
 def sculpt(
     image: RangeImage,
     *,
+    # options: sculpt
     tolerance: float | None = None,
-    relative_tolerance: float | None = None,
-    effort: int | None = None,
-    interpolate: bool | None = None,
-    min_angle: float | None = None,
-    simplify_borders: bool | None = None,
+    relative_tolerance: float | None = 0.001,
+    effort: int | None = 1,
+    interpolate: bool | None = True,
+    min_angle: float | None = 0.0,
+    simplify_borders: bool | None = False,
     edge_limit: float | None = None,
-    grazing_limit: float | None = None,
-    threads: int | None = None,
+    grazing_limit: float | None = 1.5707963267948966,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> Sculpted: ...
 
@@ -616,25 +680,29 @@ class Reconstructor:
     def surface(
         self,
         *,
-        threshold: _Threshold | None = None,
-        topology: _Topology | None = None,
-        closure: _Closure | None = None,
-        factor: float | None = None,
-        threads: int | None = None,
+        # options: reconstruct
+        factor: float | None = 1.0,
+        threshold: Literal["local", "global"] | None = "local",
+        topology: Literal["manifold", "free"] | None = "manifold",
+        closure: Literal["auto", "closed", "open"] | None = "auto",
+        threads: int | None = 0,
+        # end
         progress: _Progress | None = None,
     ) -> Reconstructed: ...
 
 def reconstruct(
     points: PointCloud | ArrayLike,
     *,
+    # options: reconstruct
+    factor: float | None = 1.0,
+    threshold: Literal["local", "global"] | None = "local",
+    topology: Literal["manifold", "free"] | None = "manifold",
+    closure: Literal["auto", "closed", "open"] | None = "auto",
+    threads: int | None = 0,
+    # end
     normals: ArrayLike | None = None,
     colour: ArrayLike | None = None,
     sensors: ArrayLike | None = None,
-    threshold: _Threshold | None = None,
-    topology: _Topology | None = None,
-    closure: _Closure | None = None,
-    factor: float | None = None,
-    threads: int | None = None,
     progress: _Progress | None = None,
 ) -> Reconstructed: ...
 def sculpture(*, cell: float | None = None, threads: int | None = None, progress: _Progress | None = None) -> Mesh: ...
@@ -654,17 +722,19 @@ def virtual_scan(
     mesh: Mesh,
     cameras: Camera,
     *,
-    noise: float | None = None,
-    noise_grazing: float | None = None,
-    quantum: float | None = None,
-    dropout: float | None = None,
-    dropout_grazing: float | None = None,
+    # options: scan
+    noise: float | None = 0.0,
+    noise_grazing: float | None = 0.0,
+    quantum: float | None = 0.0,
+    dropout: float | None = 0.0,
+    dropout_grazing: float | None = 0.0,
     max_range: float | None = None,
-    backfaces: bool | None = None,
-    pose_shift: float | None = None,
-    pose_turn: float | None = None,
-    seed: int | None = None,
-    threads: int | None = None,
+    backfaces: bool | None = False,
+    pose_shift: float | None = 0.0,
+    pose_turn: float | None = 0.0,
+    seed: int | None = 0,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> RangeImage: ...
 @overload
@@ -672,17 +742,19 @@ def virtual_scan(
     mesh: Mesh,
     cameras: Sequence[Camera],
     *,
-    noise: float | None = None,
-    noise_grazing: float | None = None,
-    quantum: float | None = None,
-    dropout: float | None = None,
-    dropout_grazing: float | None = None,
+    # options: scan
+    noise: float | None = 0.0,
+    noise_grazing: float | None = 0.0,
+    quantum: float | None = 0.0,
+    dropout: float | None = 0.0,
+    dropout_grazing: float | None = 0.0,
     max_range: float | None = None,
-    backfaces: bool | None = None,
-    pose_shift: float | None = None,
-    pose_turn: float | None = None,
-    seed: int | None = None,
-    threads: int | None = None,
+    backfaces: bool | None = False,
+    pose_shift: float | None = 0.0,
+    pose_turn: float | None = 0.0,
+    seed: int | None = 0,
+    threads: int | None = 0,
+    # end
     progress: _Progress | None = None,
 ) -> list[RangeImage]: ...
 def nearest_triangles(

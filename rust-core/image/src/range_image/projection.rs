@@ -8,13 +8,14 @@ use glam::DVec3;
 use base::error::Result;
 use base::magnitude;
 
-/// What a pinhole image's values measure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DepthKind {
-    /// Distance from the image plane through the centre of projection (z).
-    Planar,
-    /// Distance along the pixel's ray.
-    Ray,
+base::choices! {
+    /// What a pinhole image's values measure.
+    pub enum DepthKind {
+        /// Distance from the image plane through the centre of projection (z).
+        Planar = "planar" "Planar",
+        /// Distance along the pixel's ray.
+        Ray = "ray" "Along the ray",
+    }
 }
 
 /// How the pixels of a point grid were seen.

@@ -9,6 +9,8 @@
 // 3. which triangles a cell gets, and their orientation
 mod cells;
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::DVec3;
 
 use crate::range_image::samples::SampleGrid;
@@ -17,48 +19,21 @@ use crate::range_image::{RangeImage, confidence};
 use base::error::Result;
 use base::magnitude;
 use base::memory;
-use base::params::{Default, ParamSpec, Unit};
+use base::params::{angle, length};
 use base::progress::Progress;
 
 /// At the peak; measured.
 const BYTES_A_SAMPLE: f64 = 82.0;
 
-/// Parameters of the triangulation.
-pub const PARAMS: &[ParamSpec] = &[
-    ParamSpec {
-        operation: "triangulate",
-        name: "edge_limit",
-        unit: Unit::WorldLength,
-        default: Default::FromData("3.4 times the median distance of neighbouring samples of each scan"),
-        min: 0.0,
-        min_excluded: true,
-        max: f64::INFINITY,
-        text: "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.",
-    },
-    ParamSpec {
-        operation: "triangulate",
-        name: "grazing_limit",
-        unit: Unit::Angle,
-        default: Default::Value(std::f64::consts::FRAC_PI_2),
-        min: 0.0,
-        min_excluded: true,
-        max: std::f64::consts::FRAC_PI_2,
-        text: "Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle.",
-    },
-];
-
-/// Limits of the step-discontinuity triangulation; see [`PARAMS`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TriangulateParams {
-    /// Longest allowed edge in world units; `None`: 3.4 times the median distance of neighbouring samples.
-    pub edge_limit: Option<f64>,
-    /// Largest angle between a triangle's normal and the direction to the sensor, in radians, at most pi/2.
-    pub grazing_limit: f64,
-}
-
-impl std::default::Default for TriangulateParams {
-    fn default() -> Self {
-        TriangulateParams { edge_limit: None, grazing_limit: std::f64::consts::FRAC_PI_2 }
+base::params! {
+    /// How range images become surfaces: limits of the step-discontinuity triangulation.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct TriangulateParams of "triangulate" {
+        /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.
+        edge_limit: Option<f64> = length("Edge limit")
+            .from_data("3.4 times the median distance of neighbouring samples of each scan").above(0.0),
+        /// Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a grazing angle.
+        grazing_limit: f64 = angle("Grazing limit").default(FRAC_PI_2).above(0.0).at_most(FRAC_PI_2),
     }
 }
 
@@ -150,20 +125,6 @@ fn grid_and_cells(
     };
     let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit, progress)?;
     Ok((grid, cells, spacing))
-}
-
-impl TriangulateParams {
-    /// Checks each value against its range.
-    ///
-    /// # Errors
-    /// [`base::Error::Parameter`] naming the value, the range and the unit.
-    pub fn validate(&self) -> Result<()> {
-        if let Some(limit) = self.edge_limit {
-            PARAMS[0].check(limit)?;
-        }
-        PARAMS[1].check(self.grazing_limit)?;
-        Ok(())
-    }
 }
 
 /// The surface without the samples that have no triangle.

@@ -23,21 +23,19 @@ pub struct Camera {
     pub focal: [f64; 2],
     /// cx and cy in pixels, pixel centres at whole numbers.
     pub centre: [f64; 2],
-    /// What the pixels of its images measure.
-    pub depth: DepthKind,
     /// Columns and rows of its images, where known: images of another size are refused.
     pub size: Option<[usize; 2]>,
 }
 
 impl Camera {
-    /// A camera whose images measure planar depth and may have any size.
+    /// A camera whose images may have any size.
     pub fn new(focal: [f64; 2], centre: [f64; 2]) -> Self {
-        Camera { focal, centre, depth: DepthKind::Planar, size: None }
+        Camera { focal, centre, size: None }
     }
 
-    /// How its pixels see.
-    pub fn projection(&self) -> Projection {
-        Projection::Pinhole { focal: self.focal, centre: self.centre, depth: self.depth }
+    /// How its pixels see where they measure this depth.
+    pub fn projection(&self, depth: DepthKind) -> Projection {
+        Projection::Pinhole { focal: self.focal, centre: self.centre, depth }
     }
 }
 
@@ -80,7 +78,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
         numbers(text).and_then(|numbers| from_numbers(&numbers))
     };
     match camera {
-        Some(camera) if camera.projection().validate().is_ok() => Ok(camera),
+        Some(camera) if camera.projection(DepthKind::Planar).validate().is_ok() => Ok(camera),
         Some(_) => fail("whole file".to_owned(), "the focal lengths must be finite and not zero"),
         None => fail(
             "whole file".to_owned(),

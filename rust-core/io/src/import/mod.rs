@@ -66,7 +66,7 @@ use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
 pub use camera::Camera;
-pub use options::{PARAMS, PixelMeaning, ReadOptions};
+pub use options::{PixelMeaning, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of};
 

@@ -1,108 +1,56 @@
 //! What files don't say themselves, told by the caller.
 
 use super::camera::Camera;
-use base::error::{Error, Result};
-use base::params::{Default as ParamDefault, ParamSpec, Unit};
+use base::error::Result;
+use base::params::{choice, flag, length, ratio};
+use image::range_image::DepthKind;
 
-/// Parameters of reading.
-pub const PARAMS: &[ParamSpec] = &[
-    ParamSpec {
-        operation: "open",
-        name: "scale",
-        unit: Unit::Ratio,
-        default: ParamDefault::FromData("0.001 for whole numbers seen by a camera (millimetres), else 1"),
-        min: 0.0,
-        min_excluded: true,
-        max: f64::INFINITY,
-        text: "What a number of an image is multiplied with. Larger values make heights and depths larger.",
-    },
-    ParamSpec {
-        operation: "open",
-        name: "step",
-        unit: Unit::WorldLength,
-        default: ParamDefault::FromData("what the file says, else 1"),
-        min: 0.0,
-        min_excluded: true,
-        max: f64::INFINITY,
-        text: "Distance of neighbouring pixels of a height map. Larger values make it wider.",
-    },
-    ParamSpec {
-        operation: "open",
-        name: "max_decoded_gib",
-        unit: Unit::Ratio,
-        default: ParamDefault::Value(4.0),
-        min: 0.0,
-        min_excluded: true,
-        max: 1e6,
-        text: "Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones refuse files that unpack to more than they should.",
-    },
-];
-
-/// How the numbers of an image's pixels are stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum PixelMeaning {
-    /// Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
-    #[default]
-    Auto,
-    /// A number a pixel.
-    Number,
-    /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
-    TerrainRgb,
-    /// Mapzen: 256 R + G + B / 256 - 32768.
-    Terrarium,
-}
-
-/// What files don't say themselves; see [`PARAMS`]. The default reads what is plain in the file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadOptions {
-    /// Makes images depth images, seen by this camera; `None`: they are height maps seen from above.
-    pub camera: Option<Camera>,
-    /// What a number of an image is multiplied with.
-    pub scale: Option<f64>,
-    /// What is added afterwards.
-    pub offset: f64,
-    /// Distance of the pixels of a height map.
-    pub step: Option<f64>,
-    /// The number that means no sample, before scaling; besides what the format itself defines.
-    pub invalid: Option<f64>,
-    /// How the numbers of an image are stored.
-    pub pixels: PixelMeaning,
-    /// Largest size of what one compressed file unpacks to, in GiB.
-    pub max_decoded_gib: f64,
-    /// Whether a list may name files outside its own folder.
-    pub allow_outside: bool,
-}
-
-impl Default for ReadOptions {
-    fn default() -> Self {
-        ReadOptions {
-            camera: None,
-            scale: None,
-            offset: 0.0,
-            step: None,
-            invalid: None,
-            pixels: PixelMeaning::Auto,
-            max_decoded_gib: 4.0,
-            allow_outside: false,
-        }
+base::choices! {
+    /// How images store numbers.
+    pub enum PixelMeaning {
+        /// Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+        Auto = "auto" "Auto",
+        /// A number a pixel.
+        Number = "number" "Numbers",
+        /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
+        TerrainRgb = "terrain_rgb" "Terrain RGB",
+        /// Mapzen: 256 R + G + B / 256 - 32768.
+        Terrarium = "terrarium" "Terrarium",
     }
 }
 
+base::params! {
+    /// What files do not say themselves.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ReadOptions of "open" {
+        /// What a number of an image is multiplied with. Larger values make heights and depths larger.
+        scale: Option<f64> = ratio("Value scale")
+            .from_data("0.001 for whole numbers seen by a camera (millimetres), else 1").above(0.0),
+        /// What is added to the numbers of an image afterwards.
+        offset: f64 = ratio("Value offset").at_least(f64::NEG_INFINITY),
+        /// Distance of neighbouring pixels of a height map. Larger values make it wider.
+        step: Option<f64> = length("Pixel size").from_data("what the file says, else 1").above(0.0),
+        /// The number of an image, before scaling, that means no sample; besides what the format itself defines.
+        invalid: Option<f64> = ratio("Invalid value").from_data("none").any_number(),
+        /// What the pixels of depth images measure.
+        depth: DepthKind = choice("Depth", DepthKind::CHOICES),
+        /// How images store numbers.
+        pixels: PixelMeaning = choice("Pixels", PixelMeaning::CHOICES),
+        /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones refuse files that unpack to more than they should.
+        max_decoded_gib: f64 = ratio("Largest unpacked size (GiB)").default(4.0).above(0.0).at_most(1e6),
+        /// Lists may name files outside their own folder.
+        allow_outside: bool = flag("Allow outside").off("such lists are refused"),
+    }
+    besides {
+        /// Makes images depth images, seen by this camera; `None`: they are height maps seen from above.
+        camera: Option<Camera>,
+    }
+    checked by camera_is_usable
+}
+
 impl ReadOptions {
-    /// Checks each value against its range.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`], or [`Error::Input`] for a camera or an offset that isn't usable.
-    pub fn validate(&self) -> Result<()> {
-        for (spec, value) in PARAMS.iter().zip([self.scale, self.step, Some(self.max_decoded_gib)]) {
-            if let Some(value) = value {
-                spec.check(value)?;
-            }
-        }
-        if !self.offset.is_finite() {
-            return Err(Error::input(format!("offset must be a finite number, got {}", self.offset)));
-        }
-        self.camera.map_or(Ok(()), |camera| camera.projection().validate())
+    fn camera_is_usable(&self) -> Result<()> {
+        self.camera.map_or(Ok(()), |camera| camera.projection(self.depth).validate())
     }
 
     /// Bytes that one file may unpack to.

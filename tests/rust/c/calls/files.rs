@@ -116,21 +116,22 @@ pub(super) fn options_say_what_files_do_not() {
         };
         let (values, projection) = samples(&options);
         assert_eq!((values, projection.kind), (vec![1000.0, 2000.0, 65535.0, 0.0, 500.0, 7.0], 1));
-        options.set_f64(7, 0.5);
-        options.set_f64(8, 10.0);
-        options.set_f64(9, 30.0);
-        options.set_f64(10, 65535.0);
+        options.set_f64(6, 0.5);
+        options.set_f64(7, 10.0);
+        options.set_f64(8, 30.0);
+        options.set_f64(9, 65535.0);
         let (values, projection) = samples(&options);
         assert!(values[2].is_nan() && values[0] == 510.0 && values[5] == 13.5, "{values:?}");
         assert_eq!(projection.numbers, [0.0, 30.0, 30.0, -30.0]);
 
         api.ok((api.srf_read_options_init_sized)(&mut options, size_of_val(&options)));
-        options.numbers[0] = 2;
-        (1..5).zip([60.0, 61.0, 1.0, 0.5]).for_each(|(i, number)| options.set_f64(i, number));
-        (options.numbers[5], options.numbers[6]) = (3, 2);
+        (0..4).zip([60.0, 61.0, 1.0, 0.5]).for_each(|(i, number)| options.set_f64(i, number));
+        (options.numbers[4], options.numbers[5]) = (3, 2);
         let (values, projection) = samples(&options);
         assert_eq!((projection.kind, projection.numbers), (2, [60.0, 61.0, 1.0, 0.5]));
         assert!(values[0] == 1.0 && values[3].is_nan(), "{values:?}");
+        options.numbers[10] = 2;
+        assert_eq!(samples(&options).1.kind, 3, "distances along the rays");
 
         let text = CString::new(path.to_str().unwrap()).unwrap();
         let mut scans = Handle::NULL;
@@ -142,12 +143,14 @@ pub(super) fn options_say_what_files_do_not() {
             change(&mut options);
             options
         };
-        api.refused(open(&wrong(&|o| o.numbers[0] = 1)), PARAMETER, "camera must be 0, SRF_PINHOLE_DEPTH (2)");
-        api.refused(open(&wrong(&|o| o.numbers[0] = 0)), PARAMETER, "intrinsics or camera_size are given");
-        api.refused(open(&wrong(&|o| o.numbers[0] |= 9 << 32)), PARAMETER, "pixels must be a value of srf_pixels");
-        api.refused(open(&wrong(&|o| o.second = 2)), PARAMETER, "allow_outside must be 0 or 1, got 2");
-        api.refused(open(&wrong(&|o| o.set_f64(7, 0.0))), PARAMETER, "scale must be a finite number > 0, got 0");
-        api.refused(open(&wrong(&|o| o.set_f64(1, 0.0))), INPUT, "focal");
+        let no_camera = |o: &mut ReadOptions| (0..4).for_each(|i| o.set_f64(i, 0.0));
+        api.refused(open(&wrong(&no_camera)), PARAMETER, "camera_size is given");
+        let text = "pixels must be one of 1 (auto), 2 (number), 3 (terrain_rgb), 4 (terrarium), got 9";
+        api.refused(open(&wrong(&|o| o.numbers[11] = 9)), PARAMETER, text);
+        api.refused(open(&wrong(&|o| o.numbers[10] = 0)), PARAMETER, "depth must be one of 1 (planar), 2 (ray), got 0");
+        api.refused(open(&wrong(&|o| o.numbers[13] = 2)), PARAMETER, "allow_outside must be 0 or 1, got 2");
+        api.refused(open(&wrong(&|o| o.set_f64(6, 0.0))), PARAMETER, "scale must be a finite number > 0, got 0");
+        api.refused(open(&wrong(&|o| o.set_f64(0, 0.0))), INPUT, "focal");
         assert_eq!(scans, Handle::NULL);
     }
 }

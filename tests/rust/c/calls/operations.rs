@@ -97,7 +97,7 @@ pub(super) fn a_surface_through_scattered_points() {
         let (watch, out) = (std::ptr::null(), std::ptr::null_mut());
         let answer =
             (api.srf_reconstructor_surface)(reconstructor, &params, watch, &mut mesh, std::ptr::null_mut(), out);
-        api.refused(answer, PARAMETER, "closure must be SRF_CLOSED_OR_OPEN (1), SRF_CLOSED (2) or SRF_OPEN (3), got 7");
+        api.refused(answer, PARAMETER, "closure must be one of 1 (auto), 2 (closed), 3 (open), got 7");
         params.numbers[3] = 1;
         params.set_f64(0, 0.5);
         let answer =
@@ -123,8 +123,8 @@ pub(super) fn an_image_becomes_a_quad_grid_and_a_surface() {
         let none = std::ptr::null_mut;
         let samples = Array::of(&values, F64, 1);
         api.ok((api.srf_image_create)(64, 64, &plane, &samples, null, std::ptr::null(), &mut image));
-        api.ok((api.srf_quad_params_init_sized)(&mut params, size_of_val(&params)));
-        api.ok((api.srf_quad_report_init_sized)(&mut report, size_of_val(&report)));
+        api.ok((api.srf_quads_params_init_sized)(&mut params, size_of_val(&params)));
+        api.ok((api.srf_quads_report_init_sized)(&mut report, size_of_val(&report)));
         for (number, value, part) in [
             (2, 1, "rows must be >= 2"),
             (9, 256, "curvature_limit must be >= 1 and <= 255, got 256"),

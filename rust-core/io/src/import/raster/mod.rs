@@ -92,7 +92,7 @@ impl Raster {
                 let [width, height] = camera.size.unwrap_or_default();
                 return fail(format!("{cols} x {rows} pixels, but the camera's images have {width} x {height}"));
             }
-            camera.projection()
+            camera.projection(options.depth)
         } else {
             let place = self.place.map(|place| if place.degrees { place.in_metres(rows) } else { place });
             let step = match (options.step, place) {

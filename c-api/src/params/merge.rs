@@ -1,0 +1,75 @@
+//! Parameters of merge. Written by `make generate` from their declaration in the core: change that.
+
+use crate::guard::guard;
+use crate::params::{Fields, Given};
+use crate::settings::SRF_FROM_DATA;
+use crate::sized;
+use crate::status::srf_status;
+
+/// How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
+/// defaults by srf_merge_params_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_merge_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// number.
+    pub threads: u32,
+    /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
+    /// SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
+    pub voxel: f64,
+    /// Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the
+    /// registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the measured distance
+    /// between overlapping scans.
+    pub merge_distance: f64,
+    /// Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
+    /// voxels, but at most a fifth of the diagonal of the connected part the hole is in.
+    pub max_hole_length: f64,
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped. 0: all are kept. 0 to 1,
+    /// default 0.01.
+    pub min_component_share: f64,
+    /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
+    /// the default: 3.4 times the median distance of neighbouring samples of each scan.
+    pub edge_limit: f64,
+    /// Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
+    /// grazing angle. Radians, > 0, at most pi/2, default pi/2.
+    pub grazing_limit: f64,
+}
+
+impl Fields for srf_merge_params {
+    fn defaults() -> Self {
+        srf_merge_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: 0,
+            voxel: SRF_FROM_DATA,
+            merge_distance: SRF_FROM_DATA,
+            max_hole_length: SRF_FROM_DATA,
+            min_component_share: 0.01,
+            edge_limit: SRF_FROM_DATA,
+            grazing_limit: std::f64::consts::FRAC_PI_2,
+        }
+    }
+
+    fn given(&self) -> Vec<(&'static str, Given)> {
+        vec![
+            ("threads", Given::Threads(self.threads)),
+            ("voxel", Given::Double(self.voxel)),
+            ("merge_distance", Given::Double(self.merge_distance)),
+            ("max_hole_length", Given::Double(self.max_hole_length)),
+            ("min_component_share", Given::Double(self.min_component_share)),
+            ("edge_limit", Given::Double(self.edge_limit)),
+            ("grazing_limit", Given::Double(self.grazing_limit)),
+        ]
+    }
+}
+
+/// Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_merge_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merge_params_init_sized(params: *mut srf_merge_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_merge_params::defaults()))
+}

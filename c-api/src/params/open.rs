@@ -1,0 +1,110 @@
+//! Parameters of open. Written by `make generate` from their declaration in the core: change that.
+
+use crate::guard::guard;
+use crate::params::{Fields, Given};
+use crate::settings::SRF_FROM_DATA;
+use crate::sized;
+use crate::status::srf_status;
+
+/// What the pixels of depth images measure.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_depth {
+    /// Distance from the image plane through the centre of projection (z).
+    SRF_DEPTH_PLANAR = 1,
+    /// Distance along the pixel's ray.
+    SRF_DEPTH_RAY = 2,
+}
+
+/// How images store numbers.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_pixels {
+    /// Numbers if the image is grey; terrain RGB if it is coloured and every pixel then lies between -500 and 9000 m.
+    SRF_PIXELS_AUTO = 1,
+    /// A number a pixel.
+    SRF_PIXELS_NUMBER = 2,
+    /// Mapbox: -10000 + (65536 R + 256 G + B) / 10.
+    SRF_PIXELS_TERRAIN_RGB = 3,
+    /// Mapzen: 256 R + G + B / 256 - 32768.
+    SRF_PIXELS_TERRARIUM = 4,
+}
+
+/// What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_read_options {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
+    /// default: they are height maps, unless a file of a camera is opened with them.
+    pub intrinsics: [f64; 4],
+    /// Of the camera: columns and rows of its images; others are refused. 0, the default: any.
+    pub camera_size: [u64; 2],
+    /// What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
+    /// default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
+    pub scale: f64,
+    /// What is added to the numbers of an image afterwards. Default 0.
+    pub offset: f64,
+    /// Distance of neighbouring pixels of a height map. Larger values make it wider. > 0. SRF_FROM_DATA, the default: what
+    /// the file says, else 1.
+    pub step: f64,
+    /// The number of an image, before scaling, that means no sample; besides what the format itself defines. NaN, the
+    /// default: none.
+    pub invalid: f64,
+    /// What the pixels of depth images measure. A value of srf_depth, default SRF_DEPTH_PLANAR.
+    pub depth: u64,
+    /// How images store numbers. A value of srf_pixels, default SRF_PIXELS_AUTO.
+    pub pixels: u64,
+    /// Largest size of what one compressed file unpacks to, in GiB. Larger values let larger files be read; small ones
+    /// refuse files that unpack to more than they should. > 0, at most 1000000, default 4.
+    pub max_decoded_gib: f64,
+    /// Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
+    pub allow_outside: u64,
+}
+
+impl Fields for srf_read_options {
+    fn defaults() -> Self {
+        srf_read_options {
+            struct_size: size_of::<Self>() as u32,
+            reserved: 0,
+            intrinsics: [0.0; 4],
+            camera_size: [0; 2],
+            scale: SRF_FROM_DATA,
+            offset: 0.0,
+            step: SRF_FROM_DATA,
+            invalid: f64::NAN,
+            depth: 1,
+            pixels: 1,
+            max_decoded_gib: 4.0,
+            allow_outside: 0,
+        }
+    }
+
+    fn given(&self) -> Vec<(&'static str, Given)> {
+        vec![
+            ("scale", Given::Double(self.scale)),
+            ("offset", Given::Double(self.offset)),
+            ("step", Given::Double(self.step)),
+            ("invalid", Given::Double(self.invalid)),
+            ("depth", Given::Whole(self.depth)),
+            ("pixels", Given::Whole(self.pixels)),
+            ("max_decoded_gib", Given::Double(self.max_decoded_gib)),
+            ("allow_outside", Given::Whole(self.allow_outside)),
+        ]
+    }
+}
+
+/// Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
+/// options  not NULL
+/// size     sizeof(srf_read_options): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_read_options_init_sized(options: *mut srf_read_options, size: usize) -> srf_status {
+    guard(|| sized::init("options", options, size, srf_read_options::defaults()))
+}

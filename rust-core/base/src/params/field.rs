@@ -1,0 +1,70 @@
+//! How the types of parameters' fields become values, and back.
+
+use super::{ParamSpec, Value};
+use crate::error::Result;
+
+/// A type that a row's field may have.
+pub trait Field: Sized {
+    /// The field for a value: the row's default where that is absent.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`] for a value that the row does not allow.
+    fn from_value(spec: &ParamSpec, value: Value<'_>) -> Result<Self> {
+        spec.check_value(value)?;
+        Ok(match value {
+            Value::Absent => Field::made(spec.default_value()),
+            given => Field::made(given),
+        })
+    }
+
+    /// The row's default.
+    fn default_of(spec: &ParamSpec) -> Self {
+        Field::made(spec.default_value())
+    }
+
+    /// The field for a value that was checked.
+    fn made(value: Value<'_>) -> Self;
+
+    /// The field's value.
+    fn value(&self) -> Value<'static>;
+}
+
+macro_rules! number {
+    ($($type:ty),*) => {$(
+        impl Field for $type {
+            fn made(value: Value<'_>) -> Self {
+                match value {
+                    Value::Number(number) => number as $type,
+                    other => unreachable!("{other:?} is no number"),
+                }
+            }
+
+            fn value(&self) -> Value<'static> {
+                Value::Number(*self as f64)
+            }
+        }
+    )*};
+}
+
+number!(f64, u8, u32, u64, usize);
+
+impl Field for bool {
+    fn made(value: Value<'_>) -> Self {
+        value == Value::Flag(true)
+    }
+
+    fn value(&self) -> Value<'static> {
+        Value::Flag(*self)
+    }
+}
+
+/// `None` is absent: the data give the value.
+impl<T: Field> Field for Option<T> {
+    fn made(value: Value<'_>) -> Self {
+        (value != Value::Absent).then(|| T::made(value))
+    }
+
+    fn value(&self) -> Value<'static> {
+        self.as_ref().map_or(Value::Absent, Field::value)
+    }
+}

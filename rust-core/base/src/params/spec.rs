@@ -1,0 +1,298 @@
+//! One row of the table.
+
+use crate::error::{Error, Result, Shown};
+
+/// What a parameter is, which says its unit too.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// A number in the unit of the scans' coordinates, whatever that is.
+    Length,
+    /// Radians; hosts show degrees.
+    Angle,
+    /// A plain ratio or share.
+    Ratio,
+    /// A whole number of things.
+    Count,
+    /// On or off.
+    Flag,
+    /// One of these, the first by default.
+    Choice(&'static [Choice]),
+}
+
+/// One of the things a parameter may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Name, the same in every language. Where choices are numbers, it is the place in the list, counted from 1.
+    pub name: &'static str,
+    /// Name for people.
+    pub label: &'static str,
+    /// What it means.
+    pub text: &'static str,
+}
+
+/// Where a parameter's value comes from when the caller gives none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Default {
+    /// This value: of a flag 0 or 1, of a choice its place in the list.
+    Value(f64),
+    /// Measured from the data, or nothing at all; the text says how.
+    FromData(&'static str),
+}
+
+/// A parameter's value in the form in which it is set and got by name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// None given: the default.
+    Absent,
+    /// A length, an angle, a ratio or a count.
+    Number(f64),
+    /// A flag.
+    Flag(bool),
+    /// The name of a choice.
+    Choice(&'a str),
+}
+
+/// One parameter of one operation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ParamSpec {
+    /// Operation, for example `merge`.
+    pub operation: &'static str,
+    /// Name, the same in every language.
+    pub name: &'static str,
+    /// Name for people.
+    pub label: &'static str,
+    /// What it is, which says its unit.
+    pub kind: Kind,
+    /// Value when none is given.
+    pub default: Default,
+    /// Smallest allowed number; minus infinity for none.
+    pub min: f64,
+    /// Whether `min` itself is refused.
+    pub min_excluded: bool,
+    /// Largest allowed number; infinity for none.
+    pub max: f64,
+    /// Whether all numbers are allowed, infinite ones and NaN too.
+    pub any_number: bool,
+    /// What it does, and what smaller and larger values do: one or two sentences. Of a flag, what it does when it is on.
+    pub text: &'static str,
+    /// What 0, or a flag that is off, does; empty where that is plain from the text.
+    pub off: &'static str,
+    /// The version of the library it came with.
+    pub since: &'static str,
+}
+
+/// A row for a length.
+pub const fn length(label: &'static str) -> ParamSpec {
+    ParamSpec::new(Kind::Length, label)
+}
+
+/// A row for an angle.
+pub const fn angle(label: &'static str) -> ParamSpec {
+    ParamSpec::new(Kind::Angle, label)
+}
+
+/// A row for a ratio.
+pub const fn ratio(label: &'static str) -> ParamSpec {
+    ParamSpec::new(Kind::Ratio, label)
+}
+
+/// A row for a count.
+pub const fn count(label: &'static str) -> ParamSpec {
+    ParamSpec::new(Kind::Count, label)
+}
+
+/// A row for a flag, off by default.
+pub const fn flag(label: &'static str) -> ParamSpec {
+    ParamSpec::new(Kind::Flag, label).at_most(1.0)
+}
+
+/// A row for one of several things, the first by default.
+pub const fn choice(label: &'static str, choices: &'static [Choice]) -> ParamSpec {
+    ParamSpec::new(Kind::Choice(choices), label).at_most(choices.len() as f64 - 1.0)
+}
+
+/// The row of every operation's worker threads.
+pub const fn threads() -> ParamSpec {
+    count("Threads").at_most(1024.0)
+}
+
+impl ParamSpec {
+    /// A row of version 0.1 whose default is 0 and whose value may be 0 or larger.
+    const fn new(kind: Kind, label: &'static str) -> Self {
+        ParamSpec {
+            operation: "",
+            name: "",
+            label,
+            kind,
+            default: Default::Value(0.0),
+            min: 0.0,
+            min_excluded: false,
+            max: f64::INFINITY,
+            any_number: false,
+            text: "",
+            off: "",
+            since: "0.1",
+        }
+    }
+
+    /// With this default.
+    pub const fn default(mut self, value: f64) -> Self {
+        self.default = Default::Value(value);
+        self
+    }
+
+    /// A flag that is on by default.
+    pub const fn on(self) -> Self {
+        self.default(1.0)
+    }
+
+    /// With a default that the data give, as the text says.
+    pub const fn from_data(mut self, how: &'static str) -> Self {
+        self.default = Default::FromData(how);
+        self
+    }
+
+    /// Only larger numbers.
+    pub const fn above(mut self, min: f64) -> Self {
+        (self.min, self.min_excluded) = (min, true);
+        self
+    }
+
+    /// Only this number and larger ones.
+    pub const fn at_least(mut self, min: f64) -> Self {
+        (self.min, self.min_excluded) = (min, false);
+        self
+    }
+
+    /// Only this number and smaller ones.
+    pub const fn at_most(mut self, max: f64) -> Self {
+        self.max = max;
+        self
+    }
+
+    /// Any number at all: one that marks something.
+    pub const fn any_number(mut self) -> Self {
+        (self.min, self.any_number) = (f64::NEG_INFINITY, true);
+        self
+    }
+
+    /// What 0, or a flag that is off, does.
+    pub const fn off(mut self, text: &'static str) -> Self {
+        self.off = text;
+        self
+    }
+
+    /// The version it came with, if not the first. Structs of C have their fields in the order of versions.
+    pub const fn since(mut self, version: &'static str) -> Self {
+        self.since = version;
+        self
+    }
+
+    /// The row as [`params!`](crate::params!) completes it. `text` comes from a comment, with the space after its slashes.
+    pub const fn of(mut self, operation: &'static str, name: &'static str, text: &'static str) -> Self {
+        self.operation = operation;
+        self.name = name;
+        self.text = text.trim_ascii();
+        self
+    }
+
+    /// What a choice may be; empty for all other kinds.
+    pub const fn choices(&self) -> &'static [Choice] {
+        match self.kind {
+            Kind::Choice(choices) => choices,
+            _ => &[],
+        }
+    }
+
+    /// Whether no value need be given since the data have it.
+    pub const fn is_optional(&self) -> bool {
+        matches!(self.default, Default::FromData(_))
+    }
+
+    /// Checks a given number against the range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] with the value, the allowed range and the unit.
+    pub fn check(&self, value: f64) -> Result<f64> {
+        if self.any_number {
+            return Ok(value);
+        }
+        let low = if self.min_excluded { value > self.min } else { value >= self.min };
+        let whole = self.kind != Kind::Count || value.fract() == 0.0;
+        if low && value <= self.max && value.is_finite() && whole { Ok(value) } else { Err(self.refused(Shown(value))) }
+    }
+
+    /// The error that names what is allowed instead of `value`.
+    pub fn refused(&self, value: impl ToString) -> Error {
+        let unit = match self.kind {
+            Kind::Length => " (in the unit of the scans)",
+            Kind::Angle => " rad",
+            _ => "",
+        };
+        Error::Parameter { name: self.name, value: value.to_string(), allowed: self.allowed(), unit }
+    }
+
+    /// The allowed values in words, for example `> 0 and <= 1`.
+    pub fn allowed(&self) -> String {
+        match self.kind {
+            Kind::Flag => return "on or off".to_owned(),
+            Kind::Choice(choices) => {
+                return one_of(choices.iter().map(|choice| format!("\"{}\"", choice.name)), "or");
+            }
+            _ => {}
+        }
+        if self.min == f64::NEG_INFINITY {
+            return "a finite number".to_owned();
+        }
+        let low = if self.min_excluded { "> " } else { ">= " };
+        if self.max.is_finite() {
+            format!("{low}{} and <= {}", self.min, self.max)
+        } else {
+            format!("a finite number {low}{}", self.min)
+        }
+    }
+
+    /// Checks a value of any kind.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check_value(&self, value: Value<'_>) -> Result<()> {
+        match (self.kind, value) {
+            (_, Value::Absent) | (Kind::Flag, Value::Flag(_)) => Ok(()),
+            (Kind::Choice(choices), Value::Choice(name)) if choices.iter().any(|choice| choice.name == name) => Ok(()),
+            (Kind::Flag | Kind::Choice(_), Value::Number(number)) => Err(self.refused(Shown(number))),
+            (_, Value::Number(number)) => self.check(number).map(drop),
+            (_, Value::Flag(flag)) => Err(self.refused(flag)),
+            (_, Value::Choice(name)) => Err(self.refused(format!("\"{name}\""))),
+        }
+    }
+
+    /// The default; absent where the data give it.
+    pub fn default_value(&self) -> Value<'static> {
+        match (self.default, self.kind) {
+            (Default::FromData(_), _) => Value::Absent,
+            (Default::Value(value), Kind::Flag) => Value::Flag(value != 0.0),
+            (Default::Value(value), Kind::Choice(choices)) => Value::Choice(choices[value as usize].name),
+            (Default::Value(value), _) => Value::Number(value),
+        }
+    }
+
+    /// The text, with what 0 or off does.
+    pub fn full_text(&self) -> String {
+        match (self.off, self.kind) {
+            ("", _) => self.text.to_owned(),
+            (off, Kind::Flag) => format!("{} Off: {off}.", self.text),
+            (off, _) => format!("{} 0: {off}.", self.text),
+        }
+    }
+}
+
+/// Words as a list that ends in "a or b".
+pub(super) fn one_of(words: impl IntoIterator<Item = String>, last: &str) -> String {
+    let words: Vec<String> = words.into_iter().collect();
+    match words.split_last() {
+        None => String::new(),
+        Some((only, [])) => only.clone(),
+        Some((end, before)) => format!("{} {last} {end}", before.join(", ")),
+    }
+}

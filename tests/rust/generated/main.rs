@@ -1,0 +1,63 @@
+//! Files that are generated from the code and committed: they must be what would be generated now.
+//!
+//! `SURFRECON_GENERATE=1 cargo test -p surfrecon-tests --test generated`, or `make generate`, writes them anew.
+
+mod c_params;
+mod header;
+mod meshlab;
+mod page;
+mod python;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Compares a committed file with what would be generated, or writes it when asked to.
+fn compare(name: &str, generated: &str) {
+    let path = root().join(name);
+    if std::env::var_os("SURFRECON_GENERATE").is_some() {
+        std::fs::write(&path, generated).unwrap_or_else(|error| panic!("{name}: {error}"));
+        return;
+    }
+    let committed = std::fs::read_to_string(&path).unwrap_or_default();
+    let line = committed.lines().zip(generated.lines()).take_while(|(a, b)| a == b).count() + 1;
+    assert!(
+        committed == generated,
+        "{name} differs from what the code generates, from line {line}: run `make generate`"
+    );
+}
+
+/// The version is said in the workspace's manifest; whatever repeats it, since a registry or a host asks for it, follows.
+#[test]
+fn versions() {
+    let version = env!("CARGO_PKG_VERSION");
+    let after = |text: &str, mark: &str| -> String {
+        let mut pieces = text.split(mark);
+        let mut all = pieces.next().unwrap_or_default().to_owned();
+        let mut found = 0;
+        for piece in pieces {
+            let (_, rest) = piece.split_once('"').expect("a version ends with a quotation mark");
+            all = all + mark + version + "\"" + rest;
+            found += 1;
+        }
+        assert!(found > 0, "{mark} is not there");
+        all
+    };
+    for (name, mark) in [
+        ("c-api/cmake/surfreconConfigVersion.cmake", "set(PACKAGE_VERSION \""),
+        ("blender-addon/extension/blender_manifest.toml", "\nversion = \""),
+    ] {
+        let text = std::fs::read_to_string(root().join(name)).expect(name);
+        compare(name, &after(&text, mark));
+    }
+    // Own crates only: others have versions of their own.
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
+    let lines = manifest.split_inclusive('\n').map(|line| match line.contains("path = \"rust-core/") {
+        true => after(line, "version = \""),
+        false => line.to_owned(),
+    });
+    compare("Cargo.toml", &lines.collect::<String>());
+}

@@ -1,0 +1,88 @@
+//! The parameters of MeshLab's filters: tables of C++, in the order of the rows.
+
+use std::fmt::Write as _;
+
+use surfrecon::params::{Default, Kind, ParamSpec, SCHEMAS};
+
+use crate::c_params::{is_whole, names};
+use crate::compare;
+use crate::words::{number, range, rule, sentence};
+
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
+}
+
+/// What a tip says; where the data give the default, 0 asks for it, whatever it does in the library.
+fn tip(row: &ParamSpec) -> String {
+    let mut text = match rule(row) {
+        Some(_) => row.text.to_owned(),
+        None => row.full_text(),
+    };
+    for choice in row.choices() {
+        let _ = write!(text, "<br>{}: {}", choice.label, choice.text);
+    }
+    if row.kind == Kind::Angle {
+        let _ = write!(
+            text,
+            " Degrees, {} to {}.",
+            number(row.min.to_degrees().round()),
+            number(row.max.to_degrees().round())
+        );
+    } else if rule(row).is_none() && !range(row).is_empty() {
+        let _ = write!(text, " {}.", sentence(&range(row)));
+    }
+    if let Some(rule) = rule(row) {
+        let none = if row.any_number { "Empty" } else { "0" };
+        let _ = write!(text, "<br>{none}: {rule}.");
+    }
+    text
+}
+
+#[test]
+fn filters() {
+    let mut out = "// SPDX-License-Identifier: GPL-3.0-or-later\n\
+                   // Parameters of the operations. Written by `make generate` from their declarations in the core: change those.\n\
+                   #pragma once\n\n#include <cstddef>\n\n#include \"parameter.h\"\n\nnamespace srf {\n"
+        .to_owned();
+    for schema in SCHEMAS {
+        let (of, _) = names(schema.operation);
+        let _ = write!(out, "\ninline const Parameters {}_parameters = {{\n", schema.operation);
+        for row in (schema.all)() {
+            if row.name == "threads" {
+                // MeshLab has no place for them; results do not depend on them.
+                continue;
+            }
+            let kind = match row.kind {
+                _ if row.any_number => "number_or_none",
+                // Nothing is loaded yet of whose size a length could be a share.
+                Kind::Length if schema.operation == "open" => "ratio",
+                Kind::Length => "length",
+                Kind::Angle => "angle",
+                Kind::Ratio => "ratio",
+                Kind::Count => "count",
+                Kind::Flag => "flag",
+                Kind::Choice(_) => "choice",
+            };
+            let initial = match row.default {
+                Default::FromData(_) => "0".to_owned(),
+                Default::Value(value) if row.kind == Kind::Angle => number((value.to_degrees() * 1e9).round() / 1e9),
+                Default::Value(value) => number(value),
+            };
+            let choices: Vec<String> = row.choices().iter().map(|choice| quoted(choice.label)).collect();
+            let _ = writeln!(
+                out,
+                "    {{Kind::{kind}, \"{}\", {},\n     {},\n     {}, {initial}, {}, offsetof({of}, {}), {{{}}}}},",
+                row.name,
+                quoted(row.label),
+                quoted(&tip(row)),
+                row.is_optional(),
+                is_whole(row),
+                row.name,
+                choices.join(", "),
+            );
+        }
+        out += "};\n";
+    }
+    out += "\n}  // namespace srf\n";
+    compare("meshlab-plugin/src/parameters.h", &out);
+}

@@ -1,0 +1,181 @@
+//! What of the Python module repeats parameters: the texts of functions, their signatures, the types.
+//!
+//! Functions take parameters as `**options`; a comment `// options: OPERATION` before the attribute says of which operation, with
+//! `but NAME..` or `only NAME..` where that is a part, and the signature that Python shows is written behind it. In the types,
+//! lines between `# options: ..` and `# end` are.
+
+use surfrecon::params::{Kind, ParamSpec, Value, schema};
+
+use crate::words::{plain_default, range, rule, sentence, wrapped};
+use crate::{compare, root};
+
+/// The rows that a mark means: `merge`, `sculpt but tolerance`, `sculpt only tolerance`.
+fn rows(mark: &str) -> Vec<&'static ParamSpec> {
+    let mut words = mark.split_whitespace();
+    let operation = words.next().expect("a mark names an operation");
+    let schema = schema(operation).unwrap_or_else(|| panic!("there is no operation {operation}"));
+    let (how, names): (Option<&str>, Vec<&str>) = (words.next(), words.collect());
+    let all = (schema.all)();
+    for name in &names {
+        assert!(all.iter().any(|row| row.name == *name), "{mark}: there is no parameter {name}");
+    }
+    let kept = |row: &&ParamSpec| match how {
+        None => true,
+        Some("but") => !names.contains(&row.name),
+        Some("only") => names.contains(&row.name),
+        Some(other) => panic!("{mark}: what is {other}?"),
+    };
+    all.into_iter().filter(kept).collect()
+}
+
+/// The default as Python writes it.
+fn literal(row: &ParamSpec) -> String {
+    match row.default_value() {
+        Value::Absent => "None".to_owned(),
+        Value::Flag(true) => "True".to_owned(),
+        Value::Flag(false) => "False".to_owned(),
+        Value::Choice(name) => format!("'{name}'"),
+        Value::Number(number) if row.kind == Kind::Count => format!("{number:.0}"),
+        Value::Number(number) => format!("{number:?}"),
+    }
+}
+
+/// The signature that Python shows, from the one that Rust has.
+fn shown(signature: &str, is_method: bool, mark: &str) -> String {
+    let signature = signature.trim_end_matches("**options");
+    let (before, own) = signature.split_once("*,").unwrap_or((signature, ""));
+    let own = own.replace(" = ", "=").replace("false", "False").replace("true", "True").replace("Vec::new()", "()");
+    let own = own.split(',').map(str::trim).filter(|argument| !argument.is_empty()).map(str::to_owned);
+    let options = rows(mark).into_iter().map(|row| format!("{}={}", row.name, literal(row)));
+    let mut all: Vec<String> = is_method.then(|| "$self".to_owned()).into_iter().collect();
+    all.extend(before.split(',').map(str::trim).filter(|argument| !argument.is_empty()).map(str::to_owned));
+    all.push("*".to_owned());
+    all.extend(options.chain(own));
+    format!("({})", all.join(", "))
+}
+
+/// The file with the signatures behind its marks as they are to be.
+fn with_signatures(source: &str) -> String {
+    let mut out = String::new();
+    let mut rest = source;
+    while let Some((before, after)) = rest.split_once("// options: ") {
+        let (mark, after) = after.split_once('\n').expect("a line behind the mark");
+        let start = after.find("signature = (").expect("a signature behind the mark") + "signature = (".len();
+        let end = start + after[start..].find("**options").expect("a signature with **options");
+        let shown_at =
+            end + after[end..].find("text_signature = \"").expect("a signature to show") + "text_signature = \"".len();
+        let shown_end = shown_at + after[shown_at..].find('"').expect("its end");
+        let (is_method, mark) = mark.strip_prefix("$self ").map_or((false, mark), |mark| (true, mark));
+        out += before;
+        out += "// options: ";
+        out += if is_method { "$self " } else { "" };
+        out += mark;
+        out.push('\n');
+        out += &after[..shown_at];
+        out += &shown(&after[start..end + "**options".len()], is_method, mark);
+        rest = &after[shown_end..];
+    }
+    out + rest
+}
+
+#[test]
+fn signatures() {
+    let mut marks = 0;
+    for entry in std::fs::read_dir(root().join("blender-addon/python/src")).expect("the folder") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_some_and(|ending| ending == "rs") {
+            let source = std::fs::read_to_string(&path).expect("a file");
+            marks += source.matches("// options: ").count();
+            let name = path.file_name().expect("a name").to_string_lossy();
+            compare(&format!("blender-addon/python/src/{name}"), &with_signatures(&source));
+        }
+    }
+    assert!(marks > 10, "only {marks} functions take options");
+}
+
+/// What a function's text says of its options.
+fn texts(mark: &str) -> String {
+    let mut lines = Vec::new();
+    for row in rows(mark) {
+        let mut text = row.full_text();
+        if let Kind::Choice(choices) = row.kind {
+            for choice in choices {
+                text += &format!(" ``\"{}\"``: {}", choice.name, choice.text);
+            }
+        }
+        text += match row.kind {
+            Kind::Length => " In the unit of the scans",
+            Kind::Angle => " Radians",
+            _ => "",
+        };
+        let mut range = range(row);
+        if matches!(row.kind, Kind::Length | Kind::Angle) && !range.is_empty() {
+            range = format!(", {range}");
+        } else if !range.is_empty() {
+            range = format!(" {}", sentence(&range));
+        }
+        text += &range;
+        if !text.ends_with('.') {
+            text.push('.');
+        }
+        match rule(row) {
+            Some(rule) => text += &format!(" Default: {rule}."),
+            None if matches!(row.kind, Kind::Flag | Kind::Choice(_)) => {}
+            None => {
+                text = format!("{}, default {}.", text.trim_end_matches('.'), plain_default(row).unwrap_or_default())
+            }
+        }
+        let text = format!("{}: {text}", row.name);
+        let mut wrapped = wrapped(&text, "        ", 120);
+        wrapped[0] = wrapped[0][4..].to_owned();
+        lines.extend(wrapped);
+    }
+    lines.join("\n")
+}
+
+#[test]
+fn docstrings() {
+    for schema in surfrecon::params::SCHEMAS {
+        compare(&format!("blender-addon/python/src/params/{}.txt", schema.operation), &texts(schema.operation));
+    }
+}
+
+fn type_of(row: &ParamSpec) -> String {
+    let plain = match row.kind {
+        Kind::Length | Kind::Angle | Kind::Ratio => "float".to_owned(),
+        Kind::Count => "int".to_owned(),
+        Kind::Flag => "bool".to_owned(),
+        Kind::Choice(choices) => {
+            let names: Vec<String> = choices.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
+            format!("Literal[{}]", names.join(", "))
+        }
+    };
+    format!("{plain} | None")
+}
+
+#[test]
+fn types() {
+    let name = "blender-addon/python/python/surfrecon/_native.pyi";
+    let stub = std::fs::read_to_string(root().join(name)).expect("the types");
+    let mut out = String::new();
+    let mut skipping = false;
+    for line in stub.split_inclusive('\n') {
+        let text = line.trim();
+        if text == "# end" {
+            skipping = false;
+        }
+        if !skipping {
+            out += line;
+        }
+        if let Some(mark) = text.strip_prefix("# options: ") {
+            skipping = true;
+            let indent = &line[..line.len() - line.trim_start().len()];
+            for row in rows(mark) {
+                let default = literal(row).replace('\'', "\"");
+                out += &format!("{indent}{}: {} = {default},\n", row.name, type_of(row));
+            }
+        }
+    }
+    assert!(!skipping, "the last mark has no end");
+    compare(name, &out);
+}
