@@ -20,21 +20,15 @@ check() {
 }
 
 python=$(tools/python.sh) || exit 1
-ruff=$(tools/venv.sh lint)/bin/ruff || exit 1
+lint=$(tools/venv.sh lint)/bin || exit 1
 
 check "Rust formatting" cargo fmt --all --check
 check "Rust formatting of the fuzz targets" cargo fmt --manifest-path rust-core/fuzz/Cargo.toml --check
 check "Rust lints" cargo clippy --quiet --workspace --all-targets -- --deny warnings
 check "Rust lints without features" cargo clippy --quiet --package surfrecon --no-default-features --all-targets -- --deny warnings
 check "Rust documentation" env RUSTDOCFLAGS="--deny warnings" cargo doc --quiet --workspace --no-deps
-check "Python formatting" "$ruff" format --no-cache --check .
-check "Python lints" "$ruff" check --no-cache --quiet .
+check "Python formatting" "$lint/ruff" format --no-cache --check .
+check "Python lints" "$lint/ruff" check --no-cache --quiet .
 check "tree" "$python" tools/check_tree.py
-if cargo_deny=$(tools/cargo_tool.sh cargo-deny 0.20.2); then
-    # The advisory database is a download that not every machine may make: `cargo deny check advisories` by hand.
-    check "licences and sources of dependencies" "$cargo_deny" --log-level error check licenses bans sources
-else
-    echo "FAILED: cargo-deny could not be installed"
-    failed=$((failed + 1))
-fi
+check "licences and sources of dependencies" "$lint/python" tools/check_licences.py
 exit $((failed > 0))

@@ -15,11 +15,11 @@ LONG = {
     "reproject": {"percent": 40},
     "virtual_scan": {"percent": 40},
     "clean": {},
-    "merge": {"voxel": 0.004},
+    "merge": {"voxel": 0.008},
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.0001},
     "quads": {"rows": 20, "columns": 20},
-    "cluster": {"vertices": 20000},
+    "cluster": {"vertices": 10000},
     "error_map": {},
     "measure": {},
 }
@@ -36,13 +36,19 @@ def test_every_long_operator_is_listed(extension):
     assert long == set(LONG)
 
 
+@pytest.fixture(scope="module")
+def scans_file(tmp_path_factory):
+    """Four scans, written once."""
+    return str(write_set(tmp_path_factory.mktemp("scans"), torus_scans(pixels=120)[:4]))
+
+
 @pytest.fixture
-def call(tmp_path):
+def call(scans_file):
     """Calls an operator with something to work on."""
-    path = str(write_set(tmp_path, torus_scans(pixels=250)[:4]))
+    path = scans_file
     bpy.ops.surfrecon.import_scans(filepath=path)
     scans = bpy.context.selected_objects
-    shape = add_mesh("torus", torus(300))
+    shape = add_mesh("torus", torus(150))
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0, 0, 5)
     bpy.context.scene.collection.objects.link(camera)
