@@ -114,7 +114,7 @@ def test_a_mesh_written_and_read_again_is_the_same(tmp_path):
     again = surfrecon.read(tmp_path / "torus.ply")
     assert np.array_equal(again.triangles, mesh.triangles)
     assert np.array_equal(again.positions, mesh.positions.astype(np.float32))
-    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply, \.glb, \.obj or \.stl"):
+    with pytest.raises(surfrecon.InputError, match=r"must end in \.ply, \.glb, \.stl or \.obj"):
         mesh.write(tmp_path / "torus.3ds")
     with pytest.raises(surfrecon.SurfreconError, match="missing"):
         mesh.write(tmp_path / "missing" / "torus.ply")
@@ -266,6 +266,35 @@ def test_a_full_disk_leaves_nothing_and_no_half_file(tmp_path, ending):
 
 def test_formats_have_endings():
     assert {"ply", "conf"} <= {ending for endings in surfrecon.formats().values() for ending in endings}
+
+
+def test_what_the_registry_says_is_written_is_and_nothing_else(tmp_path):
+    depths = np.add.outer(np.arange(30.0), np.arange(40.0)) / 100 + 2
+    image = surfrecon.RangeImage.pinhole(depths, focal=(40, 40), centre=(20, 15), name="seen")
+    (tmp_path / "points.xyz").write_text("0 0 0\n1 0 0\n0 1 0\n")
+    points = surfrecon.read(tmp_path / "points.xyz")
+    contents = {
+        "mesh": lambda path: torus(12).write(path),
+        "quads": lambda path: surfrecon.adaptive_quads(image).write(path),
+        "points": lambda path: surfrecon.write(path, points),
+        "image": lambda path: image.write(path),
+        "images": lambda path: surfrecon.write_scans(path, [image]),
+    }
+    every = {ending for kind in contents for endings in surfrecon.formats(written=kind).values() for ending in endings}
+    for kind, write in contents.items():
+        known = {ending for endings in surfrecon.formats(written=kind).values() for ending in endings}
+        for ending in sorted(every):
+            path = tmp_path / kind / f"{kind}.{ending.upper()}"
+            path.parent.mkdir(exist_ok=True)
+            if ending in known:
+                write(path)
+                assert len(surfrecon.open(path)) == 1
+            else:
+                with pytest.raises(surfrecon.InputError, match=r"the name must end in \..*" + sorted(known)[0]):
+                    write(path)
+                assert not path.exists()
+    with pytest.raises(surfrecon.InputError, match='written must be one of "mesh", .*, got "cake"'):
+        surfrecon.formats(written="cake")
 
 
 def test_numbers_of_images_are_heights_or_depths(tmp_path):

@@ -89,7 +89,7 @@ def test_written_quads_stay_quads(image, tmp_path):
     assert len(surfrecon.read(tmp_path / "grid.ply").triangles) == triangles
     grid.spline().write(tmp_path / "spline.obj", 20, 30)
     assert (tmp_path / "spline.obj").read_text().count("\nf ") == 19 * 29
-    with pytest.raises(surfrecon.InputError, match="must end in .obj or .ply"):
+    with pytest.raises(surfrecon.InputError, match="must end in .ply or .obj"):
         grid.write(tmp_path / "grid.stl")
 
 

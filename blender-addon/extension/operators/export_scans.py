@@ -14,10 +14,16 @@ from ..job import refuse_no_numbers
 from ..running import Refused
 from ..words import sentence
 
-FORMATS = (
-    ("CONF", "Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
-    ("PTX", "PTX (.ptx)", "One text file of all scans, seen from a point each"),
-    ("E57", "E57 (.e57)", "One binary file of all scans, seen from a point each"),
+# What is said of the formats that the library writes.
+WORDS = {
+    "conf": ("Stanford (.conf)", "A list that places the scans, and beside it a range-grid PLY for each"),
+    "ptx": ("PTX (.ptx)", "One text file of all scans, seen from a point each"),
+    "e57": ("E57 (.e57)", "One binary file of all scans, seen from a point each"),
+}
+FORMATS = tuple(
+    (ending.upper(), *WORDS.get(ending, (f"{name} (.{ending})", "")))
+    for name, endings in surfrecon.formats(written="images").items()
+    for ending in endings
 )
 
 
@@ -29,7 +35,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
     bl_options = {"PRESET"}
 
     filename_ext = ".conf"
-    filter_glob: StringProperty(default="*.conf;*.ptx;*.e57", options={"HIDDEN"})
+    filter_glob: StringProperty(default=";".join(f"*.{kind.lower()}" for kind, *_ in FORMATS), options={"HIDDEN"})
     file_format: EnumProperty(name="Format", items=FORMATS, default="CONF")
     scale: FloatProperty(
         name="Scale", description="Units of the file a unit of the scene", default=1.0, min=1e-9, max=1e9

@@ -7,7 +7,9 @@ use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{GlbNode, GlbOptions, PlyEncoding, Up, write_glb, write_obj, write_ply, write_stl};
+use surfrecon::export::{
+    GlbNode, GlbOptions, Holding, PlyEncoding, Up, ending_for, write_glb, write_obj, write_ply, write_stl,
+};
 use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
@@ -217,7 +219,8 @@ impl Mesh {
     ) -> PyResult<()> {
         let mesh = self.mesh.clone();
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
-        if !coarser.is_empty() && ending(&path) != "glb" {
+        let ending = ending_of(&path, Holding::Mesh)?;
+        if !coarser.is_empty() && ending != "glb" {
             return Err(input_error(format!("{}: only .glb holds coarser levels", path.display())));
         }
         let up = match up {
@@ -227,12 +230,12 @@ impl Mesh {
         };
         let encoding = match encoding {
             "binary" => PlyEncoding::default(),
-            "ascii" if ending(&path) == "ply" => PlyEncoding::Ascii,
+            "ascii" if ending == "ply" => PlyEncoding::Ascii,
             "ascii" => return Err(input_error(format!("{}: only .ply has the encoding \"ascii\"", path.display()))),
             _ => return Err(input_error(format!("encoding must be \"binary\" or \"ascii\", got {encoding:?}"))),
         };
         let watch = Watch::new(progress);
-        match ending(&path).as_str() {
+        match ending {
             "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, encoding, progress)),
             "glb" => watch.run(py, move |progress| {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -243,7 +246,7 @@ impl Mesh {
             }),
             "obj" => watch.run(py, move |progress| write_obj(&path, &mesh, progress)),
             "stl" => watch.run(py, move |progress| write_stl(&path, &mesh, progress)),
-            _ => Err(input_error(format!("{}: the name must end in .ply, .glb, .obj or .stl", path.display()))),
+            other => unreachable!("{other} holds no mesh"),
         }
     }
 
@@ -284,20 +287,12 @@ pub fn linear_colours<'py>(colours: &Bound<'py, PyAny>) -> PyResult<Bound<'py, n
     Ok(numpy::PyArray1::from_vec(colours.py(), linear))
 }
 
-/// Refuses a name with another ending than the format's.
+/// The ending of the name of a file that is to hold this.
 ///
 /// # Errors
-/// `InputError`.
-pub fn check_ending(path: &Path, wanted: &str) -> PyResult<()> {
-    if ending(path) == wanted {
-        return Ok(());
-    }
-    Err(input_error(format!("{}: the name must end in .{wanted}", path.display())))
-}
-
-/// The ending of a file's name, in lower case, without the dot.
-pub fn ending(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+/// `InputError` for an ending of formats that can't.
+pub fn ending_of(path: &Path, holding: Holding) -> PyResult<&'static str> {
+    ending_for(path, holding).map_err(|e| to_python(&e))
 }
 
 fn corners(indices: &[i64]) -> PyResult<Vec<[u32; 3]>> {

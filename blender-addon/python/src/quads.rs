@@ -7,13 +7,13 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as CoreImage;
-use surfrecon::export::{PlyEncoding, Polygons, write_obj_polygons, write_quads_ply};
+use surfrecon::export::{Holding, PlyEncoding, Polygons, write_obj_polygons, write_quads_ply};
 use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
 use crate::errors::{detached, guarded, input_error};
-use crate::mesh::{Mesh, ending};
+use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
@@ -259,10 +259,8 @@ impl QuadGrid {
 
 fn write_quads(py: Python<'_>, path: PathBuf, mesh: Arc<QuadMesh>) -> PyResult<()> {
     let watch = Watch::new(None);
-    match ending(&path).as_str() {
-        "ply" => return watch.run(py, move |progress| write_quads_ply(&path, &mesh, PlyEncoding::default(), progress)),
-        "obj" => {}
-        _ => return Err(input_error(format!("{}: the name must end in .obj or .ply", path.display()))),
+    if ending_of(&path, Holding::Quads)? == "ply" {
+        return watch.run(py, move |progress| write_quads_ply(&path, &mesh, PlyEncoding::default(), progress));
     }
     watch.run(py, move |progress| {
         let colour = mesh.vertex_attributes.iter().find_map(|a| match &a.data {

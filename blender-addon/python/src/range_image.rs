@@ -8,14 +8,14 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
-use surfrecon::export::{PlyEncoding, write_e57, write_ptx, write_range_grid_ply};
+use surfrecon::export::{Holding, PlyEncoding, write_e57, write_ptx, write_range_grid_ply};
 use surfrecon::memory;
 use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
 use crate::errors::{guarded, input_error, to_python};
-use crate::mesh::{Mesh, check_ending, ending};
+use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
 
@@ -105,19 +105,20 @@ fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     }
 }
 
-/// Writes images as PTX or E57, by the ending of the name.
+/// Writes images into one file, PTX or E57 by its ending.
 ///
 /// # Errors
 /// Those of the writers.
 pub fn write_in_place(
     py: Python<'_>,
     path: PathBuf,
+    ending: &str,
     images: &[Arc<Core>],
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     Watch::new(progress).run(py, move |progress| {
         let images: Vec<&Core> = images.iter().map(Arc::as_ref).collect();
-        match ending(&path).as_str() {
+        match ending {
             "ptx" => write_ptx(&path, &images, progress),
             _ => write_e57(&path, &images, progress),
         }
@@ -413,10 +414,10 @@ impl RangeImage {
     #[pyo3(signature = (path, *, progress = None))]
     fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
         let image = self.image();
-        if matches!(ending(&path).as_str(), "ptx" | "e57") {
-            return write_in_place(py, path, &[image], progress);
+        let ending = ending_of(&path, Holding::Image)?;
+        if ending != "ply" {
+            return write_in_place(py, path, ending, &[image], progress);
         }
-        check_ending(&path, "ply")?;
         Watch::new(progress)
             .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
     }

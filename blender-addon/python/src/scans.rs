@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
-use surfrecon::export::{PlyEncoding, write_points_ply, write_scan_list};
+use surfrecon::export::{Holding, PlyEncoding, ending_for, write_points_ply, write_scan_list};
 use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::arrays;
 use crate::errors::input_error;
-use crate::mesh::{Mesh, check_ending, ending};
+use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
@@ -100,10 +100,10 @@ pub fn write_scans(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let images: Vec<_> = images.iter().map(|image| image.get().image()).collect();
-    if matches!(ending(&path).as_str(), "ptx" | "e57") {
-        return write_in_place(py, path, &images, progress);
+    let ending = ending_of(&path, Holding::Images)?;
+    if ending != "conf" {
+        return write_in_place(py, path, ending, &images, progress);
     }
-    check_ending(&path, "conf")?;
     Watch::new(progress).run(py, move |progress| {
         let images: Vec<_> = images.iter().map(AsRef::as_ref).collect();
         write_scan_list(&path, &images, PlyEncoding::default(), progress)
@@ -143,12 +143,12 @@ pub fn write(
         return Err(PyTypeError::new_err("only meshes are written with options"));
     }
     if let Ok(cloud) = content.cast::<PointCloud>() {
-        check_ending(&path, "ply")?;
+        ending_of(&path, Holding::Points)?;
         let cloud = cloud.get().cloud.clone();
         return Watch::new(progress)
             .run(py, move |progress| write_points_ply(&path, &cloud, PlyEncoding::default(), progress));
     }
-    if content.cast::<RangeImage>().is_ok() && ending(&path) != "conf" {
+    if content.cast::<RangeImage>().is_ok() && ending_for(&path, Holding::Images).unwrap_or_default() != "conf" {
         let options = PyDict::new(py);
         options.set_item("progress", progress)?;
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
@@ -176,11 +176,31 @@ pub fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_,
 }
 
 /// The endings of the names of files that can be read, without the dot, by the format's name.
+///
+/// Args:
+///     written: asks for what can be written instead: ``"mesh"``, ``"quads"``, ``"points"``, ``"image"`` (one) or
+///         ``"images"`` (with their poses).
+///
+/// Raises:
+///     InputError: ``written`` is none of these.
 #[pyfunction]
-pub fn formats(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+#[pyo3(signature = (*, written = None))]
+pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
+    let Some(written) = written else {
+        for format in import::formats() {
+            dict.set_item(format.name, format.extensions)?;
+        }
+        return Ok(dict);
+    };
+    let Some(holding) = Holding::named(written) else {
+        let known: Vec<_> = Holding::CHOICES.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
+        return Err(input_error(format!("written must be one of {}, got {written:?}", known.join(", "))));
+    };
     for format in import::formats() {
-        dict.set_item(format.name, format.extensions)?;
+        if let Some((ending, _)) = format.written.filter(|(_, all)| all.contains(&holding)) {
+            dict.set_item(format.name, [ending])?;
+        }
     }
     Ok(dict)
 }

@@ -7,6 +7,7 @@
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `scans` | PTX and E57: range images seen from a point |
+//! | `import::registry` | which formats hold what, and their endings |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary` | what it is until then, and what killed writers have left |
 
@@ -21,6 +22,7 @@ mod scans;
 mod stl;
 mod temporary;
 
+pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};

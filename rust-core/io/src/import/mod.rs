@@ -40,7 +40,7 @@ mod pose;
 mod project;
 mod ptx;
 mod raster;
-mod registry;
+pub(crate) mod registry;
 mod stl;
 mod text;
 mod trajectory;

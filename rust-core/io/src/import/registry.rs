@@ -1,15 +1,12 @@
-//! The registry of formats: what each is called, how it is recognized, and which functions read it. A further format is
-//! a module and an entry here.
+//! The registry of formats: what each is called, how it is recognized, which functions read it, and what of it can be written.
+//! A further format is a module and a line here: dialogs of hosts, lists in every language and the fuzz target follow from it.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{
-    Camera, Content, ReadOptions, Scan, ScanSet, camera, conf, e57, file, gltf, las, obj, pcd, ply, points, project,
-    ptx, raster, stl, trajectory,
-};
+use super::{Camera, Content, ReadOptions, Scan, ScanSet, file, stl, trajectory};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -19,6 +16,8 @@ pub struct Format {
     pub name: &'static str,
     /// Usual endings of the file's name, without the dot, in lower case.
     pub extensions: &'static [&'static str],
+    /// The ending under which `export` writes the format, and what it can write so; `None` if it is read only.
+    pub written: Option<(&'static str, &'static [Holding])>,
     /// Whether a file starts like one of this format.
     sniff: fn(&[u8]) -> bool,
     pub(super) role: Role,
@@ -50,116 +49,131 @@ impl Format {
     }
 }
 
-/// A format of one scan a file.
-macro_rules! whole {
-    ($name:literal, $extensions:expr, $($module:ident)::+) => {
-        Format {
-            name: $name,
-            extensions: &$extensions,
-            sniff: $($module)::+::sniff,
-            role: Role::Scans {
-                open: file::single,
-                read: |scan, progress| file::parsed(scan, progress, $($module)::+::parse),
-                preview: |scan, count| file::thinned(scan, $($module)::+::parse, count),
-            },
+base::choices! {
+    /// What a file holds.
+    pub enum Holding {
+        /// A mesh of triangles.
+        Mesh = "mesh" "Mesh",
+        /// A mesh of quads.
+        Quads = "quads" "Quads",
+        /// Scattered points.
+        Points = "points" "Points",
+        /// One range image.
+        Image = "image" "Range image",
+        /// Range images with their poses.
+        Images = "images" "Range images",
+    }
+}
+
+impl Format {
+    /// A format whose scans `open` lists, and a parser reads whole.
+    const fn of(name: &'static str, extensions: &'static [&'static str], sniff: fn(&[u8]) -> bool, role: Role) -> Self {
+        Format { name, extensions, written: None, sniff, role }
+    }
+
+    /// With what `export` writes of it, under that ending.
+    const fn written(mut self, extension: &'static str, holdings: &'static [Holding]) -> Self {
+        self.written = Some((extension, holdings));
+        self
+    }
+}
+
+/// The role of files that a parser reads whole: one scan each, or those that `open` lists.
+macro_rules! parsed {
+    ($($module:ident)::+) => { parsed!($($module)::+, open: file::single) };
+    ($($module:ident)::+, open: $open:path) => {
+        Role::Scans {
+            open: $open,
+            read: |scan, progress| file::parsed(scan, progress, super::$($module)::+::parse),
+            preview: |scan, count| file::thinned(scan, super::$($module)::+::parse, count),
         }
     };
 }
 
-/// A format of height maps and depth images.
-macro_rules! raster {
+/// A format of one scan a file.
+macro_rules! whole {
+    ($name:literal, $extensions:expr, $($module:ident)::+) => {
+        Format::of($name, &$extensions, super::$($module)::+::sniff, parsed!($($module)::+))
+    };
+}
+
+/// A format whose module opens, reads and previews by itself.
+macro_rules! own {
+    ($name:literal, $extensions:expr, $module:ident) => {{
+        use super::$module::{open, preview, read, sniff};
+        Format::of($name, &$extensions, sniff, Role::Scans { open, read, preview })
+    }};
+}
+
+/// A format of several scans a file, each parsed whole.
+macro_rules! several {
     ($name:literal, $extensions:expr, $module:ident) => {
-        whole!($name, $extensions, raster::$module)
+        Format::of($name, &$extensions, super::$module::sniff, parsed!($module, open: super::$module::open))
     };
 }
 
 /// The formats that can be read. Where several could have written a file's first bytes, the stricter comes first.
 static FORMATS: &[Format] = &[
-    Format {
-        name: "PLY (range grid, mesh or points)",
-        extensions: &["ply"],
-        sniff: ply::sniff,
-        role: Role::Scans { open: ply::open, read: ply::read, preview: ply::preview },
-    },
-    Format {
-        name: "VRIP list of placed scans",
-        extensions: &["conf"],
-        sniff: conf::sniff,
-        role: Role::List(conf::open),
-    },
-    Format {
-        name: "PTX (terrestrial scans)",
-        extensions: &["ptx"],
-        sniff: ptx::sniff,
-        role: Role::Scans {
-            open: ptx::open,
-            read: |scan, progress| file::parsed(scan, progress, ptx::parse),
-            preview: |scan, count| file::thinned(scan, ptx::parse, count),
-        },
-    },
+    own!("PLY (range grid, mesh or points)", ["ply"], ply)
+        .written("ply", &[Holding::Mesh, Holding::Quads, Holding::Points, Holding::Image]),
+    Format::of("VRIP list of placed scans", &["conf"], super::conf::sniff, Role::List(super::conf::open))
+        .written("conf", &[Holding::Images]),
+    several!("PTX (terrestrial scans)", ["ptx"], ptx).written("ptx", &[Holding::Image, Holding::Images]),
     whole!("PCD (organized or not)", ["pcd"], pcd),
-    Format {
-        name: "E57 (terrestrial scans)",
-        extensions: &["e57"],
-        sniff: e57::sniff,
-        role: Role::Scans {
-            open: e57::open,
-            read: |scan, progress| file::parsed(scan, progress, e57::parse),
-            preview: |scan, count| file::thinned(scan, e57::parse, count),
-        },
-    },
+    several!("E57 (terrestrial scans)", ["e57"], e57).written("e57", &[Holding::Image, Holding::Images]),
     whole!("LAS or LAZ (aerial and mobile scans)", ["las", "laz"], las),
-    whole!("glTF mesh", ["glb", "gltf"], gltf),
-    whole!("STL mesh", ["stl"], stl),
-    Format {
-        name: "MeshLab project",
-        extensions: &["mlp"],
-        sniff: project::sniff_mlp,
-        role: Role::List(project::open_mlp),
-    },
-    Format {
-        name: "MeshLab alignment",
-        extensions: &["aln"],
-        sniff: project::sniff_aln,
-        role: Role::List(project::open_aln),
-    },
-    raster!("PNG (height map, terrain RGB or depth)", ["png"], png),
-    raster!("PGM (height map or depth)", ["pgm"], pgm),
-    raster!("PFM (height map or depth)", ["pfm"], pfm),
-    raster!("OpenEXR (depth)", ["exr"], exr),
-    raster!("TIFF (height map or depth)", ["tif", "tiff"], tiff),
-    raster!("NumPy array (height map, depth or points)", ["npy"], npy),
-    raster!("ESRI ASCII grid", ["asc"], esri),
-    Format {
-        name: "camera of depth images",
-        extensions: &["json"],
-        sniff: camera::sniff,
-        role: Role::Camera(camera::read),
-    },
-    Format {
-        name: "trajectory (Open3D log or TUM)",
-        extensions: &["log", "freiburg"],
-        sniff: trajectory::sniff,
-        role: Role::Trajectory(trajectory::read),
-    },
+    whole!("glTF mesh", ["glb", "gltf"], gltf).written("glb", &[Holding::Mesh]),
+    whole!("STL mesh", ["stl"], stl).written("stl", &[Holding::Mesh]),
+    Format::of("MeshLab project", &["mlp"], super::project::sniff_mlp, Role::List(super::project::open_mlp)),
+    Format::of("MeshLab alignment", &["aln"], super::project::sniff_aln, Role::List(super::project::open_aln)),
+    whole!("PNG (height map, terrain RGB or depth)", ["png"], raster::png),
+    whole!("PGM (height map or depth)", ["pgm"], raster::pgm),
+    whole!("PFM (height map or depth)", ["pfm"], raster::pfm),
+    whole!("OpenEXR (depth)", ["exr"], raster::exr),
+    whole!("TIFF (height map or depth)", ["tif", "tiff"], raster::tiff),
+    whole!("NumPy array (height map, depth or points)", ["npy"], raster::npy),
+    whole!("ESRI ASCII grid", ["asc"], raster::esri),
+    Format::of("camera of depth images", &["json"], super::camera::sniff, Role::Camera(super::camera::read)),
+    Format::of(
+        "trajectory (Open3D log or TUM)",
+        &["log", "freiburg"],
+        trajectory::sniff,
+        Role::Trajectory(trajectory::read),
+    ),
     // Has no mark of its own: recognized by the ending of its name.
-    raster!("SRTM tile", ["hgt"], hgt),
-    whole!("OBJ mesh", ["obj"], obj),
+    whole!("SRTM tile", ["hgt"], raster::hgt),
+    whole!("OBJ mesh", ["obj"], obj).written("obj", &[Holding::Mesh, Holding::Quads]),
     // Last: any lines of numbers are points.
-    Format {
-        name: "points in text",
-        extensions: &["xyz", "pts", "asc", "txt", "csv"],
-        sniff: points::sniff,
-        role: Role::Scans { open: points::open, read: points::read, preview: points::preview },
-    },
+    own!("points in text", ["xyz", "pts", "asc", "txt", "csv"], points),
 ];
 
 /// Bytes of a file that its format is recognized by.
 const SNIFFED: usize = 4096;
 
-/// The formats that can be read.
+/// The formats that can be read, and which of them can be written.
 pub fn formats() -> &'static [Format] {
     FORMATS
+}
+
+/// Endings of the names of files that can hold this, without the dot.
+pub fn written_endings(holding: Holding) -> impl Iterator<Item = &'static str> {
+    FORMATS.iter().filter_map(|format| format.written).filter(move |(_, all)| all.contains(&holding)).map(|(e, _)| e)
+}
+
+/// Checks, before anything is written, that the name of a file ends like a format that can hold this; returns the ending.
+///
+/// # Errors
+/// [`Error::Input`] with the endings there are.
+pub fn ending_for(path: &Path, holding: Holding) -> Result<&'static str> {
+    let given = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let known: Vec<&str> = written_endings(holding).collect();
+    if let Some(ending) = known.iter().find(|known| **known == given) {
+        return Ok(ending);
+    }
+    let dotted: Vec<String> = known.iter().map(|ending| format!(".{ending}")).collect();
+    let (last, before) = dotted.split_last().expect("everything can be written");
+    let list = if before.is_empty() { last.clone() } else { format!("{} or {last}", before.join(", ")) };
+    Err(Error::input(format!("{}: the name must end in {list}", path.display())))
 }
 
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
