@@ -52,6 +52,8 @@ def option(parameter, in_scene=True):
 def description(parameter):
     """The library's text as it reads beside a button, without the closing full stop that Blender adds itself."""
     text = parameter.text
+    if parameter.name == "threads":
+        return "Worker threads; the result is the same for any number. 0: as many as the preferences say"
     if parameter.default_from:
         # What 0 does in the library is not what it does here.
         text += f" 0: {parameter.default_from}"

@@ -146,15 +146,23 @@ typedef enum {
   SRF_PIXELS_TERRARIUM = 4,
 } srf_pixels;
 
-// How the numbers of a file are written.
+// How the numbers of PLY files are written; other formats have one way.
 typedef enum {
-  // Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
-  SRF_BINARY = 1,
-  // Binary, coordinates in double precision.
-  SRF_BINARY_DOUBLE = 2,
-  // Text, coordinates as in SRF_BINARY.
-  SRF_ASCII = 3,
+  // Coordinates in single precision unless they lie so far from the origin that they would lose detail.
+  SRF_ENCODING_BINARY = 1,
+  // Coordinates in double precision.
+  SRF_ENCODING_BINARY_DOUBLE = 2,
+  // Coordinates with the fewest digits that read back as the same numbers.
+  SRF_ENCODING_ASCII = 3,
 } srf_encoding;
+
+// Axis of the mesh that points up, for glTF, where y does.
+typedef enum {
+  // As glTF has it: nothing is turned.
+  SRF_UP_Y = 1,
+  // A node above all others turns z up to y up.
+  SRF_UP_Z = 2,
+} srf_up;
 
 // What the perimeter of a facet is compared with.
 typedef enum {
@@ -176,7 +184,7 @@ typedef enum {
 typedef enum {
   // Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.
   SRF_CLOSURE_AUTO = 1,
-  // Closed: gaps in the sampling are spanned by large facets.
+  // Gaps in the sampling are spanned by large facets.
   SRF_CLOSURE_CLOSED = 2,
   // Facets above the threshold are left out, so that gaps stay open.
   SRF_CLOSURE_OPEN = 3,
@@ -345,7 +353,7 @@ typedef struct {
   // fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
   // default: they are height maps, unless a file of a camera is opened with them.
   double intrinsics[4];
-  // Of the camera: columns and rows of its images; others are refused. 0, the default: any.
+  // Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.
   uint64_t camera_size[2];
   // What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
   // default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
@@ -368,6 +376,22 @@ typedef struct {
   // Lists may name files outside their own folder. Off: such lists are refused. 1 or 0, default 0.
   uint64_t allow_outside;
 } srf_read_options;
+
+// How a mesh is written. Starts with its size; set to the defaults by srf_write_options_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Metres a unit of the mesh, for glTF, which is in metres: 0.001 for millimetres. Other formats keep the unit. > 0,
+  // default 1.
+  double metres_per_unit;
+  // Axis of the mesh that points up, for glTF, where y does. A value of srf_up, default SRF_UP_Y.
+  uint64_t up;
+  // How the numbers of PLY files are written; other formats have one way. A value of srf_encoding, default
+  // SRF_ENCODING_BINARY.
+  uint64_t encoding;
+} srf_write_options;
 
 // How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
 // defaults by srf_merge_params_init().
@@ -554,7 +578,7 @@ typedef struct {
   // pixels is sampled for itself, as in the paper. 0 to 16, default 2.
   double smoothing;
   // Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
-  // 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
+  // A whole number. 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
   double background_curvature;
   // Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too. 0:
   // every quad is kept, over the background as well. 0 to 1, default 0.5.
@@ -602,6 +626,23 @@ typedef struct {
   uint64_t uniform_missed_pixels;
 } srf_quads_report;
 
+// How a surface is fitted to a quad grid. Starts with its size; set to the defaults by srf_spline_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic. 2 to 4, default 4.
+  uint64_t order;
+  // Rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of least
+  // squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its vertices.
+  uint64_t rows;
+  // Columns of control points, from the order to the grid's columns; fewer make the surface smoother, in the sense of
+  // least squares. 2 to 67108864. 0, the default: as many as the grid has, so that the surface runs through its
+  // vertices.
+  uint64_t columns;
+} srf_spline_params;
+
 // How a surface is made through scattered points. Starts with its size; set to the defaults by
 // srf_reconstruct_params_init().
 typedef struct {
@@ -644,7 +685,7 @@ typedef struct {
   uint64_t tetrahedra;
   // The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
   double threshold;
-  // Times the mean perimeter was taken, with SRF_FREE.
+  // Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE.
   uint64_t rounds;
   // Tetrahedra that changed sides to make the surface manifold.
   uint64_t repaired;
@@ -670,7 +711,7 @@ typedef struct {
   // third of the vertices wanted.
   uint64_t patches;
   // Largest distance of any point of the input from the result and of the result from the input, instead of a number of
-  // vertices: there are as many as it takes. > 0. SRF_FROM_DATA, the default: no limit.
+  // vertices: there are as many as it takes. > 0. SRF_FROM_DATA, the default: none, a number of vertices is asked for.
   double max_error;
   // How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean
   // distance from the input. 0 to 2, default 1.
@@ -1172,6 +1213,26 @@ srf_status srf_scans_read(const srf_scans *scans,
                           srf_mesh **out_mesh,
                           srf_cloud **out_cloud);
 
+// Sets the defaults. Call srf_write_options_init(options), which adds the size that this header knows.
+// options  not NULL
+// size     sizeof(srf_write_options): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_write_options_init_sized(srf_write_options *options, size_t size);
+#define srf_write_options_init(options) srf_write_options_init_sized((options), sizeof(srf_write_options))
+
+// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, .obj with
+// colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+// mesh       not NULL
+// path       UTF-8; not NULL
+// options    NULL for the defaults
+// progress   NULL for none
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_mesh_write(const srf_mesh *mesh,
+                          const char *path,
+                          const srf_write_options *options,
+                          const srf_progress *progress);
+
 // Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL
@@ -1495,21 +1556,23 @@ srf_status srf_quads_triangles(const srf_quads *quads,
 // returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_write_obj(const srf_quads *quads, const char *path, const srf_progress *progress);
 
+// Sets the defaults. Call srf_spline_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_spline_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_spline_params_init_sized(srf_spline_params *params, size_t size);
+#define srf_spline_params_init(params) srf_spline_params_init_sized((params), sizeof(srf_spline_params))
+
 // Fits a surface to all vertices of a quad grid, those on the background as well. O(vertices).
 // quads             not NULL
-// order             the degree plus one: 2, 3 or 4
-// control_rows      rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of
-//                   least squares; 0 for the grid's, so that it runs through the vertices
-// control_cols      columns of control points, likewise
+// params            NULL for the defaults
 // progress          NULL for none
 // out_spline        receives a new handle on SRF_OK only; not NULL
 // out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
 // out_rms_residual  root of the mean square of these distances; NULL if not wanted
-// returns           SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_spline_create(const srf_quads *quads,
-                             uint32_t order,
-                             size_t control_rows,
-                             size_t control_cols,
+                             const srf_spline_params *params,
                              const srf_progress *progress,
                              srf_spline **out_spline,
                              double *out_max_residual,

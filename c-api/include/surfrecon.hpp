@@ -192,6 +192,12 @@ struct QuadParams : srf_quads_params {
     QuadParams() { check(srf_quads_params_init(this)); }
 };
 
+struct SplineParams : srf_spline_params {
+    SplineParams() { check(srf_spline_params_init(this)); }
+};
+struct WriteOptions : srf_write_options {
+    WriteOptions() { check(srf_write_options_init(this)); }
+};
 struct ClusterParams : srf_cluster_params {
     ClusterParams() { check(srf_cluster_params_init(this)); }
 };
@@ -349,7 +355,14 @@ public:
         return levels;
     }
 
-    void write_ply(const std::string &path, srf_encoding encoding = SRF_BINARY, const ProgressFunction &progress = {}) const
+    // By the ending of the name: .ply, .glb, .obj, .stl.
+    void write(const std::string &path, const WriteOptions &options = {}, const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write(get(), path.c_str(), &options, watcher.get()));
+    }
+
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const ProgressFunction &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_ply(get(), path.c_str(), encoding, watcher.get()));
@@ -450,7 +463,7 @@ public:
         return pose;
     }
 
-    void write_ply(const std::string &path, srf_encoding encoding = SRF_BINARY, const ProgressFunction &progress = {}) const
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const ProgressFunction &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_cloud_write_ply(get(), path.c_str(), encoding, watcher.get()));
@@ -571,7 +584,7 @@ inline std::vector<const srf_image *> handles(const std::vector<const Image *> &
 }  // namespace detail
 
 // Writes images as range grids beside the list (.conf) that places them.
-inline void write_conf(const std::vector<const Image *> &images, const std::string &path, srf_encoding encoding = SRF_BINARY,
+inline void write_conf(const std::vector<const Image *> &images, const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY,
                        const ProgressFunction &progress = {})
 {
     const auto handles = detail::handles(images);
@@ -764,12 +777,11 @@ public:
     }
 
     // A surface through the vertices, or near them with fewer control points.
-    Spline spline(std::uint32_t order = 4, std::size_t control_rows = 0, std::size_t control_cols = 0,
-                  const ProgressFunction &progress = {}) const
+    Spline spline(const SplineParams &params = {}, const ProgressFunction &progress = {}) const
     {
         srf_spline *spline = nullptr;
         detail::Watcher watcher(progress);
-        watcher.check(srf_spline_create(get(), order, control_rows, control_cols, watcher.get(), &spline, nullptr, nullptr));
+        watcher.check(srf_spline_create(get(), &params, watcher.get(), &spline, nullptr, nullptr));
         return Spline(spline);
     }
 

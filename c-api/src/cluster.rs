@@ -7,6 +7,7 @@ use crate::cloud::srf_cloud;
 use crate::guard::guard;
 use crate::handle;
 use crate::mesh::srf_mesh;
+use crate::params::Fields as _;
 use crate::params::cluster::srf_cluster_params;
 use crate::progress::{srf_progress, watched};
 use crate::settings::SRF_FROM_DATA;
@@ -200,7 +201,9 @@ fn chain(
     run: impl FnOnce(&[Resolution], &ClusterParams) -> Result<Vec<Clustered>, Failure>,
 ) -> Result<(), Failure> {
     pointer::writable("out_meshes", out_meshes)?;
-    let params = params::read("params", params)?;
+    let given = sized::read("params", params, srf_cluster_params::defaults())?;
+    // The levels say how fine they are.
+    let params = params::to_core(&srf_cluster_params { vertices: 0, patches: 0, max_error: SRF_FROM_DATA, ..given })?;
     let levels = pointer::numbers("vertices", vertices, count)?
         .into_iter()
         .map(|n| {

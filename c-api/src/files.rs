@@ -86,10 +86,14 @@ fn read_options(given: *const srf_read_options) -> Result<ReadOptions, Failure> 
     let ([fx, fy, cx, cy], [cols, rows]) = (given.intrinsics, given.camera_size);
     let mut options: ReadOptions = params::to_core(&given)?;
     if given.intrinsics != [0.0; 4] {
-        let size = ([cols, rows] != [0, 0]).then_some([cols as usize, rows as usize]);
+        if (cols == 0) != (rows == 0) {
+            let text = format!("camera_size must be columns and rows, or 0 and 0, got {cols} and {rows}");
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+        let size = (cols != 0).then_some([cols as usize, rows as usize]);
         options.camera = Some(Camera { size, ..Camera::new([fx, fy], [cx, cy]) });
     } else if [cols, rows] != [0, 0] {
-        return Err(Failure::new(SRF_ERR_PARAMETER, "camera_size is given, so that intrinsics must be, too"));
+        return Err(Failure::new(SRF_ERR_PARAMETER, "camera_size goes with intrinsics, which are not given"));
     }
     Ok(options)
 }

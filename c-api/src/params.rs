@@ -8,7 +8,9 @@ pub mod quads;
 pub mod reconstruct;
 pub mod scan;
 pub mod sculpt;
+pub mod spline;
 pub mod triangulate;
+pub mod write;
 
 use bytemuck::Pod;
 use surfrecon::params::{Kind, ParamSpec, Params, Value};
@@ -20,6 +22,8 @@ use crate::status::{Failure, srf_status::SRF_ERR_PARAMETER};
 /// What a field of a struct holds.
 #[derive(Clone, Copy)]
 pub enum Given {
+    /// Nothing yet: 0.
+    Reserved(u32),
     /// Worker threads: 0 for those of the whole library.
     Threads(u32),
     /// A length, an angle, a ratio, or a count whose 0 is a number like others; SRF_FROM_DATA for none, NaN where any number is
@@ -47,6 +51,12 @@ pub fn to_core<P: Params + Default, F: Fields>(given: &F) -> Result<P, Failure> 
     let rows = P::rows();
     let mut values = Vec::new();
     for (name, given) in given.given() {
+        if let Given::Reserved(set) = given {
+            if set != 0 {
+                return Err(Failure::new(SRF_ERR_PARAMETER, format!("{name} must be 0, got {set}")));
+            }
+            continue;
+        }
         let row = rows.iter().copied().find(|row| row.name == name).expect("structs are made from the table");
         values.push((row, value(row, given)?));
     }
@@ -68,6 +78,7 @@ fn value(row: &ParamSpec, given: Given) -> Result<Value<'static>, Failure> {
         Err(Failure::new(SRF_ERR_PARAMETER, format!("{} must be {allowed}, got {got}", row.name)))
     };
     Ok(match (row.kind, given) {
+        (_, Given::Reserved(_)) => unreachable!("it is no parameter"),
         (_, Given::Threads(asked)) => Value::Number(threads(asked) as f64),
         (_, Given::Double(number)) if !row.is_optional() => Value::Number(number),
         (_, Given::Double(number)) if row.any_number => {
@@ -91,6 +102,8 @@ fn value(row: &ParamSpec, given: Given) -> Result<Value<'static>, Failure> {
             }
         }
         (_, Given::Whole(0)) if row.is_optional() => Value::Absent,
+        // What a double can't hold is more than anything here counts.
+        (_, Given::Whole(count)) if count as f64 as u64 != count => return Err(row.refused(count).into()),
         (_, Given::Whole(count)) => Value::Number(count as f64),
     })
 }

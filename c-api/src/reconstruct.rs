@@ -67,7 +67,7 @@ pub struct srf_reconstruct_report {
     pub tetrahedra: u64,
     /// The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
     pub threshold: f64,
-    /// Times the mean perimeter was taken, with SRF_FREE.
+    /// Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE.
     pub rounds: u64,
     /// Tetrahedra that changed sides to make the surface manifold.
     pub repaired: u64,

@@ -1,15 +1,16 @@
 //! B-spline surfaces through quad grids.
 
-use surfrecon::quads::{Fit, SplineParams};
+use surfrecon::quads::Fit;
 
 use crate::array::{self, srf_array};
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::mesh::srf_mesh;
-use crate::pointer;
+use crate::params::spline::srf_spline_params;
 use crate::progress::{srf_progress, watched};
 use crate::quads::srf_quads;
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{params, pointer};
 
 /// A surface and which way it looks.
 pub struct Surface {
@@ -28,21 +29,16 @@ handle!(srf_spline, Surface);
 
 /// Fits a surface to all vertices of a quad grid, those on the background as well. O(vertices).
 /// quads             not NULL
-/// order             the degree plus one: 2, 3 or 4
-/// control_rows      rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of
-///                   least squares; 0 for the grid's, so that it runs through the vertices
-/// control_cols      columns of control points, likewise
+/// params            NULL for the defaults
 /// progress          NULL for none
 /// out_spline        receives a new handle on SRF_OK only; not NULL
 /// out_max_residual  largest distance of a vertex from the surface at the vertex's parameters; NULL if not wanted
 /// out_rms_residual  root of the mean square of these distances; NULL if not wanted
-/// returns           SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_create(
     quads: *const srf_quads,
-    order: u32,
-    control_rows: usize,
-    control_cols: usize,
+    params: *const srf_spline_params,
     progress: *const srf_progress,
     out_spline: *mut *mut srf_spline,
     out_max_residual: *mut f64,
@@ -51,8 +47,7 @@ pub unsafe extern "C" fn srf_spline_create(
     guard(|| {
         pointer::writable("out_spline", out_spline)?;
         let quads = handle::get("quads", quads)?;
-        let given = |count: usize| (count > 0).then_some(count);
-        let params = SplineParams { order: order as usize, rows: given(control_rows), cols: given(control_cols) };
+        let params = params::read("params", params)?;
         let fit = quads.grid.spline(&params, &watched(progress))?;
         for (name, out, value) in [
             ("out_max_residual", out_max_residual, fit.max_residual),

@@ -4,7 +4,7 @@ use std::ffi::c_char;
 use std::path::Path;
 use std::sync::Arc;
 
-use surfrecon::export::{self, GlbNode, GlbOptions, PlyEncoding, PlyOptions, PositionType, Up};
+use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Up};
 use surfrecon::range_image::RangeImage;
 
 use crate::cloud::srf_cloud;
@@ -12,34 +12,39 @@ use crate::files::path_of;
 use crate::guard::guard;
 use crate::image::{Image, srf_image};
 use crate::mesh::{Mesh, srf_mesh};
+use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
-use crate::{handle, pointer};
+use crate::{handle, params, pointer};
 
-/// How the numbers of a file are written.
-#[allow(non_camel_case_types)]
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum srf_encoding {
-    /// Binary, coordinates in single precision unless they lie so far from the origin that they would lose detail.
-    SRF_BINARY = 1,
-    /// Binary, coordinates in double precision.
-    SRF_BINARY_DOUBLE = 2,
-    /// Text, coordinates as in SRF_BINARY.
-    SRF_ASCII = 3,
+/// A value of srf_encoding.
+fn encoding_of(given: u32) -> Result<Encoding, Failure> {
+    let chosen = given.checked_sub(1).and_then(|place| Encoding::ALL.get(place as usize));
+    chosen.copied().ok_or_else(|| {
+        Failure::new(SRF_ERR_PARAMETER, format!("encoding must be a value of srf_encoding, 1 to 3, got {given}"))
+    })
 }
 
-fn ply_options(encoding: u32) -> Result<PlyOptions, Failure> {
-    let (encoding, positions) = match encoding {
-        e if e == srf_encoding::SRF_BINARY as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Auto),
-        e if e == srf_encoding::SRF_BINARY_DOUBLE as u32 => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
-        e if e == srf_encoding::SRF_ASCII as u32 => (PlyEncoding::Ascii, PositionType::Auto),
-        other => {
-            let text = format!("encoding must be a value of srf_encoding, 1 to 3, got {other}");
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
-        }
-    };
-    Ok(PlyOptions { encoding, positions })
+/// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, .obj with
+/// colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+/// mesh       not NULL
+/// path       UTF-8; not NULL
+/// options    NULL for the defaults
+/// progress   NULL for none
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_mesh_write(
+    mesh: *const srf_mesh,
+    path: *const c_char,
+    options: *const srf_write_options,
+    progress: *const srf_progress,
+) -> srf_status {
+    guard(|| {
+        let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
+        let options = params::read("options", options)?;
+        Ok(export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress))?)
+    })
 }
 
 /// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
@@ -57,7 +62,7 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_ply(path, &mesh.mesh, ply_options(encoding)?, &watched(progress))?)
+        Ok(export::write_ply(path, &mesh.mesh, encoding_of(encoding)?, &watched(progress))?)
     })
 }
 
@@ -190,7 +195,7 @@ pub unsafe extern "C" fn srf_cloud_write_ply(
 ) -> srf_status {
     guard(|| {
         let (cloud, path) = (handle::get("cloud", cloud)?, path_of("path", path)?);
-        Ok(export::write_points_ply(path, &cloud, ply_options(encoding)?, &watched(progress))?)
+        Ok(export::write_points_ply(path, &cloud, encoding_of(encoding)?, &watched(progress))?)
     })
 }
 
@@ -233,7 +238,7 @@ pub unsafe extern "C" fn srf_images_write_conf(
     guard(|| {
         // A wrong pointer is told first, as everywhere.
         pointer::text("path", path)?;
-        let options = ply_options(encoding)?;
+        let options = encoding_of(encoding)?;
         let write =
             |path: &Path, images: &[&RangeImage]| export::write_scan_list(path, images, options, &watched(progress));
         write_images(images, count, path, write)

@@ -128,7 +128,8 @@ extern const Filter merge_filter = {
     "Merges the <b>visible</b> layers, aligned range images or any oriented meshes, into one welded surface with colour and "
     "confidence. Where they overlap they are fused; every other vertex stays on a line through the original surface. Boundaries "
     "are kept, small holes are closed, and the result does not depend on the order of the layers or the number of processors.<br>"
-    "Layers are taken where their matrices place them, and are not changed. No file is written.<br><br>"
+    "Layers are taken where their matrices place them, and are not changed. No file is written. Limits of edges and of grazing triangles are "
+    "for range images without faces; faces that are there stay.<br><br>"
     "See:<br><i>C. Rocchini, P. Cignoni, F. Ganovelli, C. Montani, P. Pingi, R. Scopigno</i><br>"
     "<b>\"The Marching Intersections algorithm for merging range images\"</b><br>The Visual Computer 20, 2004",
     compat::FilterBase::RangeMap | compat::FilterBase::Remeshing,

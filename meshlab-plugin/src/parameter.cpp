@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "filter.h"
 
@@ -18,10 +17,16 @@ bool is_one_of(const char *name, std::initializer_list<const char *> names)
     return std::any_of(names.begin(), names.end(), [name](const char *other) { return std::strcmp(name, other) == 0; });
 }
 
-// The number for a field; what is left as it was keeps the library's own default, which MeshLab may have rounded.
+// The number for a field; what is left as it was keeps the library's own default, of which MeshLab has the single precision.
 double number(double value, const Parameter &parameter)
 {
-    return value == static_cast<double>(static_cast<compat::Number>(parameter.initial)) ? parameter.initial : value;
+    return static_cast<float>(value) == static_cast<float>(parameter.initial) ? parameter.initial : value;
+}
+
+[[noreturn]] void refuse_below(const Parameter &parameter, double least, double value)
+{
+    refuse(std::string(parameter.name) + " must be at least " + shown(least) + ", got " + shown(value) +
+           (parameter.from_data ? "; 0 stands for what the data give" : ""));
 }
 
 double given_value(const RichParameterList &given, const Parameter &parameter)
@@ -30,15 +35,23 @@ double given_value(const RichParameterList &given, const Parameter &parameter)
     switch (parameter.kind) {
     case Kind::length:
         return length(given, parameter.name, parameter.from_data);
-    case Kind::angle:
-        return number(given.getFloat(name), parameter) * (pi / 180);
+    case Kind::angle: {
+        const double value = number(given.getFloat(name), parameter);
+        if (!(value >= parameter.least && value <= parameter.most)) {
+            refuse(std::string(parameter.name) + " must be " + shown(parameter.least) + " to " + shown(parameter.most) + " degrees, got " +
+                   shown(value));
+        }
+        return value * (pi / 180);
+    }
     case Kind::ratio: {
         const double value = number(given.getFloat(name), parameter);
+        // One negative number means something else to the library.
+        if (parameter.from_data && !(value >= 0)) refuse_below(parameter, 0, value);
         return parameter.from_data && value == 0 ? SRF_FROM_DATA : value;
     }
     case Kind::count: {
         const int value = given.getInt(name);
-        if (value < 0) refuse(std::string(parameter.name) + " must be at least 0, got " + std::to_string(value));
+        if (value < 0) refuse_below(parameter, parameter.from_data ? 0 : parameter.least, value);
         return parameter.from_data && !parameter.whole && value == 0 ? SRF_FROM_DATA : value;
     }
     case Kind::flag:

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <initializer_list>
+#include <limits>
 #include <vector>
 
 #include "compat.h"
@@ -12,6 +13,9 @@ namespace srf {
 
 enum class Kind { length, angle, ratio, count, flag, choice, number_or_none };
 
+// In the place of a smallest or largest number that there is none of.
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
 struct Parameter {
     Kind kind;
     const char *name;  // the same in every language
@@ -19,6 +23,7 @@ struct Parameter {
     const char *tip;      // HTML
     bool from_data;       // 0 asks for what the data give
     double initial;       // angles in degrees, choices counted from 0
+    double least, most;   // allowed numbers, likewise
     bool whole;           // the field is a std::uint64_t, otherwise a double
     std::size_t offset;   // of the field in the library's struct
     std::vector<const char *> choices;

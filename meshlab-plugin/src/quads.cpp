@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A range image becomes a regular grid of quads, dense where the surface bends, and the B-spline surface through it.
-#include <algorithm>
-
 #include "filter.h"
 #include "layer.h"
 #include "parameters.h"
@@ -10,14 +8,16 @@
 namespace srf {
 namespace {
 
+// What the surface is made of, which here are the grid's vertices.
+const auto controls = {"rows", "columns"};
+
 void parameters(const MeshDocument &document, RichParameterList &list)
 {
     add_parameters(list, quads_parameters, diagonal(document.mm()));
     list.addParam(RichInt("surface_steps", 0, "Surface steps",
                           "Where it is not 0, another layer gets the B-spline surface through the grid, drawn in so many steps a quad. It "
                           "covers the whole image and continues the scan where nothing was measured."));
-    list.addParam(RichInt("order", 4, "Surface order",
-                          "Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic."));
+    add_parameters(list, spline_parameters, 1, controls);
 }
 
 // A whole number that must not be negative.
@@ -66,7 +66,9 @@ Outputs run(Job &job)
     }
     surfrecon::QuadParams params;
     read_parameters(given, quads_parameters, &params);
-    const std::uint64_t steps = count(given, "surface_steps"), order = count(given, "order");
+    const std::uint64_t steps = count(given, "surface_steps");
+    surfrecon::SplineParams spline_params;
+    read_parameters(given, spline_parameters, &spline_params, controls);
 
     const surfrecon::Image image = range_image(*layer, Frame::layer);
     const auto [quads, report] = surfrecon::Quads::create(image, params, job.progress());
@@ -76,7 +78,7 @@ Outputs run(Job &job)
     // Before any layer is made: a refused order leaves the document as it was.
     surfrecon::Mesh surface;
     if (steps > 0) {
-        const surfrecon::Spline spline = quads.spline(static_cast<std::uint32_t>(std::min<std::uint64_t>(order, 1000)));
+        const surfrecon::Spline spline = quads.spline(spline_params);
         surface = spline.sample((quads.rows() - 1) * steps + 1, (quads.cols() - 1) * steps + 1);
     }
     const std::string label = layer->label().toStdString();

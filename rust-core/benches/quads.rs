@@ -66,7 +66,7 @@ fn gridding(c: &mut Criterion) {
     group.bench_function("mesh_513", |b| b.iter(|| grid.mesh()));
     group.bench_function("triangles_513", |b| b.iter(|| grid.triangles()));
     for controls in [None, Some(128)] {
-        let params = SplineParams { order: 4, rows: controls, cols: controls };
+        let params = SplineParams { order: 4, rows: controls, columns: controls };
         let name = if controls.is_none() { "through" } else { "near" };
         group.bench_function(BenchmarkId::new("spline_513", name), |b| {
             b.iter(|| grid.spline(&params, &Progress::none()).expect("a surface"))

@@ -7,10 +7,12 @@ pub use base::params::{Choice, Default, Field, Kind, ParamSpec, Params, Schema, 
 /// The operations' schemas: an operation that is added adds a line.
 pub const SCHEMAS: &[Schema] = &[
     io::import::SCHEMA,
+    io::export::SCHEMA,
     image::triangulate::SCHEMA,
     merge::SCHEMA,
     sculpt::SCHEMA,
     quads::SCHEMA,
+    quads::SPLINE_SCHEMA,
     reconstruct::SCHEMA,
     cluster::SCHEMA,
     scan::SCHEMA,
@@ -101,10 +103,12 @@ mod tests {
     #[test]
     fn every_parameter_is_set_by_name() {
         try_all::<io::import::ReadOptions>();
+        try_all::<io::export::WriteOptions>();
         try_all::<image::triangulate::TriangulateParams>();
         try_all::<merge::MergeParams>();
         try_all::<sculpt::SculptParams>();
         try_all::<quads::QuadParams>();
+        try_all::<quads::SplineParams>();
         try_all::<reconstruct::ReconstructParams>();
         try_all::<cluster::ClusterParams>();
         try_all::<scan::ScanParams>();

@@ -122,7 +122,7 @@ def test_a_scan_is_clustered_in_its_place(tmp_path):
 
 
 def test_what_can_not_be_clustered_is_named(dense):
-    with pytest.raises(RuntimeError, match="Set the largest error"):
+    with pytest.raises(RuntimeError, match='Set "Max error"'):
         bpy.ops.surfrecon.cluster(resolution="ERROR")
     points = bpy.data.objects.new("points", bpy.data.meshes.new("points"))
     points.data.from_pydata([(0, 0, 0), (1, 0, 0)], [], [])

@@ -77,6 +77,16 @@ def test_zero_takes_the_share_of_the_depth(scan):
     assert bpy.context.object["surfrecon_sculpt"]["max_error"] < 1e-6
 
 
+def test_a_default_is_the_library_s_though_blender_has_it_in_single_precision(tmp_path):
+    """Whole numbers, so that a tolerance a millionth larger takes other triangles."""
+    heights = np.round(1000 * np.random.default_rng(1).random((40, 40))).cumsum(axis=0) % 1001
+    np.save(tmp_path / "whole.npy", heights)
+    bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / "whole.npy"), unit="SCENE")
+    assert bpy.ops.surfrecon.sculpt() == {"FINISHED"}
+    figures = bpy.context.object["surfrecon_sculpt"].to_dict()
+    assert figures["tolerance"] == surfrecon.sculpt(surfrecon.read(tmp_path / "whole.npy")).tolerance
+
+
 def test_a_scaled_scan_keeps_its_place(scan):
     scan.scale = (2, 2, 2)
     bpy.context.view_layer.update()

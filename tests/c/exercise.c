@@ -77,8 +77,8 @@ int main(void)
     must(srf_mesh_attribute(merged, SRF_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");
     must(srf_mesh_attribute(merged, SRF_VERTICES, "no such thing", &view) == SRF_ERR_INPUT, "missing attribute");
     must(strlen(srf_last_error_message()) > 0, "message");
-    must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ASCII, NULL) == SRF_OK, "write");
-    must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ASCII, NULL) == SRF_ERR_IO, "write nowhere");
+    must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ENCODING_ASCII, NULL) == SRF_OK, "write");
+    must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ENCODING_ASCII, NULL) == SRF_ERR_IO, "write nowhere");
     must(srf_mesh_free(merged) == SRF_OK && srf_mesh_free(surface) == SRF_OK && srf_cloud_free(cloud) == SRF_OK, "free");
     must(srf_merger_free(merger) == SRF_OK && srf_merger_free(NULL) == SRF_OK, "free");
     must(srf_mesh_positions((srf_mesh *)(void *)&params, &view) == SRF_ERR_HANDLE, "a pointer that is no handle");

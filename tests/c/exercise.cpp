@@ -91,7 +91,7 @@ try {
     const Scans opened = Scans::open({"exercise.e57"}, options);
     const auto again = opened.read(0);
     must(again.image.valid() == seen.valid(), "read again");
-    write_conf({&again.image}, "exercise.conf", SRF_ASCII);
+    write_conf({&again.image}, "exercise.conf", SRF_ENCODING_ASCII);
     text_of<Error>([&] { Image().rows(); });
     std::cout << "fine\n";
     return 0;

@@ -57,6 +57,8 @@ int main(void)
     HELD(srf_certificate) certificate;
     HELD(srf_quads_params) quads;
     HELD(srf_quads_report) quad_report;
+    HELD(srf_spline_params) spline;
+    HELD(srf_write_options) writing;
     HELD(srf_reconstruct_params) reconstruct;
     HELD(srf_reconstruct_report) reconstructed;
     HELD(srf_cluster_params) cluster;
@@ -79,6 +81,8 @@ int main(void)
     FILL(certificate, srf_certificate_init);
     FILL(quads, srf_quads_params_init);
     FILL(quad_report, srf_quads_report_init);
+    FILL(spline, srf_spline_params_init);
+    FILL(writing, srf_write_options_init);
     FILL(reconstruct, srf_reconstruct_params_init);
     FILL(reconstructed, srf_reconstruct_report_init);
     FILL(cluster, srf_cluster_params_init);

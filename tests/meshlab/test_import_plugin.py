@@ -22,6 +22,13 @@ def test_a_height_map_with_its_parameters(document, tmp_path):
     assert scalars(document.current, "range_col").max() == 3
 
 
+def test_minus_one_is_no_default(document, refused, tmp_path):
+    np.save(tmp_path / "map.npy", np.arange(12.0).reshape(3, 4))
+    for name in ("scale", "step"):
+        said = refused(document.set.load_new_mesh, str(tmp_path / "map.npy"), **{name: -1.0})
+        assert f"{name} must be at least 0, got -1" in said
+
+
 def test_a_broken_file_is_refused(document, refused, tmp_path):
     (tmp_path / "broken.pfm").write_text("Pf\n3 3\n")
     assert "broken.pfm" in refused(document.set.load_new_mesh, str(tmp_path / "broken.pfm"))

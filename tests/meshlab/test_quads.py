@@ -79,12 +79,12 @@ def test_the_result_lies_where_the_layer_lies(document, images, tmp_path):
     ("parameters", "said"),
     [
         ({"rows": 1}, "rows must be >= 2"),
-        ({"rows": -3}, "rows must be at least 0"),
+        ({"rows": -3}, "rows must be at least 2"),
         ({"columns": 5000}, "ask for fewer columns or a smaller tiles_across"),
         ({"floor": -1}, "floor must be"),
         ({"coverage": 2}, "coverage must be >= 0 and <= 1, got 2"),
         ({"max_error": length(1), "rms_error": length(1)}, "not both"),
-        ({"surface_steps": 2, "order": 9}, "order of a spline must be 2, 3 or 4, got 9"),
+        ({"surface_steps": 2, "order": 9}, "order must be >= 2 and <= 4, got 9"),
         ({"rows": 2, "columns": 2, "tiles_down": 1, "tiles_across": 1, "coverage": 1}, "ask for more rows and columns"),
     ],
 )

@@ -49,6 +49,16 @@ def test_it_is_the_library_s_mesh(loaded, expected):
     assert np.array_equal(loaded.current.vertex_scalar_array(), error)
 
 
+def test_a_default_is_the_library_s_though_meshlab_has_it_in_single_precision(document, tmp_path):
+    """Whole numbers, so that a tolerance a millionth larger takes other triangles."""
+    heights = np.round(1000 * np.random.default_rng(1).random((40, 40))).cumsum(axis=0) % 1001
+    np.save(tmp_path / "whole.npy", heights)
+    document.set.load_new_mesh(str(tmp_path / "whole.npy"))
+    out = document.run(SCULPT)
+    expected = surfrecon.sculpt(surfrecon.read(str(tmp_path / "whole.npy")))
+    assert out["tolerance"] == expected.tolerance and out["triangles"] == len(expected.mesh.triangles)
+
+
 def test_the_range_image_is_left_as_it_is(loaded):
     before = loaded.current.vertex_matrix(), loaded.current.face_matrix()
     name = loaded.current.label()
@@ -189,7 +199,7 @@ def test_a_grid_of_nonsense_is_refused(document, refused, value):
         ({"max_triangles": -1}, "at least 0"),
         ({"max_triangles": 1}, "triangles"),
         ({"tolerance": length(-1)}, "tolerance"),
-        ({"min_angle": 45}, "min_angle"),
+        ({"min_angle": 45}, "min_angle must be 0 to 30 degrees, got 45"),
         ({"effort": 3}, "effort must be >= 0 and <= 2, got 3"),
     ],
 )

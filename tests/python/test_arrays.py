@@ -188,7 +188,6 @@ def test_bad_poses_are_refused_and_change_nothing(image, pose, text):
         (lambda: surfrecon.RangeImage.from_points(np.zeros((2, 2, 3)), viewing=3), "viewing must be"),
         (lambda: surfrecon.RangeImage.orthographic(np.zeros((2, 2)), step=(0, 1)), "step"),
         (lambda: surfrecon.RangeImage.pinhole(np.zeros((2, 2)), focal=(1, np.nan), centre=(0, 0)), "focal"),
-        (lambda: surfrecon.RangeImage.pinhole(np.zeros((2, 2)), focal=(1, 1), centre=(0, 0), depth="z"), "depth"),
         (lambda: surfrecon.RangeImage.spherical(np.zeros(2), step=(1, 1)), "values must have shape"),
     ],
 )

@@ -126,9 +126,9 @@ def test_a_mesh_is_written_as_gltf(tmp_path):
     content = (tmp_path / "triangle.glb").read_bytes()
     assert content[:4] == b"glTF" and int.from_bytes(content[8:12], "little") == len(content)
     assert b"COLOR_0" in content and b"0.001" in content
-    with pytest.raises(surfrecon.InputError, match="up must be"):
+    with pytest.raises(surfrecon.ParameterError, match="up must be"):
         mesh.write(tmp_path / "triangle.glb", up="x")
-    with pytest.raises(surfrecon.InputError, match="metres_per_unit must be a finite number > 0, got 0"):
+    with pytest.raises(surfrecon.ParameterError, match="metres_per_unit must be a finite number > 0, got 0"):
         mesh.write(tmp_path / "other.glb", metres_per_unit=0)
     assert not (tmp_path / "other.glb").exists()
 
@@ -213,7 +213,7 @@ def test_ply_is_binary_or_text(tmp_path):
         assert np.array_equal(surfrecon.read(tmp_path / "torus.ply").triangles, mesh.triangles)
         sizes[encoding] = len(content)
     assert sizes["ascii"] > sizes["binary"]
-    with pytest.raises(surfrecon.InputError, match='encoding must be "binary" or "ascii", got "text"'):
+    with pytest.raises(surfrecon.ParameterError, match='encoding must be "binary", .* or "ascii", got "text"'):
         mesh.write(tmp_path / "torus.ply", encoding="text")
     with pytest.raises(surfrecon.InputError, match="only .ply has the encoding"):
         mesh.write(tmp_path / "torus.obj", encoding="ascii")
@@ -293,6 +293,9 @@ def test_what_the_registry_says_is_written_is_and_nothing_else(tmp_path):
                 with pytest.raises(surfrecon.InputError, match=r"the name must end in \..*" + sorted(known)[0]):
                     write(path)
                 assert not path.exists()
+    with pytest.raises(surfrecon.InputError, match="there is no range image to write"):
+        surfrecon.write_scans(tmp_path / "none.conf", [])
+    assert not (tmp_path / "none.conf").exists()
     with pytest.raises(surfrecon.InputError, match='written must be one of "mesh", .*, got "cake"'):
         surfrecon.formats(written="cake")
 

@@ -5,6 +5,7 @@ import errno
 import inspect
 from pathlib import Path
 
+import numpy as np
 import pytest
 import surfrecon
 from surfrecon import _native
@@ -116,6 +117,8 @@ def test_options_are_those_of_the_table():
         ("cluster", surfrecon.cluster),
         ("scan", surfrecon.virtual_scan),
         ("open", surfrecon.open),
+        ("write", surfrecon.Mesh.write),
+        ("spline", surfrecon.QuadGrid.spline),
     ],
 )
 def test_signatures_show_the_defaults_of_the_table(operation, function):
@@ -130,6 +133,17 @@ def test_signatures_show_the_defaults_of_the_table(operation, function):
             assert f"    {name}: {known[name].text[:20]}" in inspect.getdoc(function), name
 
 
+def test_a_default_beside_what_excludes_it_is_no_choice():
+    """What the signature shows can be handed over as it is."""
+    image = surfrecon.RangeImage.orthographic(np.add.outer(np.arange(9.0), np.arange(9.0) ** 2), step=(1.0, 1.0))
+    defaults = {p.name: p.default for p in surfrecon.parameters("sculpt")}
+    shown = surfrecon.sculpt(image, **defaults | {"tolerance": 0.5})
+    assert shown.tolerance == 0.5
+    assert np.array_equal(shown.mesh.triangles, surfrecon.sculpt(image, tolerance=0.5).mesh.triangles)
+    with pytest.raises(surfrecon.InputError, match="give tolerance or relative_tolerance, not both"):
+        surfrecon.sculpt(image, tolerance=0.5, relative_tolerance=0.01)
+
+
 def test_unknown_options_are_refused_by_name():
     image = surfrecon.RangeImage.orthographic([[0.0, 0.0], [0.0, 0.0]], step=(1.0, 1.0))
     with pytest.raises(TypeError, match=r"sculpt\(\) got an unexpected keyword argument 'toleranse'"):
@@ -138,6 +152,14 @@ def test_unknown_options_are_refused_by_name():
         surfrecon.sculpt(image, tolerance="1")
     with pytest.raises(surfrecon.ParameterError, match="effort must be >= 0 and <= 2, got 73786976294838206464"):
         surfrecon.sculpt(image, effort=2**66)
+    with pytest.raises(surfrecon.ParameterError, match="seed must be .*, got 9007199254740993"):
+        surfrecon.virtual_scan(surfrecon.Mesh(np.eye(3), [[0, 1, 2]]), [], seed=2**53 + 1)
+    with pytest.raises(surfrecon.ParameterError, match="threads must be >= 0 and <= 1024, got 2147483648"):
+        surfrecon.sculpt(image, threads=2**31)
+    with pytest.raises(surfrecon.ParameterError, match='depth must be "planar" or "ray", got "z"'):
+        surfrecon.RangeImage.pinhole([[1.0]], focal=(1, 1), centre=(0, 0), depth="z")
+    with pytest.raises(surfrecon.InputError, match='operation must be one of "open", .*, got "nope"'):
+        surfrecon.parameters("nope")
     with pytest.raises(surfrecon.ParameterError, match='closure must be "auto", "closed" or "open", got "shut"'):
         surfrecon.reconstruct([[0, 0, 0]], closure="shut")
 

@@ -108,7 +108,8 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
         if self.resolution == "PATCHES":
             return surfrecon.Job.cluster(mesh, patches=self.patches or None, **options)
         if self.max_error == 0:
-            raise Refused("Set the largest error: the distance that every vertex may have from the result")
+            asked = PARAMETERS["max_error"].label
+            raise Refused(f'Set "{asked}": how far the surface and the result may lie from each other')
         # The bound is in the scene's unit, the surface in its own: what stretches it most counts.
         stretch = np.linalg.svd(np.array(matrix)[:3, :3])[1][0]
         return surfrecon.Job.cluster(mesh, max_error=self.max_error / stretch, **options)

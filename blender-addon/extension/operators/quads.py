@@ -20,6 +20,7 @@ from .error_map import round_up, show
 REPORT = "surfrecon_quads"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("quads")}
+SPLINE = {p.name: p for p in surfrecon.parameters("spline")}
 
 KINDS = (
     ("QUADS", "Quads", "A mesh of quads, ready for subdivision, with the image coordinates as UV map"),
@@ -56,27 +57,9 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             min=0,
             max=6,
         ),
-        "order": IntProperty(
-            name="Order",
-            description="Order of the NURBS surface, its degree plus one: 2 is made of straight pieces, 4 is cubic",
-            default=4,
-            min=2,
-            max=4,
-        ),
-        "control_rows": IntProperty(
-            name="Control rows",
-            description="Rows of control points of the NURBS surface, at most the grid's; fewer make it smoother. "
-            "0: as many as the grid has, so that the surface runs through its vertices",
-            default=0,
-            min=0,
-        ),
-        "control_columns": IntProperty(
-            name="Control columns",
-            description="Columns of control points of the NURBS surface, at most the grid's; fewer make it smoother. "
-            "0: as many as the grid has, so that the surface runs through its vertices",
-            default=0,
-            min=0,
-        ),
+        "order": option(SPLINE["order"]),
+        "control_rows": option(SPLINE["rows"]),
+        "control_columns": option(SPLINE["columns"]),
         "show_error": BoolProperty(
             name="Show error",
             description="Colour each quad by the largest distance of the samples seen in it",

@@ -20,8 +20,9 @@ from .error_map import show
 REPORT = "surfrecon_sculpt"
 
 PARAMETERS = {p.name: p for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")}
+TOLERANCES = ("tolerance", "relative_tolerance")
 # What a sculptor is made with; the tolerance may change afterwards.
-MAKING = tuple(name for name in PARAMETERS if name not in {"tolerance", "relative_tolerance"})
+MAKING = tuple(name for name in PARAMETERS if name not in TOLERANCES)
 
 
 def key_of(image, options):
@@ -61,7 +62,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.tolerance == 0
         row.prop(self, "relative_tolerance")
-        draw_others(layout, self, PARAMETERS, {"tolerance", "relative_tolerance"})
+        draw_others(layout, self, PARAMETERS, TOLERANCES)
         layout.prop(self, "show_error")
 
     def start(self, context):
@@ -79,9 +80,12 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
 
     def refine(self, sculptor):
         """The job that digs."""
-        if self.tolerance > 0:
-            return surfrecon.Job.refine(sculptor, tolerance=self.tolerance)
-        return surfrecon.Job.refine(sculptor, relative_tolerance=self.relative_tolerance)
+        return surfrecon.Job.refine(sculptor, **self.tolerances())
+
+    def tolerances(self):
+        """One of both, or none for the library's own, which single precision would change."""
+        found = given(self, {name: PARAMETERS[name] for name in TOLERANCES})
+        return {"tolerance": found["tolerance"]} if found["tolerance"] is not None else found
 
     def preview(self, context):
         """The same of fewer pixels, quickly dug."""

@@ -11,6 +11,7 @@ from mathutils import Matrix
 
 from .. import cameras, convert, surfaces
 from ..job import JobOperator
+from ..preferences import preference
 from ..preview import PIXELS
 from ..properties import draw_others, given, option
 from ..running import Refused
@@ -126,7 +127,7 @@ class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
         """Gathers the surface and the camera."""
         if context.scene.camera is None:
             raise Refused("The scene has no camera to scan from: add one, or make one active with Ctrl Numpad 0")
-        return self.scan(context, [context.scene.camera], backfaces=True)
+        return self.scan(context, [context.scene.camera], backfaces=True, threads=preference("threads") or None)
 
 
 class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):

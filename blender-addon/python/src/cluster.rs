@@ -6,12 +6,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::mesh::measure::Quality;
-use surfrecon::params::{Params as _, Value};
+use surfrecon::params::{Params as _, Value, find};
 use surfrecon::{PointCloud, Progress, TriMesh};
 
 use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
-use crate::params::{params, params_but};
+use crate::params::{params, params_but, whole};
 use crate::progress::Watch;
 use crate::reconstruct::cloud_of;
 
@@ -78,7 +78,7 @@ impl ClusterCall {
     /// What `Job.cluster` was given.
     pub fn new(
         mesh: &Bound<'_, PyAny>,
-        levels: Option<Vec<i64>>,
+        levels: Option<Vec<Bound<'_, PyAny>>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params: ClusterParams = params("cluster", options)?;
@@ -103,12 +103,14 @@ impl ClusterCall {
 }
 
 /// Resolutions of so many vertices each.
-fn chain_of(vertices: &[i64]) -> PyResult<Vec<Resolution>> {
-    let level = |&count: &i64| {
+fn chain_of(vertices: &[Bound<'_, PyAny>]) -> PyResult<Vec<Resolution>> {
+    let row = find("cluster", "vertices").expect("the parameter is in the table");
+    let level = |count: &Bound<'_, PyAny>| {
         let mut level = Resolution::Tenth;
-        level.set("vertices", Value::Number(count as f64)).map(|_| level)
+        level.set(row.name, Value::Number(whole(row, count)?)).map_err(|e| to_python(&e))?;
+        Ok(level)
     };
-    vertices.iter().map(level).collect::<surfrecon::Result<_>>().map_err(|e| to_python(&e))
+    vertices.iter().map(level).collect()
 }
 
 /// A chain of levels of detail from one run: finer levels go on splitting the patches of coarser ones.
@@ -130,7 +132,7 @@ fn chain_of(vertices: &[i64]) -> PyResult<Vec<Resolution>> {
 pub fn cluster_levels(
     py: Python<'_>,
     mesh: &Bound<'_, PyAny>,
-    vertices: Vec<i64>,
+    vertices: Vec<Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Vec<Clustered>> {

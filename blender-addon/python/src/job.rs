@@ -277,7 +277,7 @@ impl Job {
     #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, seed=0, threads=0, levels=None)")]
     fn cluster(
         mesh: &Bound<'_, PyAny>,
-        levels: Option<Vec<i64>>,
+        levels: Option<Vec<Bound<'_, PyAny>>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let call = ClusterCall::new(mesh, levels, options)?;

@@ -3,18 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{
-    GlbNode, GlbOptions, Holding, PlyEncoding, Up, ending_for, write_glb, write_obj, write_ply, write_stl,
-};
+use surfrecon::export::{Holding, WriteOptions, ending_for, write_mesh};
 use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
 use crate::errors::{guarded, input_error, to_python};
+use crate::params::params;
 use crate::progress::Watch;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
@@ -123,7 +122,7 @@ impl Mesh {
     ///
     /// Raises:
     ///     InputError: a coordinate that float32 can't hold.
-    #[pyo3(signature = (origin = [0.0; 3], scale = 1.0))]
+    #[pyo3(signature = (origin = [0.0; 3], scale = 1.0), text_signature = "($self, origin=(0.0, 0.0, 0.0), scale=1.0)")]
     fn positions_f32<'py>(
         &self,
         py: Python<'py>,
@@ -189,65 +188,38 @@ impl Mesh {
         Ok(dict)
     }
 
-    /// Writes the mesh: ``.ply`` (binary, with all attributes), ``.glb`` (binary glTF, with the attributes of vertices),
-    /// ``.obj`` (with colours) or ``.stl`` (binary).
+    /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with
+    /// colours) or ``.stl`` (binary). Options that are ``None`` take their defaults.
     ///
     /// Args:
     ///     path: its ending decides on the format.
-    ///     metres_per_unit: length of a unit of the mesh, for glTF, which is in metres; other formats keep the unit.
-    ///     up: axis of the mesh that points up, ``"y"`` or ``"z"``, for glTF, where y does.
+    #[doc = include_str!("params/write.txt")]
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
     ///         (``MSFT_lod``); programs that don't know the extension show the finest.
-    ///     encoding: of ``.ply``: ``"binary"`` or ``"ascii"``.
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
     ///
     /// Raises:
+    ///     ParameterError: an option out of its range.
     ///     InputError: another ending, ``coarser`` for another format or with more triangles than before, coordinates that don't fit single precision.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so; likewise.
-    #[pyo3(signature = (path, *, metres_per_unit = 1.0, up = "y", coarser = Vec::new(), encoding = "binary", progress = None))]
-    #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
+    // options: $self write
+    #[pyo3(signature = (path, *, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', coarser=(), progress=None)")]
     fn write(
         &self,
         py: Python<'_>,
         path: PathBuf,
-        metres_per_unit: f64,
-        up: &str,
         coarser: Vec<Bound<'_, Mesh>>,
-        encoding: &str,
         progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        let options: WriteOptions = params("write", options)?;
         let mesh = self.mesh.clone();
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
-        let ending = ending_of(&path, Holding::Mesh)?;
-        if !coarser.is_empty() && ending != "glb" {
-            return Err(input_error(format!("{}: only .glb holds coarser levels", path.display())));
-        }
-        let up = match up {
-            "y" => Up::Y,
-            "z" => Up::Z,
-            _ => return Err(input_error(format!("up must be \"y\" or \"z\", got {up:?}"))),
-        };
-        let encoding = match encoding {
-            "binary" => PlyEncoding::default(),
-            "ascii" if ending == "ply" => PlyEncoding::Ascii,
-            "ascii" => return Err(input_error(format!("{}: only .ply has the encoding \"ascii\"", path.display()))),
-            _ => return Err(input_error(format!("encoding must be \"binary\" or \"ascii\", got {encoding:?}"))),
-        };
-        let watch = Watch::new(progress);
-        match ending {
-            "ply" => watch.run(py, move |progress| write_ply(&path, &mesh, encoding, progress)),
-            "glb" => watch.run(py, move |progress| {
-                let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();
-                let world_from_mesh = DAffine3::IDENTITY;
-                let node = GlbNode { name: &name, mesh: &mesh, world_from_mesh, coarser: &coarser };
-                write_glb(&path, &[node], &GlbOptions { metres_per_unit, up }, progress)
-            }),
-            "obj" => watch.run(py, move |progress| write_obj(&path, &mesh, progress)),
-            "stl" => watch.run(py, move |progress| write_stl(&path, &mesh, progress)),
-            other => unreachable!("{other} holds no mesh"),
-        }
+        Watch::new(progress).run(py, move |progress| {
+            let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();
+            write_mesh(&path, &mesh, &coarser, &options, progress)
+        })
     }
 
     fn __repr__(&self) -> String {

@@ -3,9 +3,9 @@
 use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, Value, find, table};
+use surfrecon::params::{Choice, Default, Kind, ParamSpec, Params, SCHEMAS, Value, find, table};
 
-use crate::errors::to_python;
+use crate::errors::{input_error, to_python};
 
 /// One parameter of one operation, as the library itself defines it.
 #[pyclass(frozen, module = "surfrecon")]
@@ -118,11 +118,19 @@ impl Parameter {
     }
 }
 
-/// Every parameter of the library, or those of one operation.
+/// Every parameter of the library, or an operation's own: ``merge`` and ``sculpt`` take those of ``triangulate`` as well.
+///
+/// Raises:
+///     InputError: there is no such operation.
 #[pyfunction]
 #[pyo3(signature = (operation = None))]
-pub fn parameters(operation: Option<&str>) -> Vec<Parameter> {
-    table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(|spec| Parameter { spec }).collect()
+pub fn parameters(operation: Option<&str>) -> PyResult<Vec<Parameter>> {
+    let known: Vec<&str> = SCHEMAS.iter().map(|schema| schema.operation).collect();
+    if let Some(operation) = operation.filter(|operation| !known.contains(operation)) {
+        let known = known.join("\", \"");
+        return Err(input_error(format!("operation must be one of \"{known}\", got {operation:?}")));
+    }
+    Ok(table().filter(|p| operation.is_none_or(|o| o == p.operation)).map(|spec| Parameter { spec }).collect())
 }
 
 /// What `function` was given as `**options`: the parameters of an operation. `None` stands for the default.
@@ -195,11 +203,14 @@ fn taken(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<Taken> {
 }
 
 /// A whole number.
-fn whole(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<f64> {
-    value.extract::<i64>().map(|number| number as f64).map_err(|error| {
-        // Nothing here counts so far.
-        if error.is_instance_of::<PyOverflowError>(value.py()) { to_python(&row.refused(value)) } else { error }
-    })
+pub fn whole(row: &ParamSpec, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match value.extract::<i64>() {
+        // What a double can't hold is more than anything here counts.
+        Ok(number) if number as f64 as i64 == number => Ok(number as f64),
+        Ok(_) => Err(to_python(&row.refused(value))),
+        Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(to_python(&row.refused(value))),
+        Err(error) => Err(error),
+    }
 }
 
 /// Worker threads of a function that takes no other parameter.

@@ -169,27 +169,22 @@ impl QuadGrid {
     /// Fits a B-spline surface to the whole grid.
     ///
     /// Args:
-    ///     order: 2 (straight pieces), 3 or 4 (cubic).
-    ///     rows, columns: control points; ``None``: as many as vertices, so that the surface runs through them. Fewer: least
-    ///         squares.
+    #[doc = include_str!("params/spline.txt")]
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
     ///
     /// Raises:
-    ///     InputError: another order, fewer control points than the order, more than vertices.
-    #[pyo3(signature = (*, order = 4, rows = None, columns = None, progress = None))]
+    ///     ParameterError: an option out of its range.
+    ///     InputError: fewer control points than the order, more than vertices.
+    // options: $self spline
+    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, order=4, rows=None, columns=None, progress=None)")]
     fn spline(
         &self,
         py: Python<'_>,
-        order: i64,
-        rows: Option<i64>,
-        columns: Option<i64>,
         progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Spline> {
-        let order = count("order", order)?;
-        let rows = rows.map(|rows| count("rows", rows)).transpose()?;
-        let columns = columns.map(|columns| count("columns", columns)).transpose()?;
+        let params: SplineParams = params("spline", options)?;
         let core = self.core.clone();
-        let params = SplineParams { order, rows, cols: columns };
         let fit = Watch::new(progress).run(py, move |progress| core.spline(&params, progress))?;
         Ok(Spline { fit: Arc::new(fit), mirrored: self.core.mirrored })
     }

@@ -8,13 +8,13 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
-use surfrecon::export::{Holding, PlyEncoding, write_e57, write_ptx, write_range_grid_ply};
+use surfrecon::export::{Holding, PlyEncoding, write_e57, write_ptx, write_range_grid_ply, write_scan_list};
 use surfrecon::memory;
 use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
-use crate::errors::{guarded, input_error, to_python};
+use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
@@ -105,11 +105,11 @@ fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     }
 }
 
-/// Writes images into one file, PTX or E57 by its ending.
+/// Writes images with their poses: as PTX, as E57, or as Stanford range grids and the list of that ending.
 ///
 /// # Errors
 /// Those of the writers.
-pub fn write_in_place(
+pub fn write_together(
     py: Python<'_>,
     path: PathBuf,
     ending: &str,
@@ -120,6 +120,7 @@ pub fn write_in_place(
         let images: Vec<&Core> = images.iter().map(Arc::as_ref).collect();
         match ending {
             "ptx" => write_ptx(&path, &images, progress),
+            "conf" => write_scan_list(&path, &images, PlyEncoding::default(), progress),
             _ => write_e57(&path, &images, progress),
         }
     })
@@ -173,7 +174,8 @@ impl RangeImage {
     /// Raises:
     ///     InputError: wrong shape or a step of 0.
     #[staticmethod]
-    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None))]
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None),
+        text_signature = "(values, *, step, first=(0.0, 0.0), name=None)")]
     fn orthographic(
         values: &Bound<'_, PyAny>,
         step: (f64, f64),
@@ -205,7 +207,7 @@ impl RangeImage {
         name: Option<String>,
     ) -> PyResult<Self> {
         let depth = DepthKind::named(depth)
-            .ok_or_else(|| input_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}")))?;
+            .ok_or_else(|| parameter_error(format!("depth must be \"planar\" or \"ray\", got {depth:?}")))?;
         from_values(values, Projection::Pinhole { focal: focal.into(), centre: centre.into(), depth }, name)
     }
 
@@ -220,7 +222,8 @@ impl RangeImage {
     /// Raises:
     ///     InputError: wrong shape or a step of 0.
     #[staticmethod]
-    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None))]
+    #[pyo3(signature = (values, *, step, first = (0.0, 0.0), name = None),
+        text_signature = "(values, *, step, first=(0.0, 0.0), name=None)")]
     fn spherical(
         values: &Bound<'_, PyAny>,
         step: (f64, f64),
@@ -416,7 +419,7 @@ impl RangeImage {
         let image = self.image();
         let ending = ending_of(&path, Holding::Image)?;
         if ending != "ply" {
-            return write_in_place(py, path, ending, &[image], progress);
+            return write_together(py, path, ending, &[image], progress);
         }
         Watch::new(progress)
             .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))

@@ -192,22 +192,26 @@ fn made(camera: surfrecon::Result<scan::Camera>) -> PyResult<Camera> {
 pub fn turntable<'py>(
     py: Python<'py>,
     mesh: &Mesh,
-    around: Option<usize>,
-    above: Option<usize>,
-    below: Option<usize>,
+    around: Option<i64>,
+    above: Option<i64>,
+    below: Option<i64>,
     elevation: Option<f64>,
     up: Option<&Bound<'_, PyAny>>,
-    pixels: Option<usize>,
+    pixels: Option<i64>,
     height_angle: Option<f64>,
 ) -> PyResult<Bound<'py, PyList>> {
     let default = Turntable::default();
+    let count = |name: &str, given: Option<i64>, default: usize| {
+        let refused = |n| input_error(format!("{name} must be >= 0, got {n}"));
+        given.map_or(Ok(default), |n| usize::try_from(n).map_err(|_| refused(n)))
+    };
     let table = Turntable {
-        around: around.unwrap_or(default.around),
-        above: above.unwrap_or(default.above),
-        below: below.unwrap_or(default.below),
+        around: count("around", around, default.around)?,
+        above: count("above", above, default.above)?,
+        below: count("below", below, default.below)?,
         elevation: elevation.unwrap_or(default.elevation),
         up: vertical(up, default.up)?,
-        pixels: pixels.unwrap_or(default.pixels),
+        pixels: count("pixels", pixels, default.pixels)?,
         height_angle,
     };
     let Some(bounds) = scan::bounds(&mesh.mesh.positions) else {

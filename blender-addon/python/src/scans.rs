@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
-use surfrecon::export::{Holding, PlyEncoding, ending_for, write_points_ply, write_scan_list};
+use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::arrays;
@@ -14,7 +14,7 @@ use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
-use crate::range_image::{RangeImage, write_in_place};
+use crate::range_image::{RangeImage, write_together};
 
 /// Opens scans without reading their samples.
 ///
@@ -101,17 +101,11 @@ pub fn write_scans(
 ) -> PyResult<()> {
     let images: Vec<_> = images.iter().map(|image| image.get().image()).collect();
     let ending = ending_of(&path, Holding::Images)?;
-    if ending != "conf" {
-        return write_in_place(py, path, ending, &images, progress);
-    }
-    Watch::new(progress).run(py, move |progress| {
-        let images: Vec<_> = images.iter().map(AsRef::as_ref).collect();
-        write_scan_list(&path, &images, PlyEncoding::default(), progress)
-    })
+    write_together(py, path, ending, &images, progress)
 }
 
 /// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
-/// ``RangeImage`` or a list of them (``.ply`` for one, ``.conf``, ``.ptx``, ``.e57``), a ``PointCloud`` (``.ply``, with
+/// ``RangeImage`` (``.ply``, ``.conf``, ``.ptx``, ``.e57``) or a list of them (the last three), a ``PointCloud`` (``.ply``, with
 /// normals, colours and intensities).
 ///
 /// Args:
@@ -148,18 +142,15 @@ pub fn write(
         return Watch::new(progress)
             .run(py, move |progress| write_points_ply(&path, &cloud, PlyEncoding::default(), progress));
     }
-    if content.cast::<RangeImage>().is_ok() && ending_for(&path, Holding::Images).unwrap_or_default() != "conf" {
+    if content.cast::<RangeImage>().is_ok() {
         let options = PyDict::new(py);
         options.set_item("progress", progress)?;
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
-    let images = match content.cast::<RangeImage>() {
-        Ok(image) => vec![image.clone()],
-        Err(_) => content.extract::<Vec<Bound<'_, RangeImage>>>().map_err(|_| {
-            let given = content.get_type();
-            PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
-        })?,
-    };
+    let images = content.extract::<Vec<Bound<'_, RangeImage>>>().map_err(|_| {
+        let given = content.get_type();
+        PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
+    })?;
     write_scans(py, path, images, progress)
 }
 

@@ -23,7 +23,7 @@ pub struct srf_cluster_params {
     /// third of the vertices wanted.
     pub patches: u64,
     /// Largest distance of any point of the input from the result and of the result from the input, instead of a number of
-    /// vertices: there are as many as it takes. > 0. SRF_FROM_DATA, the default: no limit.
+    /// vertices: there are as many as it takes. > 0. SRF_FROM_DATA, the default: none, a number of vertices is asked for.
     pub max_error: f64,
     /// How much smaller triangles are where the surface bends: 0 makes them alike everywhere, 1 gives the least mean
     /// distance from the input. 0 to 2, default 1.

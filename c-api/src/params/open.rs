@@ -44,7 +44,7 @@ pub struct srf_read_options {
     /// fx, fy, cx, cy in pixels, pixel centres at whole numbers: images are depth images of that camera. All 0, the
     /// default: they are height maps, unless a file of a camera is opened with them.
     pub intrinsics: [f64; 4],
-    /// Of the camera: columns and rows of its images; others are refused. 0, the default: any.
+    /// Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.
     pub camera_size: [u64; 2],
     /// What a number of an image is multiplied with. Larger values make heights and depths larger. > 0. SRF_FROM_DATA, the
     /// default: 0.001 for whole numbers seen by a camera (millimetres), else 1.
@@ -88,6 +88,7 @@ impl Fields for srf_read_options {
 
     fn given(&self) -> Vec<(&'static str, Given)> {
         vec![
+            ("reserved", Given::Reserved(self.reserved)),
             ("scale", Given::Double(self.scale)),
             ("offset", Given::Double(self.offset)),
             ("step", Given::Double(self.step)),

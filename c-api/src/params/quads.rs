@@ -56,7 +56,7 @@ pub struct srf_quads_params {
     /// pixels is sampled for itself, as in the paper. 0 to 16, default 2.
     pub smoothing: f64,
     /// Curvature given to invalid pixels, as in the paper (5 and 20 there). Larger values draw vertices to the background.
-    /// 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
+    /// A whole number. 0 to 255. SRF_FROM_DATA, the default: none, the background attracts no vertices beyond the floor.
     pub background_curvature: f64,
     /// Smallest share of valid pixels that a quad of the mesh may have; with more than 0 its corners must be valid too. 0:
     /// every quad is kept, over the background as well. 0 to 1, default 0.5.

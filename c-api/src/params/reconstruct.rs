@@ -34,7 +34,7 @@ pub enum srf_topology {
 pub enum srf_closure {
     /// Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.
     SRF_CLOSURE_AUTO = 1,
-    /// Closed: gaps in the sampling are spanned by large facets.
+    /// Gaps in the sampling are spanned by large facets.
     SRF_CLOSURE_CLOSED = 2,
     /// Facets above the threshold are left out, so that gaps stay open.
     SRF_CLOSURE_OPEN = 3,

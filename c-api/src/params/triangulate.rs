@@ -35,7 +35,11 @@ impl Fields for srf_triangulate_params {
     }
 
     fn given(&self) -> Vec<(&'static str, Given)> {
-        vec![("edge_limit", Given::Double(self.edge_limit)), ("grazing_limit", Given::Double(self.grazing_limit))]
+        vec![
+            ("reserved", Given::Reserved(self.reserved)),
+            ("edge_limit", Given::Double(self.edge_limit)),
+            ("grazing_limit", Given::Double(self.grazing_limit)),
+        ]
     }
 }
 

@@ -10,7 +10,7 @@ base::alternatives! {
         /// Patches wanted, instead of vertices: k patches give about 3 k vertices.
         Patches(u32) = patches: count("Patches").from_data("about a third of the vertices wanted").at_least(1.0).at_most(4e9),
         /// Largest distance of any point of the input from the result and of the result from the input, instead of a number of vertices: there are as many as it takes.
-        MaxError(f64) = max_error: length("Max error").from_data("no limit").above(0.0),
+        MaxError(f64) = max_error: length("Max error").from_data("none, a number of vertices is asked for").above(0.0),
     }
     or
     /// A tenth of the input's vertices.

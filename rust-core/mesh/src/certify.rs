@@ -216,6 +216,7 @@ pub struct Within {
 ///
 /// # Errors
 /// Coordinates larger than [`magnitude::LARGEST`]; [`Error::Cancelled`].
+#[doc(hidden)]
 pub fn within(surface: &TriMesh, reference: &TriMesh, limit: f64, progress: &Progress<'_>) -> Result<Within> {
     let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
     let area = |corners: [DVec3; 3]| (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();

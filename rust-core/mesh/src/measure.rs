@@ -116,6 +116,7 @@ pub fn deviation_within(
 }
 
 /// Steps in which so many points are measured.
+#[doc(hidden)]
 pub fn chunks(points: usize) -> u64 {
     points.div_ceil(CHUNK) as u64
 }

@@ -59,7 +59,7 @@ mod choose;
 
 pub use grid::QuadGrid;
 pub use params::{QuadParams, SCHEMA, Target};
-pub use spline::{Fit, Spline, SplineParams};
+pub use spline::{Fit, SCHEMA as SPLINE_SCHEMA, Spline, SplineParams};
 
 use std::borrow::Cow;
 use std::time::Instant;

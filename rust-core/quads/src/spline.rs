@@ -11,26 +11,25 @@ use super::QuadGrid;
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
+use base::params::count;
 use base::progress::Progress;
 use mesh::QuadMesh;
 
 /// Of the mesh while its arrays grow.
 const BYTES_A_SAMPLE: f64 = 72.0;
 
-/// How to fit a surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SplineParams {
-    /// Order, the degree plus one: 2 (straight pieces), 3 or 4 (cubic).
-    pub order: usize,
-    /// Rows of control points; `None`: one a row of vertices, so that the surface interpolates. Fewer: least squares.
-    pub rows: Option<usize>,
-    /// Columns of control points, likewise.
-    pub cols: Option<usize>,
-}
-
-impl Default for SplineParams {
-    fn default() -> Self {
-        SplineParams { order: 4, rows: None, cols: None }
+base::params! {
+    /// How a surface is fitted to a quad grid.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct SplineParams of "spline" {
+        /// Order of the surface, its degree plus one: 2 is made of straight pieces, 4 is cubic.
+        order: usize = count("Order").default(4.0).at_least(2.0).at_most(MOST as f64),
+        /// Rows of control points, from the order to the grid's rows; fewer make the surface smoother, in the sense of least squares.
+        rows: Option<usize> = count("Control rows")
+            .from_data("as many as the grid has, so that the surface runs through its vertices").at_least(2.0).at_most(PIXELS),
+        /// Columns of control points, from the order to the grid's columns; fewer make the surface smoother, in the sense of least squares.
+        columns: Option<usize> = count("Control columns")
+            .from_data("as many as the grid has, so that the surface runs through its vertices").at_least(2.0).at_most(PIXELS),
     }
 }
 
@@ -60,24 +59,24 @@ pub struct Fit {
 
 /// Largest order.
 const MOST: usize = 4;
+/// As many control points along a side as an image may have pixels.
+const PIXELS: f64 = 67_108_864.0;
 
 impl QuadGrid {
     /// Fits a B-spline surface to all vertices of the grid, those on the background as well. O(vertices).
     ///
     /// # Errors
-    /// [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for an order other than 2, 3 or 4, for fewer control points than the order along a side, or more than
-    /// vertices.
+    /// [`Error::Parameter`]; [`Error::Input`] for a coordinate larger than [`magnitude::LARGEST`], for fewer control points than
+    /// the order along a side, or more than vertices.
     pub fn spline(&self, params: &SplineParams, progress: &Progress<'_>) -> Result<Fit> {
         progress.plan(&[("fitting", 1.0)]);
         progress.watch(|| self.fit(params, progress))
     }
 
     fn fit(&self, params: &SplineParams, progress: &Progress<'_>) -> Result<Fit> {
+        params.validate()?;
         magnitude::points("vertex", &self.positions)?;
         let order = params.order;
-        if !(2..=MOST).contains(&order) {
-            return Err(Error::input(format!("the order of a spline must be 2, 3 or 4, got {order}")));
-        }
         let controls = |wanted: Option<usize>, vertices: usize, line: &str| {
             let count = wanted.unwrap_or(vertices);
             if (order..=vertices).contains(&count) {
@@ -87,7 +86,7 @@ impl QuadGrid {
                 "{count} {line} of control points: order {order} over {vertices} {line} of vertices needs {order} to {vertices}"
             )))
         };
-        let (rows, cols) = (controls(params.rows, self.rows, "rows")?, controls(params.cols, self.cols, "columns")?);
+        let (rows, cols) = (controls(params.rows, self.rows, "rows")?, controls(params.columns, self.cols, "columns")?);
         let most = (self.rows * cols) as f64 + (rows * cols) as f64;
         memory::expect(
             size_of::<DVec3>() as f64 * most,
@@ -326,7 +325,8 @@ mod tests {
             assert!(fit.spline.at(1.0, 1.0).distance(*grid.positions.last().unwrap()) < 1e-10);
         }
         let residual = |n: usize| {
-            let fit = grid.spline(&SplineParams { order: 4, rows: Some(n), cols: Some(n) }, &Progress::none()).unwrap();
+            let fit =
+                grid.spline(&SplineParams { order: 4, rows: Some(n), columns: Some(n) }, &Progress::none()).unwrap();
             assert!(fit.rms_residual <= fit.max_residual);
             fit.rms_residual
         };
@@ -336,7 +336,7 @@ mod tests {
     #[test]
     fn planes_are_kept_and_the_surface_samples_as_quads() {
         let grid = grid(|r, c| 2.0 * r - 0.5 * c);
-        let fit = grid.spline(&SplineParams { order: 3, rows: Some(4), cols: Some(5) }, &Progress::none()).unwrap();
+        let fit = grid.spline(&SplineParams { order: 3, rows: Some(4), columns: Some(5) }, &Progress::none()).unwrap();
         let mesh = fit.spline.sample(7, 11, grid.mirrored).unwrap();
         assert_eq!((mesh.positions.len(), mesh.quads.len(), mesh.uvs.len()), (77, 60, 77));
         assert!(mesh.positions.iter().all(|p| (p.z - (-2.0 * p.y - 0.5 * p.x)).abs() < 1e-9));
@@ -350,10 +350,7 @@ mod tests {
     fn what_cannot_be_fitted_is_said() {
         let grid = grid(wavy);
         let message = |p: SplineParams| grid.spline(&p, &Progress::none()).unwrap_err().to_string();
-        assert_eq!(
-            message(SplineParams { order: 5, ..SplineParams::default() }),
-            "the order of a spline must be 2, 3 or 4, got 5"
-        );
+        assert_eq!(message(SplineParams { order: 5, ..SplineParams::default() }), "order must be >= 2 and <= 4, got 5");
         assert_eq!(
             message(SplineParams { rows: Some(3), ..SplineParams::default() }),
             "3 rows of control points: order 4 over 9 rows of vertices needs 4 to 9"

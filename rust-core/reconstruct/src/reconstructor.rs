@@ -139,6 +139,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     ///
     /// # Errors
     /// As [`Reconstructor::surface`].
+    #[doc(hidden)]
     pub fn into_surface_within(mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
         params.validate()?;
         self.is_kept = false;

@@ -28,7 +28,7 @@ base::choices! {
     pub enum Closure {
         /// Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.
         Auto = "auto" "Auto",
-        /// Closed: gaps in the sampling are spanned by large facets.
+        /// Gaps in the sampling are spanned by large facets.
         Closed = "closed" "Closed",
         /// Facets above the threshold are left out, so that gaps stay open.
         Open = "open" "Open",

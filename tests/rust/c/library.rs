@@ -117,6 +117,8 @@ pub type TriangulateParams = Sized<2>;
 pub type ScanParams = Sized<10>;
 pub type SculptParams = Sized<8>;
 pub type QuadParams = Sized<15>;
+pub type SplineParams = Sized<3>;
+pub type WriteOptions = Sized<3>;
 pub type QuadReport = Sized<16>;
 pub type ReadOptions = Sized<14>;
 pub type Certificate = Sized<11>;
@@ -287,6 +289,8 @@ functions! {
     srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances) -> i32;
     srf_mesh_surface_distance(mesh: Handle, reference: Handle, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances, reached: *mut f64, bound: *mut f64) -> i32;
     srf_distances_init_sized(distances: *mut Distances, size: usize) -> i32;
+    srf_write_options_init_sized(options: *mut WriteOptions, size: usize) -> i32;
+    srf_mesh_write(mesh: Handle, path: *const c_char, options: *const WriteOptions, progress: *const Watch) -> i32;
     srf_mesh_write_ply(mesh: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_mesh_write_glb(mesh: Handle, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
     srf_meshes_write_glb_levels(meshes: *const Handle, count: usize, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
@@ -332,7 +336,8 @@ functions! {
     srf_quads_faces(quads: Handle, positions: *mut Array, uvs: *mut Array, corners: *mut Array, errors: *mut Array) -> i32;
     srf_quads_triangles(quads: Handle, mesh: *mut Handle) -> i32;
     srf_quads_write_obj(quads: Handle, path: *const c_char, progress: *const Watch) -> i32;
-    srf_spline_create(quads: Handle, order: u32, rows: usize, cols: usize, progress: *const Watch, spline: *mut Handle, max: *mut f64, rms: *mut f64) -> i32;
+    srf_spline_params_init_sized(params: *mut SplineParams, size: usize) -> i32;
+    srf_spline_create(quads: Handle, params: *const SplineParams, progress: *const Watch, spline: *mut Handle, max: *mut f64, rms: *mut f64) -> i32;
     srf_spline_free(spline: Handle) -> i32;
     srf_spline_control(spline: Handle, rows: *mut usize, cols: *mut usize, points: *mut Array) -> i32;
     srf_spline_point(spline: Handle, u: f64, v: f64, point: *mut f64) -> i32;

@@ -171,6 +171,28 @@ fn programs_of_an_older_and_of_a_newer_header_work() {
     }
 }
 
+/// Theorem: programs built against a release from 0.2.0 on run with every later library. A release leaves its header and its
+/// `exercise.c` in `tests/c/released/VERSION/`; CHANGELOG.md says which releases there are.
+#[test]
+fn programs_of_released_headers_work() {
+    let changelog = std::fs::read_to_string(root().join("CHANGELOG.md")).expect("CHANGELOG.md");
+    let version = |line: &str| {
+        let number = line.strip_prefix("## ")?.trim_start_matches('[').split([']', ' ']).next()?.to_owned();
+        let parts: Vec<u32> = number.split('.').map(|part| part.parse().ok()).collect::<Option<_>>()?;
+        (parts >= vec![0, 2, 0]).then_some(number)
+    };
+    for version in changelog.lines().filter_map(version) {
+        let released = root().join("tests/c/released").join(&version);
+        assert!(
+            released.join("surfrecon.h").exists(),
+            "{version} was released: its header and exercise.c belong there"
+        );
+        let include = format!("-I{}", released.display());
+        let source = format!("tests/c/released/{version}/exercise.c");
+        assert_eq!(compile("cc", &["-std=c99", &include], &source).run(&[]).trim(), "fine", "{version}");
+    }
+}
+
 #[test]
 fn a_forked_program_goes_on() {
     let program = compile("cc", &["-std=c11", "-pthread", "-O1"], "tests/c/fork.c");

@@ -111,10 +111,12 @@ fn defaults_are_those_of_the_table() {
     }
     let structs: &[(&str, &str, Init)] = &[
         ("open", "srf_read_options", init!(srf_read_options_init_sized)),
+        ("write", "srf_write_options", init!(srf_write_options_init_sized)),
         ("triangulate", "srf_triangulate_params", init!(srf_triangulate_params_init_sized)),
         ("merge", "srf_merge_params", init!(srf_merge_params_init_sized)),
         ("sculpt", "srf_sculpt_params", init!(srf_sculpt_params_init_sized)),
         ("quads", "srf_quads_params", init!(srf_quads_params_init_sized)),
+        ("spline", "srf_spline_params", init!(srf_spline_params_init_sized)),
         ("reconstruct", "srf_reconstruct_params", init!(srf_reconstruct_params_init_sized)),
         ("cluster", "srf_cluster_params", init!(srf_cluster_params_init_sized)),
         ("scan", "srf_scan_params", init!(srf_scan_params_init_sized)),

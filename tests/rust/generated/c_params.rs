@@ -34,7 +34,7 @@ const BESIDE: &[Beside] = &[Beside {
             "camera_size",
             "[u64; 2]",
             "[0; 2]",
-            "Of the camera: columns and rows of its images; others are refused. 0, the default: any.",
+            "Of the camera of these intrinsics: columns and rows of its images; others are refused. 0 and 0, the default: any.",
         ),
     ],
 }];
@@ -43,6 +43,7 @@ const BESIDE: &[Beside] = &[Beside {
 pub fn names(operation: &str) -> (String, &'static str) {
     match operation {
         "open" => ("srf_read_options".to_owned(), "options"),
+        "write" => ("srf_write_options".to_owned(), "options"),
         other => (format!("srf_{other}_params"), "params"),
     }
 }
@@ -82,6 +83,10 @@ fn text_of(row: &ParamSpec) -> String {
             write!(text, " A value of srf_{}, default {}.", row.name, constant(row, choices[0].name))
         }
         (Kind::Flag, _) => write!(text, " 1 or 0, default {}.", plain_default(row).expect("flags have plain ones")),
+        (Kind::Count, Some(_)) if !is_whole(row) => {
+            text += " A whole number.";
+            write!(text, " {range}. SRF_FROM_DATA, the default: {}.", rule(row).unwrap_or_default())
+        }
         (Kind::Angle, None) => write!(text, " Radians, {range}, default {}.", plain_default(row).unwrap_or_default()),
         (_, Some(rule)) => {
             let none = match (is_whole(row), row.any_number) {
@@ -179,6 +184,8 @@ fn file(schema: &Schema) -> String {
     out += "        }\n    }\n\n    fn given(&self) -> Vec<(&'static str, Given)> {\n        vec![\n";
     if has_threads(schema) {
         out += "            (\"threads\", Given::Threads(self.threads)),\n";
+    } else {
+        out += "            (\"reserved\", Given::Reserved(self.reserved)),\n";
     }
     for row in &rows {
         let kind = if is_whole(row) { "Whole" } else { "Double" };

@@ -22,12 +22,9 @@ fn tip(row: &ParamSpec) -> String {
         let _ = write!(text, "<br>{}: {}", choice.label, choice.text);
     }
     if row.kind == Kind::Angle {
-        let _ = write!(
-            text,
-            " Degrees, {} to {}.",
-            number(row.min.to_degrees().round()),
-            number(row.max.to_degrees().round())
-        );
+        let [min, max] = degrees(row).map(number);
+        let low = if row.min_excluded { format!("more than {min}, at most") } else { format!("{min} to") };
+        let _ = write!(text, " Degrees, {low} {max}.");
     } else if rule(row).is_none() && !range(row).is_empty() {
         let _ = write!(text, " {}.", sentence(&range(row)));
     }
@@ -36,6 +33,11 @@ fn tip(row: &ParamSpec) -> String {
         let _ = write!(text, "<br>{none}: {rule}.");
     }
     text
+}
+
+/// The range of an angle as MeshLab shows it.
+fn degrees(row: &ParamSpec) -> [f64; 2] {
+    [row.min, row.max].map(|angle| (angle.to_degrees() * 1e9).round() / 1e9)
 }
 
 #[test]
@@ -68,14 +70,18 @@ fn filters() {
                 Default::Value(value) if row.kind == Kind::Angle => number((value.to_degrees() * 1e9).round() / 1e9),
                 Default::Value(value) => number(value),
             };
+            let [least, most] = if row.kind == Kind::Angle { degrees(row) } else { [row.min, row.max] };
+            let bound = |value: f64| if value.is_finite() { number(value) } else { "unbounded".to_owned() };
             let choices: Vec<String> = row.choices().iter().map(|choice| quoted(choice.label)).collect();
             let _ = writeln!(
                 out,
-                "    {{Kind::{kind}, \"{}\", {},\n     {},\n     {}, {initial}, {}, offsetof({of}, {}), {{{}}}}},",
+                "    {{Kind::{kind}, \"{}\", {},\n     {},\n     {}, {initial}, {}, {}, {}, offsetof({of}, {}), {{{}}}}},",
                 row.name,
                 quoted(row.label),
                 quoted(&tip(row)),
                 row.is_optional(),
+                bound(least),
+                bound(most),
                 is_whole(row),
                 row.name,
                 choices.join(", "),

@@ -120,7 +120,9 @@ fn texts(mark: &str) -> String {
         }
         match rule(row) {
             Some(rule) => text += &format!(" Default: {rule}."),
-            None if matches!(row.kind, Kind::Flag | Kind::Choice(_)) => {}
+            None if matches!(row.kind, Kind::Flag | Kind::Choice(_)) => {
+                text += &format!(" Default: ``{}``.", literal(row).replace('\'', "\""));
+            }
             None => {
                 text = format!("{}, default {}.", text.trim_end_matches('.'), plain_default(row).unwrap_or_default())
             }

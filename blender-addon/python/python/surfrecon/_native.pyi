@@ -117,10 +117,12 @@ class Mesh:
         self,
         path: _PathLike,
         *,
-        metres_per_unit: float = 1.0,
-        up: Literal["y", "z"] = "y",
+        # options: write
+        metres_per_unit: float | None = 1.0,
+        up: Literal["y", "z"] | None = "y",
+        encoding: Literal["binary", "binary_double", "ascii"] | None = "binary",
+        # end
         coarser: Sequence[Mesh] = ...,
-        encoding: Literal["binary", "ascii"] = "binary",
         progress: _Progress | None = None,
     ) -> None: ...
     def check(self) -> dict[str, int | bool | None]: ...
@@ -544,7 +546,14 @@ class QuadGrid:
     def face_attributes(self) -> _Attributes: ...
     def triangles(self) -> Mesh: ...
     def spline(
-        self, *, order: int = 4, rows: int | None = None, columns: int | None = None, progress: _Progress | None = None
+        self,
+        *,
+        # options: spline
+        order: int | None = 4,
+        rows: int | None = None,
+        columns: int | None = None,
+        # end
+        progress: _Progress | None = None,
     ) -> Spline: ...
     def write(self, path: _PathLike) -> None: ...
     @property

@@ -43,15 +43,23 @@ pub trait Params: Sized {
     /// [`Error::Parameter`] for the first one that is not allowed.
     fn check(&self) -> Result<()>;
 
-    /// Sets what is given by name.
+    /// Sets what is given by name. Of parameters of which one may be given, a default beside another is not given.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value that is not allowed, [`Error::Input`] for several of which one may be given and for a
     /// name that is none.
     fn set_all<'a>(&mut self, given: &[(&'a str, Value<'a>)]) -> Result<()> {
+        let mut given = given.to_vec();
         for rows in Self::alternatives() {
-            let named = |row: &&ParamSpec| given.iter().any(|(name, v)| *name == row.name && *v != Value::Absent);
-            if rows.iter().filter(named).count() > 1 {
+            let row_of = |name: &str| rows.iter().find(|row| row.name == name);
+            let is_chosen = |(name, value): &(&str, Value<'_>)| {
+                row_of(name).is_some_and(|row| *value != Value::Absent && *value != row.default_value())
+            };
+            let chosen = given.iter().filter(|one| is_chosen(one)).count();
+            if chosen == 1 {
+                given.retain(|one| row_of(one.0).is_none() || is_chosen(one));
+            }
+            if chosen > 1 {
                 let names = || rows.iter().map(|row| row.name.to_owned());
                 return Err(Error::input(match rows.len() {
                     2 => format!("give {}, not both", one_of(names(), "or")),
@@ -59,7 +67,7 @@ pub trait Params: Sized {
                 }));
             }
         }
-        for &(name, value) in given {
+        for (name, value) in given {
             if !self.set(name, value)? {
                 return Err(Error::input(format!("there is no parameter {name}")));
             }

@@ -218,8 +218,16 @@ impl ParamSpec {
             return Ok(value);
         }
         let low = if self.min_excluded { value > self.min } else { value >= self.min };
-        let whole = self.kind != Kind::Count || value.fract() == 0.0;
-        if low && value <= self.max && value.is_finite() && whole { Ok(value) } else { Err(self.refused(Shown(value))) }
+        let in_range = low && value <= self.max && value.is_finite();
+        match (self.kind, value.fract() == 0.0) {
+            (Kind::Count, true) if !in_range => Err(self.refused(format!("{value:.0}"))),
+            (Kind::Count, false) if in_range => {
+                let allowed = format!("a whole number {}", self.allowed());
+                Err(Error::Parameter { name: self.name, value: Shown(value).to_string(), allowed, unit: "" })
+            }
+            _ if in_range => Ok(value),
+            _ => Err(self.refused(Shown(value))),
+        }
     }
 
     /// The error that names what is allowed instead of `value`.

@@ -93,6 +93,7 @@ pub fn triangulate(image: &RangeImage, params: &TriangulateParams, progress: &Pr
 ///
 /// # Errors
 /// As [`triangulate`]; [`base::Error::Cancelled`].
+#[doc(hidden)]
 pub fn triangles_over_pixels(
     image: &RangeImage,
     params: &TriangulateParams,

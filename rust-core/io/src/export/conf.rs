@@ -9,6 +9,7 @@ use glam::{DAffine3, DMat3, DQuat};
 
 use super::atomic::{Staged, stage};
 use super::ply::{self, PlyOptions, range_grid_frame};
+use super::{Holding, ending_for};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::RangeImage;
@@ -42,6 +43,12 @@ pub fn write_scan_list(
     options: impl Into<PlyOptions>,
     progress: &Progress<'_>,
 ) -> Result<()> {
+    if ending_for(path, Holding::Images).ok() != Some("conf") {
+        return Err(Error::input(format!("{}: the name must end in .conf", path.display())));
+    }
+    if images.is_empty() {
+        return Err(Error::input("there is no range image to write"));
+    }
     let options = options.into();
     let mut names = HashSet::new();
     if let Some(image) = images.iter().find(|i| !is_file_name(&i.name) || !names.insert(i.name.to_lowercase())) {

@@ -24,14 +24,14 @@ const EXACT: i32 = 1 << 24;
 /// How far a pose may be from a rigid one.
 const RIGID: f64 = 1e-6;
 
-/// Which way is up in the coordinates of the meshes; glTF's own is y.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Up {
-    /// As glTF has it: nothing is turned.
-    #[default]
-    Y,
-    /// A node above all others turns z up to y up.
-    Z,
+base::choices! {
+    /// Which way is up in the coordinates of the meshes; glTF's own is y.
+    pub enum Up {
+        /// As glTF has it: nothing is turned.
+        Y = "y" "Y",
+        /// A node above all others turns z up to y up.
+        Z = "z" "Z",
+    }
 }
 
 /// What [`write_glb`] needs to know of the coordinates.

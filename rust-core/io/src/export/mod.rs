@@ -6,12 +6,14 @@
 //! | `conf` | VRIP's lists of placed scans |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
+//! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | which formats hold what, and their endings |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary` | what it is until then, and what killed writers have left |
 
 pub(crate) mod atomic;
+mod by_ending;
 mod conf;
 #[cfg(test)]
 mod faults;
@@ -23,6 +25,7 @@ mod stl;
 mod temporary;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
+pub use by_ending::{Encoding, SCHEMA, WriteOptions, write_mesh};
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};

@@ -117,7 +117,7 @@ static FORMATS: &[Format] = &[
     own!("PLY (range grid, mesh or points)", ["ply"], ply)
         .written("ply", &[Holding::Mesh, Holding::Quads, Holding::Points, Holding::Image]),
     Format::of("VRIP list of placed scans", &["conf"], super::conf::sniff, Role::List(super::conf::open))
-        .written("conf", &[Holding::Images]),
+        .written("conf", &[Holding::Image, Holding::Images]),
     several!("PTX (terrestrial scans)", ["ptx"], ptx).written("ptx", &[Holding::Image, Holding::Images]),
     whole!("PCD (organized or not)", ["pcd"], pcd),
     several!("E57 (terrestrial scans)", ["e57"], e57).written("e57", &[Holding::Image, Holding::Images]),

@@ -144,7 +144,7 @@ pub(super) fn options_say_what_files_do_not() {
             options
         };
         let no_camera = |o: &mut ReadOptions| (0..4).for_each(|i| o.set_f64(i, 0.0));
-        api.refused(open(&wrong(&no_camera)), PARAMETER, "camera_size is given");
+        api.refused(open(&wrong(&no_camera)), PARAMETER, "camera_size goes with intrinsics");
         let text = "pixels must be one of 1 (auto), 2 (number), 3 (terrain_rgb), 4 (terrarium), got 9";
         api.refused(open(&wrong(&|o| o.numbers[11] = 9)), PARAMETER, text);
         api.refused(open(&wrong(&|o| o.numbers[10] = 0)), PARAMETER, "depth must be one of 1 (planar), 2 (ray), got 0");
@@ -167,6 +167,19 @@ pub(super) fn everything_is_written_and_comes_back() {
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         let none = std::ptr::null();
+        let mut options = WriteOptions::ZERO;
+        api.ok((api.srf_write_options_init_sized)(&mut options, size_of_val(&options)));
+        for ending in ["ply", "glb", "obj", "stl"] {
+            api.ok((api.srf_mesh_write)(mesh, c(&format!("any.{ending}")).as_ptr(), &options, none));
+            let (content, read) = opened(&path(&format!("any.{ending}")), defaults);
+            assert_eq!(content, 2, "{ending}");
+            api.ok((api.srf_mesh_free)(read));
+        }
+        let answer = (api.srf_mesh_write)(mesh, c("any.las").as_ptr(), std::ptr::null(), none);
+        api.refused(answer, INPUT, "the name must end in .ply, .glb, .stl or .obj");
+        options.numbers[1] = 3;
+        let answer = (api.srf_mesh_write)(mesh, c("any.glb").as_ptr(), &options, none);
+        api.refused(answer, PARAMETER, "up must be one of 1 (y), 2 (z), got 3");
         api.ok((api.srf_mesh_write_obj)(mesh, c("mesh.obj").as_ptr(), none));
         api.ok((api.srf_mesh_write_stl)(mesh, c("mesh.stl").as_ptr(), none));
         for name in ["mesh.obj", "mesh.stl"] {
@@ -201,6 +214,8 @@ pub(super) fn everything_is_written_and_comes_back() {
         api.ok((api.srf_image_size)(image, std::ptr::null_mut(), std::ptr::null_mut(), &mut valid));
         api.ok((api.srf_images_write_ptx)(images.as_ptr(), 1, c("scan.ptx").as_ptr(), none));
         api.ok((api.srf_images_write_e57)(images.as_ptr(), 1, c("scan.e57").as_ptr(), none));
+        let refused = (api.srf_images_write_conf)(images.as_ptr(), 1, c("scans.ply").as_ptr(), 1, none);
+        api.refused(refused, INPUT, "the name must end in .conf");
         let refused = (api.srf_images_write_conf)(images.as_ptr(), 1, c("scans.conf").as_ptr(), 1, none);
         api.refused(refused, INPUT, "a name of its own that can be a file's");
         for name in ["scan.ptx", "scan.e57"] {

@@ -11,3 +11,4 @@ op.dropout_grazing = 0.5
 op.backfaces = False
 op.pose_shift = 0.001
 op.pose_turn = 0.001
+op.max_range = 0.0

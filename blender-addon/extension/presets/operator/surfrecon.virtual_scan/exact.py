@@ -10,3 +10,5 @@ op.dropout = 0.0
 op.dropout_grazing = 0.0
 op.pose_shift = 0.0
 op.pose_turn = 0.0
+op.max_range = 0.0
+op.backfaces = False

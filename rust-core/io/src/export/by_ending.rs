@@ -1,0 +1,85 @@
+//! A mesh in the format that its file's name asks for.
+
+use std::path::Path;
+
+use glam::DAffine3;
+
+use super::{
+    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Up, ending_for, write_glb, write_obj,
+    write_ply, write_stl,
+};
+use base::error::{Error, Result};
+use base::params::{choice, ratio};
+use base::progress::Progress;
+use mesh::TriMesh;
+
+base::choices! {
+    /// How the numbers of PLY files are written.
+    pub enum Encoding {
+        /// Coordinates in single precision unless they lie so far from the origin that they would lose detail.
+        Binary = "binary" "Binary",
+        /// Coordinates in double precision.
+        BinaryDouble = "binary_double" "Binary, double precision",
+        /// Coordinates with the fewest digits that read back as the same numbers.
+        Ascii = "ascii" "Text",
+    }
+}
+
+impl From<Encoding> for PlyOptions {
+    fn from(encoding: Encoding) -> Self {
+        let (encoding, positions) = match encoding {
+            Encoding::Binary => (PlyEncoding::BinaryLittleEndian, PositionType::Auto),
+            Encoding::BinaryDouble => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
+            Encoding::Ascii => (PlyEncoding::Ascii, PositionType::Auto),
+        };
+        PlyOptions { encoding, positions }
+    }
+}
+
+base::params! {
+    /// How a mesh is written.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct WriteOptions of "write" {
+        /// Metres a unit of the mesh, for glTF, which is in metres: 0.001 for millimetres. Other formats keep the unit.
+        metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
+        /// Axis of the mesh that points up, for glTF, where y does.
+        up: Up = choice("Up", Up::CHOICES),
+        /// How the numbers of PLY files are written; other formats have one way.
+        encoding: Encoding = choice("Encoding", Encoding::CHOICES),
+    }
+}
+
+/// Writes a mesh by the ending of the file's name: PLY with all attributes, binary glTF with those of vertices, OBJ with
+/// colours, STL. `coarser` are meshes of the same surface with fewer and fewer triangles, glTF's levels of detail.
+///
+/// # Errors
+/// [`Error::Parameter`]; [`Error::Input`] for another ending, and for what the format has no place for; those of the writer.
+pub fn write_mesh(
+    path: &Path,
+    mesh: &TriMesh,
+    coarser: &[&TriMesh],
+    options: &WriteOptions,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    options.validate()?;
+    let ending = ending_for(path, Holding::Mesh)?;
+    if !coarser.is_empty() && ending != "glb" {
+        return Err(Error::input(format!("{}: only .glb holds coarser levels", path.display())));
+    }
+    if options.encoding != Encoding::Binary && ending != "ply" {
+        let encoding = options.encoding.name();
+        return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", path.display())));
+    }
+    match ending {
+        "ply" => write_ply(path, mesh, options.encoding, progress),
+        "glb" => {
+            let name = path.file_stem().unwrap_or_default().to_string_lossy();
+            let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser };
+            let WriteOptions { up, metres_per_unit, .. } = *options;
+            write_glb(path, &[node], &GlbOptions { up, metres_per_unit }, progress)
+        }
+        "obj" => write_obj(path, mesh, progress),
+        "stl" => write_stl(path, mesh, progress),
+        other => unreachable!("{other} holds no mesh"),
+    }
+}
