@@ -18,6 +18,7 @@ from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
 
 BENCHMARKS = [
     "merge",
+    "noise",
     "delaunay",
     "scattered",
     "sculpt",

@@ -9,6 +9,13 @@ SMALLEST, USUAL, ALL = "smallest", "usual", "all"
 # What only --all runs, by benchmark: patterns of "CASE: TOOL". The others are meant to fit record.BUDGET_CPU_S.
 HEAVY = {
     "merge": ["dragon 0.75 mm: *", "happy 0.60 mm: *"],
+    # MeshLab's two take a quarter of a minute and more: shown without noise and with a cell of it.
+    "noise": ["sculpture 40, white 0.05: *", "sculpture 40, white 3: *", "sculpture 400, *: *", "room 300: *"]
+    + ["room 1000: *", "left out of *, all: *", "sculpture 40, correlated 0.25: *", "sculpture 40, quantized 0.25: *"]
+    + ["sculpture 40, white 0.*: pymeshlab-*", "sculpture 40, white 2: pymeshlab-*", "*, poses *: pymeshlab-*"]
+    + [f"*, {kind} *: pymeshlab-*" for kind in ("correlated", "quantized", "mixed")]
+    + [f"{case}: pymeshlab-*" for case in ("sculpture [15], *", "plates 10, white [01]", "plates 10, white 0.25")]
+    + ["plates *: pymeshlab-vcg"],
     # Gmsh does not end on two layers.
     "delaunay": ["uniform 3 M: *", "two layers of integers 500 k: gmsh"],
     "scattered": ["armadillo 1M: *", "torus 200000: *", "torus *: open3d-*", "torus *: meshlab-*"],

@@ -17,6 +17,7 @@ PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_P
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
+    "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "delaunay": {"qhull"},
     "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"},
     "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
@@ -29,7 +30,11 @@ WITH = {
     "limits": set(),
 }
 # Columns that are null where a case has nothing of the kind.
-NOT_OF_ALL = {"blender": {"ms", "blender_minimum_ms", "peak_mb"}, "cluster": {"genus"}}
+NOT_OF_ALL = {
+    "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
+    "blender": {"ms", "blender_minimum_ms", "peak_mb"},
+    "cluster": {"genus"},
+}
 
 needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
 
