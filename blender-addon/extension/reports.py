@@ -70,12 +70,15 @@ def merge_lines(context, report):
     yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
+    # Reports of files saved before have none.
+    if report.get("noise"):
+        yield "Noise of the samples", length(context, report["noise"])
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])
     yield "Holes closed, left", f"{closed}, {left}"
     yield "Closed up to", length(context, report["max_hole_length"])
-    yield "Small parts dropped", f"{parts}"
+    yield "Stray parts dropped", f"{parts}"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield "Time", f"{sum(report['seconds'].values()):.2f} s"
     yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"

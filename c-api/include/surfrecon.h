@@ -404,15 +404,15 @@ typedef struct {
   // Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
   // SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
   double voxel;
-  // Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the
-  // registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the measured distance
-  // between overlapping scans.
+  // Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
+  // residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
+  // measured distance between overlapping scans.
   double merge_distance;
   // Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
   // voxels, but at most a fifth of the diagonal of the connected part the hole is in.
   double max_hole_length;
-  // Connected parts with fewer triangles than this share of the largest part's are dropped. 0: all are kept. 0 to 1,
-  // default 0.01.
+  // Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped
+  // in any case. 0: all are kept that scans are evidence of. 0 to 1, default 0.
   double min_component_share;
   // Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
   // the default: 3.4 times the median distance of neighbouring samples of each scan.
@@ -462,6 +462,8 @@ typedef struct {
   uint64_t dropped_faces;
   // Largest number of bytes held by intersections and the surface at once.
   uint64_t working_bytes;
+  // Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
+  double noise;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().

@@ -117,6 +117,8 @@ pub struct srf_merge_report {
     pub dropped_faces: u64,
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,
+    /// Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
+    pub noise: f64,
 }
 
 impl From<MergeReport> for srf_merge_report {
@@ -141,6 +143,7 @@ impl From<MergeReport> for srf_merge_report {
             dropped_components: r.dropped_components[0],
             dropped_faces: r.dropped_components[1],
             working_bytes: r.working_bytes,
+            noise: r.noise,
         }
     }
 }
@@ -269,7 +272,7 @@ fn warn_of_gaps(report: &MergeReport) {
         tell(
             SRF_LOG_WARNING,
             &format!(
-                "{parts} small parts with {faces} triangles were dropped; min_component_share says which are small"
+                "{parts} parts with {faces} triangles were dropped: noise made them, or min_component_share says they are small"
             ),
         );
     }

@@ -102,9 +102,10 @@ Outputs run(Job &job)
 
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
-    job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance));
+    job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance) +
+            ", noise of the samples " + shown(report.noise));
     job.log(std::to_string(report.holes_closed) + " holes closed, " + std::to_string(report.holes_open) + " left open; " +
-            std::to_string(report.dropped_components) + " small parts dropped");
+            std::to_string(report.dropped_components) + " stray parts dropped");
     Outputs out;
     out["layers"] = static_cast<int>(report.scans);
     out["input_triangles"] = static_cast<int>(report.input_triangles);
@@ -114,6 +115,7 @@ Outputs run(Job &job)
     out["merge_distance"] = report.merge_distance;
     out["max_hole_length"] = report.max_hole_length;
     if (report.overlap_residual >= 0) out["overlap_residual"] = report.overlap_residual;
+    out["noise"] = report.noise;
     out["holes_closed"] = static_cast<int>(report.holes_closed);
     out["holes_open"] = static_cast<int>(report.holes_open);
     out["dropped_components"] = static_cast<int>(report.dropped_components);

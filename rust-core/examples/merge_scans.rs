@@ -96,7 +96,7 @@ fn json(report: &MergeReport) -> String {
     let seconds: Vec<String> = report.seconds.iter().map(|(stage, s)| format!("\"{stage}\": {s}")).collect();
     format!(
         "{{\"scans\": {}, \"input_triangles\": {}, \"voxel\": {}, \"merge_distance\": {}, \"max_hole_length\": {}, \
-         \"overlap_residual\": {residual}, \"grid\": {:?}, \"intersections\": {}, \"fused_intersections\": {}, \
+         \"overlap_residual\": {residual}, \"noise\": {}, \"grid\": {:?}, \"intersections\": {}, \"fused_intersections\": {}, \
          \"artificial_intersections\": {}, \"faces\": {:?}, \"holes\": {:?}, \"dropped_components\": {:?}, \
          \"working_bytes\": {}, \"seconds\": {{{}}}}}\n",
         report.scans,
@@ -104,6 +104,7 @@ fn json(report: &MergeReport) -> String {
         report.voxel,
         report.merge_distance,
         report.max_hole_length,
+        report.noise,
         report.grid,
         report.intersections,
         report.fused_intersections,

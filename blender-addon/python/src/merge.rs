@@ -40,7 +40,7 @@ use crate::scans::Scan;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.01, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
 pub fn merge(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,
@@ -270,6 +270,12 @@ impl MergeReport {
         self.report.overlap_residual
     }
 
+    /// Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
+    #[getter]
+    fn noise(&self) -> f64 {
+        self.report.noise
+    }
+
     /// Cells spanned by the scans along x, y and z.
     #[getter]
     fn grid(&self) -> (u64, u64, u64) {
@@ -347,6 +353,7 @@ impl MergeReport {
             merge_distance,
             max_hole_length,
             overlap_residual,
+            noise,
             grid,
             intersections,
             fused_intersections,

@@ -20,15 +20,15 @@ pub struct srf_merge_params {
     /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
     /// SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
     pub voxel: f64,
-    /// Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the
-    /// registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the measured distance
-    /// between overlapping scans.
+    /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
+    /// residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
+    /// measured distance between overlapping scans.
     pub merge_distance: f64,
     /// Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
     /// voxels, but at most a fifth of the diagonal of the connected part the hole is in.
     pub max_hole_length: f64,
-    /// Connected parts with fewer triangles than this share of the largest part's are dropped. 0: all are kept. 0 to 1,
-    /// default 0.01.
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped
+    /// in any case. 0: all are kept that scans are evidence of. 0 to 1, default 0.
     pub min_component_share: f64,
     /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
     /// the default: 3.4 times the median distance of neighbouring samples of each scan.
@@ -46,7 +46,7 @@ impl Fields for srf_merge_params {
             voxel: SRF_FROM_DATA,
             merge_distance: SRF_FROM_DATA,
             max_hole_length: SRF_FROM_DATA,
-            min_component_share: 0.01,
+            min_component_share: 0.0,
             edge_limit: SRF_FROM_DATA,
             grazing_limit: std::f64::consts::FRAC_PI_2,
         }

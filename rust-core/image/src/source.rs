@@ -6,8 +6,9 @@ use bytemuck::NoUninit;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
+use crate::range_image::smooth::{self, Smoothed};
 use crate::range_image::{RangeImage, Samples};
-use crate::triangulate::{self, TriangulateParams};
+use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -76,6 +77,35 @@ pub struct OrientedSurface {
     pub colour: Option<Vec<[u8; 4]>>,
     /// Median distance of neighbouring samples.
     pub spacing: f64,
+    /// What its noise does to each vertex; `None` for a surface that is taken as it is.
+    pub noise: Option<SampleNoise>,
+}
+
+/// The noise of a scan at the vertices of its surface. That surface is smoothed, so that it does not fold.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SampleNoise {
+    /// From each vertex to where the surface is without the bias of smoothing, in the surface's frame.
+    pub residual: Vec<[f32; 3]>,
+    /// Standard deviation of the sample along its ray, as measured.
+    pub deviation: Vec<f32>,
+}
+
+impl SampleNoise {
+    /// Of the vertices of a surface whose pixels are among `pixels`, those of the samples that were smoothed.
+    fn of(image: &RangeImage, smoothed: &Smoothed, pixels: &[u32], surface: &RangeSurface) -> Self {
+        let mut noise = SampleNoise::default();
+        let mut k = 0;
+        for (&pixel, &position) in surface.pixels.iter().zip(&surface.positions) {
+            while pixels[k] < pixel {
+                k += 1;
+            }
+            let direction = image.projection().view_direction(position);
+            let residual = direction * (smoothed.place[k] - smoothed.facing[k]);
+            noise.residual.push(residual.as_vec3().to_array());
+            noise.deviation.push(smoothed.deviation[k]);
+        }
+        noise
+    }
 }
 
 /// A range image in memory.
@@ -155,8 +185,16 @@ impl OrientedSurface {
         triangulation: &TriangulateParams,
         progress: &Progress<'_>,
     ) -> Result<Self> {
-        let surface = triangulate::triangulate(image, triangulation, progress)?;
+        let mut grid = triangulate::samples(image, triangulation, progress)?;
+        let smoothed = smooth::smoothed(image, &grid, progress)?;
+        let pixels = smoothed.as_ref().map(|_| grid.pixels.clone());
+        if let Some(smoothed) = &smoothed {
+            grid.move_samples(|k, at| at + image.projection().view_direction(at) * smoothed.facing[k]);
+        }
+        let surface = triangulate::triangulate_samples(image, grid, triangulation, progress)?;
         let colour = image.colour.as_ref().map(|c| surface.pixels.iter().map(|&p| c[p as usize]).collect());
+        let noise =
+            (smoothed.zip(pixels)).map(|(smoothed, pixels)| SampleNoise::of(image, &smoothed, &pixels, &surface));
         Ok(OrientedSurface {
             positions: surface.positions,
             triangles: surface.triangles,
@@ -164,6 +202,7 @@ impl OrientedSurface {
             confidence: surface.confidence,
             colour,
             spacing: surface.spacing,
+            noise,
         })
     }
 
@@ -194,6 +233,7 @@ impl OrientedSurface {
             confidence,
             colour,
             spacing: mesh.median_edge(),
+            noise: None,
         })
     }
 }

@@ -12,7 +12,7 @@
 //! 4. a **valid cell** has all corners labelled and its surface meets active or accepted edges only;
 //! 5. cells that touch along an edge of the grid only, where two fans of triangles would share a vertex, are given up.
 
-use super::classify::Plane;
+use super::field::Plane;
 use super::lattice::{BRICK, ROWS};
 
 /// Margin of neighbouring nodes on each side of a brick: the reach of all steps together. Whether an edge is used depends

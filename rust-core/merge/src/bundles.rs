@@ -7,7 +7,7 @@ use super::lattice::{BRICK, BRICK_BITS};
 /// An intersection of a scan, or of fused scans, with a line of the grid. [MI04, sec. 3.1]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Crossing {
-    /// Line within the bundle (bits 0 to 9), flags of the fusion (10, 11), number of the scan (from 12 on).
+    /// Line within the bundle (bits 0 to 9), flags of the paper's fusing (10, 11), number of the scan (from 12 on).
     packed: u32,
     /// Cell along the line.
     pub cell: i32,
@@ -19,11 +19,24 @@ pub struct Crossing {
     pub weight: f32,
     /// Colour, sRGB with straight alpha.
     pub colour: [u8; 4],
+    /// How much further along the normal the surface lies, without the bias of smoothing, in units of 1 / 4096 cell.
+    residual: i16,
+    /// Standard deviation of the samples here, in units of 1 / 32 cell; 0: clean.
+    deviation: u8,
+    /// Half the distance along the line to the next crossing of the other sign, below and above, in quarters of a cell; 15
+    /// is far.
+    room: u8,
 }
 
 const LINE_MASK: u32 = (1 << (2 * BRICK_BITS)) - 1;
+#[cfg(any(test, feature = "reference"))]
 const FLAG_BELOW: u32 = 1 << (2 * BRICK_BITS);
+#[cfg(any(test, feature = "reference"))]
 const FLAG_ABOVE: u32 = FLAG_BELOW << 1;
+const RESIDUAL_UNITS: f64 = 4096.0;
+const DEVIATION_UNITS: f64 = 32.0;
+const ROOM_UNITS: f64 = 4.0;
+const ROOM_FAR: u8 = 15;
 const SCAN_SHIFT: u32 = 2 * BRICK_BITS + 2;
 
 /// Largest number of scans: what the crossing's number has room for.
@@ -33,7 +46,47 @@ impl Crossing {
     /// A crossing of scan `scan` with line `line` of its bundle.
     #[inline]
     pub fn new(line: u32, scan: u32, cell: i32, fraction: f32, normal: f32, weight: f32, colour: [u8; 4]) -> Self {
-        Crossing { packed: line | scan << SCAN_SHIFT, cell, fraction, normal, weight, colour }
+        let packed = line | scan << SCAN_SHIFT;
+        Crossing { packed, cell, fraction, normal, weight, colour, ..Crossing::default() }
+    }
+
+    /// Notes what noise does to it: where the surface lies further along the normal, and the standard deviation of the
+    /// samples, both in cells.
+    pub fn set_noise(&mut self, residual: f64, deviation: f64) {
+        let (least, most) = (i16::MIN.into(), i16::MAX.into());
+        self.residual = (residual * RESIDUAL_UNITS).round().clamp(least, most) as i16;
+        self.deviation = (deviation * DEVIATION_UNITS).round().clamp(0.0, u8::MAX.into()) as u8;
+    }
+
+    /// How much further along the normal the surface lies, in cells.
+    #[inline]
+    pub fn residual(&self) -> f64 {
+        f64::from(self.residual) / RESIDUAL_UNITS
+    }
+
+    /// Standard deviation of the samples here, in cells; 0: clean.
+    #[inline]
+    pub fn deviation(&self) -> f64 {
+        f64::from(self.deviation) / DEVIATION_UNITS
+    }
+
+    /// Whether its samples are no noisier than what a crossing tells.
+    #[inline]
+    pub fn is_clean(&self) -> bool {
+        self.deviation == 0
+    }
+
+    /// Notes how far, in cells, crossings of the other sign lie below and above it on the line.
+    pub fn set_room(&mut self, below: f64, above: f64) {
+        let quarters = |distance: f64| (0.5 * distance * ROOM_UNITS).min(ROOM_FAR.into()) as u8;
+        self.room = quarters(below) | quarters(above) << 4;
+    }
+
+    /// How far, in cells, it may speak of nodes below or above: half way to the next crossing of the other sign.
+    #[inline]
+    pub fn room(&self, above: bool) -> f64 {
+        let quarters = if above { self.room >> 4 } else { self.room & ROOM_FAR };
+        if quarters == ROOM_FAR { f64::INFINITY } else { f64::from(quarters) / ROOM_UNITS }
     }
 
     /// Line within the bundle.
@@ -48,6 +101,15 @@ impl Crossing {
         self.packed >> SCAN_SHIFT
     }
 
+    /// Whether a walk along the line enters the object here, the paper's `+`.
+    #[inline]
+    pub fn enters(&self) -> bool {
+        self.normal < 0.0
+    }
+}
+
+#[cfg(any(test, feature = "reference"))]
+impl Crossing {
     /// Notes that another crossing of the line lies in the next cell below (`above` = false) or above.
     pub fn set_neighbour(&mut self, above: bool) {
         self.packed |= if above { FLAG_ABOVE } else { FLAG_BELOW };
@@ -57,12 +119,6 @@ impl Crossing {
     #[inline]
     pub fn has_neighbour(&self, above: bool) -> bool {
         self.packed & if above { FLAG_ABOVE } else { FLAG_BELOW } != 0
-    }
-
-    /// Whether a walk along the line enters the object here, the paper's `+`.
-    #[inline]
-    pub fn enters(&self) -> bool {
-        self.normal < 0.0
     }
 }
 

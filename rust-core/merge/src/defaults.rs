@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::bundles::RawBundle;
-use super::fuse::for_each_line;
+use super::bundles::{Crossing, RawBundle};
+use super::lines::for_each_line;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{OrientedSurface, ScanSource};
@@ -74,14 +74,15 @@ const REACH: f64 = 8.0;
 /// Lines more oblique than this say little about the distance along the normal.
 const LEAST_NORMAL: f32 = 0.5;
 
-/// Distances along the normal between neighbouring crossings of different scans with the same sign.
+/// Distances along the normal between the crossings of scans that follow each other in number, with the same sign: of each
+/// the nearest, so that they do not shrink as scans are added.
 #[derive(Clone, Debug)]
 pub struct OverlapDistances {
     counts: Vec<u64>,
 }
 
 impl OverlapDistances {
-    /// Measures all lines.
+    /// Measures all lines. O(crossings).
     ///
     /// # Errors
     /// Cancelled.
@@ -92,16 +93,15 @@ impl OverlapDistances {
             .try_fold(empty, |mut counts, raw| {
                 progress.check()?;
                 for_each_line(raw, |_, line| {
-                    for i in 1..line.len() {
-                        let (a, b) = (&line[i - 1], &line[i]);
-                        let normal = (a.normal + b.normal).abs() / 2.0;
-                        if a.scan() == b.scan() || a.enters() != b.enters() || normal < LEAST_NORMAL {
-                            continue;
-                        }
-                        let along = f64::from(b.cell - a.cell) + f64::from(b.fraction - a.fraction);
-                        let bin = (along * f64::from(normal) * BINS_PER_CELL) as usize;
-                        if bin < counts.len() {
-                            counts[bin] += 1;
+                    line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
+                    // Stable: within a scan they stay in order along the line.
+                    line.sort_by_key(|c| (c.enters(), c.scan()));
+                    let of_scan: Vec<&[Crossing]> =
+                        line.chunk_by(|a, b| (a.enters(), a.scan()) == (b.enters(), b.scan())).collect();
+                    for pair in of_scan.windows(2).filter(|pair| pair[0][0].enters() == pair[1][0].enters()) {
+                        let nearest = pair[1].iter().map(|other| distance(&pair[0][0], other)).fold(REACH, f64::min);
+                        if let Some(count) = counts.get_mut((nearest * BINS_PER_CELL) as usize) {
+                            *count += 1;
                         }
                     }
                 });
@@ -123,4 +123,11 @@ impl OverlapDistances {
         }
         None
     }
+}
+
+/// Distance of two crossings of a line along their mean normal, in cells.
+fn distance(a: &Crossing, b: &Crossing) -> f64 {
+    let along = f64::from(b.cell - a.cell) + f64::from(b.fraction - a.fraction);
+    let normal = 0.5 * f64::from(a.normal + b.normal);
+    (along * normal + b.residual() - a.residual()).abs()
 }

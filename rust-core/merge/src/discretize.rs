@@ -6,6 +6,8 @@
 //! through a shared edge belongs to one of its triangles, and the crossings of a closed surface along the twelve edges of
 //! a cell are always those of some labelling of its corners.
 
+use glam::DVec3;
+
 use super::bundles::{Buckets, Crossing};
 use super::lattice::{ACROSS, CELL, FRACTION_BITS, Lattice};
 use base::error::{Error, Result};
@@ -34,6 +36,8 @@ pub fn discretize(
     let flipped = surface.world_from_surface.matrix3.determinant() < 0.0;
     let vertices = lattice.snap(&surface.positions, &surface.world_from_surface, name)?;
     let colour = surface.colour.as_deref();
+    let cells_from_surface = surface.world_from_surface.matrix3 * lattice.voxel.recip();
+    let cells = cells_from_surface.determinant().abs().cbrt();
     let mut next_check = 0;
     for (t, &[a, b, c]) in surface.triangles.iter().enumerate() {
         if t as u64 + buckets.len >= next_check {
@@ -78,7 +82,16 @@ pub fn discretize(
                     None => [255; 4],
                 };
                 buckets.push(axis, hit.line[0], hit.line[1], |line| {
-                    Crossing::new(line, scan, hit.cell, hit.fraction, hit.sign_of(normal[axis]), weight, colour)
+                    let along = hit.sign_of(normal[axis]);
+                    let mut crossing = Crossing::new(line, scan, hit.cell, hit.fraction, along, weight, colour);
+                    if let Some(noise) = &surface.noise {
+                        let residual = [0, 1, 2].map(|i| blend(&|v| noise.residual[v][i]));
+                        let residual = cells_from_surface * DVec3::from_array(residual.map(f64::from));
+                        let normal = DVec3::from_array(normal.map(f64::from));
+                        let deviation = cells * f64::from(blend(&|v| noise.deviation[v]));
+                        crossing.set_noise(residual.dot(normal), deviation);
+                    }
+                    crossing
                 });
             };
             if small {
@@ -134,8 +147,8 @@ impl Triangle {
 
     fn unit_normal(&self) -> [f32; 3] {
         let [a, b, c] = self.vertices;
-        let ab = glam::DVec3::new((b[0] - a[0]) as f64, (b[1] - a[1]) as f64, (b[2] - a[2]) as f64);
-        let ac = glam::DVec3::new((c[0] - a[0]) as f64, (c[1] - a[1]) as f64, (c[2] - a[2]) as f64);
+        let ab = DVec3::new((b[0] - a[0]) as f64, (b[1] - a[1]) as f64, (b[2] - a[2]) as f64);
+        let ac = DVec3::new((c[0] - a[0]) as f64, (c[1] - a[1]) as f64, (c[2] - a[2]) as f64);
         ab.cross(ac).normalize_or_zero().as_vec3().to_array()
     }
 }

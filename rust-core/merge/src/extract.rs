@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::anomalies::{BrickSurface, gather};
-use super::classify::Bundles;
+use super::field::Vertices;
 use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
 use super::passes;
@@ -17,7 +17,7 @@ use base::error::Result;
 use base::progress::Progress;
 use mesh::{Attribute, TriMesh};
 
-/// A vertex that no crossing gives a place: its edge, by axis and lower node.
+/// A vertex that no crossing of its line gives a place: its edge, by axis and lower node.
 #[derive(Clone, Copy, Debug)]
 pub struct Artificial {
     /// Number of the vertex.
@@ -26,6 +26,8 @@ pub struct Artificial {
     pub axis: u8,
     /// Lower node of its edge.
     pub node: [i32; 3],
+    /// Whether its place is known: votes of other lines gave it.
+    pub is_placed: bool,
 }
 
 /// Vertices of several edges that meet exactly in a node are moved this far apart, in cells: enough to stay distinct in
@@ -52,6 +54,8 @@ pub struct Surface {
     pub positions: Vec<DVec3>,
     /// Trust, summed over the scans at the vertex.
     pub confidence: Vec<f32>,
+    /// Standard deviation of the samples here along their rays, world units; 0: clean.
+    pub noise: Vec<f32>,
     /// sRGB with straight alpha.
     pub colour: Vec<[u8; 4]>,
     /// Scan of largest weight, -1 for vertices that lie on no scan exactly: artificial ones, and those moved out of nodes.
@@ -77,6 +81,7 @@ impl Surface {
         Ok(Surface {
             positions: passes::copied(&self.positions, progress)?,
             confidence: passes::copied(&self.confidence, progress)?,
+            noise: passes::copied(&self.noise, progress)?,
             colour: passes::copied(&self.colour, progress)?,
             scan: passes::copied(&self.scan, progress)?,
             triangles: passes::copied(&self.triangles, progress)?,
@@ -85,6 +90,13 @@ impl Surface {
             boundary: passes::copied(&self.boundary, progress)?,
             cases: passes::copied(&self.cases, progress)?,
         })
+    }
+
+    /// Median of the noise over the vertices, world units.
+    pub fn typical_noise(&self) -> f64 {
+        let mut noise = self.noise.clone();
+        let middle = noise.len() / 2;
+        if noise.is_empty() { 0.0 } else { f64::from(*noise.select_nth_unstable_by(middle, f32::total_cmp).1) }
     }
 
     /// Size of the bounding box.
@@ -106,7 +118,7 @@ impl Surface {
 
     /// Bytes held by vertices and triangles.
     pub fn bytes(&self) -> u64 {
-        let vertex = size_of::<DVec3>() + size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();
+        let vertex = size_of::<DVec3>() + 2 * size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();
         (self.positions.len() * vertex + self.triangles.len() * size_of::<[u32; 3]>()) as u64
     }
 
@@ -115,12 +127,14 @@ impl Surface {
     pub fn adopt_fill(&mut self, holes: &HoleReport) {
         let more = holes.sources.len();
         self.confidence.reserve_exact(more);
+        self.noise.reserve_exact(more);
         self.colour.reserve_exact(more);
         self.scan.reserve_exact(more);
         self.cases.reserve_exact(self.triangles.len() - self.cases.len());
         for sources in &holes.sources {
             let sources = sources.map(|v| v as usize);
             self.confidence.push(sources.iter().map(|&v| self.confidence[v]).sum::<f32>() / 3.0);
+            self.noise.push(sources.iter().map(|&v| self.noise[v]).sum::<f32>() / 3.0);
             let mean = |i: usize| (sources.iter().map(|&v| u32::from(self.colour[v][i])).sum::<u32>() + 1) / 3;
             self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);
             self.scan.push(-1);
@@ -148,6 +162,7 @@ impl Surface {
         let mut mesh = TriMesh::new(self.positions, self.triangles);
         mesh.vertex_attributes = vec![
             Attribute::f32("confidence", self.confidence),
+            Attribute::f32("noise", self.noise),
             Attribute::i32("source_scan", self.scan),
             Attribute::bool("interpolated", interpolated),
         ];
@@ -177,6 +192,7 @@ struct Part<'a> {
     first_vertex: u32,
     positions: &'a mut [DVec3],
     confidence: &'a mut [f32],
+    noise: &'a mut [f32],
     colour: &'a mut [[u8; 4]],
     scan: &'a mut [i32],
     triangles: &'a mut [[u32; 3]],
@@ -270,7 +286,7 @@ fn configuration(inside: &CornerRows, [x, y, z]: [i32; 3]) -> u8 {
 /// Cancelled.
 pub fn extract(
     bricks: &mut [Box<BrickSurface>],
-    bundles: &Bundles,
+    found: &FxHashMap<[i32; 3], Vertices>,
     lattice: &Lattice,
     progress: &Progress<'_>,
 ) -> Result<Surface> {
@@ -292,6 +308,7 @@ pub fn extract(
     let mut surface = Surface {
         positions: passes::filled(DVec3::ZERO, vertices, progress)?,
         confidence: vec![0.0; vertices],
+        noise: vec![0.0; vertices],
         colour: passes::filled([255; 4], vertices, progress)?,
         scan: passes::filled(-1, vertices, progress)?,
         triangles: vec![[0; 3]; triangles],
@@ -304,7 +321,7 @@ pub fn extract(
         .into_par_iter()
         .map(|mut part| {
             progress.advance(1)?;
-            let (artificial, at_nodes) = part.place_vertices(bundles, lattice);
+            let (artificial, at_nodes) = part.place_vertices(found.get(&part.surface.brick), lattice);
             Ok((artificial, at_nodes, part.write_triangles(&bricks, &table)))
         })
         .collect::<Result<Vec<_>>>()?;
@@ -324,6 +341,7 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
         head
     }
     let (mut positions, mut confidence) = (&mut surface.positions[..], &mut surface.confidence[..]);
+    let mut noise = &mut surface.noise[..];
     let (mut colour, mut scan) = (&mut surface.colour[..], &mut surface.scan[..]);
     let (mut triangles, mut cases) = (&mut surface.triangles[..], &mut surface.cases[..]);
     (bricks.list.iter().zip(&bricks.first_vertex))
@@ -332,6 +350,7 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
             first_vertex,
             positions: cut(&mut positions, surface.vertices),
             confidence: cut(&mut confidence, surface.vertices),
+            noise: cut(&mut noise, surface.vertices),
             colour: cut(&mut colour, surface.vertices),
             scan: cut(&mut scan, surface.vertices),
             triangles: cut(&mut triangles, surface.triangles),
@@ -343,41 +362,42 @@ fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> 
 impl Part<'_> {
     /// Places the vertices; returns those whose edges have no fitting crossing, placed at the middle for now, and those
     /// that lie in nodes.
-    fn place_vertices(&mut self, bundles: &Bundles, lattice: &Lattice) -> (Vec<Artificial>, Vec<AtNode>) {
+    fn place_vertices(&mut self, vertices: Option<&Vertices>, lattice: &Lattice) -> (Vec<Artificial>, Vec<AtNode>) {
         let surface = self.surface;
         let first_node = surface.brick.map(|b| b << BRICK_BITS);
         let mut placed = vec![false; surface.vertices as usize];
-        let mut at_nodes = Vec::new();
+        let (mut artificial, mut at_nodes) = (Vec::new(), Vec::new());
         for axis in 0..3 {
-            let Some(bundle) = bundles.through(axis, surface.brick) else { continue };
-            let [u, v] = super::lattice::ACROSS[axis];
-            for crossing in bundle.in_brick(surface.brick[axis]) {
-                let mut at = [0; 3];
-                at[axis] = crossing.cell - first_node[axis];
-                (at[u], at[v]) = (crossing.line() as i32 & (BRICK - 1), crossing.line() as i32 >> BRICK_BITS);
+            for vertex in vertices.map_or(&[][..], |vertices| &vertices[axis]) {
+                let at = [0, 1, 2].map(|i| i32::from(vertex.node) >> (BRICK_BITS * i) & (BRICK - 1));
                 let row = row(at[1], at[2]);
                 let bit = 1_u32 << at[0];
                 let used = surface.used[axis][row];
                 // The lower node of an edge where the line enters the object is outside.
-                if used & bit == 0 || crossing.enters() == (surface.inside[row] & bit != 0) {
+                if used & bit == 0 || vertex.enters == (surface.inside[row] & bit != 0) {
                     continue;
                 }
                 let slot = (surface.before[axis][row] + (used & (bit - 1)).count_ones()) as usize;
                 let node = [0, 1, 2].map(|i| first_node[i] + at[i]);
-                self.positions[slot] = lattice.world(node, axis, f64::from(crossing.fraction));
-                self.confidence[slot] = crossing.weight;
-                self.colour[slot] = crossing.colour;
-                self.scan[slot] = crossing.scan() as i32;
+                self.positions[slot] = lattice.world(node, axis, f64::from(vertex.fraction));
                 placed[slot] = true;
-                let upward = crossing.fraction < 0.5;
-                if crossing.fraction.min(1.0 - crossing.fraction) < APART as f32 {
+                if vertex.scan < 0 {
+                    let vertex = self.first_vertex + slot as u32;
+                    artificial.push(Artificial { vertex, axis: axis as u8, node, is_placed: true });
+                } else {
+                    self.confidence[slot] = vertex.weight;
+                    self.noise[slot] = (f64::from(vertex.noise) * lattice.voxel) as f32;
+                    self.colour[slot] = vertex.colour;
+                    self.scan[slot] = vertex.scan;
+                }
+                let upward = vertex.fraction < 0.5;
+                if vertex.fraction.min(1.0 - vertex.fraction) < APART as f32 {
                     let mut node = node;
                     node[axis] += i32::from(!upward);
                     at_nodes.push(AtNode { vertex: self.first_vertex + slot as u32, axis: axis as u8, node, upward });
                 }
             }
         }
-        let mut artificial = Vec::new();
         for axis in 0..3 {
             for z in 0..BRICK {
                 for y in 0..BRICK {
@@ -393,6 +413,7 @@ impl Part<'_> {
                                 vertex: self.first_vertex + slot as u32,
                                 axis: axis as u8,
                                 node,
+                                is_placed: false,
                             });
                         }
                         bits &= bits - 1;

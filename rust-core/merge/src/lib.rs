@@ -22,11 +22,15 @@ mod passes;
 // 2. initial removal
 mod remove;
 
-// 3. fuse
-mod fuse;
+// 3. lines in order
+mod lines;
 
-// 4. labels of the nodes
-mod classify;
+// 4. labels of the nodes, and vertices
+mod field;
+
+// 3. and 4. as the paper has them
+#[cfg(any(test, feature = "reference"))]
+pub mod reference;
 
 // 5. valid cells
 mod anomalies;
@@ -52,7 +56,7 @@ mod deviation;
 use std::time::Instant;
 
 use anomalies::{Analyser, BrickSurface};
-use classify::{BrickLabels, Classifier};
+use field::{BrickLabels, Bundles, Field, Vertices};
 use lattice::Lattice;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -73,15 +77,15 @@ base::params! {
         /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.
         voxel: Option<f64> = length("Voxel")
             .from_data("three times the mean nearest-neighbour distance within a scan").above(0.0),
-        /// Surfaces of different scans closer than this, facing the same way, become one. Choose it above the residual of the registration and below the thinnest wall.
+        /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the residual of the registration and below the thinnest wall.
         merge_distance: Option<f64> = length("Merge distance")
             .from_data("from the voxel and the measured distance between overlapping scans"),
         /// Holes whose boundary is at most this long are closed.
         max_hole_length: Option<f64> = length("Max hole length")
             .from_data("100 voxels, but at most a fifth of the diagonal of the connected part the hole is in")
             .off("all are left open"),
-        /// Connected parts with fewer triangles than this share of the largest part's are dropped.
-        min_component_share: f64 = ratio("Smallest part (share)").default(0.01).at_most(1.0).off("all are kept"),
+        /// Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped in any case.
+        min_component_share: f64 = ratio("Smallest part (share)").default(0.0).at_most(1.0).off("all are kept that scans are evidence of"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
     }
@@ -104,6 +108,8 @@ pub struct MergeReport {
     pub max_hole_length: f64,
     /// Median distance between overlapping scans along grid lines, as measured; `None` where none overlap.
     pub overlap_residual: Option<f64>,
+    /// Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
+    pub noise: f64,
     /// Cells spanned by the scans along x, y and z.
     pub grid: [u64; 3],
     /// Intersections of scans with grid lines.
@@ -116,7 +122,7 @@ pub struct MergeReport {
     pub faces: [u64; 3],
     /// Holes closed, and boundary loops left open.
     pub holes: [u64; 2],
-    /// Components dropped by `min_component_share` and the faces they had.
+    /// Components dropped, those that noise made and those of less than `min_component_share`, and the faces they had.
     pub dropped_components: [u64; 2],
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,
@@ -126,7 +132,8 @@ pub struct MergeReport {
 
 /// Result of a merge.
 ///
-/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `interpolated` (bool: on no scan exactly,
+/// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `noise` (f32, standard deviation of the samples
+/// along their rays, as measured, 0 where they are clean), `interpolated` (bool: on no scan exactly,
 /// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if every
 /// scan has colours. Face attribute: `hole_fill` (bool).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -153,6 +160,15 @@ const PLAN: base::progress::Plan = &[
 /// # Errors
 /// Parameters out of range; whatever loading a scan can meet; [`Error::Cancelled`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    run_by(sources, params, Fusing::ByVotes, progress)
+}
+
+fn run_by(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    fusing: Fusing,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
     params.validate()?;
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
@@ -162,7 +178,7 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
     }
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let merged = progress.run(&pool, || merge(sources, params, [0; 3], progress));
+    let merged = progress.run(&pool, || merge(sources, params, [0; 3], fusing, progress));
     // Whatever else went wrong meanwhile, the caller asked for an end.
     if merged.is_err() {
         progress.check()?
@@ -175,6 +191,7 @@ fn merge(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     corner: [i64; 3],
+    fusing: Fusing,
     progress: &Progress<'_>,
 ) -> Result<Merged> {
     let mut clock = Clock::start();
@@ -200,7 +217,7 @@ fn merge(
     clock.lap("discretize");
 
     progress.stage(2, raw.len() as u64);
-    let merge_distance = match params.merge_distance {
+    let reach = match params.merge_distance {
         Some(distance) => distance / report.voxel,
         None => {
             let distances = defaults::OverlapDistances::measure(&raw, progress)?;
@@ -209,37 +226,39 @@ fn merge(
         }
     };
     clock.lap("overlap");
-    report.merge_distance = params.merge_distance.unwrap_or(merge_distance * report.voxel);
-    let rule = fuse::Rule { merge_distance, full_trust: f64::from(scans.full_trust) };
-    let fused = raw
-        .into_par_iter()
-        .map(|raw| {
-            progress.advance(1)?;
-            Ok(fuse::fuse(raw, rule))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    report.fused_intersections = fused.iter().map(|b| b.crossings.len() as u64).sum();
-    let bundles = classify::Bundles::new(fused);
-    clock.lap("fuse");
-
-    let labels = label_nodes(&bundles, progress)?;
+    report.merge_distance = params.merge_distance.unwrap_or(reach * report.voxel);
+    let full_trust = f64::from(scans.full_trust);
+    let (labels, vertices) = match fusing {
+        Fusing::ByVotes => {
+            let rule = field::Rule { reach: reach.max(1.0), full_trust };
+            let bundles = sort_lines(raw, progress)?;
+            clock.lap("sort");
+            label_nodes(&bundles, &rule, progress)?
+        }
+        #[cfg(any(test, feature = "reference"))]
+        Fusing::ByLines => {
+            reference::label_nodes(raw, reference::Rule { merge_distance: reach, full_trust }, progress)?
+        }
+    };
+    report.fused_intersections = vertices.values().flatten().map(|of_axis| of_axis.len() as u64).sum();
     clock.lap("label");
     let mut bricks = analyse_cells(&labels, progress)?;
     drop(labels);
     clock.lap("analyse");
     progress.stage(5, bricks.len() as u64);
-    let mut surface = extract::extract(&mut bricks, &bundles, &lattice, progress)?;
+    let mut surface = extract::extract(&mut bricks, &vertices, &lattice, progress)?;
     clock.lap("reconstruct");
-    drop(bricks);
-    drop(bundles);
+    drop((bricks, vertices));
     report.artificial_intersections = surface.artificial.len() as u64;
     artificial::place(&mut surface, &lattice, progress)?;
     artificial::separate_at_nodes(&mut surface, &lattice);
     clock.lap("artificial");
     pinches::split(&mut surface, &lattice, progress)?;
     clock.lap("pinches");
+    report.noise = surface.typical_noise();
+    let stray = components::drop_noise(&mut surface, report.voxel, progress)?;
     let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
-    report.dropped_components = [dropped.components, dropped.faces];
+    report.dropped_components = [stray.components + dropped.components, stray.faces + dropped.faces];
     clock.lap("components");
     refuse_nothing(&surface, report.voxel)?;
     let size = surface.extent(progress)?;
@@ -285,19 +304,37 @@ fn refuse_nothing(surface: &extract::Surface, voxel: f64) -> Result<()> {
     )))
 }
 
-type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
+/// How crossings of several scans become one surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fusing {
+    ByVotes,
+    /// As in the paper.
+    #[cfg(any(test, feature = "reference"))]
+    ByLines,
+}
 
-fn label_nodes(bundles: &classify::Bundles, progress: &Progress<'_>) -> Result<Labels> {
+type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
+type BrickVertices = FxHashMap<[i32; 3], Vertices>;
+
+fn sort_lines(raw: Vec<bundles::RawBundle>, progress: &Progress<'_>) -> Result<Bundles> {
+    let sort = |raw| {
+        progress.advance(1)?;
+        Ok(lines::sort(raw))
+    };
+    Ok(Bundles::new(raw.into_par_iter().map(sort).collect::<Result<_>>()?))
+}
+
+fn label_nodes(bundles: &Bundles, rule: &field::Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
     let bricks = bundles.labelled_bricks();
     progress.stage(3, bricks.len() as u64);
-    let labels = bricks
+    let found = bricks
         .into_par_iter()
-        .map_init(Classifier::default, |classifier, brick| {
+        .map_init(Field::default, |field, brick| {
             progress.advance(1)?;
-            Ok(classifier.label(bundles, brick).map(|labels| (brick, labels)))
+            Ok(field.label(bundles, brick, rule).map(|(labels, vertices)| ((brick, labels), (brick, vertices))))
         })
         .collect::<Result<Vec<_>>>()?;
-    Ok(labels.into_iter().flatten().collect())
+    Ok(found.into_iter().flatten().unzip())
 }
 
 fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {

@@ -135,6 +135,7 @@ fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, mut fans: Vec
             let copy = surface.positions.len() as u32;
             surface.positions.push(moved);
             surface.confidence.push(surface.confidence[v]);
+            surface.noise.push(surface.noise[v]);
             surface.colour.push(surface.colour[v]);
             surface.scan.push(-1);
             names.push(copy);
@@ -174,6 +175,7 @@ mod tests {
         Surface {
             positions,
             confidence: vec![1.0; count],
+            noise: vec![0.0; count],
             colour: vec![[9; 4]; count],
             scan: vec![0; count],
             triangles,

@@ -1,27 +1,45 @@
 //! Stage 2, initial removal: details of one scan that are finer than a cell. [MI04, sec. 3.2]
 
+use std::collections::VecDeque;
+
 use super::bundles::Crossing;
 
 /// Drops pairs of crossings of the same scan, with opposite signs, on the same cell edge (the paper's condition, read as
-/// `floor(ic1) = floor(ic2)`). `line` is sorted along the line.
+/// `floor(ic1) = floor(ic2)`). `line` is sorted along the line. O(n log n).
 pub fn remove_fine_details(line: &mut Vec<Crossing>) {
-    let mut i = 0;
-    while i + 1 < line.len() {
-        let partner = (i + 1..line.len())
-            .take_while(|&j| line[j].cell == line[i].cell)
-            .find(|&j| line[j].scan() == line[i].scan() && line[j].enters() != line[i].enters());
-        match partner {
-            Some(j) => {
-                line.remove(j);
-                line.remove(i);
-                // An earlier crossing of the cell may now have found its partner.
-                while i > 0 && i < line.len() && line[i - 1].cell == line[i].cell {
-                    i -= 1;
+    let mut gone: Vec<usize> = Vec::new();
+    let mut start = 0;
+    while start < line.len() {
+        let end = start + line[start..].iter().take_while(|c| c.cell == line[start].cell).count();
+        if line[start..end].iter().any(|c| c.enters() != line[start].enters()) {
+            let mut by_scan: Vec<usize> = (start..end).collect();
+            by_scan.sort_by_key(|&i| line[i].scan());
+            for of_scan in by_scan.chunk_by(|&a, &b| line[a].scan() == line[b].scan()) {
+                // Those without a partner yet, all of one sign: each pairs with the first of the other sign that follows.
+                let mut single: VecDeque<usize> = VecDeque::new();
+                for &i in of_scan {
+                    match single.front() {
+                        Some(&first) if line[first].enters() != line[i].enters() => {
+                            single.pop_front();
+                            gone.extend([first, i]);
+                        }
+                        _ => single.push_back(i),
+                    }
                 }
             }
-            None => i += 1,
         }
+        start = end;
     }
+    if gone.is_empty() {
+        return;
+    }
+    gone.sort_unstable();
+    let (mut at, mut next) = (0, gone.into_iter().peekable());
+    line.retain(|_| {
+        let keep = next.next_if_eq(&at).is_none();
+        at += 1;
+        keep
+    });
 }
 
 #[cfg(test)]

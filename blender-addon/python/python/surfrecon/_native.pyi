@@ -249,6 +249,8 @@ class MergeReport:
     @property
     def overlap_residual(self) -> float | None: ...
     @property
+    def noise(self) -> float: ...
+    @property
     def grid(self) -> tuple[int, int, int]: ...
     @property
     def intersections(self) -> int: ...
@@ -287,7 +289,7 @@ class Job:
         voxel: float | None = None,
         merge_distance: float | None = None,
         max_hole_length: float | None = None,
-        min_component_share: float | None = 0.01,
+        min_component_share: float | None = 0.0,
         edge_limit: float | None = None,
         grazing_limit: float | None = 1.5707963267948966,
         threads: int | None = 0,
@@ -472,7 +474,7 @@ def merge(
     voxel: float | None = None,
     merge_distance: float | None = None,
     max_hole_length: float | None = None,
-    min_component_share: float | None = 0.01,
+    min_component_share: float | None = 0.0,
     edge_limit: float | None = None,
     grazing_limit: float | None = 1.5707963267948966,
     threads: int | None = 0,

@@ -8,6 +8,8 @@
 //! | `normals` | normals from the grid, oriented toward the sensor |
 //! | `curvature` | second difference of the range |
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
+//! | `noise` | standard deviation of the noise, from the data alone |
+//! | `smooth` | noise taken out along the rays |
 
 pub mod projection;
 
@@ -20,6 +22,10 @@ pub mod normals;
 pub mod curvature;
 
 pub mod confidence;
+
+pub mod noise;
+
+pub mod smooth;
 
 #[cfg(any(test, feature = "test-images"))]
 pub mod test_images;

@@ -147,6 +147,15 @@ impl Projection {
         }
     }
 
+    /// Where the rays start, if they fan out from a point.
+    pub fn eye(&self) -> Option<DVec3> {
+        match *self {
+            Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => None,
+            Projection::Pinhole { .. } | Projection::Spherical { .. } => Some(DVec3::ZERO),
+            Projection::PointGrid(Viewing::From(origin)) => Some(origin),
+        }
+    }
+
     /// Unit direction from the sensor toward `sample`, a point measured by any pixel.
     pub fn view_direction(&self, sample: DVec3) -> DVec3 {
         match self {

@@ -80,6 +80,21 @@ impl SampleGrid {
         Ok(grid)
     }
 
+    /// Moves every sample; the neighbours stay.
+    pub fn move_samples(&mut self, place: impl Fn(usize, DVec3) -> DVec3) {
+        for (k, position) in self.positions.iter_mut().enumerate() {
+            *position = place(k, *position);
+        }
+        for k in 0..self.len() {
+            if self.has_right(k) {
+                self.right_squared[k] = self.positions[k].distance_squared(self.positions[k + 1]);
+            }
+            if self.down[k] != NO_SAMPLE {
+                self.down_squared[k] = self.positions[k].distance_squared(self.positions[self.down[k] as usize]);
+            }
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.pixels.len()

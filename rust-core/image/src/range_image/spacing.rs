@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::RangeImage;
 use super::samples::SampleGrid;
-use super::{Projection, RangeImage, Viewing};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -34,7 +34,7 @@ impl EdgeLimit {
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn from_data(image: &RangeImage, grid: &SampleGrid, spacing: f64, progress: &Progress<'_>) -> Result<Self> {
-        let Some(eye) = eye(image.projection()) else {
+        let Some(eye) = image.projection().eye() else {
             return Ok(EdgeLimit::Length(JUMP_FACTOR * spacing));
         };
         let by_range = |squared: f64, a: usize, b: usize| {
@@ -63,15 +63,6 @@ impl EdgeLimit {
                 squared <= share * share * a.distance_squared(eye).min(b.distance_squared(eye))
             }
         }
-    }
-}
-
-/// Where the rays start, if they fan out from a point.
-fn eye(projection: &Projection) -> Option<DVec3> {
-    match *projection {
-        Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => None,
-        Projection::Pinhole { .. } | Projection::Spherical { .. } => Some(DVec3::ZERO),
-        Projection::PointGrid(Viewing::From(origin)) => Some(origin),
     }
 }
 

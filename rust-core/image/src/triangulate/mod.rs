@@ -76,8 +76,21 @@ pub struct RangeSurface {
 ///
 /// Sources: contract of section 0; the ramp: \[CL96\].
 pub fn triangulate(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<RangeSurface> {
+    triangulate_samples(image, samples(image, params, progress)?, params, progress)
+}
+
+/// [`triangulate`] with the samples of the image moved along their rays.
+///
+/// # Errors
+/// As [`triangulate`].
+pub(crate) fn triangulate_samples(
+    image: &RangeImage,
+    grid: SampleGrid,
+    params: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<RangeSurface> {
     progress.watch(|| {
-        let (grid, cells, spacing) = grid_and_cells(image, params, progress)?;
+        let (cells, spacing) = cells_of(image, &grid, params, progress)?;
         magnitude::points("sample", &grid.positions)?;
         let spacing = match spacing {
             Some(spacing) => spacing,
@@ -99,33 +112,43 @@ pub fn triangles_over_pixels(
     params: &TriangulateParams,
     progress: &Progress<'_>,
 ) -> Result<(Vec<[u32; 3]>, Vec<u32>)> {
-    let (SampleGrid { pixels, .. }, cells::Cells { mut triangles, .. }, _) = grid_and_cells(image, params, progress)?;
+    let grid = samples(image, params, progress)?;
+    let (cells::Cells { mut triangles, .. }, _) = cells_of(image, &grid, params, progress)?;
+    let pixels = grid.pixels;
     for triangle in &mut triangles {
         *triangle = triangle.map(|k| pixels[k as usize]);
     }
     Ok((triangles, pixels))
 }
 
-/// The samples, their triangles and, where the edge limit comes from it, their median spacing.
-fn grid_and_cells(
-    image: &RangeImage,
-    params: &TriangulateParams,
-    progress: &Progress<'_>,
-) -> Result<(SampleGrid, cells::Cells, Option<f64>)> {
+/// The samples of an image that can be triangulated.
+///
+/// # Errors
+/// As [`triangulate`].
+pub(crate) fn samples(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<SampleGrid> {
     params.validate()?;
     image.validate()?;
     let columns = size_of::<u32>() as f64 * image.cols() as f64;
     memory::expect_each(image.valid_count(), BYTES_A_SAMPLE, columns, "triangulating", "valid pixels")?;
-    let grid = SampleGrid::new(image, progress)?;
+    SampleGrid::new(image, progress)
+}
+
+/// The triangles of samples and, where the edge limit comes from it, their median spacing.
+fn cells_of(
+    image: &RangeImage,
+    grid: &SampleGrid,
+    params: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<(cells::Cells, Option<f64>)> {
     let (limit, spacing) = match params.edge_limit {
         Some(length) => (EdgeLimit::Length(length), None),
         None => {
-            let spacing = spacing::median_spacing(&grid, progress)?;
-            (EdgeLimit::from_data(image, &grid, spacing, progress)?, Some(spacing))
+            let spacing = spacing::median_spacing(grid, progress)?;
+            (EdgeLimit::from_data(image, grid, spacing, progress)?, Some(spacing))
         }
     };
-    let cells = cells::triangulate(image.projection(), &grid, limit, params.grazing_limit, progress)?;
-    Ok((grid, cells, spacing))
+    let cells = cells::triangulate(image.projection(), grid, limit, params.grazing_limit, progress)?;
+    Ok((cells, spacing))
 }
 
 /// The surface without the samples that have no triangle.

@@ -1,4 +1,4 @@
-//! Stage 3: crossings of different scans that mean the same surface become one. [MI04, sec. 3.2, eq. 1 and 2]
+//! The paper's fusing: crossings of different scans that mean the same surface become one. [MI04, sec. 3.2, eq. 1 and 2]
 //!
 //! Differences from the paper:
 //! 1. A line is fused from its original crossings at once, not pair by pair, so no order can matter: a group of crossings
@@ -11,68 +11,9 @@
 //!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
 //!    removals do one after the other.
 
-use super::bundles::{Crossing, RawBundle};
-use super::lattice::{BRICK_BITS, ROWS};
-use super::remove::remove_fine_details;
-
-/// The fused crossings of a row of bricks: by brick along the axis, then line, then cell; at most one a cell edge.
-pub struct FusedBundle {
-    /// Axis and place of the row of bricks.
-    pub key: super::bundles::BundleKey,
-    /// The crossings.
-    pub crossings: Vec<Crossing>,
-    /// Brick coordinate along the axis and first crossing of each brick that has any, ascending.
-    pub bricks: Vec<(i32, u32)>,
-}
-
-impl FusedBundle {
-    /// The crossings whose cells lie in brick `brick` along the axis.
-    pub fn in_brick(&self, brick: i32) -> &[Crossing] {
-        match self.bricks.binary_search_by_key(&brick, |b| b.0) {
-            Ok(i) => {
-                let end = self.bricks.get(i + 1).map_or(self.crossings.len(), |b| b.1 as usize);
-                &self.crossings[self.bricks[i].1 as usize..end]
-            }
-            Err(_) => &[],
-        }
-    }
-}
-
-/// Sorts the crossings of a bundle by line, then along the line; equal places by content, so that the order in which
-/// scans and threads delivered them is forgotten. Calls `each` with every line that has crossings.
-pub fn for_each_line(raw: &RawBundle, mut each: impl FnMut(usize, &mut Vec<Crossing>)) {
-    let mut starts = [0_u32; ROWS + 1];
-    let all = || raw.chunks.iter().flatten();
-    for crossing in all() {
-        starts[crossing.line() + 1] += 1;
-    }
-    for i in 0..ROWS {
-        starts[i + 1] += starts[i];
-    }
-    let mut next = starts;
-    let mut sorted = vec![Crossing::default(); starts[ROWS] as usize];
-    for crossing in all() {
-        let slot = &mut next[crossing.line()];
-        sorted[*slot as usize] = *crossing;
-        *slot += 1;
-    }
-    let mut line = Vec::new();
-    for i in 0..ROWS {
-        let of_line = &mut sorted[starts[i] as usize..starts[i + 1] as usize];
-        if of_line.is_empty() {
-            continue;
-        }
-        of_line.sort_unstable_by(|a, b| {
-            (a.cell.cmp(&b.cell)).then(a.fraction.total_cmp(&b.fraction)).then_with(|| {
-                let content = |c: &Crossing| (c.normal.to_bits(), c.weight.to_bits(), c.colour, c.scan());
-                content(a).cmp(&content(b))
-            })
-        });
-        line.clear();
-        line.extend_from_slice(of_line);
-        each(i, &mut line);
-    }
-}
+use crate::bundles::{Crossing, RawBundle};
+use crate::lines::{SortedBundle, by_brick, for_each_line};
+use crate::remove::remove_fine_details;
 
 /// What makes crossings one, and how they are averaged.
 #[derive(Clone, Copy, Debug, Default)]
@@ -93,57 +34,17 @@ impl Rule {
     }
 }
 
-/// Fuses a bundle.
-pub fn fuse(raw: RawBundle, rule: Rule) -> FusedBundle {
+/// Fuses a bundle: at most one crossing a cell edge is left.
+pub fn fuse(raw: RawBundle, rule: Rule) -> SortedBundle {
     let mut fused: Vec<Crossing> = Vec::new();
-    let mut counts: Vec<u32> = Vec::new();
-    let mut lowest = i32::MAX;
-    let mut highest = i32::MIN;
     let mut fuser = LineFuser { rule, ..LineFuser::default() };
     for_each_line(&raw, |_, line| {
         remove_fine_details(line);
-        let from = fused.len();
         fuser.fuse_line(line, &mut fused);
-        for c in &fused[from..] {
-            lowest = lowest.min(c.cell >> BRICK_BITS);
-            highest = highest.max(c.cell >> BRICK_BITS);
-        }
     });
     let key = raw.key;
     drop(raw);
-    if fused.is_empty() {
-        return FusedBundle { key, crossings: fused, bricks: Vec::new() };
-    }
-    // Stable counting sort by brick; a row of scans far apart must not cost its length.
-    let length = (i64::from(highest) - i64::from(lowest)) as u64 + 1;
-    if length > 4 * fused.len() as u64 + 64 {
-        fused.sort_by_key(|c| c.cell >> BRICK_BITS);
-        let mut bricks: Vec<(i32, u32)> = Vec::new();
-        for (i, c) in fused.iter().enumerate() {
-            if bricks.last().is_none_or(|b| b.0 != c.cell >> BRICK_BITS) {
-                bricks.push((c.cell >> BRICK_BITS, i as u32));
-            }
-        }
-        return FusedBundle { key, crossings: fused, bricks };
-    }
-    counts.resize(length as usize + 1, 0);
-    for c in &fused {
-        counts[((c.cell >> BRICK_BITS) - lowest) as usize + 1] += 1;
-    }
-    let mut bricks = Vec::new();
-    for i in 0..length as usize {
-        if counts[i + 1] > 0 {
-            bricks.push((lowest + i as i32, counts[i]));
-        }
-        counts[i + 1] += counts[i];
-    }
-    let mut crossings = vec![Crossing::default(); fused.len()];
-    for c in &fused {
-        let slot = &mut counts[((c.cell >> BRICK_BITS) - lowest) as usize];
-        crossings[*slot as usize] = *c;
-        *slot += 1;
-    }
-    FusedBundle { key, crossings, bricks }
+    by_brick(key, fused)
 }
 
 /// Fuses one line after the other, keeping its buffers.

@@ -1,4 +1,4 @@
-//! Stage 4: which nodes are inside. [MI04, sec. 3.3]
+//! The paper's labels: which nodes are inside. [MI04, sec. 3.3]
 //!
 //! A fused crossing says of the nodes beyond it along its line that they are inside, of those before it that they are
 //! outside. Each node weighs what the crossings around it say by their trust and by their distance to the node along the
@@ -6,66 +6,9 @@
 //! surface past a node, the lines through the node may disagree: one label a node settles it, and the artificial
 //! crossings follow as the edges whose two labelled nodes differ without a crossing between them.
 
-use rustc_hash::FxHashMap;
-
-use super::bundles::{BundleKey, Crossing};
-use super::fuse::FusedBundle;
-use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
-
-/// Rows of 32 nodes, one bit a node.
-pub type Plane = [u32; ROWS];
-
-/// The labels that crossings give the nodes of a brick.
-pub struct BrickLabels {
-    /// Nodes labelled inside.
-    pub inside: Plane,
-    /// Nodes labelled outside.
-    pub outside: Plane,
-    /// Lowest and highest labelled node along each axis.
-    pub bounds: [[i32; 2]; 3],
-}
-
-/// All fused bundles with their index.
-pub struct Bundles {
-    /// Ordered by key.
-    pub list: Vec<FusedBundle>,
-    index: FxHashMap<BundleKey, u32>,
-}
-
-impl Bundles {
-    /// Indexes the bundles.
-    pub fn new(list: Vec<FusedBundle>) -> Self {
-        let index = list.iter().enumerate().map(|(i, b)| (b.key, i as u32)).collect();
-        Bundles { list, index }
-    }
-
-    /// The bundle along `axis` through a brick.
-    pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&FusedBundle> {
-        let [u, v] = ACROSS[axis];
-        let key = BundleKey { axis: axis as u8, across: [brick[u], brick[v]] };
-        self.index.get(&key).map(|&i| &self.list[i as usize])
-    }
-
-    /// Every brick in which a crossing labels a node, in order.
-    pub fn labelled_bricks(&self) -> Vec<[i32; 3]> {
-        let mut bricks = Vec::new();
-        for bundle in &self.list {
-            let axis = bundle.key.axis as usize;
-            let [u, v] = ACROSS[axis];
-            let mut brick = [0; 3];
-            [brick[u], brick[v]] = bundle.key.across;
-            for &(along, _) in &bundle.bricks {
-                for along in along - 1..=along + 1 {
-                    brick[axis] = along;
-                    bricks.push(brick);
-                }
-            }
-        }
-        bricks.sort_unstable();
-        bricks.dedup();
-        bricks
-    }
-}
+use crate::bundles::Crossing;
+use crate::field::{BrickLabels, Bundles};
+use crate::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
 
 /// A crossing this close to a node, in cells, still has a say about it.
 const NEAREST: f32 = 1e-3;

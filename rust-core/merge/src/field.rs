@@ -1,0 +1,325 @@
+//! Stage 4: which nodes are inside, and where the surface passes between them.
+//!
+//! Each crossing tells the nodes of its line how far from the surface they are, along the normal: a **vote**. A node's
+//! label is the sign of the mean of its votes, and between nodes of different labels a vertex lies where that mean,
+//! taken as linear, is zero. A vote weighs as much as the sample is trusted, less where it is noisy, and with the square of
+//! the normal's component along the line: over three lines these add up to one, so that a crossing of a grazing line,
+//! whose place says little, has little to say, and all axes see the same surface. The mean of distances is the least
+//! squares surface of independent errors \[CL96\]; taken at nodes a little to both sides of the surface only, it has no bias.
+//!
+//! Where one clean scan is all that speaks of a node, the crossings of the node's edges label it, as in the paper; and where
+//! all crossings of clean scans nearby lie in one edge, its vertex is their mean. So a single clean scan is not resampled.
+
+use rustc_hash::FxHashMap;
+
+use super::bundles::{BundleKey, Crossing};
+use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
+use super::lines::SortedBundle;
+
+/// Rows of 32 nodes, one bit a node.
+pub type Plane = [u32; ROWS];
+
+/// The labels that crossings give the nodes of a brick.
+pub struct BrickLabels {
+    /// Nodes labelled inside.
+    pub inside: Plane,
+    /// Nodes labelled outside.
+    pub outside: Plane,
+    /// Lowest and highest labelled node along each axis.
+    pub bounds: [[i32; 2]; 3],
+}
+
+/// All bundles with their index.
+pub struct Bundles {
+    /// Ordered by key.
+    pub list: Vec<SortedBundle>,
+    index: FxHashMap<BundleKey, u32>,
+}
+
+impl Bundles {
+    /// Indexes the bundles.
+    pub fn new(list: Vec<SortedBundle>) -> Self {
+        let index = list.iter().enumerate().map(|(i, b)| (b.key, i as u32)).collect();
+        Bundles { list, index }
+    }
+
+    /// The bundle along `axis` through a brick.
+    pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&SortedBundle> {
+        let [u, v] = ACROSS[axis];
+        let key = BundleKey { axis: axis as u8, across: [brick[u], brick[v]] };
+        self.index.get(&key).map(|&i| &self.list[i as usize])
+    }
+
+    /// Every brick in which a crossing labels a node, in order.
+    pub fn labelled_bricks(&self) -> Vec<[i32; 3]> {
+        let mut bricks = Vec::new();
+        for bundle in &self.list {
+            let axis = bundle.key.axis as usize;
+            let [u, v] = ACROSS[axis];
+            let mut brick = [0; 3];
+            [brick[u], brick[v]] = bundle.key.across;
+            for &(along, _) in &bundle.bricks {
+                for along in along - 1..=along + 1 {
+                    brick[axis] = along;
+                    bricks.push(brick);
+                }
+            }
+        }
+        bricks.sort_unstable();
+        bricks.dedup();
+        bricks
+    }
+}
+
+/// A vertex: where the surface meets an edge of the grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex {
+    /// Lower node of its edge within the brick: x + 32 y + 1024 z.
+    pub node: u16,
+    /// Whether the lower node is outside.
+    pub enters: bool,
+    /// Place on the edge, 0 to 1.
+    pub fraction: f32,
+    /// Trust, summed over the scans.
+    pub weight: f32,
+    /// Standard deviation of the samples here along their rays, cells.
+    pub noise: f32,
+    /// Colour, sRGB with straight alpha.
+    pub colour: [u8; 4],
+    /// The scan of largest trust, -1 where no crossing of its line is near.
+    pub scan: i32,
+}
+
+/// The vertices of a brick, by the axis of their edge.
+pub type Vertices = [Vec<Vertex>; 3];
+
+/// What a vote weighs.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// How far from a crossing, in cells along its normal, it speaks of nodes.
+    pub reach: f64,
+    /// Largest trust of any sample.
+    pub full_trust: f64,
+}
+
+/// Share of the full trust that every crossing has: at borders trust is 0.
+const LEAST_SHARE: f64 = 0.25;
+/// Noise, in cells, that halves the weight of a vote.
+const HALVES: f64 = 0.1;
+/// How far sideways of a crossing, in cells, nodes may be that it speaks of: beyond, the surface may have bent.
+const SIDEWAYS: f64 = 1.2;
+/// No crossing speaks of nodes further along its line than this.
+const FARTHEST: f64 = 16.0;
+/// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex; with all of it they
+/// decide.
+const CERTAIN: f64 = 0.9;
+
+impl Rule {
+    fn weight(&self, c: &Crossing) -> f64 {
+        let floor = if self.full_trust > 0.0 { LEAST_SHARE * self.full_trust } else { 1.0 };
+        let precision = if c.is_clean() { 1.0 } else { 1.0 / (1.0 + (c.deviation() / HALVES).powi(2)) };
+        (floor + (1.0 - LEAST_SHARE) * f64::from(c.weight)) * precision
+    }
+
+    /// How far along its line a crossing speaks of nodes.
+    fn along(&self, c: &Crossing) -> f64 {
+        let normal = f64::from(c.normal.abs());
+        let across = (1.0 - normal * normal).max(0.0).sqrt();
+        (self.reach / normal).min(SIDEWAYS / across).clamp(1.0, FARTHEST)
+    }
+}
+
+/// Nodes along each side of a window: those of a brick and one more.
+const SIDE: usize = BRICK as usize + 1;
+const STEPS: [usize; 3] = [1, SIDE, SIDE * SIDE];
+
+/// What votes say of a node.
+#[derive(Clone, Copy, Default)]
+struct Node {
+    /// Sum of distances, positive outside, by weight.
+    distance: f64,
+    weight: f64,
+    /// The scan that votes, plus 1; [`MIXED`] where several do, or noisy ones.
+    voter: u32,
+    /// Labels by crossings of its edges: 1 outside, 2 inside.
+    near: u8,
+}
+
+/// Several scans vote on a node, or noisy ones.
+const MIXED: u32 = u32::MAX;
+
+impl Node {
+    fn is_inside(&self) -> bool {
+        match self.near {
+            1 if self.voter != MIXED => false,
+            2 if self.voter != MIXED => true,
+            _ => self.distance < 0.0,
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        self.distance / self.weight
+    }
+}
+
+/// Labels brick after brick, keeping its buffers.
+pub struct Field {
+    nodes: Vec<Node>,
+    touched: Vec<u32>,
+}
+
+impl Default for Field {
+    fn default() -> Self {
+        Field { nodes: vec![Node::default(); SIDE * SIDE * SIDE], touched: Vec::new() }
+    }
+}
+
+impl Field {
+    /// Labels the nodes of a brick and finds its vertices; `None` if no crossing says anything about any of them.
+    pub fn label(&mut self, bundles: &Bundles, brick: [i32; 3], rule: &Rule) -> Option<(Box<BrickLabels>, Vertices)> {
+        (0..3).for_each(|axis| self.votes_along(axis, bundles, brick, rule));
+        if self.touched.is_empty() {
+            return None;
+        }
+        let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: [[BRICK, -1]; 3] });
+        let mut vertices = Vertices::default();
+        self.touched.sort_unstable();
+        for &index in &self.touched {
+            let at = [index as usize % SIDE, index as usize / SIDE % SIDE, index as usize / (SIDE * SIDE)];
+            if at.contains(&(BRICK as usize)) {
+                continue;
+            }
+            let at = at.map(|x| x as i32);
+            let node = &self.nodes[index as usize];
+            let is_inside = node.is_inside();
+            for (bounds, along) in labels.bounds.iter_mut().zip(at) {
+                *bounds = [bounds[0].min(along), bounds[1].max(along)];
+            }
+            let of_label = if is_inside { &mut labels.inside } else { &mut labels.outside };
+            of_label[row(at[1], at[2])] |= 1 << at[0];
+            for axis in 0..3 {
+                let upper = &self.nodes[index as usize + STEPS[axis]];
+                if upper.weight > 0.0 && upper.is_inside() != is_inside {
+                    let ends = [node.mean(), upper.mean()];
+                    // Sure labels may say other than the votes.
+                    let zero = if (ends[0] < 0.0) == (ends[1] < 0.0) { 0.5 } else { ends[0] / (ends[0] - ends[1]) };
+                    vertices[axis].push(vertex(bundles, brick, axis, at, zero, is_inside, rule));
+                }
+            }
+        }
+        for &index in &self.touched {
+            self.nodes[index as usize] = Node::default();
+        }
+        self.touched.clear();
+        Some((labels, vertices))
+    }
+
+    /// The votes on the nodes of a window by the crossings of its lines along an axis.
+    fn votes_along(&mut self, axis: usize, bundles: &Bundles, brick: [i32; 3], rule: &Rule) {
+        let [u, v] = ACROSS[axis];
+        for (du, dv) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let mut beside = brick;
+            (beside[u], beside[v]) = (brick[u] + du, brick[v] + dv);
+            let Some(bundle) = bundles.through(axis, beside) else { continue };
+            for along in brick[axis] - 1..=brick[axis] + 1 {
+                for crossing in bundle.in_brick(along) {
+                    let line = crossing.line() as i32;
+                    let [at_u, at_v] = [line & (BRICK - 1), line >> BRICK_BITS];
+                    // Of the bricks above only the first lines are in the window.
+                    if du * at_u == 0 && dv * at_v == 0 {
+                        let first = (at_u + du * BRICK) as usize * STEPS[u] + (at_v + dv * BRICK) as usize * STEPS[v];
+                        self.vote(axis, first, crossing, brick[axis] << BRICK_BITS, rule);
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn vote(&mut self, axis: usize, first: usize, crossing: &Crossing, first_node: i32, rule: &Rule) {
+        let (normal, residual) = (f64::from(crossing.normal), crossing.residual());
+        let below = crossing.cell - first_node;
+        let place = f64::from(below) + f64::from(crossing.fraction);
+        let reach = rule.along(crossing);
+        // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
+        let middle = place + (residual / normal).clamp(-1.0, 1.0);
+        // The nodes of its edge always, others no further than half way to the next surface.
+        let from = (middle - reach).max(place - crossing.room(false)).ceil().min(f64::from(below)).max(0.0);
+        let to = (middle + reach).min(place + crossing.room(true)).floor().max(f64::from(below + 1));
+        let to = to.min(f64::from(BRICK));
+        let weight = rule.weight(crossing) * normal * normal;
+        let voter = if crossing.is_clean() { crossing.scan() + 1 } else { MIXED };
+        for along in from as i32..=to as i32 {
+            let index = first + along as usize * STEPS[axis];
+            let node = &mut self.nodes[index];
+            if node.weight == 0.0 {
+                self.touched.push(index as u32);
+            }
+            node.weight += weight;
+            node.distance += weight * (normal * (f64::from(along) - place) - residual);
+            node.voter = if node.voter == 0 || node.voter == voter { voter } else { MIXED };
+            if along == below || along == below + 1 {
+                node.near |= if (along == below) == crossing.enters() { 1 } else { 2 };
+            }
+        }
+    }
+}
+
+/// The vertex of an edge whose votes are zero at `zero`: the crossings of its line tell the rest.
+fn vertex(
+    bundles: &Bundles,
+    brick: [i32; 3],
+    axis: usize,
+    at: [i32; 3],
+    zero: f64,
+    lower_is_inside: bool,
+    rule: &Rule,
+) -> Vertex {
+    let [u, v] = ACROSS[axis];
+    let line = (at[v] << BRICK_BITS | at[u]) as usize;
+    let cell = (brick[axis] << BRICK_BITS) + at[axis];
+    let (mut total, mut certain, mut place) = (0.0, 0.0, 0.0);
+    let (mut trust, mut noise, mut colour, mut strongest) = (0.0_f32, 0.0, [0.0; 4], None::<&Crossing>);
+    let farthest = FARTHEST as i32;
+    if let Some(bundle) = bundles.through(axis, brick) {
+        for along in (cell - farthest) >> BRICK_BITS..=(cell + farthest) >> BRICK_BITS {
+            let list = bundle.in_brick(along);
+            let from = list.partition_point(|c| (c.line(), c.cell) < (line, cell - farthest));
+            for c in list[from..].iter().take_while(|c| c.line() == line && c.cell <= cell + farthest) {
+                let offset = f64::from(c.cell - cell) + f64::from(c.fraction);
+                if c.enters() == lower_is_inside || (offset - zero).abs() > rule.along(c) {
+                    continue;
+                }
+                let weight = rule.weight(c);
+                total += weight;
+                if c.cell == cell && c.is_clean() {
+                    certain += weight;
+                    place += weight * f64::from(c.fraction);
+                }
+                trust += c.weight;
+                noise += weight * c.deviation();
+                (0..4).for_each(|i| colour[i] += weight * f64::from(c.colour[i]));
+                if strongest.is_none_or(|s| c.weight > s.weight || (c.weight == s.weight && c.scan() < s.scan())) {
+                    strongest = Some(c);
+                }
+            }
+        }
+    }
+    let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
+    let place = if certainty == 1.0 {
+        place / certain
+    } else if certainty > 0.0 {
+        zero + certainty * (place / certain - zero)
+    } else {
+        zero
+    };
+    Vertex {
+        node: (at[0] | at[1] << BRICK_BITS | at[2] << (2 * BRICK_BITS)) as u16,
+        enters: !lower_is_inside,
+        fraction: place as f32,
+        weight: trust,
+        noise: if total > 0.0 { (noise / total) as f32 } else { 0.0 },
+        colour: if total > 0.0 { colour.map(|x| (x / total + 0.5) as u8) } else { [255; 4] },
+        scan: strongest.map_or(-1, |c| c.scan() as i32),
+    }
+}
