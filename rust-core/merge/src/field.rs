@@ -110,6 +110,9 @@ const HALVES: f64 = 0.1;
 const SIDEWAYS: f64 = 1.2;
 /// No crossing speaks of nodes further along its line than this.
 const FARTHEST: f64 = 16.0;
+/// Half the thickness, in cells, below which what is known of the place of a sheet's sides, without the bias of smoothing, is
+/// not used: its noise may turn them inside out.
+const HALF_A_SHEET: f64 = 0.75;
 /// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex; with all of it they
 /// decide.
 const CERTAIN: f64 = 0.9;
@@ -237,7 +240,10 @@ impl Field {
 
     #[inline]
     fn vote(&mut self, axis: usize, first: usize, crossing: &Crossing, first_node: i32, rule: &Rule) {
-        let (normal, residual) = (f64::from(crossing.normal), crossing.residual());
+        let normal = f64::from(crossing.normal);
+        // A sheet stays thick enough to have a node inside.
+        let spare = (crossing.room(false).min(crossing.room(true)) * normal.abs() - HALF_A_SHEET).max(0.0);
+        let residual = crossing.residual().clamp(-spare, spare);
         let below = crossing.cell - first_node;
         let place = f64::from(below) + f64::from(crossing.fraction);
         let reach = rule.along(crossing);

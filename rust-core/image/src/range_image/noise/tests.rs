@@ -1,4 +1,5 @@
 use super::super::test_images::*;
+use super::super::{DepthKind, Samples};
 use super::*;
 
 const SIDE: usize = 160;
