@@ -272,7 +272,7 @@ fn warn_of_gaps(report: &MergeReport) {
         tell(
             SRF_LOG_WARNING,
             &format!(
-                "{parts} parts with {faces} triangles were dropped: noise made them, or min_component_share says they are small"
+                "{parts} parts with {faces} triangles were dropped: no scan saw them, or min_component_share says they are small"
             ),
         );
     }

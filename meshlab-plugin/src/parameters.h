@@ -67,7 +67,7 @@ inline const Parameters merge_parameters = {
      "Holes whose boundary is at most this long are closed.<br>0: 100 voxels, but at most a fifth of the diagonal of the connected part the hole is in.",
      true, 0, 0, unbounded, false, offsetof(srf_merge_params, max_hole_length), {}},
     {Kind::ratio, "min_component_share", "Smallest part (share)",
-     "Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped in any case. 0: all are kept that scans are evidence of. 0 to 1.",
+     "Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between layers of badly placed scans or out of their noise, is dropped in any case. 0: all are kept that scans are evidence of. 0 to 1.",
      false, 0, 0, 1, false, offsetof(srf_merge_params, min_component_share), {}},
     {Kind::length, "edge_limit", "Edge limit",
      "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan.",

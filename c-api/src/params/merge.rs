@@ -27,8 +27,9 @@ pub struct srf_merge_params {
     /// Holes whose boundary is at most this long are closed. 0: all are left open. >= 0. SRF_FROM_DATA, the default: 100
     /// voxels, but at most a fifth of the diagonal of the connected part the hole is in.
     pub max_hole_length: f64,
-    /// Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped
-    /// in any case. 0: all are kept that scans are evidence of. 0 to 1, default 0.
+    /// Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between
+    /// layers of badly placed scans or out of their noise, is dropped in any case. 0: all are kept that scans are evidence
+    /// of. 0 to 1, default 0.
     pub min_component_share: f64,
     /// Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes. > 0. SRF_FROM_DATA,
     /// the default: 3.4 times the median distance of neighbouring samples of each scan.

@@ -44,8 +44,9 @@ mod table;
 mod artificial;
 mod pinches;
 
-// 8. small parts
+// 8. parts that are no evidence of a surface; small parts
 mod components;
+mod stray;
 
 // 9. holes
 mod close;
@@ -84,7 +85,7 @@ base::params! {
         max_hole_length: Option<f64> = length("Max hole length")
             .from_data("100 voxels, but at most a fifth of the diagonal of the connected part the hole is in")
             .off("all are left open"),
-        /// Connected parts with fewer triangles than this share of the largest part's are dropped. What noise made is dropped in any case.
+        /// Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between layers of badly placed scans or out of their noise, is dropped in any case.
         min_component_share: f64 = ratio("Smallest part (share)").default(0.0).at_most(1.0).off("all are kept that scans are evidence of"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
@@ -122,7 +123,7 @@ pub struct MergeReport {
     pub faces: [u64; 3],
     /// Holes closed, and boundary loops left open.
     pub holes: [u64; 2],
-    /// Components dropped, those that noise made and those of less than `min_component_share`, and the faces they had.
+    /// Components dropped, those that no scan saw and those of less than `min_component_share`, and the faces they had.
     pub dropped_components: [u64; 2],
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,
@@ -222,7 +223,7 @@ fn merge(
         None => {
             let distances = defaults::OverlapDistances::measure(&raw, progress)?;
             report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
-            distances.quantile(0.95).unwrap_or(1.0).max(1.0)
+            distances.quantile(0.95).map_or(1.0, |d| OVERLAP * d).max(1.0)
         }
     };
     clock.lap("overlap");
@@ -256,7 +257,7 @@ fn merge(
     pinches::split(&mut surface, &lattice, progress)?;
     clock.lap("pinches");
     report.noise = surface.typical_noise();
-    let stray = components::drop_noise(&mut surface, report.voxel, progress)?;
+    let stray = stray::drop_stray(&mut surface, report.voxel, reach, progress)?;
     let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
     report.dropped_components = [stray.components + dropped.components, stray.faces + dropped.faces];
     clock.lap("components");
@@ -289,6 +290,9 @@ fn merge(
     Ok(Merged { mesh, report })
 }
 
+/// By default the distance of merging is so many times what 95 in 100 distances between overlapping scans are within, and at
+/// least a cell: of normally distributed ones 3.5 deviations.
+const OVERLAP: f64 = 1.8;
 /// By default holes are closed up to a boundary of this many voxels ...
 const HOLE_VOXELS: f64 = 100.0;
 /// ... and of at most this share of the diagonal of the bounding box of the part they are in.
