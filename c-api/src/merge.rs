@@ -4,7 +4,7 @@ use std::ffi::c_char;
 use std::sync::Arc;
 
 use surfrecon::Progress;
-use surfrecon::merge::{self, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::merge::{self, Loading, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::triangulate::TriangulateParams;
 
 use crate::files::{Scans, srf_scans};
@@ -37,14 +37,14 @@ impl ScanSource for Source {
         }
     }
 
-    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
         match self {
-            Source::Image(image) => image.image.load(triangulation, progress),
+            Source::Image(image) => image.image.load(loading, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
                 let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
-                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(triangulation, progress)
+                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(loading, progress)
             }
-            Source::Scan { set, index } => set.set.scans[*index].load(triangulation, progress),
+            Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
         }
     }
 

@@ -5,10 +5,9 @@ use std::path::PathBuf;
 
 use surfrecon::Progress;
 use surfrecon::import;
-use surfrecon::merge::{self, MergeParams, Merged, ScanSource};
+use surfrecon::merge::{self, Loading, MergeParams, Merged, ScanSource};
 use surfrecon::mesh::measure::{Side, Summary, deviation};
 use surfrecon::mesh::{MeshReport, check, check_welded};
-use surfrecon::triangulate::TriangulateParams;
 
 /// A merge with the default limits, and the distances to its surface of all samples that have a triangle; metres.
 fn merge(conf: &str, voxel: f64) -> Option<(Merged, MeshReport, Summary)> {
@@ -22,7 +21,7 @@ fn merge(conf: &str, voxel: f64) -> Option<(Merged, MeshReport, Summary)> {
     let merged = merge::run(&sources, &params, &Progress::none()).unwrap();
     let mut samples = Vec::new();
     for scan in &set.scans {
-        let surface = scan.load(&TriangulateParams::default(), &Progress::none()).unwrap();
+        let surface = scan.load(&Loading::default(), &Progress::none()).unwrap();
         samples.extend(surface.positions.iter().map(|&p| surface.world_from_surface.transform_point3(p)));
     }
     let off = deviation(&samples, &merged.mesh, Side::Ignored, 0, &Progress::none()).unwrap().summary;

@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::merge::{MergeParams, Merged, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::merge::{Loading, MergeParams, Merged, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::mesh::measure::Side;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, RangeImage as CoreImage, TriMesh, import};
@@ -129,12 +129,12 @@ impl ScanSource for Source {
         }
     }
 
-    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
         match self {
-            Source::File(scan) => scan.load(triangulation, progress),
-            Source::Image(image) => image.load(triangulation, progress),
+            Source::File(scan) => scan.load(loading, progress),
+            Source::Image(image) => image.load(loading, progress),
             Source::Mesh { name, mesh, world_from_mesh } => {
-                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(triangulation, progress)
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(loading, progress)
             }
         }
     }

@@ -6,13 +6,24 @@ use bytemuck::NoUninit;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
+use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
-use crate::range_image::{RangeImage, Samples};
+use crate::range_image::{RangeImage, Samples, blocks};
 use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
 use mesh::{AttributeData, TriMesh};
+
+/// What a scan is loaded for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loading {
+    /// How range images are triangulated.
+    pub triangulation: TriangulateParams,
+    /// Size of the cells that the surface is meant for, in the unit of the scan: pixels that are finer and noisy are averaged.
+    /// 0: every sample is wanted.
+    pub cell: f64,
+}
 
 /// One scan to merge: something that can be loaded as an oriented surface, more than once.
 pub trait ScanSource: Sync {
@@ -23,7 +34,7 @@ pub trait ScanSource: Sync {
     ///
     /// # Errors
     /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
-    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface>;
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface>;
 
     /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
     /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
@@ -31,7 +42,7 @@ pub trait ScanSource: Sync {
     /// # Errors
     /// Those of [`ScanSource::load`].
     fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
-        let surface = self.load(triangulation, progress)?;
+        let surface = self.load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)?;
         let mut content = Content::of(&surface.world_from_surface);
         content.add(&surface.positions);
         content.add(&surface.triangles);
@@ -114,8 +125,8 @@ impl ScanSource for RangeImage {
         &self.name
     }
 
-    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        named(&self.name, OrientedSurface::from_range_image(self, triangulation, progress))
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        named(&self.name, OrientedSurface::from_range_image(self, loading, progress))
     }
 
     fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
@@ -148,7 +159,7 @@ impl ScanSource for PlacedMesh<'_> {
         &self.name
     }
 
-    fn load(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<OrientedSurface> {
+    fn load(&self, _: &Loading, _: &Progress<'_>) -> Result<OrientedSurface> {
         named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
     }
 
@@ -180,13 +191,20 @@ impl OrientedSurface {
     ///
     /// # Errors
     /// See [`triangulate::triangulate`].
-    pub fn from_range_image(
-        image: &RangeImage,
-        triangulation: &TriangulateParams,
-        progress: &Progress<'_>,
-    ) -> Result<Self> {
+    pub fn from_range_image(image: &RangeImage, loading: &Loading, progress: &Progress<'_>) -> Result<Self> {
+        let Loading { triangulation, cell } = loading;
         let mut grid = triangulate::samples(image, triangulation, progress)?;
-        let smoothed = smooth::smoothed(image, &grid, progress)?;
+        let noise = Noise::measure(image, &grid, progress)?;
+        let side = blocks::side(image, &grid, &noise, *cell);
+        let coarse = match side {
+            1 => None,
+            _ => Some(blocks::averaged(image, &grid, &noise, side, progress)?),
+        };
+        let image = coarse.as_ref().unwrap_or(image);
+        if coarse.is_some() {
+            grid = triangulate::samples(image, triangulation, progress)?;
+        }
+        let smoothed = smooth::smoothed(image, &grid, &noise, side, progress)?;
         let pixels = smoothed.as_ref().map(|_| grid.pixels.clone());
         if let Some(smoothed) = &smoothed {
             grid.move_samples(|k, at| at + image.projection().view_direction(at) * smoothed.facing[k]);

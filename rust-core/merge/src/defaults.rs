@@ -6,7 +6,7 @@ use super::bundles::{Crossing, RawBundle};
 use super::lines::for_each_line;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{OrientedSurface, ScanSource};
+use image::source::{Loading, OrientedSurface, ScanSource};
 use image::triangulate::TriangulateParams;
 
 /// Voxel in mean nearest-neighbour distances. [MI04, sec. 3.1]
@@ -28,7 +28,7 @@ pub fn voxel(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, pro
         .map(|i| {
             progress.check()?;
             let source = sources[i * sources.len() / count];
-            let surface = source.load(triangulation, progress)?;
+            let surface = source.load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)?;
             Ok(nearest_neighbour_sum(&surface))
         })
         .collect::<Result<Vec<_>>>()?;

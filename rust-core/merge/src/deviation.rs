@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{OrientedSurface, ScanSource};
+use image::source::{Loading, OrientedSurface, ScanSource};
 use image::triangulate::TriangulateParams;
 use mesh::TriMesh;
 use mesh::measure::{self, Deviation, Side};
@@ -42,7 +42,7 @@ fn union(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, progres
         .par_iter()
         .map(|source| {
             progress.check()?;
-            let surface = source.load(triangulation, progress)?;
+            let surface = source.load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)?;
             progress.advance(1)?;
             Ok(surface)
         })

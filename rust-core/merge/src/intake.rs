@@ -18,7 +18,7 @@ use super::discretize::discretize;
 use super::lattice::Lattice;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::ScanSource;
+use image::source::{Loading, ScanSource};
 
 /// What stage 1 found in all scans.
 pub struct Discretized {
@@ -51,6 +51,7 @@ struct Failure {
 struct Intake<'a, 'p, L> {
     sources: &'a [&'a dyn ScanSource],
     params: &'a MergeParams,
+    voxel: f64,
     lattice_near: L,
     budget: OnceLock<Budget>,
     /// The first scan known to have a triangle, and its grid.
@@ -67,12 +68,14 @@ struct Intake<'a, 'p, L> {
 pub fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
+    voxel: f64,
     lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
     let intake = Intake {
         sources,
         params,
+        voxel,
         lattice_near,
         budget: OnceLock::new(),
         first: Mutex::new(None),
@@ -176,7 +179,8 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         is_again: bool,
     ) -> Result<bool> {
         let source = self.sources[scan];
-        let surface = source.load(&self.params.triangulation, self.progress)?;
+        let surface =
+            source.load(&Loading { triangulation: self.params.triangulation, cell: self.voxel }, self.progress)?;
         self.progress.check()?;
         let Some(&[first, ..]) = surface.triangles.first() else {
             return self.progress.advance(1).map(|()| false);
@@ -210,7 +214,6 @@ mod tests {
 
     use super::super::{OrientedSurface, PlacedMesh, run};
     use super::*;
-    use image::triangulate::TriangulateParams;
     use mesh::shapes::Shape;
 
     /// Scans that are loaded in an order of their own.
@@ -232,7 +235,7 @@ mod tests {
             self.placed.name()
         }
 
-        fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
             let mut loaded = self.queue.loaded.lock().unwrap();
             while !self.before.iter().all(|scan| loaded.contains(scan)) {
                 let (held, waited) = self.queue.changed.wait_timeout(loaded, Duration::from_secs(20)).unwrap();
@@ -242,7 +245,7 @@ mod tests {
             loaded.push(self.number);
             self.queue.changed.notify_all();
             drop(loaded);
-            self.placed.load(triangulation, progress)
+            self.placed.load(loading, progress)
         }
     }
 

@@ -63,7 +63,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 pub use deviation::deviation;
-pub use image::source::{OrientedSurface, PlacedMesh, ScanSource};
+pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 
 use base::error::{Error, Result, Shown};
 use base::params::{length, ratio};
@@ -209,7 +209,7 @@ fn merge(
 
     progress.stage(1, sources.len() as u64);
     let lattice_near = |near| Lattice::new(report.voxel, near, corner);
-    let mut scans = intake::discretize_all(&sources, params, lattice_near, progress)?;
+    let mut scans = intake::discretize_all(&sources, params, report.voxel, lattice_near, progress)?;
     let lattice = scans.lattice;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();

@@ -36,7 +36,7 @@ mod tests {
     use mesh::{AttributeData, TriMesh};
 
     use super::*;
-    use crate::{MergeParams, OrientedSurface, PlacedMesh, run};
+    use crate::{Loading, MergeParams, OrientedSurface, PlacedMesh, run};
 
     /// Two patches of a plane that overlap, the second shifted and trusted less.
     fn patches(names: [&str; 2]) -> [RangeImage; 2] {
@@ -67,7 +67,7 @@ mod tests {
         // As meshes, and as scans that are no more than loaded.
         let params = TriangulateParams::default();
         let meshes = [&a, &b].map(|image| {
-            let surface = image.load(&params, &Progress::none()).unwrap();
+            let surface = image.load(&Loading { triangulation: params, cell: 0.0 }, &Progress::none()).unwrap();
             TriMesh::new(surface.positions, surface.triangles)
         });
         let placed = [0, 1].map(|i| PlacedMesh {
@@ -81,8 +81,8 @@ mod tests {
             fn name(&self) -> &str {
                 "plain"
             }
-            fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
-                self.0.load(triangulation, progress)
+            fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+                self.0.load(loading, progress)
             }
         }
         assert_eq!(sources(&[&Plain(&a), &Plain(&b)]), sources(&[&Plain(&b), &Plain(&a)]));

@@ -206,7 +206,7 @@ fn a_closed_surface_stays_closed_and_keeps_its_genus() {
 fn a_single_clean_scan_is_not_resampled() {
     let scan = &clean_scans(Shape::Torus { major: 1.0, minor: 0.4 }, 120)[0];
     let voxel = 0.041;
-    let surface = OrientedSurface::from_range_image(scan, &TriangulateParams::default(), &Progress::none()).unwrap();
+    let surface = OrientedSurface::from_range_image(scan, &Loading::default(), &Progress::none()).unwrap();
     let world = surface.positions.iter().map(|&p| surface.world_from_surface.transform_point3(p)).collect();
     let input = TriMesh::new(world, surface.triangles);
     let merged = merge_scans(std::slice::from_ref(scan), &plain(voxel)).mesh;

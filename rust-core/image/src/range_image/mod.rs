@@ -25,6 +25,10 @@ pub mod confidence;
 
 pub mod noise;
 
+pub(crate) mod pitch;
+
+pub(crate) mod blocks;
+
 pub mod smooth;
 
 #[cfg(any(test, feature = "test-images"))]

@@ -10,9 +10,8 @@
 //! smoothing takes from the first is what the first took from the shape. Which way it *faces*, and which pixels are its
 //! neighbours, needs more of them: differences of neighbours are the noisier the closer they are.
 
-use glam::DVec3;
-
 use super::noise::Noise;
+use super::pitch::Pitch;
 use super::samples::SampleGrid;
 use super::{Projection, RangeImage};
 use base::error::Result;
@@ -41,12 +40,18 @@ pub struct Smoothed {
     pub deviation: Vec<f32>,
 }
 
-/// Takes the noise out of an image whose samples are `grid`; `None` for a clean image. O(pixels), 40 bytes a pixel.
+/// Takes the noise out of an image whose samples are `grid`; `None` for a clean image. Its pixels are blocks of `side` x
+/// `side` of the image that `noise` was measured from. O(pixels), 40 bytes a pixel.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn smoothed(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) -> Result<Option<Smoothed>> {
-    let noise = Noise::measure(image, grid, progress)?;
+pub fn smoothed(
+    image: &RangeImage,
+    grid: &SampleGrid,
+    noise: &Noise,
+    side: usize,
+    progress: &Progress<'_>,
+) -> Result<Option<Smoothed>> {
     if noise.typical() == 0.0 {
         return Ok(None);
     }
@@ -66,7 +71,7 @@ pub fn smoothed(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) 
     for block in progress.ranges(grid.len()) {
         for k in block? {
             let (at, range, sigma) = (window.at(grid.pixels[k]), image.range(grid.pixels[k] as usize), deviation[k]);
-            let sigma = f64::from(sigma);
+            let sigma = f64::from(sigma) * noise.left_by_blocks(side);
             heights[at] = if eye.is_some() { 1.0 / range } else { range };
             limits[at] = RELIEF * eye.map_or(sigma, |eye| sigma / (grid.positions[k].distance(eye) * range));
             passes[at] = (sigma / pitch.at(grid, k) + ROUND).min(MOST) as u8;
@@ -74,7 +79,7 @@ pub fn smoothed(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) 
     }
     let most = passes.iter().copied().max().unwrap_or(0);
     let deviations = deviations(2 * usize::from(most) + FACING);
-    let stride = noise.correlation() as usize;
+    let stride = (noise.correlation() as usize / side).max(1);
     // A pass of those pixels that want at least so many, after so many passes of all.
     let flow = |heights: &mut [f64], least: u8, after: usize| {
         progress.check()?;
@@ -103,43 +108,6 @@ pub fn smoothed(image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) 
     };
     let (place, facing) = (along(&|at| 2.0 * once[at] - twice[at]), along(&|at| facing[at]));
     Ok(Some(Smoothed { facing, place, deviation }))
-}
-
-/// Distance of neighbouring pixels across their rays: a length, or, where rays fan out from `eye`, that at distance 1 from it.
-struct Pitch {
-    length: f64,
-    eye: Option<DVec3>,
-}
-
-impl Pitch {
-    fn of(image: &RangeImage, grid: &SampleGrid) -> Pitch {
-        let eye = image.projection().eye();
-        let length = match *image.projection() {
-            Projection::Orthographic { step, .. } | Projection::Spherical { step, .. } => {
-                step[0].abs().min(step[1].abs())
-            }
-            Projection::Pinhole { focal, .. } => 1.0 / focal[0].abs().max(focal[1].abs()),
-            Projection::PointGrid(_) => {
-                let mut lengths: Vec<f64> = (0..grid.len())
-                    .filter(|&k| grid.has_right(k))
-                    .map(|k| {
-                        let (a, b) = (grid.positions[k], grid.positions[k + 1]);
-                        let across = (b - a).reject_from_normalized(image.projection().view_direction(a)).length();
-                        eye.map_or(across, |eye| across / a.distance(eye))
-                    })
-                    .filter(|length| length.is_finite())
-                    .collect();
-                let middle = lengths.len() / 2;
-                // Without neighbours there is no noise to compare it with.
-                if lengths.is_empty() { 1.0 } else { *lengths.select_nth_unstable_by(middle, f64::total_cmp).1 }
-            }
-        };
-        Pitch { length, eye }
-    }
-
-    fn at(&self, grid: &SampleGrid, k: usize) -> f64 {
-        self.eye.map_or(self.length, |eye| self.length * grid.positions[k].distance(eye))
-    }
 }
 
 /// The rows and columns that have samples.

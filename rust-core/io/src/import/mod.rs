@@ -60,8 +60,7 @@ use glam::{DAffine3, DVec3};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::RangeImage;
-use image::source::{OrientedSurface, ScanSource};
-use image::triangulate::TriangulateParams;
+use image::source::{Loading, OrientedSurface, ScanSource};
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
@@ -315,9 +314,9 @@ impl ScanSource for Scan {
         &self.name
     }
 
-    fn load(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<OrientedSurface> {
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
         match self.read_with(&progress.unseen())? {
-            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, triangulation, progress),
+            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),
             Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
             Content::Points(_) => Err(Error::input(format!(
                 "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",

@@ -51,8 +51,8 @@ pub(super) struct Tile {
 }
 
 /// A number a pixel that is linear in row and column where the surface is a plane; NaN for an invalid pixel.
-pub(super) struct Heights {
-    pub(super) heights: Vec<f64>,
+pub struct Heights {
+    pub heights: Vec<f64>,
     pub(super) rows: usize,
     pub(super) cols: usize,
     /// Tiles side by side.
@@ -72,7 +72,11 @@ struct Sums {
 }
 
 impl Heights {
-    pub(super) fn new(image: &RangeImage, progress: &Progress<'_>) -> Result<Heights> {
+    /// Of an image. O(pixels).
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn new(image: &RangeImage, progress: &Progress<'_>) -> Result<Heights> {
         let (rows, cols, projection) = (image.rows(), image.cols(), image.projection());
         let inverse = projection.eye().is_some();
         let mut heights = Vec::with_capacity(image.len());

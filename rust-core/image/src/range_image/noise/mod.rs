@@ -5,7 +5,7 @@
 //! doesn't: the noise is what the quietest of all tiles show. Independent errors are the same at every lag of the
 //! differences, relief grows with it: by that it is told apart and taken off.
 
-mod heights;
+pub(super) mod heights;
 
 use glam::DVec3;
 
@@ -131,6 +131,11 @@ impl Noise {
     /// Pixels over which errors depend on each other, a power of two: 1 for white noise.
     pub fn correlation(&self) -> f64 {
         self.correlation
+    }
+
+    /// Share of the standard deviation that is left in means over blocks of `side` x `side` pixels.
+    pub fn left_by_blocks(&self, side: usize) -> f64 {
+        (self.correlation / side as f64).min(1.0)
     }
 
     /// Standard deviation along the ray at this distance from the sensor, where the cosine between ray and normal is
