@@ -1,8 +1,16 @@
 //! Storage of the intersections: lists by bundle, a row of bricks along one axis.
 
-use rustc_hash::FxHashMap;
+use std::hash::BuildHasher as _;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 use super::lattice::{BRICK, BRICK_BITS};
+use super::lines;
+use super::tally::{self, Tally};
+use base::error::Result;
+use base::progress::Progress;
 
 /// An intersection of a scan, or of fused scans, with a line of the grid. [MI04, sec. 3.1]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,26 +31,23 @@ pub struct Crossing {
     residual: i16,
     /// Standard deviation of the samples here, in units of 1 / 32 cell; 0: clean.
     deviation: u8,
-    /// Half the distance along the line to the next crossing of the other sign, below and above, in quarters of a cell; 15
-    /// is far.
-    room: u8,
 }
 
-const LINE_MASK: u32 = (1 << (2 * BRICK_BITS)) - 1;
+pub(super) const LINE_MASK: u32 = (1 << (2 * BRICK_BITS)) - 1;
 #[cfg(any(test, feature = "reference"))]
 const FLAG_BELOW: u32 = 1 << (2 * BRICK_BITS);
 #[cfg(any(test, feature = "reference"))]
 const FLAG_ABOVE: u32 = FLAG_BELOW << 1;
 const RESIDUAL_UNITS: f64 = 4096.0;
-const DEVIATION_UNITS: f64 = 32.0;
-const ROOM_UNITS: f64 = 4.0;
-const ROOM_FAR: u8 = 15;
 const SCAN_SHIFT: u32 = 2 * BRICK_BITS + 2;
 
 /// Largest number of scans: what the crossing's number has room for.
 pub const MAX_SCANS: usize = 1 << (32 - SCAN_SHIFT);
 
 impl Crossing {
+    /// Deviations of samples are kept in units of so much of a cell.
+    pub const DEVIATION_UNITS: f64 = 32.0;
+
     /// A crossing of scan `scan` with line `line` of its bundle.
     #[inline]
     pub fn new(line: u32, scan: u32, cell: i32, fraction: f32, normal: f32, weight: f32, colour: [u8; 4]) -> Self {
@@ -55,7 +60,7 @@ impl Crossing {
     pub fn set_noise(&mut self, residual: f64, deviation: f64) {
         let (least, most) = (i16::MIN.into(), i16::MAX.into());
         self.residual = (residual * RESIDUAL_UNITS).round().clamp(least, most) as i16;
-        self.deviation = (deviation * DEVIATION_UNITS).round().clamp(0.0, u8::MAX.into()) as u8;
+        self.deviation = (deviation * Self::DEVIATION_UNITS).round().clamp(0.0, u8::MAX.into()) as u8;
     }
 
     /// How much further along the normal the surface lies, in cells.
@@ -67,26 +72,18 @@ impl Crossing {
     /// Standard deviation of the samples here, in cells; 0: clean.
     #[inline]
     pub fn deviation(&self) -> f64 {
-        f64::from(self.deviation) / DEVIATION_UNITS
+        f64::from(self.deviation) / Self::DEVIATION_UNITS
+    }
+
+    /// The same in its units.
+    pub fn deviation_units(&self) -> u8 {
+        self.deviation
     }
 
     /// Whether its samples are no noisier than what a crossing tells.
     #[inline]
     pub fn is_clean(&self) -> bool {
         self.deviation == 0
-    }
-
-    /// Notes how far, in cells, crossings of the other sign lie below and above it on the line.
-    pub fn set_room(&mut self, below: f64, above: f64) {
-        let quarters = |distance: f64| (0.5 * distance * ROOM_UNITS).min(ROOM_FAR.into()) as u8;
-        self.room = quarters(below) | quarters(above) << 4;
-    }
-
-    /// How far, in cells, it may speak of nodes below or above: half way to the next crossing of the other sign.
-    #[inline]
-    pub fn room(&self, above: bool) -> f64 {
-        let quarters = if above { self.room >> 4 } else { self.room & ROOM_FAR };
-        if quarters == ROOM_FAR { f64::INFINITY } else { f64::from(quarters) / ROOM_UNITS }
     }
 
     /// Line within the bundle.
@@ -133,15 +130,46 @@ pub struct BundleKey {
 
 const CHUNK: usize = 256;
 
-/// The crossings of one worker, by bundle, in chunks of fixed size: growing copies nothing.
+/// The crossings of one worker, by bundle. Where there are many they are added up: what is held follows the surface, not
+/// the scans.
 #[derive(Default)]
 pub struct Buckets {
     index: FxHashMap<BundleKey, u32>,
-    lists: Vec<Vec<Vec<Crossing>>>,
+    lists: Vec<Found>,
     /// Last bundle of each axis: neighbouring triangles mostly stay in it.
     last: [Option<(BundleKey, u32)>; 3],
-    /// Number of crossings held.
+    /// Number of crossings found.
     pub len: u64,
+    /// Those that are not added up yet.
+    held: u64,
+    /// Where all workers add theirs up.
+    store: Arc<Store>,
+}
+
+/// What the crossings of all workers come to, as far as they are added up.
+#[derive(Default)]
+pub struct Store {
+    bundles: Mutex<FxHashMap<BundleKey, Arc<Mutex<Added>>>>,
+    /// Tallies held.
+    len: AtomicU64,
+}
+
+/// What is added up of a bundle.
+#[derive(Default)]
+pub struct Added {
+    /// Sorted.
+    pub tallies: Vec<Tally>,
+    /// Of the crossings added up a sample that overlaps are measured by.
+    pub sample: Vec<Crossing>,
+}
+
+/// What was found in a bundle.
+#[derive(Default)]
+pub struct Found {
+    /// Crossings, in chunks of fixed size: growing copies nothing.
+    pub chunks: Vec<Vec<Crossing>>,
+    /// Others, added up.
+    pub added: Added,
 }
 
 impl Buckets {
@@ -154,7 +182,7 @@ impl Buckets {
             _ => self.find(key),
         };
         let line = ((v & (BRICK - 1)) << BRICK_BITS | (u & (BRICK - 1))) as u32;
-        let chunks = &mut self.lists[list as usize];
+        let chunks = &mut self.lists[list as usize].chunks;
         match chunks.last_mut() {
             Some(chunk) if chunk.len() < CHUNK => chunk.push(make(line)),
             _ => {
@@ -164,41 +192,94 @@ impl Buckets {
             }
         }
         self.len += 1;
+        self.held += 1;
     }
 
     #[cold]
     fn find(&mut self, key: BundleKey) -> u32 {
         let list = *self.index.entry(key).or_insert_with(|| {
-            self.lists.push(Vec::new());
+            self.lists.push(Found::default());
             self.lists.len() as u32 - 1
         });
         self.last[key.axis as usize] = Some((key, list));
         list
     }
+
+    /// Adds up the crossings of whole scans, of `scans` in all, where they are more than `kept`, and so many that each
+    /// tally is met a few times only, however many there are.
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn add_up_many(&mut self, kept: u64, scans: usize, progress: &Progress<'_>) -> Result<()> {
+        if self.held <= kept.max(self.store.len.load(Relaxed) / 2) {
+            return Ok(());
+        }
+        for (key, &list) in &self.index {
+            progress.check()?;
+            let chunks = std::mem::take(&mut self.lists[list as usize].chunks);
+            let tallies = lines::tallies(&chunks);
+            let added = lock(&self.store.bundles).entry(*key).or_default().clone();
+            let mut added = lock(&added);
+            added.sample.extend(chunks.iter().flatten().filter(|c| in_sample(key, c, scans)));
+            let before = added.tallies.len() as u64;
+            tally::add_up(&mut added.tallies, &tallies);
+            self.store.len.fetch_add(added.tallies.len() as u64 - before, Relaxed);
+        }
+        self.held = 0;
+        Ok(())
+    }
+
+    /// Adds up where others do, too.
+    pub fn with_store(store: Arc<Store>) -> Self {
+        Buckets { store, ..Buckets::default() }
+    }
+
+    /// Bytes held, without what is added up.
+    pub fn bytes(&self) -> u64 {
+        self.held * size_of::<Crossing>() as u64
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Crossings that a worker keeps one by one.
+pub const MANY: u64 = 1 << 20;
+/// Where there are more than [`MANY`], overlaps are measured on one line in so many, between so many pairs of scans.
+const SAMPLED_LINES: u64 = 64;
+const SAMPLED_PAIRS: usize = 256;
+
+/// Whether overlaps are measured by this crossing, of so many scans, where crossings are many: the line decides, and the scan.
+pub fn in_sample(key: &BundleKey, crossing: &Crossing, scans: usize) -> bool {
+    let place = (key.axis, key.across, crossing.line());
+    // The upper bits of this hash are the mixed ones.
+    let is_line = FxBuildHasher.hash_one(place) >> 32 & (SAMPLED_LINES - 1) == 0;
+    is_line && crossing.scan() as usize % scans.div_ceil(SAMPLED_PAIRS).max(2) < 2
 }
 
 /// The crossings of one bundle, as several workers found them: in no particular order.
 pub struct RawBundle {
     /// Which row of bricks.
     pub key: BundleKey,
-    /// The crossings in pieces.
-    pub chunks: Vec<Vec<Crossing>>,
+    /// What was found there.
+    pub found: Found,
 }
 
 /// Joins the workers' crossings into bundles, ordered by key.
 pub fn gather(workers: Vec<Buckets>) -> Vec<RawBundle> {
-    let mut all: Vec<RawBundle> = Vec::new();
+    let mut all: FxHashMap<BundleKey, Found> = FxHashMap::default();
     for mut worker in workers {
         for (key, list) in worker.index {
-            all.push(RawBundle { key, chunks: std::mem::take(&mut worker.lists[list as usize]) });
+            let chunks = &mut worker.lists[list as usize].chunks;
+            all.entry(key).or_default().chunks.append(chunks);
+        }
+        // Of those who share it the first takes it.
+        for (key, added) in lock(&worker.store.bundles).drain() {
+            all.entry(key).or_default().added = std::mem::take(&mut *lock(&added));
         }
     }
-    all.sort_by_key(|b| b.key);
-    all.dedup_by(|later, first| {
-        later.key == first.key && {
-            first.chunks.append(&mut later.chunks);
-            true
-        }
-    });
+    let mut all: Vec<RawBundle> = all.into_iter().map(|(key, found)| RawBundle { key, found }).collect();
+    all.sort_unstable_by_key(|bundle| bundle.key);
     all
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::bundles::{Crossing, RawBundle};
+use super::bundles::{Crossing, MANY, RawBundle, in_sample};
 use super::lines::for_each_line;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -82,17 +82,26 @@ pub struct OverlapDistances {
 }
 
 impl OverlapDistances {
-    /// Measures all lines. O(crossings).
+    /// Measures all lines or, where many crossings were found, a sample of `scans` scans. O(crossings).
     ///
     /// # Errors
     /// Cancelled.
-    pub fn measure(bundles: &[RawBundle], progress: &Progress<'_>) -> Result<Self> {
+    pub fn measure(bundles: &[RawBundle], found: u64, scans: usize, progress: &Progress<'_>) -> Result<Self> {
         let empty = || vec![0_u64; (REACH * BINS_PER_CELL) as usize];
         let counts = bundles
             .par_iter()
             .try_fold(empty, |mut counts, raw| {
                 progress.check()?;
-                for_each_line(raw, |_, line| {
+                let sample;
+                let chunks = if found <= MANY {
+                    &raw.found.chunks
+                } else {
+                    let rest = raw.found.chunks.iter().flatten().copied();
+                    let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
+                    sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
+                    &sample[..]
+                };
+                for_each_line(chunks, |_, line| {
                     line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
                     // Stable: within a scan they stay in order along the line.
                     line.sort_by_key(|c| (c.enters(), c.scan()));

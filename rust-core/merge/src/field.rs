@@ -1,6 +1,6 @@
 //! Stage 4: which nodes are inside, and where the surface passes between them.
 //!
-//! Each crossing tells the nodes of its line how far from the surface they are, along the normal: a **vote**. A node's
+//! The crossings of an edge tell the nodes of its line how far from the surface they are, along the normal: a **vote**. A node's
 //! label is the sign of the mean of its votes, and between nodes of different labels a vertex lies where that mean,
 //! taken as linear, is zero. A vote weighs as much as the sample is trusted, less where it is noisy, and with the square of
 //! the normal's component along the line: over three lines these add up to one, so that a crossing of a grazing line,
@@ -12,9 +12,10 @@
 
 use rustc_hash::FxHashMap;
 
-use super::bundles::{BundleKey, Crossing};
+use super::bundles::BundleKey;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
-use super::lines::SortedBundle;
+use super::lines::{OnLine, SortedBundle};
+use super::tally::Tally;
 
 /// Rows of 32 nodes, one bit a node.
 pub type Plane = [u32; ROWS];
@@ -30,21 +31,21 @@ pub struct BrickLabels {
 }
 
 /// All bundles with their index.
-pub struct Bundles {
+pub struct Bundles<T = Tally> {
     /// Ordered by key.
-    pub list: Vec<SortedBundle>,
+    pub list: Vec<SortedBundle<T>>,
     index: FxHashMap<BundleKey, u32>,
 }
 
-impl Bundles {
+impl<T: OnLine> Bundles<T> {
     /// Indexes the bundles.
-    pub fn new(list: Vec<SortedBundle>) -> Self {
+    pub fn new(list: Vec<SortedBundle<T>>) -> Self {
         let index = list.iter().enumerate().map(|(i, b)| (b.key, i as u32)).collect();
         Bundles { list, index }
     }
 
     /// The bundle along `axis` through a brick.
-    pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&SortedBundle> {
+    pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&SortedBundle<T>> {
         let [u, v] = ACROSS[axis];
         let key = BundleKey { axis: axis as u8, across: [brick[u], brick[v]] };
         self.index.get(&key).map(|&i| &self.list[i as usize])
@@ -93,19 +94,13 @@ pub struct Vertex {
 /// The vertices of a brick, by the axis of their edge.
 pub type Vertices = [Vec<Vertex>; 3];
 
-/// What a vote weighs.
+/// How far votes are heard.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
     /// How far from a crossing, in cells along its normal, it speaks of nodes.
     pub reach: f64,
-    /// Largest trust of any sample.
-    pub full_trust: f64,
 }
 
-/// Share of the full trust that every crossing has: at borders trust is 0.
-const LEAST_SHARE: f64 = 0.25;
-/// Noise, in cells, that halves the weight of a vote.
-const HALVES: f64 = 0.1;
 /// How far sideways of a crossing, in cells, nodes may be that it speaks of: beyond, the surface may have bent.
 const SIDEWAYS: f64 = 1.2;
 /// No crossing speaks of nodes further along its line than this.
@@ -118,17 +113,10 @@ const HALF_A_SHEET: f64 = 0.75;
 const CERTAIN: f64 = 0.9;
 
 impl Rule {
-    fn weight(&self, c: &Crossing) -> f64 {
-        let floor = if self.full_trust > 0.0 { LEAST_SHARE * self.full_trust } else { 1.0 };
-        let precision = if c.is_clean() { 1.0 } else { 1.0 / (1.0 + (c.deviation() / HALVES).powi(2)) };
-        (floor + (1.0 - LEAST_SHARE) * f64::from(c.weight)) * precision
-    }
-
-    /// How far along its line a crossing speaks of nodes.
-    fn along(&self, c: &Crossing) -> f64 {
-        let normal = f64::from(c.normal.abs());
+    /// How far along its line what crossings of this mean normal say is heard.
+    fn along(&self, normal: f64) -> f64 {
         let across = (1.0 - normal * normal).max(0.0).sqrt();
-        (self.reach / normal).min(SIDEWAYS / across).clamp(1.0, FARTHEST)
+        (self.reach / normal.abs()).min(SIDEWAYS / across).clamp(1.0, FARTHEST)
     }
 }
 
@@ -225,13 +213,13 @@ impl Field {
             (beside[u], beside[v]) = (brick[u] + du, brick[v] + dv);
             let Some(bundle) = bundles.through(axis, beside) else { continue };
             for along in brick[axis] - 1..=brick[axis] + 1 {
-                for crossing in bundle.in_brick(along) {
-                    let line = crossing.line() as i32;
+                for tally in bundle.in_brick(along) {
+                    let line = tally.line() as i32;
                     let [at_u, at_v] = [line & (BRICK - 1), line >> BRICK_BITS];
                     // Of the bricks above only the first lines are in the window.
                     if du * at_u == 0 && dv * at_v == 0 {
                         let first = (at_u + du * BRICK) as usize * STEPS[u] + (at_v + dv * BRICK) as usize * STEPS[v];
-                        self.vote(axis, first, crossing, brick[axis] << BRICK_BITS, rule);
+                        self.vote(axis, first, tally, brick[axis] << BRICK_BITS, rule);
                     }
                 }
             }
@@ -239,22 +227,21 @@ impl Field {
     }
 
     #[inline]
-    fn vote(&mut self, axis: usize, first: usize, crossing: &Crossing, first_node: i32, rule: &Rule) {
-        let normal = f64::from(crossing.normal);
+    fn vote(&mut self, axis: usize, first: usize, tally: &Tally, first_node: i32, rule: &Rule) {
+        let (normal, fraction, weight) = (tally.normal(), tally.fraction(), tally.weight());
         // A sheet stays thick enough to have a node inside.
-        let spare = (crossing.room(false).min(crossing.room(true)) * normal.abs() - HALF_A_SHEET).max(0.0);
-        let residual = crossing.residual().clamp(-spare, spare);
-        let below = crossing.cell - first_node;
-        let place = f64::from(below) + f64::from(crossing.fraction);
-        let reach = rule.along(crossing);
+        let spare = (tally.room(false).min(tally.room(true)) * normal.abs() - HALF_A_SHEET).max(0.0);
+        let residual = tally.residual().clamp(-spare, spare);
+        let below = tally.cell - first_node;
+        let place = f64::from(below) + fraction;
+        let reach = rule.along(normal);
         // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
         let middle = place + (residual / normal).clamp(-1.0, 1.0);
         // The nodes of its edge always, others no further than half way to the next surface.
-        let from = (middle - reach).max(place - crossing.room(false)).ceil().min(f64::from(below)).max(0.0);
-        let to = (middle + reach).min(place + crossing.room(true)).floor().max(f64::from(below + 1));
+        let from = (middle - reach).max(place - tally.room(false)).ceil().min(f64::from(below)).max(0.0);
+        let to = (middle + reach).min(place + tally.room(true)).floor().max(f64::from(below + 1));
         let to = to.min(f64::from(BRICK));
-        let weight = rule.weight(crossing) * normal * normal;
-        let voter = if crossing.is_clean() { crossing.scan() + 1 } else { MIXED };
+        let voter = tally.only_scan().filter(|_| tally.is_clean()).map_or(MIXED, |scan| scan + 1);
         for along in from as i32..=to as i32 {
             let index = first + along as usize * STEPS[axis];
             let node = &mut self.nodes[index];
@@ -265,13 +252,13 @@ impl Field {
             node.distance += weight * (normal * (f64::from(along) - place) - residual);
             node.voter = if node.voter == 0 || node.voter == voter { voter } else { MIXED };
             if along == below || along == below + 1 {
-                node.near |= if (along == below) == crossing.enters() { 1 } else { 2 };
+                node.near |= if (along == below) == tally.enters() { 1 } else { 2 };
             }
         }
     }
 }
 
-/// The vertex of an edge whose votes are zero at `zero`: the crossings of its line tell the rest.
+/// The vertex of an edge whose votes are zero at `zero`: what is known of its line tells the rest.
 fn vertex(
     bundles: &Bundles,
     brick: [i32; 3],
@@ -284,48 +271,46 @@ fn vertex(
     let [u, v] = ACROSS[axis];
     let line = (at[v] << BRICK_BITS | at[u]) as usize;
     let cell = (brick[axis] << BRICK_BITS) + at[axis];
-    let (mut total, mut certain, mut place) = (0.0, 0.0, 0.0);
-    let (mut trust, mut noise, mut colour, mut strongest) = (0.0_f32, 0.0, [0.0; 4], None::<&Crossing>);
+    let (mut total, mut certain, mut place) = (0.0, 0.0, zero);
+    let (mut trust, mut noise, mut colour, mut strongest) = (0.0, 0.0, [0.0; 4], None::<&Tally>);
     let farthest = FARTHEST as i32;
     if let Some(bundle) = bundles.through(axis, brick) {
         for along in (cell - farthest) >> BRICK_BITS..=(cell + farthest) >> BRICK_BITS {
             let list = bundle.in_brick(along);
-            let from = list.partition_point(|c| (c.line(), c.cell) < (line, cell - farthest));
-            for c in list[from..].iter().take_while(|c| c.line() == line && c.cell <= cell + farthest) {
-                let offset = f64::from(c.cell - cell) + f64::from(c.fraction);
-                if c.enters() == lower_is_inside || (offset - zero).abs() > rule.along(c) {
+            let from = list.partition_point(|t| (t.line(), t.cell) < (line, cell - farthest));
+            for tally in list[from..].iter().take_while(|t| t.line() == line && t.cell <= cell + farthest) {
+                let offset = f64::from(tally.cell - cell) + tally.fraction();
+                if tally.enters() == lower_is_inside || (offset - zero).abs() > rule.along(tally.normal()) {
                     continue;
                 }
-                let weight = rule.weight(c);
+                let weight = tally.weight();
                 total += weight;
-                if c.cell == cell && c.is_clean() {
-                    certain += weight;
-                    place += weight * f64::from(c.fraction);
+                if tally.cell == cell && tally.is_clean() {
+                    (certain, place) = (weight, tally.fraction());
                 }
-                trust += c.weight;
-                noise += weight * c.deviation();
-                (0..4).for_each(|i| colour[i] += weight * f64::from(c.colour[i]));
-                if strongest.is_none_or(|s| c.weight > s.weight || (c.weight == s.weight && c.scan() < s.scan())) {
-                    strongest = Some(c);
+                trust += tally.trust();
+                noise += weight * tally.deviation();
+                let mean = tally.colour();
+                (0..4).for_each(|i| colour[i] += weight * mean[i]);
+                if strongest.is_none_or(|s| {
+                    tally.largest_trust() > s.largest_trust()
+                        || (tally.largest_trust() == s.largest_trust() && tally.scan < s.scan)
+                }) {
+                    strongest = Some(tally);
                 }
             }
         }
     }
     let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
-    let place = if certainty == 1.0 {
-        place / certain
-    } else if certainty > 0.0 {
-        zero + certainty * (place / certain - zero)
-    } else {
-        zero
-    };
+    // Of certainty 1 to the bit.
+    let place = if certainty == 1.0 { place } else { zero + certainty * (place - zero) };
     Vertex {
         node: (at[0] | at[1] << BRICK_BITS | at[2] << (2 * BRICK_BITS)) as u16,
         enters: !lower_is_inside,
         fraction: place as f32,
-        weight: trust,
+        weight: trust as f32,
         noise: if total > 0.0 { (noise / total) as f32 } else { 0.0 },
         colour: if total > 0.0 { colour.map(|x| (x / total + 0.5) as u8) } else { [255; 4] },
-        scan: strongest.map_or(-1, |c| c.scan() as i32),
+        scan: strongest.map_or(-1, |tally| tally.scan as i32),
     }
 }

@@ -6,14 +6,14 @@
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::MergeParams;
 use super::budget::Budget;
-use super::bundles::Buckets;
+use super::bundles::{Buckets, Store};
 use super::discretize::discretize;
 use super::lattice::Lattice;
 use base::error::{Error, Result};
@@ -52,6 +52,10 @@ struct Intake<'a, 'p, L> {
     sources: &'a [&'a dyn ScanSource],
     params: &'a MergeParams,
     voxel: f64,
+    /// Crossings a worker keeps one by one.
+    kept: u64,
+    /// Where others are added up, by the grid they are counted in.
+    stores: Mutex<Vec<(Lattice, Arc<Store>)>>,
     lattice_near: L,
     budget: OnceLock<Budget>,
     /// The first scan known to have a triangle, and its grid.
@@ -61,7 +65,8 @@ struct Intake<'a, 'p, L> {
     progress: &'a Progress<'p>,
 }
 
-/// Loads the scans and finds their crossings with a grid that `lattice_near` makes for a place.
+/// Loads the scans and finds their crossings with a grid of cells of size `voxel` that `lattice_near` makes for a place.
+/// Crossings are added up where a worker has more than `kept`.
 ///
 /// # Errors
 /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
@@ -69,6 +74,7 @@ pub fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     voxel: f64,
+    kept: u64,
     lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
@@ -76,6 +82,8 @@ pub fn discretize_all(
         sources,
         params,
         voxel,
+        kept,
+        stores: Mutex::default(),
         lattice_near,
         budget: OnceLock::new(),
         first: Mutex::new(None),
@@ -140,6 +148,16 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         self.first.lock().unwrap_or_else(PoisonError::into_inner).map(|first| first.1)
     }
 
+    fn store(&self, lattice: Lattice) -> Arc<Store> {
+        let mut stores = self.stores.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, store)) = stores.iter().find(|known| known.0 == lattice) {
+            return store.clone();
+        }
+        let store = Arc::<Store>::default();
+        stores.push((lattice, store.clone()));
+        store
+    }
+
     /// The grid to count a scan in whose first triangle lies near a place.
     fn lattice_for(&self, scan: usize, near: DVec3) -> Result<Lattice> {
         let own = (self.lattice_near)(near)?;
@@ -192,11 +210,13 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
             self.budget.get_or_init(|| Budget::new(lattice.voxel)).expect(&surface)?;
         }
         if groups.last().is_none_or(|group| group.found.lattice != lattice) {
-            let found = Discretized { buckets: vec![Buckets::default()], ..Discretized::none(lattice) };
+            let buckets = vec![Buckets::with_store(self.store(lattice))];
+            let found = Discretized { buckets, ..Discretized::none(lattice) };
             groups.push(Group { scans: Vec::new(), found });
         }
         let Group { scans, found } = groups.last_mut().expect("one was just pushed");
         discretize(&surface, source.name(), scan as u32, &lattice, &mut found.buckets[0], self.progress)?;
+        found.buckets[0].add_up_many(self.kept, self.sources.len(), self.progress)?;
         scans.push(scan);
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));

@@ -22,8 +22,9 @@ mod passes;
 // 2. initial removal
 mod remove;
 
-// 3. lines in order
+// 3. crossings in order along their lines, and added up by edge
 mod lines;
+mod tally;
 
 // 4. labels of the nodes, and vertices
 mod field;
@@ -161,15 +162,10 @@ const PLAN: base::progress::Plan = &[
 /// # Errors
 /// Parameters out of range; whatever loading a scan can meet; [`Error::Cancelled`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    run_by(sources, params, Fusing::ByVotes, progress)
+    run_by(sources, params, &Setup::default(), progress)
 }
 
-fn run_by(
-    sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    fusing: Fusing,
-    progress: &Progress<'_>,
-) -> Result<Merged> {
+fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
     params.validate()?;
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
@@ -179,7 +175,7 @@ fn run_by(
     }
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let merged = progress.run(&pool, || merge(sources, params, [0; 3], fusing, progress));
+    let merged = progress.run(&pool, || merge(sources, params, setup, progress));
     // Whatever else went wrong meanwhile, the caller asked for an end.
     if merged.is_err() {
         progress.check()?
@@ -187,14 +183,8 @@ fn run_by(
     merged
 }
 
-/// The paper's list of steps. `corner` is where bricks are counted from.
-fn merge(
-    sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    corner: [i64; 3],
-    fusing: Fusing,
-    progress: &Progress<'_>,
-) -> Result<Merged> {
+/// The paper's list of steps.
+fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
     let mut clock = Clock::start();
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
     let sources = numbers::in_order(sources, &params.triangulation, progress)?;
@@ -208,12 +198,12 @@ fn merge(
     clock.lap("measure");
 
     progress.stage(1, sources.len() as u64);
-    let lattice_near = |near| Lattice::new(report.voxel, near, corner);
-    let mut scans = intake::discretize_all(&sources, params, report.voxel, lattice_near, progress)?;
+    let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
+    let mut scans = intake::discretize_all(&sources, params, report.voxel, setup.kept, lattice_near, progress)?;
     let lattice = scans.lattice;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
-    report.working_bytes = report.intersections * size_of::<bundles::Crossing>() as u64;
+    report.working_bytes = scans.buckets.iter().map(bundles::Buckets::bytes).sum();
     let raw = bundles::gather(std::mem::take(&mut scans.buckets));
     clock.lap("discretize");
 
@@ -221,23 +211,25 @@ fn merge(
     let reach = match params.merge_distance {
         Some(distance) => distance / report.voxel,
         None => {
-            let distances = defaults::OverlapDistances::measure(&raw, progress)?;
+            let distances = defaults::OverlapDistances::measure(&raw, report.intersections, sources.len(), progress)?;
             report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
             distances.quantile(0.95).map_or(1.0, |d| OVERLAP * d).max(1.0)
         }
     };
     clock.lap("overlap");
     report.merge_distance = params.merge_distance.unwrap_or(reach * report.voxel);
-    let full_trust = f64::from(scans.full_trust);
-    let (labels, vertices) = match fusing {
+    let (labels, vertices) = match setup.fusing {
         Fusing::ByVotes => {
-            let rule = field::Rule { reach: reach.max(1.0), full_trust };
+            let rule = field::Rule { reach: reach.max(1.0) };
             let bundles = sort_lines(raw, progress)?;
+            let tallies: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
+            report.working_bytes = report.working_bytes.max((tallies * size_of::<tally::Tally>()) as u64);
             clock.lap("sort");
             label_nodes(&bundles, &rule, progress)?
         }
         #[cfg(any(test, feature = "reference"))]
         Fusing::ByLines => {
+            let full_trust = f64::from(scans.full_trust);
             reference::label_nodes(raw, reference::Rule { merge_distance: reach, full_trust }, progress)?
         }
     };
@@ -306,6 +298,21 @@ fn refuse_nothing(surface: &extract::Surface, voxel: f64) -> Result<()> {
         "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
         Shown::digits(voxel, 4)
     )))
+}
+
+/// What no parameter says.
+struct Setup {
+    /// Where bricks are counted from.
+    corner: [i64; 3],
+    fusing: Fusing,
+    /// Crossings of a worker that are kept one by one; where there are more they are added up.
+    kept: u64,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY }
+    }
 }
 
 /// How crossings of several scans become one surface.

@@ -3,24 +3,43 @@
 use super::bundles::{BundleKey, Crossing, RawBundle};
 use super::lattice::{BRICK_BITS, ROWS};
 use super::remove::remove_fine_details;
+use super::tally::{self, Tally, tally_line};
 
-/// The crossings of a row of bricks: by brick along the axis, then line, then place.
-pub struct SortedBundle {
+/// Something on an edge of the grid.
+pub trait OnLine: Copy {
+    /// Line within its bundle.
+    fn line(&self) -> usize;
+    /// Cell along the line.
+    fn cell(&self) -> i32;
+}
+
+impl OnLine for Crossing {
+    fn line(&self) -> usize {
+        self.line()
+    }
+
+    fn cell(&self) -> i32 {
+        self.cell
+    }
+}
+
+/// What there is on the lines of a row of bricks: by brick along the axis, then line, then place.
+pub struct SortedBundle<T = Tally> {
     /// Axis and place of the row of bricks.
     pub key: BundleKey,
-    /// The crossings.
-    pub crossings: Vec<Crossing>,
+    /// The crossings or their tallies.
+    pub list: Vec<T>,
     /// Brick coordinate along the axis and first crossing of each brick that has any, ascending.
     pub bricks: Vec<(i32, u32)>,
 }
 
-impl SortedBundle {
-    /// The crossings whose cells lie in brick `brick` along the axis.
-    pub fn in_brick(&self, brick: i32) -> &[Crossing] {
+impl<T: OnLine> SortedBundle<T> {
+    /// What lies in cells of brick `brick` along the axis.
+    pub fn in_brick(&self, brick: i32) -> &[T] {
         match self.bricks.binary_search_by_key(&brick, |b| b.0) {
             Ok(i) => {
-                let end = self.bricks.get(i + 1).map_or(self.crossings.len(), |b| b.1 as usize);
-                &self.crossings[self.bricks[i].1 as usize..end]
+                let end = self.bricks.get(i + 1).map_or(self.list.len(), |b| b.1 as usize);
+                &self.list[self.bricks[i].1 as usize..end]
             }
             Err(_) => &[],
         }
@@ -29,9 +48,9 @@ impl SortedBundle {
 
 /// Sorts the crossings of a bundle by line, then along the line; equal places by content, so that the order in which
 /// scans and threads delivered them is forgotten. Calls `each` with every line that has crossings.
-pub fn for_each_line(raw: &RawBundle, mut each: impl FnMut(usize, &mut Vec<Crossing>)) {
+pub fn for_each_line(chunks: &[Vec<Crossing>], mut each: impl FnMut(usize, &mut Vec<Crossing>)) {
     let mut starts = [0_u32; ROWS + 1];
-    let all = || raw.chunks.iter().flatten();
+    let all = || chunks.iter().flatten();
     for crossing in all() {
         starts[crossing.line() + 1] += 1;
     }
@@ -63,62 +82,68 @@ pub fn for_each_line(raw: &RawBundle, mut each: impl FnMut(usize, &mut Vec<Cross
     }
 }
 
-/// Sorts a bundle.
-pub fn sort(raw: RawBundle) -> SortedBundle {
-    let mut all: Vec<Crossing> = Vec::new();
-    for_each_line(&raw, |_, line| {
+/// Adds up the crossings of whole scans by edge and sign; sorted by [`Tally::key`].
+pub fn tallies(chunks: &[Vec<Crossing>]) -> Vec<Tally> {
+    let mut all = Vec::new();
+    for_each_line(chunks, |_, line| {
         remove_fine_details(line);
-        note_room(line);
-        all.extend_from_slice(line);
+        tally_line(line, &mut all);
     });
-    let key = raw.key;
-    drop(raw);
-    by_brick(key, all)
+    all
 }
 
-/// Place along the line, in cells.
-#[inline]
-fn place(crossing: &Crossing) -> f64 {
-    f64::from(crossing.cell) + f64::from(crossing.fraction)
+/// Adds up and sorts a bundle.
+pub fn sort(mut raw: RawBundle) -> SortedBundle {
+    let rest = tallies(&raw.found.chunks);
+    raw.found.chunks = Vec::new();
+    let mut all = raw.found.added.tallies;
+    if all.is_empty() {
+        all = rest;
+    } else {
+        tally::add_up(&mut all, &rest);
+    }
+    all.chunk_by_mut(|a, b| a.line() == b.line()).for_each(note_room);
+    by_brick(raw.key, all)
 }
 
-/// Notes of each crossing of a sorted line how far those of the other sign are.
-fn note_room(line: &mut [Crossing]) {
+/// Notes of what is on a line how far those of the other sign are.
+fn note_room(line: &mut [Tally]) {
     let mut last = [f64::NEG_INFINITY; 2];
-    for crossing in line.iter_mut() {
-        last[usize::from(crossing.enters())] = place(crossing);
-        crossing.set_room(place(crossing) - last[usize::from(!crossing.enters())], f64::INFINITY);
+    let mut below = Vec::with_capacity(line.len());
+    for tally in &*line {
+        last[usize::from(tally.enters())] = tally.along();
+        below.push(tally.along() - last[usize::from(!tally.enters())]);
     }
     let mut next = [f64::INFINITY; 2];
-    for crossing in line.iter_mut().rev() {
-        next[usize::from(crossing.enters())] = place(crossing);
-        crossing.set_room(2.0 * crossing.room(false), next[usize::from(!crossing.enters())] - place(crossing));
+    for (tally, below) in line.iter_mut().zip(below).rev() {
+        next[usize::from(tally.enters())] = tally.along();
+        tally.set_room(below, next[usize::from(!tally.enters())] - tally.along());
     }
 }
 
-/// Sorts crossings, which come line by line, by brick.
-pub fn by_brick(key: BundleKey, all: Vec<Crossing>) -> SortedBundle {
-    let lowest = all.iter().map(|c| c.cell >> BRICK_BITS).min().unwrap_or(0);
-    let highest = all.iter().map(|c| c.cell >> BRICK_BITS).max().unwrap_or(0);
+/// Sorts what comes line by line by brick.
+pub fn by_brick<T: OnLine + Default>(key: BundleKey, all: Vec<T>) -> SortedBundle<T> {
+    let lowest = all.iter().map(|c| c.cell() >> BRICK_BITS).min().unwrap_or(0);
+    let highest = all.iter().map(|c| c.cell() >> BRICK_BITS).max().unwrap_or(0);
     if all.is_empty() {
-        return SortedBundle { key, crossings: all, bricks: Vec::new() };
+        return SortedBundle { key, list: all, bricks: Vec::new() };
     }
     // Stable counting sort by brick; a row of scans far apart must not cost its length.
     let length = (i64::from(highest) - i64::from(lowest)) as u64 + 1;
     if length > 4 * all.len() as u64 + 64 {
         let mut all = all;
-        all.sort_by_key(|c| c.cell >> BRICK_BITS);
+        all.sort_by_key(|c| c.cell() >> BRICK_BITS);
         let mut bricks: Vec<(i32, u32)> = Vec::new();
         for (i, c) in all.iter().enumerate() {
-            if bricks.last().is_none_or(|b| b.0 != c.cell >> BRICK_BITS) {
-                bricks.push((c.cell >> BRICK_BITS, i as u32));
+            if bricks.last().is_none_or(|b| b.0 != c.cell() >> BRICK_BITS) {
+                bricks.push((c.cell() >> BRICK_BITS, i as u32));
             }
         }
-        return SortedBundle { key, crossings: all, bricks };
+        return SortedBundle { key, list: all, bricks };
     }
     let mut counts = vec![0_u32; length as usize + 1];
     for c in &all {
-        counts[((c.cell >> BRICK_BITS) - lowest) as usize + 1] += 1;
+        counts[((c.cell() >> BRICK_BITS) - lowest) as usize + 1] += 1;
     }
     let mut bricks = Vec::new();
     for i in 0..length as usize {
@@ -127,11 +152,11 @@ pub fn by_brick(key: BundleKey, all: Vec<Crossing>) -> SortedBundle {
         }
         counts[i + 1] += counts[i];
     }
-    let mut crossings = vec![Crossing::default(); all.len()];
+    let mut list = vec![T::default(); all.len()];
     for c in &all {
-        let slot = &mut counts[((c.cell >> BRICK_BITS) - lowest) as usize];
-        crossings[*slot as usize] = *c;
+        let slot = &mut counts[((c.cell() >> BRICK_BITS) - lowest) as usize];
+        list[*slot as usize] = *c;
         *slot += 1;
     }
-    SortedBundle { key, crossings, bricks }
+    SortedBundle { key, list, bricks }
 }

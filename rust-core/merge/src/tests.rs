@@ -71,7 +71,7 @@ fn crossings(mesh: &TriMesh, voxel: f64) -> Vec<(usize, [i32; 2], f64, i32)> {
     discretize::discretize(&surface, "mesh", 0, &lattice, &mut buckets, &Progress::none()).unwrap();
     let mut all = Vec::new();
     for bundle in bundles::gather(vec![buckets]) {
-        for c in bundle.chunks.iter().flatten() {
+        for c in bundle.found.chunks.iter().flatten() {
             let line = c.line() as i32;
             let across = [
                 (bundle.key.across[0] << BRICK_BITS) + (line & (BRICK - 1)),
@@ -93,7 +93,7 @@ fn edge_sums(mesh: &TriMesh, voxel: f64) -> std::collections::HashMap<(usize, [i
     let mut sums = std::collections::HashMap::new();
     for bundle in bundles::gather(vec![buckets]) {
         let axis = bundle.key.axis as usize;
-        for c in bundle.chunks.iter().flatten() {
+        for c in bundle.found.chunks.iter().flatten() {
             let mut node = [0; 3];
             node[axis] = c.cell;
             node[ACROSS[axis][0]] = (bundle.key.across[0] << BRICK_BITS) + (c.line() as i32 & (BRICK - 1));
@@ -272,7 +272,7 @@ fn the_same_surface_for_any_split_into_bricks() {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
     let params = MergeParams { max_hole_length: Some(0.0), voxel: Some(0.025), ..MergeParams::default() };
     let split = |corner: [i64; 3]| {
-        canonical(&merge(&sources, &params, corner, Fusing::ByVotes, &Progress::none()).unwrap().mesh)
+        canonical(&merge(&sources, &params, &Setup { corner, ..Setup::default() }, &Progress::none()).unwrap().mesh)
     };
     let expected = split([0; 3]);
     assert!(expected.len() > 10_000);
@@ -685,6 +685,19 @@ fn noisy_scans_give_the_same_bytes_for_any_threads_and_order() {
     assert!(bytes(&merge_scans(&scans, &MergeParams { threads: 4, ..params })) == expected);
     scans.reverse();
     assert!(bytes(&merge_scans(&scans, &params)) == expected);
+}
+
+#[test]
+fn crossings_added_up_give_the_same_bytes() {
+    let scans: Vec<_> = (0..9).map(|i| noisy_patch(i, 0.1 * i as f64, if i % 2 == 0 { 0.0 } else { 1.5 })).collect();
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let params = MergeParams { merge_distance: Some(3.0), ..plain(2.0) };
+    let kept = |kept| {
+        let setup = Setup { kept, ..Setup::default() };
+        bytes(&merge(&sources, &params, &setup, &Progress::none()).unwrap())
+    };
+    let expected = kept(u64::MAX);
+    assert!(kept(0) == expected && kept(20_000) == expected);
 }
 
 #[test]

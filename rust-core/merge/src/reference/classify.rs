@@ -38,7 +38,7 @@ impl Default for Classifier {
 
 impl Classifier {
     /// Labels the nodes of a brick; `None` if no crossing says anything about any of them.
-    pub fn label(&mut self, bundles: &Bundles, brick: [i32; 3]) -> Option<Box<BrickLabels>> {
+    pub fn label(&mut self, bundles: &Bundles<Crossing>, brick: [i32; 3]) -> Option<Box<BrickLabels>> {
         for axis in 0..3 {
             let Some(bundle) = bundles.through(axis, brick) else { continue };
             // A crossing speaks of two nodes on either side: neighbours along the axis reach in.

@@ -35,10 +35,10 @@ impl Rule {
 }
 
 /// Fuses a bundle: at most one crossing a cell edge is left.
-pub fn fuse(raw: RawBundle, rule: Rule) -> SortedBundle {
+pub fn fuse(raw: RawBundle, rule: Rule) -> SortedBundle<Crossing> {
     let mut fused: Vec<Crossing> = Vec::new();
     let mut fuser = LineFuser { rule, ..LineFuser::default() };
-    for_each_line(&raw, |_, line| {
+    for_each_line(&raw.found.chunks, |_, line| {
         remove_fine_details(line);
         fuser.fuse_line(line, &mut fused);
     });

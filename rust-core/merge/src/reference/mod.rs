@@ -9,10 +9,10 @@ mod fuse;
 
 use rayon::prelude::*;
 
-use super::bundles::RawBundle;
+use super::bundles::{Crossing, RawBundle};
 use super::field::{Bundles, Vertex, Vertices};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS};
-use super::{BrickVertices, Fusing, Labels, MergeParams, Merged, ScanSource};
+use super::{BrickVertices, Fusing, Labels, MergeParams, Merged, ScanSource, Setup};
 use base::error::Result;
 use base::progress::Progress;
 use classify::Classifier;
@@ -24,7 +24,7 @@ pub use fuse::Rule;
 /// # Errors
 /// As [`super::run`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    super::run_by(sources, params, Fusing::ByLines, progress)
+    super::run_by(sources, params, &Setup { fusing: Fusing::ByLines, kept: u64::MAX, ..Setup::default() }, progress)
 }
 
 /// Fuses the crossings of each line, and labels the nodes by them.
@@ -48,11 +48,11 @@ pub(super) fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'
 }
 
 /// A vertex for every crossing of a brick's edges.
-fn vertices(bundles: &Bundles, brick: [i32; 3]) -> Vertices {
+fn vertices(bundles: &Bundles<Crossing>, brick: [i32; 3]) -> Vertices {
     [0, 1, 2].map(|axis| {
         let [u, v] = ACROSS[axis];
         let crossings = bundles.through(axis, brick).map_or(&[][..], |bundle| bundle.in_brick(brick[axis]));
-        let vertex = |crossing: &super::bundles::Crossing| {
+        let vertex = |crossing: &Crossing| {
             let line = crossing.line() as i32;
             let mut at = [0; 3];
             (at[axis], at[u], at[v]) = (crossing.cell & (BRICK - 1), line & (BRICK - 1), line >> BRICK_BITS);
