@@ -193,17 +193,15 @@ impl OrientedSurface {
     /// See [`triangulate::triangulate`].
     pub fn from_range_image(image: &RangeImage, loading: &Loading, progress: &Progress<'_>) -> Result<Self> {
         let Loading { triangulation, cell } = loading;
-        let mut grid = triangulate::samples(image, triangulation, progress)?;
-        let noise = Noise::measure(image, &grid, progress)?;
-        let side = blocks::side(image, &grid, &noise, *cell);
-        let coarse = match side {
+        triangulate::expect(image, triangulation)?;
+        let noise = Noise::measure(image, progress)?;
+        let side = blocks::side(image, &noise, *cell);
+        let averaged = match side {
             1 => None,
-            _ => Some(blocks::averaged(image, &grid, &noise, side, progress)?),
+            _ => Some(blocks::averaged(image, &noise, side, progress)?),
         };
-        let image = coarse.as_ref().unwrap_or(image);
-        if coarse.is_some() {
-            grid = triangulate::samples(image, triangulation, progress)?;
-        }
+        let image = averaged.as_ref().unwrap_or(image);
+        let mut grid = triangulate::samples(image, triangulation, progress)?;
         let smoothed = smooth::smoothed(image, &grid, &noise, side, progress)?;
         let pixels = smoothed.as_ref().map(|_| grid.pixels.clone());
         if let Some(smoothed) = &smoothed {

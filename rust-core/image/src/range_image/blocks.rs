@@ -8,7 +8,6 @@
 use super::noise::Noise;
 use super::noise::heights::Heights;
 use super::pitch::Pitch;
-use super::samples::SampleGrid;
 use super::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use base::error::Result;
 use base::progress::Progress;
@@ -26,15 +25,17 @@ const DEVIATIONS: f64 = 6.0;
 const STEEP: f64 = 6.0;
 
 /// How many pixels a block should be long, for cells of this size.
-pub fn side(image: &RangeImage, grid: &SampleGrid, noise: &Noise, cell: f64) -> usize {
+pub fn side(image: &RangeImage, noise: &Noise, cell: f64) -> usize {
     if noise.typical() == 0.0 || cell == 0.0 {
         return 1;
     }
-    let pitch = Pitch::of(image, grid);
-    let mut sides: Vec<f64> = (0..grid.len())
+    let pitch = Pitch::of(image);
+    let mut sides: Vec<f64> = (0..image.len())
         .step_by(EVERY)
-        .map(|k| {
-            let (pitch, sigma) = (pitch.at(grid, k), noise.deviation(image.range(grid.pixels[k] as usize), 1.0));
+        .filter(|&pixel| image.is_valid(pixel))
+        .map(|pixel| {
+            let range = image.range(pixel);
+            let (pitch, sigma) = (pitch.at_range(range), noise.deviation(range, 1.0));
             (CELL * cell / pitch).min((NOISE * sigma / pitch).sqrt())
         })
         .collect();
@@ -51,17 +52,11 @@ const LEAST_SPREAD: f64 = 0.1;
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub fn averaged(
-    image: &RangeImage,
-    grid: &SampleGrid,
-    noise: &Noise,
-    side: usize,
-    progress: &Progress<'_>,
-) -> Result<RangeImage> {
+pub fn averaged(image: &RangeImage, noise: &Noise, side: usize, progress: &Progress<'_>) -> Result<RangeImage> {
     let heights = Heights::new(image, progress)?.heights;
     let (rows, cols) = (image.rows().div_ceil(side), image.cols().div_ceil(side));
     let projection = coarser(image.projection(), side);
-    let pitch = Pitch::of(image, grid);
+    let pitch = Pitch::of(image);
     let fans_out = image.projection().eye().is_some();
     // How far apart heights of one surface are at most.
     let limit = |height: f64| {
@@ -219,8 +214,7 @@ mod tests {
 
     fn blocks_of(image: &RangeImage, side: usize) -> RangeImage {
         let none = &Progress::none();
-        let grid = SampleGrid::new(image, none).unwrap();
-        averaged(image, &grid, &Noise::measure(image, &grid, none).unwrap(), side, none).unwrap()
+        averaged(image, &Noise::measure(image, none).unwrap(), side, none).unwrap()
     }
 
     #[test]
@@ -279,10 +273,9 @@ mod tests {
         let projection = projections(PIXELS, PIXELS)[2];
         let image = render(PIXELS, PIXELS, projection, sphere(1.5 * ahead(&projection), 1.0));
         let none = &Progress::none();
-        let grid = SampleGrid::new(&image, none).unwrap();
-        let noise = Noise::measure(&image, &grid, none).unwrap();
-        assert_eq!(side(&image, &grid, &noise, 0.0), 1);
-        assert_eq!(side(&image, &grid, &noise, 10.0), 1);
+        let noise = Noise::measure(&image, none).unwrap();
+        assert_eq!(side(&image, &noise, 0.0), 1);
+        assert_eq!(side(&image, &noise, 10.0), 1);
     }
 
     #[test]

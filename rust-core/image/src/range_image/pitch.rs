@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::samples::SampleGrid;
 use super::{Projection, RangeImage};
 
 /// Distance of neighbouring pixels across their rays: a length, or, where rays fan out from `eye`, that at distance 1 from it.
@@ -12,8 +11,8 @@ pub struct Pitch {
 }
 
 impl Pitch {
-    /// That of an image whose samples are `grid`. O(samples) for point grids.
-    pub fn of(image: &RangeImage, grid: &SampleGrid) -> Pitch {
+    /// That of an image. O(pixels) for point grids.
+    pub fn of(image: &RangeImage) -> Pitch {
         let eye = image.projection().eye();
         let length = match *image.projection() {
             Projection::Orthographic { step, .. } | Projection::Spherical { step, .. } => {
@@ -21,10 +20,10 @@ impl Pitch {
             }
             Projection::Pinhole { focal, .. } => 1.0 / focal[0].abs().max(focal[1].abs()),
             Projection::PointGrid(_) => {
-                let mut lengths: Vec<f64> = (0..grid.len())
-                    .filter(|&k| grid.has_right(k))
-                    .map(|k| {
-                        let (a, b) = (grid.positions[k], grid.positions[k + 1]);
+                let mut lengths: Vec<f64> = (1..image.len())
+                    .filter(|i| i % image.cols() > 0)
+                    .map(|i| {
+                        let (a, b) = (image.point_in_sensor(i - 1), image.point_in_sensor(i));
                         let across = (b - a).reject_from_normalized(image.projection().view_direction(a)).length();
                         eye.map_or(across, |eye| across / a.distance(eye))
                     })
@@ -38,13 +37,13 @@ impl Pitch {
         Pitch { length, eye }
     }
 
-    /// At a sample.
-    pub fn at(&self, grid: &SampleGrid, k: usize) -> f64 {
-        self.eye.map_or(self.length, |eye| self.length * grid.positions[k].distance(eye))
-    }
-
     /// At a distance from the sensor, which does not matter where rays are parallel.
     pub fn at_range(&self, range: f64) -> f64 {
         if self.eye.is_some() { self.length * range } else { self.length }
+    }
+
+    /// At a point.
+    pub fn at(&self, point: DVec3) -> f64 {
+        self.eye.map_or(self.length, |eye| self.length * point.distance(eye))
     }
 }

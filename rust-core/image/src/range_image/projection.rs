@@ -168,7 +168,7 @@ impl Projection {
 }
 
 /// What [`Projection::point`] computes from the row alone and from the column alone, once for all pixels.
-pub(super) struct Tables<'a> {
+pub(crate) struct Tables<'a> {
     projection: &'a Projection,
     /// Orthographic: y; pinhole: y at depth 1; spherical: cosine and sine of the elevation.
     rows: Vec<[f64; 2]>,
@@ -177,7 +177,7 @@ pub(super) struct Tables<'a> {
 }
 
 impl Projection {
-    pub(super) fn tables(&self, rows: usize, cols: usize) -> Tables<'_> {
+    pub(crate) fn tables(&self, rows: usize, cols: usize) -> Tables<'_> {
         let table = |count: usize, axis: usize| -> Vec<[f64; 2]> {
             let entry = |i: usize| {
                 let i = i as f64;
@@ -199,7 +199,7 @@ impl Projection {
 
 impl Tables<'_> {
     /// The same as [`Projection::point`], to the bit.
-    pub(super) fn point(&self, row: usize, col: usize, value: f64) -> DVec3 {
+    pub(crate) fn point(&self, row: usize, col: usize, value: f64) -> DVec3 {
         let ([x, sin_azimuth], [y, sin_elevation]) = (self.cols[col], self.rows[row]);
         match self.projection {
             Projection::Orthographic { .. } => DVec3::new(x, y, value),

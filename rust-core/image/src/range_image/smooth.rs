@@ -56,8 +56,8 @@ pub fn smoothed(
         return Ok(None);
     }
     let deviation = noise.of_samples(image, grid, progress)?;
-    let pitch = Pitch::of(image, grid);
-    let noisy = |k: usize| f64::from(deviation[k]) > CLEAN * pitch.at(grid, k);
+    let pitch = Pitch::of(image);
+    let noisy = |k: usize| f64::from(deviation[k]) > CLEAN * pitch.at(grid.positions[k]);
     if 2 * (0..grid.len()).filter(|&k| noisy(k)).count() < grid.len() {
         return Ok(None);
     }
@@ -74,7 +74,7 @@ pub fn smoothed(
             let sigma = f64::from(sigma) * noise.left_by_blocks(side);
             heights[at] = if eye.is_some() { 1.0 / range } else { range };
             limits[at] = RELIEF * eye.map_or(sigma, |eye| sigma / (grid.positions[k].distance(eye) * range));
-            passes[at] = (sigma / pitch.at(grid, k) + ROUND).min(MOST) as u8;
+            passes[at] = (sigma / pitch.at(grid.positions[k]) + ROUND).min(MOST) as u8;
         }
     }
     let most = passes.iter().copied().max().unwrap_or(0);

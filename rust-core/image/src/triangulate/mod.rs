@@ -126,11 +126,19 @@ pub fn triangles_over_pixels(
 /// # Errors
 /// As [`triangulate`].
 pub(crate) fn samples(image: &RangeImage, params: &TriangulateParams, progress: &Progress<'_>) -> Result<SampleGrid> {
+    expect(image, params)?;
+    SampleGrid::new(image, progress)
+}
+
+/// Checks image and parameters, and whether there is memory for them.
+///
+/// # Errors
+/// As [`triangulate`].
+pub(crate) fn expect(image: &RangeImage, params: &TriangulateParams) -> Result<()> {
     params.validate()?;
     image.validate()?;
     let columns = size_of::<u32>() as f64 * image.cols() as f64;
-    memory::expect_each(image.valid_count(), BYTES_A_SAMPLE, columns, "triangulating", "valid pixels")?;
-    SampleGrid::new(image, progress)
+    memory::expect_each(image.valid_count(), BYTES_A_SAMPLE, columns, "triangulating", "valid pixels")
 }
 
 /// The triangles of samples and, where the edge limit comes from it, their median spacing.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::super::samples::{NO_SAMPLE, SampleGrid};
+use super::super::projection::Tables;
 use super::super::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use super::{obliquity, range};
 use base::error::Result;
@@ -59,18 +59,6 @@ pub struct Heights {
     pub(super) across: usize,
 }
 
-/// What [`Heights::tiles`] adds up for each tile of a row of tiles.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    pub(super) count: f64,
-    position: DVec3,
-    height: f64,
-    /// From samples to their right neighbours, and how many there are.
-    right: (DVec3, f64),
-    /// From samples to those one row down, and how many there are.
-    down: (DVec3, f64),
-}
-
 impl Heights {
     /// Of an image. O(pixels).
     ///
@@ -95,43 +83,55 @@ impl Heights {
         Ok(Heights { heights, rows, cols, across: cols.div_ceil(TILE) })
     }
 
-    /// The tiles of the image, without deviations.
-    pub(super) fn tiles(&self, image: &RangeImage, grid: &SampleGrid, progress: &Progress<'_>) -> Result<Vec<Tile>> {
-        let mut tiles = Vec::new();
-        let mut sums = vec![Sums::default(); self.across];
-        let mut scratch = Vec::new();
+    /// Tiles of the image, without deviations: all that have samples or, of more, about `most`, evenly.
+    pub(super) fn tiles(&self, image: &RangeImage, most: usize, progress: &Progress<'_>) -> Result<Vec<Tile>> {
+        let mut counts = vec![0_usize; self.across * self.rows.div_ceil(TILE)];
         let mut pace = Pace::new(progress);
-        let mut k = 0;
-        for top in (0..self.rows).step_by(TILE) {
-            sums.fill(Sums::default());
-            for row in top..(top + TILE).min(self.rows) {
-                let first = row * self.cols;
-                while k < grid.len() && (grid.pixels[k] as usize) < first + self.cols {
-                    let (pixel, here) = (grid.pixels[k] as usize, grid.positions[k]);
-                    let sums = &mut sums[(pixel - first) / TILE];
-                    sums.count += 1.0;
-                    sums.position += here;
-                    sums.height += self.heights[pixel];
-                    if grid.has_right(k) {
-                        sums.right = (sums.right.0 + (grid.positions[k + 1] - here), sums.right.1 + 1.0);
-                    }
-                    if grid.down[k] != NO_SAMPLE {
-                        let down = grid.positions[grid.down[k] as usize];
-                        sums.down = (sums.down.0 + (down - here), sums.down.1 + 1.0);
-                    }
-                    k += 1;
-                }
-                pace.after(self.cols)?;
+        for (row, heights) in self.heights.chunks_exact(self.cols.max(1)).enumerate() {
+            for (count, heights) in counts[row / TILE * self.across..].iter_mut().zip(heights.chunks(TILE)) {
+                *count += heights.iter().filter(|height| !height.is_nan()).count();
             }
-            for (i, sums) in sums.iter().enumerate().filter(|(_, sums)| sums.count > 0.0) {
-                tiles.push(self.tile(top, i * TILE, sums, image.projection(), &mut scratch));
+            pace.after(self.cols)?;
+        }
+        let with_samples = counts.iter().filter(|&&count| count > 0).count();
+        let wanted = most.min(with_samples);
+        let unproject = image.projection().tables(self.rows, self.cols);
+        let (mut tiles, mut scratch) = (Vec::with_capacity(wanted), Vec::new());
+        for (number, (index, &count)) in counts.iter().enumerate().filter(|(_, count)| **count > 0).enumerate() {
+            // As many as there are steps of wanted / with_samples that begin here.
+            if (number + 1) * wanted / with_samples > number * wanted / with_samples {
+                let (top, left) = (index / self.across * TILE, index % self.across * TILE);
+                tiles.push(self.tile(image, &unproject, [top, left], count, &mut scratch));
+                pace.after(TILE * TILE)?;
             }
         }
         Ok(tiles)
     }
 
-    fn tile(&self, top: usize, left: usize, sums: &Sums, projection: &Projection, scratch: &mut Vec<f64>) -> Tile {
-        let (position, height) = (sums.position / sums.count, sums.height / sums.count);
+    fn tile(
+        &self,
+        image: &RangeImage,
+        unproject: &Tables<'_>,
+        [top, left]: [usize; 2],
+        count: usize,
+        scratch: &mut Vec<f64>,
+    ) -> Tile {
+        let projection = image.projection();
+        let mut points = [[DVec3::NAN; TILE]; TILE];
+        let (mut position, mut height) = (DVec3::ZERO, 0.0);
+        for (points, pixels) in points.iter_mut().zip(self.rows_of(top, left, [[0, 0]; 2])) {
+            for (point, pixel) in points.iter_mut().zip(pixels) {
+                if !self.heights[pixel].is_nan() {
+                    *point = match image.samples() {
+                        Samples::Values(values) => unproject.point(pixel / self.cols, pixel % self.cols, values[pixel]),
+                        Samples::Points(_) => image.point_in_sensor(pixel),
+                    };
+                    position += *point;
+                    height += self.heights[pixel];
+                }
+            }
+        }
+        let (position, height) = (position / count as f64, height / count as f64);
         let (ray, range) = (projection.view_direction(position), range(projection, position));
         // How far a sample moves along its ray when its height grows by 1.
         let move_by_height = match projection {
@@ -141,16 +141,23 @@ impl Heights {
         };
         // Across the rays samples lie where they should; along them the mean would follow jumps.
         let [right, down] = self.slopes(top, left, scratch);
-        let edge = |(sum, count): (DVec3, f64), slope: f64| {
+        let edge = |[down, right]: [usize; 2], slope: f64| {
+            let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+            for row in 0..TILE - down {
+                for col in 0..TILE - right {
+                    let edge = points[row + down][col + right] - points[row][col];
+                    (sum, count) = if edge.x.is_nan() { (sum, count) } else { (sum + edge, count + 1.0) };
+                }
+            }
             let mean = sum / count;
             mean - ray * mean.dot(ray) + ray * (slope * move_by_height)
         };
-        let normal = edge(sums.right, right).cross(edge(sums.down, down)).normalize();
+        let normal = edge([0, 1], right).cross(edge([1, 0], down)).normalize();
         let (step, equal) = self.step(top, left);
         Tile {
             top,
             left,
-            count: sums.count as usize,
+            count,
             range,
             obliquity: obliquity(normal.dot(ray)),
             depth: if projection.eye().is_some() { range } else { height },

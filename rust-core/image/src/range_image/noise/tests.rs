@@ -44,7 +44,7 @@ fn heights(side: usize, z: impl Fn(usize, usize) -> f64) -> RangeImage {
 fn measured(image: &RangeImage) -> Noise {
     let progress = &Progress::none();
     let grid = SampleGrid::new(image, progress).unwrap();
-    let noise = Noise::measure(image, &grid, progress).unwrap();
+    let noise = Noise::measure(image, progress).unwrap();
     let mut deviations = noise.of_samples(image, &grid, progress).unwrap();
     assert_eq!(deviations.len(), grid.len());
     deviations.sort_by(f32::total_cmp);
@@ -207,6 +207,6 @@ fn measuring_can_be_cancelled() {
     let image = heights(SIDE, |r, c| normal(r * SIDE + c));
     let grid = SampleGrid::new(&image, &Progress::none()).unwrap();
     let noise = measured(&image);
-    assert!(Noise::measure(&image, &grid, &Progress::cancel_after(0)).is_err());
+    assert!(Noise::measure(&image, &Progress::cancel_after(0)).is_err());
     assert!(noise.of_samples(&image, &grid, &Progress::cancel_after(0)).is_err());
 }
