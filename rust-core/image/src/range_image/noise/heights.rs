@@ -153,7 +153,16 @@ impl Heights {
             mean - ray * mean.dot(ray) + ray * (slope * move_by_height)
         };
         let normal = edge([0, 1], right).cross(edge([1, 0], down)).normalize();
-        let (step, equal) = self.step(top, left);
+        // Values lie on steps of what the sensor measures: depth, its inverse, or the distance along the ray.
+        let heights = self.rows_of(top, left, [[0, 0]; 2]).map(|pixels| &self.heights[pixels]);
+        let by_height = steps(heights.flat_map(|row| row.windows(2)).map(|pair| [pair[0], pair[1]]));
+        let distances = |pair: &[DVec3]| [pair[0], pair[1]].map(|point| super::range(projection, point));
+        let by_range = match projection.eye() {
+            Some(_) => steps(points.iter().flat_map(|row| row.windows(2)).map(distances)),
+            None => (f64::INFINITY, 0.0),
+        };
+        let (step, equal) =
+            if by_range.1 > by_height.1 { by_range } else { (by_height.0 * f64::abs(move_by_height), by_height.1) };
         Tile {
             top,
             left,
@@ -163,7 +172,7 @@ impl Heights {
             depth: if projection.eye().is_some() { range } else { height },
             unit: f64::abs(move_by_height),
             deviations: None,
-            step: step * f64::abs(move_by_height),
+            step,
             equal,
         }
     }
@@ -190,20 +199,6 @@ impl Heights {
             let middle = scratch.len() / 2;
             *scratch.select_nth_unstable_by(middle, f64::total_cmp).1 / SLOPE_LAG as f64
         })
-    }
-
-    /// Smallest difference of neighbours in a row, but 0, and the share of those that are equal.
-    fn step(&self, top: usize, left: usize) -> (f64, f64) {
-        let (mut least, mut equal, mut count) = (f64::INFINITY, 0, 0);
-        for pixels in self.rows_of(top, left, [[0, 0], [0, 1]]) {
-            for pair in self.heights[pixels.start..pixels.end + 1].windows(2) {
-                let difference = (pair[1] - pair[0]).abs();
-                count += usize::from(!difference.is_nan());
-                equal += usize::from(difference == 0.0);
-                least = if difference > 0.0 && difference < least { difference } else { least };
-            }
-        }
-        (least, equal as f64 / count.max(1) as f64)
     }
 
     /// Measures the deviations of tiles by differences at `lag` and at twice that.
@@ -263,4 +258,20 @@ impl Heights {
         let gain: f64 = terms.iter().map(|(_, factor)| factor * factor).sum();
         ((BY_INLIERS * mean).powi(2) / gain, count as f64)
     }
+}
+
+/// Differences smaller than this share of the values are rounding errors.
+const ROUNDING: f64 = 1e-9;
+
+/// Smallest difference of neighbours, but 0, and the share of those that are equal.
+fn steps(neighbours: impl Iterator<Item = [f64; 2]>) -> (f64, f64) {
+    let (mut least, mut equal, mut count) = (f64::INFINITY, 0, 0);
+    for [here, there] in neighbours {
+        let difference = (there - here).abs();
+        let is_equal = difference <= ROUNDING * here.abs();
+        count += usize::from(!difference.is_nan());
+        equal += usize::from(is_equal);
+        least = if !is_equal && difference < least { difference } else { least };
+    }
+    (least, equal as f64 / count.max(1) as f64)
 }

@@ -54,7 +54,7 @@ const MOST_GROWTH: f64 = 2.0;
 /// steps: a box has equal neighbours, too.
 const EQUAL: f64 = 0.02;
 const STEP_SPREAD: f64 = 2.0;
-const STEPS: f64 = 16.0;
+const STEPS: f64 = 8.0;
 
 /// The standard deviation of the errors of a range image along its rays: by range, and growing with the *obliquity*
 /// 1 / cos - 1, where cos is the cosine between ray and normal. Lengths are in the image's unit.

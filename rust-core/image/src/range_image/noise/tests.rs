@@ -186,6 +186,26 @@ fn whole_numbers_are_off_by_rounding() {
 }
 
 #[test]
+fn steps_are_found_in_depth_its_inverse_and_along_the_ray() {
+    for projection in projections(SIDE, SIDE).into_iter().filter(|p| matches!(p, Projection::Pinhole { .. })) {
+        let [_, sphere] = surfaces(projection);
+        let Samples::Values(values) = sphere.samples() else { panic!("no values") };
+        let step = 0.02;
+        let stepped = |round: &dyn Fn(f64, f64) -> f64| {
+            let lengths = (0..sphere.len()).map(|i| sphere.point_in_sensor(i).length() / values[i]);
+            let values = values.iter().zip(lengths).map(|(value, length)| round(*value, length)).collect();
+            measured(&RangeImage::from_values(SIDE, SIDE, values, projection).unwrap())
+        };
+        let by_value = stepped(&|value, _| (value / step).round() * step);
+        let along_ray = stepped(&|value, length| (value * length / step).round() * step / length);
+        let inverse = stepped(&|value, _| 1.0 / ((4.0 / value / step).round() * step / 4.0));
+        assert_near(by_value.step(1.8), step, 0.25);
+        assert_near(along_ray.step(1.8), step, 0.25);
+        assert_near(inverse.step(1.8), 0.25 * step * 1.8 * 1.8, 0.4);
+    }
+}
+
+#[test]
 fn images_that_say_nothing_have_no_noise() {
     let lone = |r: usize, c: usize| if (r + c).is_multiple_of(2) { normal(r * SIDE + c) } else { f64::NAN };
     let images = [heights(0, |_, _| 0.0), heights(1, |_, _| 7.0), heights(SIDE, |_, _| f64::NAN), heights(SIDE, lone)];
