@@ -17,6 +17,7 @@ from pathlib import Path
 
 import measured
 import noise_figures
+import noise_picture
 import noise_room
 import noise_scans
 import noise_shapes
@@ -164,6 +165,9 @@ def growth(frames, wanted, record):
     tools = wanted.tools(name, [OURS, OPEN3D])
     rows = record.measure(tools, 1, once, lambda tool: head(name, tool, ROOM_CELL, **known), judge)
     shutil.rmtree(folder)
+    results = [wanted.out / "surfaces" / f"room_{frames}_{tool}.ply" for tool in (OPEN3D, OURS)]
+    if all(result.is_file() for result in results):
+        noise_picture.draw(results, wanted.out / f"room_{frames}.jpg")
     return rows
 
 
