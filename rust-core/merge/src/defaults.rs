@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::bundles::{Crossing, MANY, RawBundle, in_sample};
+use super::bundles::{MANY, RawBundle, in_sample};
+use super::crossing::Crossing;
 use super::lines::for_each_line;
 use base::error::{Error, Result};
 use base::progress::Progress;

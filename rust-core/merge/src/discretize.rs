@@ -8,7 +8,8 @@
 
 use glam::DVec3;
 
-use super::bundles::{Buckets, Crossing};
+use super::bundles::Buckets;
+use super::crossing::Crossing;
 use super::lattice::{ACROSS, CELL, FRACTION_BITS, Lattice};
 use base::error::{Error, Result};
 use base::progress::Progress;

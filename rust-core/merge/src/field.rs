@@ -12,9 +12,9 @@
 
 use rustc_hash::FxHashMap;
 
-use super::bundles::BundleKey;
+use super::crossing::{BundleKey, OnLine};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
-use super::lines::{OnLine, SortedBundle};
+use super::lines::SortedBundle;
 use super::tally::Tally;
 
 /// Rows of 32 nodes, one bit a node.

@@ -4,6 +4,8 @@ mod holes;
 
 mod lattice;
 
+mod crossing;
+
 mod bundles;
 
 // 0. which scan is which
@@ -170,8 +172,12 @@ fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, prog
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
     }
-    if sources.len() > bundles::MAX_SCANS {
-        return Err(Error::input(format!("{} scans are more than the {} that fit", sources.len(), bundles::MAX_SCANS)));
+    if sources.len() > crossing::MAX_SCANS {
+        return Err(Error::input(format!(
+            "{} scans are more than the {} that fit",
+            sources.len(),
+            crossing::MAX_SCANS
+        )));
     }
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
@@ -328,9 +334,9 @@ type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;
 type BrickVertices = FxHashMap<[i32; 3], Vertices>;
 
 fn sort_lines(raw: Vec<bundles::RawBundle>, progress: &Progress<'_>) -> Result<Bundles> {
-    let sort = |raw| {
+    let sort = |raw: bundles::RawBundle| {
         progress.advance(1)?;
-        Ok(lines::sort(raw))
+        Ok(lines::sort(raw.key, raw.found.added.tallies, raw.found.chunks))
     };
     Ok(Bundles::new(raw.into_par_iter().map(sort).collect::<Result<_>>()?))
 }

@@ -1,27 +1,9 @@
 //! Stage 3: the crossings of every line, in order along it, and what each knows of the others.
 
-use super::bundles::{BundleKey, Crossing, RawBundle};
+use super::crossing::{BundleKey, Crossing, OnLine};
 use super::lattice::{BRICK_BITS, ROWS};
 use super::remove::remove_fine_details;
 use super::tally::{self, Tally, tally_line};
-
-/// Something on an edge of the grid.
-pub trait OnLine: Copy {
-    /// Line within its bundle.
-    fn line(&self) -> usize;
-    /// Cell along the line.
-    fn cell(&self) -> i32;
-}
-
-impl OnLine for Crossing {
-    fn line(&self) -> usize {
-        self.line()
-    }
-
-    fn cell(&self) -> i32 {
-        self.cell
-    }
-}
 
 /// What there is on the lines of a row of bricks: by brick along the axis, then line, then place.
 pub struct SortedBundle<T = Tally> {
@@ -92,18 +74,17 @@ pub fn tallies(chunks: &[Vec<Crossing>]) -> Vec<Tally> {
     all
 }
 
-/// Adds up and sorts a bundle.
-pub fn sort(mut raw: RawBundle) -> SortedBundle {
-    let rest = tallies(&raw.found.chunks);
-    raw.found.chunks = Vec::new();
-    let mut all = raw.found.added.tallies;
+/// Adds the crossings of a bundle to what is added up of it, and sorts it.
+pub fn sort(key: BundleKey, mut all: Vec<Tally>, rest: Vec<Vec<Crossing>>) -> SortedBundle {
+    let tallies = tallies(&rest);
+    drop(rest);
     if all.is_empty() {
-        all = rest;
+        all = tallies;
     } else {
-        tally::add_up(&mut all, &rest);
+        tally::add_up(&mut all, &tallies);
     }
     all.chunk_by_mut(|a, b| a.line() == b.line()).for_each(note_room);
-    by_brick(raw.key, all)
+    by_brick(key, all)
 }
 
 /// Notes of what is on a line how far those of the other sign are.

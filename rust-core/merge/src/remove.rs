@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::bundles::Crossing;
+use super::crossing::Crossing;
 
 /// Drops pairs of crossings of the same scan, with opposite signs, on the same cell edge (the paper's condition, read as
 /// `floor(ic1) = floor(ic2)`). `line` is sorted along the line. O(n log n).

@@ -3,8 +3,7 @@
 //!
 //! Sums are whole numbers, so that neither the order of the scans nor how they are shared among threads can matter.
 
-use super::bundles::Crossing;
-use super::lines::OnLine;
+use super::crossing::{Crossing, LINE_MASK, OnLine};
 
 /// The crossings of an edge that walks along its line meet with one sign. Sums are in units of 1 / [`UNIT`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +33,6 @@ pub struct Tally {
     offset: i64,
 }
 
-const LINE_MASK: u32 = super::bundles::LINE_MASK;
 const ENTERS: u32 = LINE_MASK + 1;
 /// Crossings of several scans.
 const MIXED: u32 = ENTERS << 1;

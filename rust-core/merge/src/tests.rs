@@ -3,7 +3,8 @@
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
-use super::bundles::{self, Buckets, Crossing};
+use super::bundles::{self, Buckets};
+use super::crossing::Crossing;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
 use super::*;
 use geom::bvh::Bvh;

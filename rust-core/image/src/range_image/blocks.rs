@@ -73,7 +73,7 @@ pub fn averaged(image: &RangeImage, noise: &Noise, side: usize, progress: &Progr
         progress.check()?;
         for col in 0..cols {
             block.fill(&heights, [image.rows(), image.cols()], [row * side, col * side], side);
-            block.keep_one_surface(&limit, side);
+            block.keep_one_surface(limit, side);
             let height = block.height(side);
             match image.samples() {
                 Samples::Values(_) => values.push(value(&projection, row, col, height)),
@@ -129,10 +129,18 @@ fn value(projection: &Projection, row: usize, col: usize, height: f64) -> f64 {
     }
 }
 
-/// The valid pixels of a block: heights, indices and places from the block's middle.
+/// A valid pixel of a block.
+struct Sample {
+    height: f64,
+    pixel: usize,
+    /// Rows and columns from the middle of the block.
+    from_middle: [f64; 2],
+}
+
+/// The valid pixels of a block.
 #[derive(Default)]
 struct Block {
-    samples: Vec<(f64, usize, [f64; 2])>,
+    samples: Vec<Sample>,
 }
 
 impl Block {
@@ -144,7 +152,7 @@ impl Block {
                 let height = heights[row * cols + col];
                 if !height.is_nan() {
                     let from_middle = [(row - top) as f64 - middle, (col - left) as f64 - middle];
-                    self.samples.push((height, row * cols + col, from_middle));
+                    self.samples.push(Sample { height, pixel: row * cols + col, from_middle });
                 }
             }
         }
@@ -152,15 +160,14 @@ impl Block {
 
     /// Keeps the most samples that lie together, or none where they are less than half of the block.
     fn keep_one_surface(&mut self, limit: impl Fn(f64) -> f64, side: usize) {
-        let (low, high) = self
-            .samples
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), sample| (low.min(sample.0), high.max(sample.0)));
+        let (low, high) = self.samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), sample| {
+            (low.min(sample.height), high.max(sample.height))
+        });
         if high - low > limit(low) {
-            self.samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+            self.samples.sort_by(|a, b| a.height.total_cmp(&b.height));
             let end = |first: usize| {
-                let least = self.samples[first].0;
-                self.samples.partition_point(|sample| sample.0 - least <= limit(least))
+                let least = self.samples[first].height;
+                self.samples.partition_point(|sample| sample.height - least <= limit(least))
             };
             // Of equally many the nearest, of the largest heights where rays fan out.
             let best = (0..self.samples.len()).map(|first| (end(first) - first, first)).max();
@@ -176,16 +183,19 @@ impl Block {
     /// The height of the plane through the samples at the middle of the block; NaN where they lie on one line.
     fn height(&self, side: usize) -> f64 {
         let count = self.samples.len() as f64;
-        let mean = self.samples.iter().map(|sample| sample.0).sum::<f64>() / count;
+        let mean = self.samples.iter().map(|sample| sample.height).sum::<f64>() / count;
         if self.samples.len() == side * side {
             return mean;
         }
-        let sum = |of: &dyn Fn(&(f64, usize, [f64; 2])) -> f64| self.samples.iter().map(of).sum::<f64>();
-        let [y, x] = [0, 1].map(|axis| sum(&|sample| sample.2[axis]) / count);
-        let yy = sum(&|sample| (sample.2[0] - y).powi(2));
-        let xx = sum(&|sample| (sample.2[1] - x).powi(2));
-        let xy = sum(&|sample| (sample.2[0] - y) * (sample.2[1] - x));
-        let (yh, xh) = (sum(&|sample| (sample.2[0] - y) * sample.0), sum(&|sample| (sample.2[1] - x) * sample.0));
+        let sum = |of: &dyn Fn(&Sample) -> f64| self.samples.iter().map(of).sum::<f64>();
+        let [y, x] = [0, 1].map(|axis| sum(&|sample| sample.from_middle[axis]) / count);
+        let yy = sum(&|sample| (sample.from_middle[0] - y).powi(2));
+        let xx = sum(&|sample| (sample.from_middle[1] - x).powi(2));
+        let xy = sum(&|sample| (sample.from_middle[0] - y) * (sample.from_middle[1] - x));
+        let (yh, xh) = (
+            sum(&|sample| (sample.from_middle[0] - y) * sample.height),
+            sum(&|sample| (sample.from_middle[1] - x) * sample.height),
+        );
         let determinant = xx * yy - xy * xy;
         if determinant < LEAST_SPREAD {
             return f64::NAN;
@@ -199,7 +209,7 @@ impl Block {
 
     fn mean<const N: usize>(&self, of: impl Fn(usize, usize) -> f32) -> [f32; N] {
         let count = self.samples.len().max(1) as f32;
-        std::array::from_fn(|i| self.samples.iter().map(|sample| of(sample.1, i)).sum::<f32>() / count)
+        std::array::from_fn(|i| self.samples.iter().map(|sample| of(sample.pixel, i)).sum::<f32>() / count)
     }
 }
 

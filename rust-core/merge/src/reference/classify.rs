@@ -6,7 +6,7 @@
 //! surface past a node, the lines through the node may disagree: one label a node settles it, and the artificial
 //! crossings follow as the edges whose two labelled nodes differ without a crossing between them.
 
-use crate::bundles::Crossing;
+use crate::crossing::Crossing;
 use crate::field::{BrickLabels, Bundles};
 use crate::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS};
 

@@ -11,7 +11,8 @@
 //!    that the fused crossings give the nodes (stage 4), which does on every line at once what the paper's insertions and
 //!    removals do one after the other.
 
-use crate::bundles::{Crossing, RawBundle};
+use crate::bundles::RawBundle;
+use crate::crossing::Crossing;
 use crate::lines::{SortedBundle, by_brick, for_each_line};
 use crate::remove::remove_fine_details;
 

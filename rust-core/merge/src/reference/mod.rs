@@ -9,7 +9,8 @@ mod fuse;
 
 use rayon::prelude::*;
 
-use super::bundles::{Crossing, RawBundle};
+use super::bundles::RawBundle;
+use super::crossing::Crossing;
 use super::field::{Bundles, Vertex, Vertices};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS};
 use super::{BrickVertices, Fusing, Labels, MergeParams, Merged, ScanSource, Setup};
