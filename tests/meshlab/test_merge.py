@@ -204,8 +204,8 @@ def test_the_ten_scans_of_the_bunny(document):
     out = document.run(MERGE, voxel=length(VOXEL / 64))
     check = surface(document.current).check()
     assert check["is_manifold"] and check["components"] == 1
-    # MeshLab hands matrices and vertices on in another precision than the file's: where scans contradict each other, that
-    # may decide which side of a node the surface passes.
+    # MeshLab hands matrices and vertices on in another precision than the file's: where scans contradict each other,
+    # that may decide which side of a node the surface passes.
     assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=1e-3)
     off = surfrecon.distances(document.current.vertex_matrix(), expected.mesh) / (VOXEL / 64)
     assert (off < 0.3).mean() > 0.999 and off.max() < 2
