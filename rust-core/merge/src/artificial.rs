@@ -43,12 +43,13 @@ pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
                 let known = |v: &&u32| round > 0 || slot_of[**v as usize] == u32::MAX;
                 let base = lattice.world(node, axis as usize, 0.0)[axis as usize];
                 // Whole numbers: the sums must not depend on the order of the neighbours.
-                let (mut along, mut trust, mut noise, mut colour, mut count) = (0_i64, 0_i64, 0_i64, [0_u32; 4], 0_u32);
+                let (mut along, mut trust, mut noise, mut colour, mut count) =
+                    (0_i128, 0_i128, 0_i128, [0_u32; 4], 0_u32);
                 for &v in of(slot).iter().filter(known) {
                     let v = v as usize;
-                    along += ((surface.positions[v][axis as usize] - base) / lattice.voxel * UNITS) as i64;
-                    trust += (f64::from(surface.confidence[v]) * UNITS) as i64;
-                    noise += (f64::from(surface.noise[v]) / lattice.voxel * UNITS) as i64;
+                    along += ((surface.positions[v][axis as usize] - base) / lattice.voxel * UNITS) as i128;
+                    trust = trust.saturating_add((f64::from(surface.confidence[v]) * UNITS) as i128);
+                    noise += (f64::from(surface.noise[v]) / lattice.voxel * UNITS) as i128;
                     (0..4).for_each(|i| colour[i] += u32::from(surface.colour[v][i]));
                     count += 1;
                 }
@@ -56,7 +57,7 @@ pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
                     let v = vertex as usize;
                     return Ok((surface.positions[v], surface.confidence[v], surface.noise[v], surface.colour[v]));
                 }
-                let mean = |sum: i64| sum as f64 / f64::from(count) / UNITS;
+                let mean = |sum: i128| sum as f64 / f64::from(count) / UNITS;
                 let position = match is_placed {
                     true => surface.positions[vertex as usize],
                     false => lattice.world(node, axis as usize, mean(along).clamp(INSET, 1.0 - INSET)),

@@ -19,8 +19,8 @@ pub struct Crossing {
     pub colour: [u8; 4],
     /// How much further along the normal the surface lies, without the bias of smoothing, in units of 1 / 4096 cell.
     residual: i16,
-    /// Standard deviation of the samples here, in units of 1 / 32 cell; 0: clean.
-    deviation: u8,
+    /// Standard deviation of the samples here, in units of 1 / 1024 cell; 0: clean.
+    deviation: u16,
 }
 
 pub(super) const LINE_MASK: u32 = (1 << (2 * BRICK_BITS)) - 1;
@@ -36,7 +36,7 @@ pub const MAX_SCANS: usize = 1 << (32 - SCAN_SHIFT);
 
 impl Crossing {
     /// Deviations of samples are kept in units of so much of a cell.
-    pub const DEVIATION_UNITS: f64 = 32.0;
+    pub const DEVIATION_UNITS: f64 = 1024.0;
 
     /// A crossing of scan `scan` with line `line` of its bundle.
     #[inline]
@@ -50,7 +50,7 @@ impl Crossing {
     pub fn set_noise(&mut self, residual: f64, deviation: f64) {
         let (least, most) = (i16::MIN.into(), i16::MAX.into());
         self.residual = (residual * RESIDUAL_UNITS).round().clamp(least, most) as i16;
-        self.deviation = (deviation * Self::DEVIATION_UNITS).round().clamp(0.0, u8::MAX.into()) as u8;
+        self.deviation = (deviation * Self::DEVIATION_UNITS).round().clamp(0.0, u16::MAX.into()) as u16;
     }
 
     /// How much further along the normal the surface lies, in cells.
@@ -66,7 +66,7 @@ impl Crossing {
     }
 
     /// The same in its units.
-    pub fn deviation_units(&self) -> u8 {
+    pub fn deviation_units(&self) -> u16 {
         self.deviation
     }
 

@@ -108,6 +108,8 @@ const FARTHEST: f64 = 16.0;
 /// Half the thickness, in cells, below which what is known of the place of a sheet's sides, without the bias of smoothing, is
 /// not used: its noise may turn them inside out.
 const HALF_A_SHEET: f64 = 0.75;
+/// What remains of a vote's weight beyond half way to the next surface.
+const BEYOND: f64 = 1e-6;
 /// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex; with all of it they
 /// decide.
 const CERTAIN: f64 = 0.9;
@@ -248,6 +250,9 @@ impl Field {
             if node.weight == 0.0 {
                 self.touched.push(index as u32);
             }
+            // Beyond half way only where nothing else is known: there the next surface speaks.
+            let is_beyond = f64::from(along) < place - tally.room(false) || f64::from(along) > place + tally.room(true);
+            let weight = if is_beyond { BEYOND * weight } else { weight };
             node.weight += weight;
             node.distance += weight * (normal * (f64::from(along) - place) - residual);
             node.voter = if node.voter == 0 || node.voter == voter { voter } else { MIXED };
@@ -272,6 +277,7 @@ fn vertex(
     let line = (at[v] << BRICK_BITS | at[u]) as usize;
     let cell = (brick[axis] << BRICK_BITS) + at[axis];
     let (mut total, mut certain, mut place) = (0.0, 0.0, zero);
+    let (mut along_line, mut is_thin) = (0.0, false);
     let (mut trust, mut noise, mut colour, mut strongest) = (0.0, 0.0, [0.0; 4], None::<&Tally>);
     let farthest = FARTHEST as i32;
     if let Some(bundle) = bundles.through(axis, brick) {
@@ -285,6 +291,8 @@ fn vertex(
                 }
                 let weight = tally.weight();
                 total += weight;
+                along_line += weight * offset;
+                is_thin |= tally.room(false).min(tally.room(true)) < 1.0;
                 if tally.cell == cell && tally.is_clean() {
                     (certain, place) = (weight, tally.fraction());
                 }
@@ -301,6 +309,8 @@ fn vertex(
             }
         }
     }
+    // Where another surface speaks of one of the edge's nodes, their means are of two surfaces.
+    let zero = if is_thin { (along_line / total).clamp(0.0, 1.0) } else { zero };
     let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
     // Of certainty 1 to the bit.
     let place = if certainty == 1.0 { place } else { zero + certainty * (place - zero) };

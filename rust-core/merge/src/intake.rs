@@ -126,7 +126,9 @@ pub fn discretize_all(
         if let Some(failure) = failure {
             return Err(failure.error);
         }
-        let lattice = lattice.ok_or_else(|| Error::input("no scan has a triangle, so there is nothing to merge"))?;
+        let lattice = lattice.ok_or_else(|| {
+            Error::input("no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit")
+        })?;
         return Ok(good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.buckets.append(&mut group.found.buckets);
             all.triangles += group.found.triangles;

@@ -259,7 +259,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
     report.dropped_components = [stray.components + dropped.components, stray.faces + dropped.faces];
     clock.lap("components");
-    refuse_nothing(&surface, report.voxel)?;
+    refuse_nothing(&surface, report.voxel, params.min_component_share)?;
     let size = surface.extent(progress)?;
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
@@ -279,7 +279,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
         let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
         report.dropped_components[0] += dropped.components;
         report.dropped_components[1] += dropped.faces;
-        refuse_nothing(&surface, report.voxel)?;
+        refuse_nothing(&surface, report.voxel, params.min_component_share)?;
     }
     report.faces = surface.count_cases(progress)?;
     let mesh = surface.into_mesh(scans.coloured, progress)?;
@@ -296,12 +296,13 @@ const HOLE_VOXELS: f64 = 100.0;
 /// ... and of at most this share of the diagonal of the bounding box of the part they are in.
 const HOLE_SHARE: f64 = 0.2;
 
-fn refuse_nothing(surface: &extract::Surface, voxel: f64) -> Result<()> {
+fn refuse_nothing(surface: &extract::Surface, voxel: f64, min_share: f64) -> Result<()> {
     if !surface.is_empty() {
         return Ok(());
     }
+    let or_share = if min_share > 0.0 { ", or a smaller min_component_share" } else { "" };
     Err(Error::input(format!(
-        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans), or a smaller min_component_share",
+        "nothing is left of the surface: choose a voxel smaller than {} (in the unit of the scans){or_share}",
         Shown::digits(voxel, 4)
     )))
 }

@@ -3,8 +3,10 @@
 //! Where scans of a place lie further apart than they are merged, or their noise leaves single crossings behind, blobs
 //! float between the layers. Only one of their sides is what a scan saw: many of their vertices lie on no scan. A part
 //! goes if that is so, or if all of it is noise, and if it is as small as what surrounds a node of the grid, or lies
-//! everywhere near a larger part. What scans saw and what is apart from other surfaces is kept, however small.
+//! everywhere near a larger part; noise that faces away from that is the other side of a sheet and stays. What scans saw
+//! and what is apart from other surfaces is kept, however small.
 
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use super::components::{Dropped, compact, faces, parts};
@@ -34,11 +36,17 @@ struct Part {
     noisy: u32,
     /// Whether a vertex of it is known that is near no larger part.
     is_apart: bool,
+    /// Sum of the cosines between its normals and those of the nearest vertices of larger parts.
+    facing: f64,
 }
 
 impl Part {
+    fn is_unseen(&self) -> bool {
+        f64::from(self.unseen) > UNSEEN * f64::from(self.vertices)
+    }
+
     fn is_doubtful(&self) -> bool {
-        self.faces > 0 && (self.noisy == self.vertices || f64::from(self.unseen) > UNSEEN * f64::from(self.vertices))
+        self.faces > 0 && (self.noisy == self.vertices || self.is_unseen())
     }
 }
 
@@ -75,20 +83,25 @@ pub fn drop_stray(surface: &mut Surface, voxel: f64, reach: f64, progress: &Prog
             list.push(v as u32);
         }
     })?;
+    let normals = if near.is_empty() { Vec::new() } else { normals(surface, progress)? };
     passes::each(vertices, progress, |v| {
-        let own = (known[part_of[v] as usize].faces, part_of[v]);
-        let is_near = |&other: &u32| {
-            let its = part_of[other as usize];
-            let apart = surface.positions[v].distance_squared(surface.positions[other as usize]);
-            (known[its as usize].faces, its) > own && apart <= within(v).powi(2)
-        };
         let part = &known[part_of[v] as usize];
-        if is_searched(part) && !part.is_apart {
-            let is_apart = !around(key(v)).filter_map(|key| near.get(&key)).flatten().any(is_near);
-            known[part_of[v] as usize].is_apart = is_apart;
+        if !is_searched(part) || part.is_apart {
+            return;
+        }
+        let own = (part.faces, part_of[v]);
+        let is_larger = |other: &u32| (known[part_of[*other as usize] as usize].faces, part_of[*other as usize]) > own;
+        let off = |other: u32| surface.positions[v].distance_squared(surface.positions[other as usize]);
+        let others = around(key(v)).filter_map(|key| near.get(&key)).flatten().copied();
+        let nearest = others.filter(is_larger).map(|other| (off(other), other)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let part = &mut known[part_of[v] as usize];
+        match nearest.filter(|nearest| nearest.0 <= within(v).powi(2)) {
+            Some((_, other)) => part.facing += f64::from(normals[v].dot(normals[other as usize])),
+            None => part.is_apart = true,
         }
     })?;
-    let goes = |part: &Part| part.is_doubtful() && part.faces < largest && (part.faces <= STRAY || !part.is_apart);
+    let is_double = |part: &Part| !part.is_apart && (part.is_unseen() || part.facing > 0.0);
+    let goes = |part: &Part| part.is_doubtful() && part.faces < largest && (part.faces <= STRAY || is_double(part));
     let mut dropped = Dropped { components: 0, faces: 0 };
     passes::each(vertices, progress, |v| {
         if goes(&known[v]) {
@@ -101,6 +114,18 @@ pub fn drop_stray(surface: &mut Surface, voxel: f64, reach: f64, progress: &Prog
         compact(surface, &keep, progress)?;
     }
     Ok(dropped)
+}
+
+/// Unit normals of the vertices.
+fn normals(surface: &Surface, progress: &Progress<'_>) -> Result<Vec<Vec3>> {
+    let mut normals = passes::filled(Vec3::ZERO, surface.positions.len(), progress)?;
+    passes::each(surface.triangles.len(), progress, |t| {
+        let [a, b, c] = surface.triangles[t].map(|v| surface.positions[v as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
+        surface.triangles[t].iter().for_each(|&v| normals[v as usize] += normal);
+    })?;
+    passes::each(normals.len(), progress, |v| normals[v] = normals[v].normalize_or_zero())?;
+    Ok(normals)
 }
 
 /// A bucket and its neighbours.

@@ -8,7 +8,7 @@ use super::crossing::{Crossing, LINE_MASK, OnLine};
 /// The crossings of an edge that walks along its line meet with one sign. Sums are in units of 1 / [`UNIT`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Line within the bundle (bits 0 to 9); flags; in the upper 8 bits half the distance to the next tally of the other
+    /// Line within the bundle (bits 0 to 9); flags; in the upper 18 bits half the distance to the next tally of the other
     /// sign below and above.
     packed: u32,
     /// Cell along the line.
@@ -18,7 +18,7 @@ pub struct Tally {
     /// Its trust.
     largest_trust: f32,
     count: u32,
-    /// Standard deviations of the samples, in units of 1 / 32 cell.
+    /// Standard deviations of the samples, in units of 1 / 1024 cell.
     deviation: u32,
     /// Weights of the colours, in units of 1 / 255 of a full one.
     colour_weight: u32,
@@ -42,10 +42,10 @@ const NOISY: u32 = MIXED << 1;
 /// Weights of a million scans fit, and the faintest, of grazing lines in deep noise, have a dozen bits.
 const UNIT: f64 = (1_u64 << 42) as f64;
 const TRUST_UNIT: f64 = (1_u64 << 32) as f64;
-/// Rooms are in quarters of a cell; 15 is far.
-const ROOM_SHIFT: u32 = 24;
-const ROOM_UNITS: f64 = 4.0;
-const ROOM_FAR: u8 = 15;
+/// Rooms have 9 bits each and are in units of 1 / 128 cell; the largest is far.
+const ROOM_SHIFTS: [u32; 2] = [14, 23];
+const ROOM_UNITS: f64 = 128.0;
+const ROOM_FAR: u32 = (1 << 9) - 1;
 
 /// Weight of a vote at borders, where trust is 0; at trust 1 or more it is 1.
 const LEAST_SHARE: f64 = 0.25;
@@ -174,7 +174,7 @@ impl Tally {
 
     /// Sum of the trust in the samples.
     pub fn trust(&self) -> f64 {
-        self.trust as f64 / TRUST_UNIT
+        if self.count == 1 { self.largest_trust.into() } else { self.trust as f64 / TRUST_UNIT }
     }
 
     /// The trust in the scan trusted most.
@@ -195,17 +195,17 @@ impl Tally {
 
     /// Notes how far, in cells, those of the other sign lie below and above it on the line.
     pub fn set_room(&mut self, below: f64, above: f64) {
-        let quarters = |distance: f64| (0.5 * distance.max(0.0) * ROOM_UNITS).min(ROOM_FAR.into()) as u8;
-        let room = quarters(below) | quarters(above) << 4;
-        self.packed = self.packed & !(u32::from(u8::MAX) << ROOM_SHIFT) | u32::from(room) << ROOM_SHIFT;
+        for (distance, shift) in [below, above].into_iter().zip(ROOM_SHIFTS) {
+            let room = (0.5 * distance.max(0.0) * ROOM_UNITS).min(ROOM_FAR.into()) as u32;
+            self.packed = self.packed & !(ROOM_FAR << shift) | room << shift;
+        }
     }
 
     /// How far, in cells, it may speak of nodes below or above: half way to the next of the other sign.
     #[inline]
     pub fn room(&self, above: bool) -> f64 {
-        let room = (self.packed >> ROOM_SHIFT) as u8;
-        let quarters = if above { room >> 4 } else { room & ROOM_FAR };
-        if quarters == ROOM_FAR { f64::INFINITY } else { f64::from(quarters) / ROOM_UNITS }
+        let room = self.packed >> ROOM_SHIFTS[usize::from(above)] & ROOM_FAR;
+        if room == ROOM_FAR { f64::INFINITY } else { f64::from(room) / ROOM_UNITS }
     }
 }
 

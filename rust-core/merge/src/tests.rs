@@ -643,6 +643,67 @@ fn sheets_one_and_a_half_cells_apart_stay_two() {
     }
 }
 
+/// Both sides of a slab whose upper side lies at `top`, seen by three scans each.
+fn slab(top: f64, thickness: f64, sigma: f64) -> Vec<RangeImage> {
+    let side = |i: usize| {
+        let mut scan = leaning_patch(i, [0.0; 2], 0.0, sigma);
+        scan.world_from_sensor = DAffine3::from_translation(DVec3::new(0.0, 0.0, top));
+        if i % 2 == 1 {
+            let under = DAffine3::from_translation(DVec3::new(120.0, 0.0, top - thickness));
+            scan.world_from_sensor = under * DAffine3::from_rotation_y(std::f64::consts::PI);
+        }
+        scan
+    };
+    (0..6).map(side).collect()
+}
+
+#[test]
+fn both_sides_of_a_thin_slab_stay_where_they_are() {
+    for sigma in [0.0, 0.2, 0.5] {
+        for (top, thickness) in [(1.5, 4.5), (0.1, 4.5), (0.5, 4.5), (2.9, 4.5), (0.1, 6.0), (1.7, 6.0), (0.5, 15.0)] {
+            let inner = inner_part(&merge_scans(&slab(top, thickness, sigma), &plain(3.0)).mesh);
+            assert_eq!(check(&inner).components, 2, "{sigma}: {top} {thickness}");
+            let corners = || inner.triangles.as_flattened().iter().map(|&v| inner.positions[v as usize].z);
+            for (z, upper) in [(top, true), (top - thickness, false)] {
+                let mut of_side: Vec<f64> = corners().filter(|c| (*c > top - 0.5 * thickness) == upper).collect();
+                of_side.sort_by(f64::total_cmp);
+                let median = of_side[of_side.len() / 2];
+                assert!((median - z).abs() < 0.02 + 0.2 * sigma, "{sigma}: {top} {thickness}: {z} is at {median}");
+            }
+        }
+    }
+}
+
+#[test]
+fn confidences_stay_positive_however_large() {
+    for confidence in [1e-12, 1e5, 1e9, 3e30] {
+        let scans: Vec<_> = (0..3)
+            .map(|i| {
+                let mut scan = noisy_patch(i, 0.0, 0.5);
+                scan.confidence = Some(vec![confidence; scan.len()]);
+                scan
+            })
+            .collect();
+        let merged = merge_scans(&scans, &plain(3.0));
+        let Some(AttributeData::F32(trust)) = merged.mesh.vertex_attribute("confidence") else { panic!() };
+        assert!(trust.iter().all(|&trust| trust >= 0.0), "{confidence}");
+    }
+}
+
+#[test]
+fn noise_is_told_in_any_cell() {
+    for voxel in [0.1, 1.0, 8.0] {
+        let mut scan = noisy_patch(0, 0.0, 0.3);
+        // A tenth of the image is enough for a tenth of the cell.
+        let values: Vec<f64> = (0..scan.len()).map(|i| scan.range(i)).collect();
+        let kept = if voxel < 1.0 { 40 } else { 120 };
+        let cut = (0..kept * kept).map(|i| values[i / kept * 120 + i % kept]).collect();
+        scan = RangeImage::from_values(kept, kept, cut, *scan.projection()).unwrap();
+        let noise = merge_scans(&[scan], &plain(voxel)).report.noise;
+        assert!((noise / 0.3 - 1.0).abs() < 0.25, "{voxel}: {noise}");
+    }
+}
+
 #[test]
 fn a_precise_scan_is_not_spoilt_by_a_coarse_one() {
     let scans = [noisy_patch(0, 0.0, 0.02), noisy_patch(1, 0.0, 2.0), noisy_patch(2, 0.0, 2.0)];
