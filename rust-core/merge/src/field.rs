@@ -108,6 +108,8 @@ const FARTHEST: f64 = 16.0;
 /// Half the thickness, in cells, below which what is known of the place of a sheet's sides, without the bias of smoothing, is
 /// not used: its noise may turn them inside out.
 const HALF_A_SHEET: f64 = 0.75;
+/// How far from nodes, in cells, vertices of sheets stay that the votes would put beyond.
+const INSET: f64 = 0.02;
 /// What remains of a vote's weight beyond half way to the next surface.
 const BEYOND: f64 = 1e-6;
 /// Share of the weight nearby from which on clean crossings of an edge have a say about its vertex; with all of it they
@@ -292,7 +294,8 @@ fn vertex(
                 let weight = tally.weight();
                 total += weight;
                 along_line += weight * offset;
-                is_thin |= tally.room(false).min(tally.room(true)) < 1.0;
+                let own = tally.fraction();
+                is_thin |= tally.cell == cell && (own > tally.room(false) || 1.0 - own > tally.room(true));
                 if tally.cell == cell && tally.is_clean() {
                     (certain, place) = (weight, tally.fraction());
                 }
@@ -310,7 +313,7 @@ fn vertex(
         }
     }
     // Where another surface speaks of one of the edge's nodes, their means are of two surfaces.
-    let zero = if is_thin { (along_line / total).clamp(0.0, 1.0) } else { zero };
+    let zero = if is_thin { (along_line / total).clamp(INSET, 1.0 - INSET) } else { zero };
     let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
     // Of certainty 1 to the bit.
     let place = if certainty == 1.0 { place } else { zero + certainty * (place - zero) };

@@ -87,18 +87,17 @@ pub fn sort(key: BundleKey, mut all: Vec<Tally>, rest: Vec<Vec<Crossing>>) -> So
     by_brick(key, all)
 }
 
-/// Notes of what is on a line how far those of the other sign are.
+/// Another surface has at least this share of the weight; what has less is a fold that noise made.
+const SHARE: f64 = 0.25;
+
+/// Notes of what is on a line how far the other surfaces are, those of the other sign.
 fn note_room(line: &mut [Tally]) {
-    let mut last = [f64::NEG_INFINITY; 2];
-    let mut below = Vec::with_capacity(line.len());
-    for tally in &*line {
-        last[usize::from(tally.enters())] = tally.along();
-        below.push(tally.along() - last[usize::from(!tally.enters())]);
-    }
-    let mut next = [f64::INFINITY; 2];
-    for (tally, below) in line.iter_mut().zip(below).rev() {
-        next[usize::from(tally.enters())] = tally.along();
-        tally.set_room(below, next[usize::from(!tally.enters())] - tally.along());
+    for i in 0..line.len() {
+        let own = line[i];
+        let other = |other: &&Tally| other.enters() != own.enters() && other.weight() >= SHARE * own.weight();
+        let below = line[..i].iter().rev().find(other).map_or(f64::INFINITY, |other| own.along() - other.along());
+        let above = line[i + 1..].iter().find(other).map_or(f64::INFINITY, |other| other.along() - own.along());
+        line[i].set_room(below, above);
     }
 }
 
