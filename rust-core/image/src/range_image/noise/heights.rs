@@ -260,8 +260,8 @@ impl Heights {
     }
 }
 
-/// Differences smaller than this share of the values are rounding errors.
-const ROUNDING: f64 = 1e-9;
+/// Differences smaller than this share of the values are rounding errors, of single precision.
+const ROUNDING: f64 = 5e-7;
 
 /// Smallest difference of neighbours, but 0, and the share of those that are equal.
 fn steps(neighbours: impl Iterator<Item = [f64; 2]>) -> (f64, f64) {
