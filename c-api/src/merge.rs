@@ -1,9 +1,10 @@
 //! Merging registered scans into one surface.
 
+use std::borrow::Cow;
 use std::ffi::c_char;
 use std::sync::Arc;
 
-use surfrecon::Progress;
+use surfrecon::{Progress, RangeImage};
 use surfrecon::merge::{self, Loading, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
 use surfrecon::triangulate::TriangulateParams;
 
@@ -45,6 +46,14 @@ impl ScanSource for Source {
                 PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(loading, progress)
             }
             Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
+        }
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, RangeImage>>> {
+        match self {
+            Source::Image(image) => image.image.image(progress),
+            Source::Mesh { .. } => Ok(None),
+            Source::Scan { set, index } => set.set.scans[*index].image(progress),
         }
     }
 

@@ -1,5 +1,6 @@
 //! The merge and its report.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -136,6 +137,14 @@ impl ScanSource for Source {
             Source::Mesh { name, mesh, world_from_mesh } => {
                 PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(loading, progress)
             }
+        }
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, CoreImage>>> {
+        match self {
+            Source::File(scan) => scan.image(progress),
+            Source::Image(image) => image.image(progress),
+            Source::Mesh { .. } => Ok(None),
         }
     }
 

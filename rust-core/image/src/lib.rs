@@ -1,6 +1,7 @@
 //! Range images, their triangulation, and the scans that a merge reads.
 
 pub mod range_image;
+pub mod sight;
 pub mod source;
 pub mod triangulate;
 

@@ -1,5 +1,6 @@
 //! Where the merge gets its scans from: each is loaded when its turn comes and dropped afterwards.
 
+use std::borrow::Cow;
 use std::hash::Hasher as _;
 
 use bytemuck::NoUninit;
@@ -9,6 +10,7 @@ use rustc_hash::FxHasher;
 use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
 use crate::range_image::{RangeImage, Samples, blocks};
+use crate::sight::LinesOfSight;
 use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
 use base::magnitude;
@@ -35,6 +37,14 @@ pub trait ScanSource: Sync {
     /// # Errors
     /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface>;
+
+    /// The range image that the scan is, as it was measured: its lines of sight tell where nothing is. `None` for a mesh.
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        Ok(None)
+    }
 
     /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
     /// in 2^64: what ties between scans of one name are broken by. Asked for where there are such; O(samples).
@@ -90,6 +100,8 @@ pub struct OrientedSurface {
     pub spacing: f64,
     /// What its noise does to each vertex; `None` for a surface that is taken as it is.
     pub noise: Option<SampleNoise>,
+    /// The noise of the range image that it is of, where that has lines of sight ([`ScanSource::image`]).
+    pub sight: Option<Noise>,
 }
 
 /// The noise of a scan at the vertices of its surface. That surface is smoothed, so that it does not fold.
@@ -127,6 +139,10 @@ impl ScanSource for RangeImage {
 
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
         named(&self.name, OrientedSurface::from_range_image(self, loading, progress))
+    }
+
+    fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        Ok(Some(Cow::Borrowed(self)))
     }
 
     fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
@@ -209,6 +225,7 @@ impl OrientedSurface {
         }
         let surface = triangulate::triangulate_samples(image, grid, triangulation, progress)?;
         let colour = image.colour.as_ref().map(|c| surface.pixels.iter().map(|&p| c[p as usize]).collect());
+        let sight = LinesOfSight::are_known(image.projection()).then_some(noise);
         let noise =
             (smoothed.zip(pixels)).map(|(smoothed, pixels)| SampleNoise::of(image, &smoothed, &pixels, &surface));
         Ok(OrientedSurface {
@@ -219,6 +236,7 @@ impl OrientedSurface {
             colour,
             spacing: surface.spacing,
             noise,
+            sight,
         })
     }
 
@@ -250,6 +268,7 @@ impl OrientedSurface {
             colour,
             spacing: mesh.median_edge(),
             noise: None,
+            sight: None,
         })
     }
 }

@@ -18,6 +18,7 @@ use super::discretize::discretize;
 use super::lattice::Lattice;
 use base::error::{Error, Result};
 use base::progress::Progress;
+use image::range_image::noise::Noise;
 use image::source::{Loading, ScanSource};
 
 /// What stage 1 found in all scans.
@@ -32,6 +33,8 @@ pub struct Discretized {
     pub full_trust: f32,
     /// Whether every scan has colours.
     pub coloured: bool,
+    /// The noise of those scans that have lines of sight, with their numbers, ascending.
+    pub sights: Vec<(u32, Noise)>,
 }
 
 /// What one worker found in scans that were counted from one base.
@@ -129,19 +132,22 @@ pub fn discretize_all(
         let lattice = lattice.ok_or_else(|| {
             Error::input("no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit")
         })?;
-        return Ok(good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
+        let mut all = good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.buckets.append(&mut group.found.buckets);
             all.triangles += group.found.triangles;
             all.full_trust = all.full_trust.max(group.found.full_trust);
             all.coloured &= group.found.coloured;
+            all.sights.append(&mut group.found.sights);
             all
-        }));
+        });
+        all.sights.sort_unstable_by_key(|sight| sight.0);
+        return Ok(all);
     }
 }
 
 impl Discretized {
     fn none(lattice: Lattice) -> Self {
-        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true }
+        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true, sights: Vec::new() }
     }
 }
 
@@ -223,6 +229,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
         found.coloured &= surface.colour.is_some();
+        found.sights.extend(surface.sight.map(|noise| (scan as u32, noise)));
         self.progress.advance(1).map(|()| true)
     }
 }

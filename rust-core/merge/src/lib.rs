@@ -28,6 +28,9 @@ mod remove;
 mod lines;
 mod tally;
 
+// what scans see through
+mod sight;
+
 // 4. labels of the nodes, and vertices
 mod field;
 
@@ -118,6 +121,8 @@ pub struct MergeReport {
     pub grid: [u64; 3],
     /// Intersections of scans with grid lines.
     pub intersections: u64,
+    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
+    pub seen_through: u64,
     /// Intersections left after fusing.
     pub fused_intersections: u64,
     /// Artificial intersections that became vertices.
@@ -153,10 +158,11 @@ const PLAN: base::progress::Plan = &[
     ("measuring the scans", 0.05),
     ("reading scans, finding intersections", 0.5),
     ("fusing intersections", 0.1),
+    ("looking through", 0.05),
     ("labelling nodes", 0.05),
     ("settling anomalies", 0.1),
     ("building the surface", 0.1),
-    ("closing holes", 0.1),
+    ("closing holes", 0.05),
 ];
 
 /// Merges the scans into one surface.
@@ -231,6 +237,12 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
             let tallies: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
             report.working_bytes = report.working_bytes.max((tallies * size_of::<tally::Tally>()) as u64);
             clock.lap("sort");
+            progress.stage(3, scans.sights.len() as u64);
+            let tolerance = reach.max(1.0) * report.voxel;
+            let (bundles, seen_through) =
+                sight::drop_seen_through(bundles, &sources, &scans.sights, &lattice, tolerance, progress)?;
+            report.seen_through = seen_through;
+            clock.lap("sight");
             label_nodes(&bundles, &rule, progress)?
         }
         #[cfg(any(test, feature = "reference"))]
@@ -244,7 +256,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     let mut bricks = analyse_cells(&labels, progress)?;
     drop(labels);
     clock.lap("analyse");
-    progress.stage(5, bricks.len() as u64);
+    progress.stage(6, bricks.len() as u64);
     let mut surface = extract::extract(&mut bricks, &vertices, &lattice, progress)?;
     clock.lap("reconstruct");
     drop((bricks, vertices));
@@ -264,7 +276,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
 
-    progress.stage(6, 1);
+    progress.stage(7, 1);
     report.max_hole_length = match params.max_hole_length {
         Some(length) => length,
         None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
@@ -344,7 +356,7 @@ fn sort_lines(raw: Vec<bundles::RawBundle>, progress: &Progress<'_>) -> Result<B
 
 fn label_nodes(bundles: &Bundles, rule: &field::Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
     let bricks = bundles.labelled_bricks();
-    progress.stage(3, bricks.len() as u64);
+    progress.stage(4, bricks.len() as u64);
     let found = bricks
         .into_par_iter()
         .map_init(Field::default, |field, brick| {
@@ -373,7 +385,7 @@ fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<Bri
     }
     bricks.sort_unstable();
     bricks.dedup();
-    progress.stage(4, bricks.len() as u64);
+    progress.stage(5, bricks.len() as u64);
     let surfaces = bricks
         .into_par_iter()
         .map_init(Analyser::default, |analyser, brick| {

@@ -83,6 +83,11 @@ pub fn sort(key: BundleKey, mut all: Vec<Tally>, rest: Vec<Vec<Crossing>>) -> So
     } else {
         tally::add_up(&mut all, &tallies);
     }
+    sort_tallies(key, all)
+}
+
+/// Makes a bundle of tallies that are sorted by [`Tally::key`].
+pub fn sort_tallies(key: BundleKey, mut all: Vec<Tally>) -> SortedBundle {
     all.chunk_by_mut(|a, b| a.line() == b.line()).for_each(note_room);
     by_brick(key, all)
 }

@@ -51,6 +51,7 @@ mod damage;
 #[cfg(test)]
 mod faults;
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -322,6 +323,13 @@ impl ScanSource for Scan {
                 "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",
                 self.path.display()
             ))),
+        }
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
+        match self.read_with(&progress.unseen())? {
+            Content::RangeImage(image) => Ok(Some(Cow::Owned(image))),
+            Content::Mesh(_) | Content::Points(_) => Ok(None),
         }
     }
 }

@@ -1,0 +1,212 @@
+//! What a range image says of places that it did not measure: by its lines of sight.
+//!
+//! A place is **seen through** where the samples around its pixel lie behind it: whatever was there would have been met.
+
+use glam::{DAffine3, DVec3};
+
+use crate::range_image::noise::Noise;
+use crate::range_image::{DepthKind, Projection, RangeImage, Samples};
+use base::error::Result;
+use base::progress::{Pace, Progress};
+
+/// What an image says of a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// Nothing: it is outside of the image or hidden, no sample came back, or pixels are too far apart or it lies too close to
+    /// a border or a jump to tell.
+    Nothing,
+    /// It is where the image has a surface.
+    Surface,
+    /// Nothing is there.
+    Through,
+}
+
+/// Deviations of a sample beyond which it is behind a place.
+const BEHIND: f64 = 4.0;
+
+/// Places may be so much of the tolerance off to the side: it is the most that surfaces differ by, of which either is half
+/// off.
+const ASIDE: f64 = 0.5;
+
+/// A range image made to be asked what it sees of places.
+pub struct LinesOfSight {
+    projection: Projection,
+    sensor_from_world: DAffine3,
+    noise: Noise,
+    /// Depths by blocks of 1, 2, 4, ... pixels a side: of each block the least; [`NOT_KNOWN`] if one is invalid.
+    levels: Vec<Depths>,
+    farthest: f64,
+}
+
+/// Of an invalid pixel: nothing is sure to lie behind any place.
+const NOT_KNOWN: f64 = f64::NEG_INFINITY;
+
+struct Depths {
+    cols: usize,
+    least: Vec<f64>,
+}
+
+/// A place as a sensor sees it.
+struct View {
+    /// Row and column, pixel centres at whole numbers.
+    pixel: [f64; 2],
+    /// As values are, larger further away.
+    depth: f64,
+    /// Depth that a unit of length along the ray makes.
+    depth_by_length: f64,
+    /// Distance of neighbouring rows and columns there.
+    pitch: [f64; 2],
+}
+
+impl LinesOfSight {
+    /// Whether places can be looked up in images of this projection: not in a grid of points, which doesn't say how rays run.
+    pub fn are_known(projection: &Projection) -> bool {
+        !matches!(projection, Projection::PointGrid(_))
+    }
+
+    /// Of an image and its noise; `None` where rays aren't known. O(pixels), 11 bytes a pixel.
+    ///
+    /// # Errors
+    /// [`base::Error::Cancelled`].
+    pub fn new(image: &RangeImage, noise: Noise, progress: &Progress<'_>) -> Result<Option<Self>> {
+        let projection = *image.projection();
+        let Samples::Values(values) = image.samples() else { return Ok(None) };
+        let away = if matches!(projection, Projection::Orthographic { .. }) { -1.0 } else { 1.0 };
+        let mut farthest = f64::NEG_INFINITY;
+        let mut least = Vec::with_capacity(values.len());
+        for block in progress.ranges(values.len()) {
+            least.extend(values[block?].iter().map(|value| {
+                let depth = if value.is_nan() { NOT_KNOWN } else { away * value };
+                farthest = depth.max(farthest);
+                depth
+            }));
+        }
+        let mut levels = vec![Depths { cols: image.cols(), least }];
+        let mut pace = Pace::new(progress);
+        while let Some(finer) = levels.last()
+            && finer.least.len() > 1
+        {
+            let (rows, cols) = (finer.least.len() / finer.cols, finer.cols.div_ceil(2));
+            let mut least = vec![f64::INFINITY; rows.div_ceil(2) * cols];
+            for (row, depths) in finer.least.chunks_exact(finer.cols).enumerate() {
+                let coarse = &mut least[row / 2 * cols..][..cols];
+                for (coarse, pair) in coarse.iter_mut().zip(depths.chunks(2)) {
+                    *coarse = pair.iter().fold(*coarse, |a, &b| a.min(b));
+                }
+                pace.after(depths.len())?;
+            }
+            levels.push(Depths { cols, least });
+        }
+        let sensor_from_world = image.world_from_sensor.inverse();
+        Ok(Some(LinesOfSight { projection, sensor_from_world, noise, levels, farthest }))
+    }
+
+    fn rows(&self) -> usize {
+        self.levels[0].least.len() / self.levels[0].cols.max(1)
+    }
+
+    fn view(&self, at: DVec3) -> Option<View> {
+        match self.projection {
+            Projection::Orthographic { first, step } => Some(View {
+                pixel: [(at.y - first[1]) / step[1], (at.x - first[0]) / step[0]],
+                depth: -at.z,
+                depth_by_length: 1.0,
+                pitch: [step[1].abs(), step[0].abs()],
+            }),
+            Projection::Pinhole { focal, centre, depth } => (at.z > 0.0).then(|| {
+                let length = at.length();
+                let (depth, depth_by_length) = match depth {
+                    DepthKind::Planar => (at.z, at.z / length),
+                    DepthKind::Ray => (length, 1.0),
+                };
+                View {
+                    pixel: [centre[1] + focal[1] * at.y / at.z, centre[0] + focal[0] * at.x / at.z],
+                    depth,
+                    depth_by_length,
+                    pitch: [at.z / focal[1].abs(), at.z / focal[0].abs()],
+                }
+            }),
+            Projection::Spherical { first, step } => {
+                let (length, across) = (at.length(), at.truncate().length());
+                let turn = std::f64::consts::TAU / step[0].abs();
+                // Azimuths are the same after a turn: half a pixel before the first column and up to a turn later.
+                let col = ((at.y.atan2(at.x) - first[0]) / step[0] + 0.5).rem_euclid(turn) - 0.5;
+                Some(View {
+                    pixel: [(at.z.atan2(across) - first[1]) / step[1], col],
+                    depth: length,
+                    depth_by_length: 1.0,
+                    pitch: [length * step[1].abs(), across * step[0].abs()],
+                })
+            }
+            Projection::PointGrid(_) => None,
+        }
+    }
+
+    /// What the image says of a place in the world whose samples have this standard deviation along their rays; it and the
+    /// image's pose may be off by `tolerance`. Both in world units.
+    pub fn see(&self, place: DVec3, deviation: f64, tolerance: f64) -> Seen {
+        let Some(view) = self.view(self.sensor_from_world.transform_point3(place)) else { return Seen::Nothing };
+        let (rows, cols) = (self.rows(), self.levels[0].cols);
+        let inside = |at: f64, count: usize| at > -0.5 && at < count as f64 - 0.5;
+        if !inside(view.pixel[0], rows) || !inside(view.pixel[1], cols) {
+            return Seen::Nothing;
+        }
+        let [row, col] = view.pixel.map(|x| (x + 0.5) as usize);
+        let sample = self.levels[0].least[row * cols + col];
+        let mut slack = tolerance.max(BEHIND * deviation) * view.depth_by_length;
+        if sample < view.depth - slack {
+            return Seen::Nothing;
+        }
+        if sample > view.depth + slack {
+            let of_sample = self.noise.deviation(sample / view.depth_by_length, 1.0);
+            slack = slack.max(BEHIND * of_sample * view.depth_by_length);
+        }
+        if sample <= view.depth + slack {
+            return Seen::Surface;
+        }
+        // What is smaller than a pixel may have been missed.
+        if view.pitch[0].max(view.pitch[1]) > tolerance {
+            return Seen::Nothing;
+        }
+        let around = view.pitch.map(|pitch| 0.5 * tolerance / pitch + 0.5);
+        let [first, last] = [-1.0, 1.0].map(|side| [0, 1].map(|i| (view.pixel[i] + side * around[i]).round()));
+        if first[0] < 0.0 || first[1] < 0.0 || last[0] >= rows as f64 || last[1] >= cols as f64 {
+            return Seen::Nothing;
+        }
+        // Of blocks this large up to six lie side by side in the window, and they reach little further.
+        let level = (around[0].max(around[1]).log2().max(0.0).floor() as usize).min(self.levels.len() - 1);
+        let blocks = [first, last].map(|corner| corner.map(|x| x as usize >> level));
+        let depths = &self.levels[level];
+        let is_behind = (blocks[0][0]..=blocks[1][0]).all(|row| {
+            let depths = &depths.least[row * depths.cols..];
+            depths[blocks[0][1]..=blocks[1][1]].iter().all(|&least| least > view.depth + slack)
+        });
+        if is_behind { Seen::Through } else { Seen::Nothing }
+    }
+
+    /// Whether the image may say anything of places in a ball; both in the world.
+    pub fn may_see(&self, centre: DVec3, radius: f64) -> bool {
+        let at = self.sensor_from_world.transform_point3(centre);
+        match self.projection {
+            Projection::Orthographic { .. } => -at.z - radius <= self.farthest,
+            Projection::Pinhole { focal, centre, .. } => {
+                let (near, far) = (at.z - radius, at.z + radius);
+                if near <= 0.0 {
+                    return far > 0.0;
+                }
+                let counts = [self.levels[0].cols, self.rows()];
+                let crosses = |axis: usize| {
+                    let [low, high] = [at[axis] - radius, at[axis] + radius];
+                    let ends = [
+                        low / if low < 0.0 { near } else { far },
+                        high / if high > 0.0 { near } else { far },
+                    ]
+                    .map(|slope| centre[axis] + focal[axis] * slope);
+                    ends[0].max(ends[1]) > -0.5 && ends[0].min(ends[1]) < counts[axis] as f64 - 0.5
+                };
+                near <= self.farthest && crosses(0) && crosses(1)
+            }
+            _ => at.length() - radius <= self.farthest,
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! What scans see through is not there: flying pixels, veils at jumps, things that moved.
+//!
+//! Every scan whose lines of sight are known votes on every tally: it has a surface there, or it sees through. What more
+//! scans see through than have a surface there goes, before anything is made of it. Two at least have to, since a rod
+//! thinner than a pixel is missed now and then.
+
+use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::crossing::OnLine;
+use super::field::Bundles;
+use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
+use super::lines::{SortedBundle, sort_tallies};
+use super::tally::Tally;
+use base::error::Result;
+use base::progress::Progress;
+use image::range_image::noise::Noise;
+use image::sight::{LinesOfSight, Seen};
+use image::source::ScanSource;
+
+/// At most so many scans vote, spread evenly over all: more would tell the same.
+const MOST_VOTERS: usize = 256;
+/// What fewer scans see through stays.
+const LEAST_THROUGH: u16 = 2;
+
+/// The votes on a tally.
+#[derive(Default)]
+struct Votes {
+    surface: AtomicU16,
+    through: AtomicU16,
+}
+
+impl Votes {
+    fn is_through(&self) -> bool {
+        let [through, surface] = [&self.through, &self.surface].map(|votes| votes.load(Relaxed));
+        through >= LEAST_THROUGH && through > surface
+    }
+}
+
+/// Drops what the scans see through; `noises` are of those that have lines of sight, by number. Surfaces may be off by
+/// `tolerance`, in world units. Gives the rest and the number of tallies dropped.
+///
+/// # Errors
+/// A scan can't be loaded any more; cancelled.
+pub fn drop_seen_through(
+    bundles: Bundles,
+    sources: &[&dyn ScanSource],
+    noises: &[(u32, Noise)],
+    lattice: &Lattice,
+    tolerance: f64,
+    progress: &Progress<'_>,
+) -> Result<(Bundles, u64)> {
+    // One has it, others see through.
+    if noises.len() <= usize::from(LEAST_THROUGH) {
+        return Ok((bundles, 0));
+    }
+    let count = noises.len().min(MOST_VOTERS);
+    let votes: Vec<Vec<Votes>> =
+        bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
+    (0..count).into_par_iter().with_max_len(1).try_for_each(|i| {
+        progress.advance(1)?;
+        let (scan, noise) = &noises[i * noises.len() / count];
+        let Some(image) = sources[*scan as usize].image(progress)? else { return Ok(()) };
+        let Some(sight) = LinesOfSight::new(&image, noise.clone(), progress)? else { return Ok(()) };
+        drop(image);
+        (bundles.list.iter().zip(&votes)).try_for_each(|(bundle, votes)| {
+            progress.check()?;
+            vote(&sight, bundle, votes, lattice, tolerance);
+            Ok(())
+        })
+    })?;
+    let mut dropped = 0;
+    let list = (bundles.list.into_iter().zip(votes))
+        .map(|(mut bundle, votes)| {
+            if !votes.iter().any(Votes::is_through) {
+                return Ok(bundle);
+            }
+            progress.check()?;
+            let mut votes = votes.iter();
+            let before = bundle.list.len();
+            bundle.list.retain(|_| !votes.next().is_some_and(Votes::is_through));
+            dropped += (before - bundle.list.len()) as u64;
+            bundle.list.sort_unstable_by_key(Tally::key);
+            Ok(sort_tallies(bundle.key, bundle.list))
+        })
+        .filter(|bundle| bundle.as_ref().map_or(true, |bundle| !bundle.list.is_empty()))
+        .collect::<Result<_>>()?;
+    Ok((Bundles::new(list), dropped))
+}
+
+/// A scan's votes on the tallies of a bundle.
+fn vote(sight: &LinesOfSight, bundle: &SortedBundle, votes: &[Votes], lattice: &Lattice, tolerance: f64) {
+    let axis = bundle.key.axis as usize;
+    let [u, v] = ACROSS[axis];
+    let mut first_node = [0; 3];
+    [first_node[u], first_node[v]] = bundle.key.across.map(|brick| brick << BRICK_BITS);
+    let half = 0.5 * lattice.voxel * f64::from(BRICK);
+    for (i, &(along, first)) in bundle.bricks.iter().enumerate() {
+        first_node[axis] = along << BRICK_BITS;
+        let centre = lattice.world(first_node, axis, 0.0) + DVec3::splat(half);
+        if !sight.may_see(centre, 3.0_f64.sqrt() * half + tolerance) {
+            continue;
+        }
+        let (from, to) = (first as usize, bundle.bricks.get(i + 1).map_or(bundle.list.len(), |next| next.1 as usize));
+        for (tally, votes) in bundle.list[from..to].iter().zip(&votes[from..to]) {
+            let line = tally.line() as i32;
+            let mut node = first_node;
+            node[u] += line & (BRICK - 1);
+            node[v] += line >> BRICK_BITS;
+            node[axis] = tally.cell;
+            let place = lattice.world(node, axis, tally.fraction());
+            let of_kind = match sight.see(place, tally.deviation() * lattice.voxel, tolerance) {
+                Seen::Nothing => continue,
+                Seen::Surface => &votes.surface,
+                Seen::Through => &votes.through,
+            };
+            of_kind.fetch_add(1, Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::super::{MergeParams, Merged, run};
+    use super::*;
+    use geom::bvh::Bvh;
+    use image::RangeImage;
+    use image::range_image::Samples;
+    use image::range_image::test_images::as_point_grid;
+    use mesh::TriMesh;
+    use mesh::shapes::Shape;
+    use scan::{Camera, ScanParams};
+
+    const CELL: f64 = 0.04;
+
+    /// Cuboids, by centre and half size.
+    fn cuboids(parts: &[[DVec3; 2]]) -> TriMesh {
+        let mut all = TriMesh::default();
+        for &[centre, half] in parts {
+            let part = Shape::Cuboid { half }.mesh(1);
+            let first = all.positions.len() as u32;
+            all.positions.extend(part.positions.iter().map(|&p| p + centre));
+            all.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        all
+    }
+
+    const FLOOR: [DVec3; 2] = [DVec3::new(0.0, 0.0, -0.1), DVec3::new(2.5, 2.5, 0.1)];
+    const BOX: [DVec3; 2] = [DVec3::new(0.1, 0.0, 0.25), DVec3::new(0.2, 0.3, 0.25)];
+
+    /// What `count` cameras around the origin see of a scene each, with noise of `sigma` cells and poses off by `off` cells.
+    fn frames(count: usize, [sigma, off]: [f64; 2], scene: impl Fn(usize) -> TriMesh) -> Vec<RangeImage> {
+        let look = |k: usize| {
+            let mesh = scene(k);
+            let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
+            let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
+            let eye = DVec3::new(3.0 * cos, 3.0 * sin, 2.0);
+            let camera = Camera::pinhole(150, 200, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
+            let params = ScanParams { seed: k as u64, noise: sigma * CELL, pose_shift: off * CELL, ..ScanParams::default() };
+            let mut image = scan::scan(&mesh, &bvh, &camera, &params, &Progress::none()).unwrap();
+            image.name = format!("{k:02}");
+            image
+        };
+        (0..count).map(look).collect()
+    }
+
+    fn merged(frames: &[RangeImage]) -> Merged {
+        let sources: Vec<&dyn ScanSource> = frames.iter().map(|s| s as &dyn ScanSource).collect();
+        let params = MergeParams { voxel: Some(CELL), max_hole_length: Some(0.0), ..MergeParams::default() };
+        run(&sources, &params, &Progress::none()).unwrap()
+    }
+
+    /// Share of the vertices of `a` near the middle that have no vertex of `b` within a cell.
+    fn alone(a: &Merged, b: &Merged) -> f64 {
+        let key = |p: DVec3| (p / CELL).floor().as_ivec3();
+        let there: std::collections::HashSet<_> = b.mesh.positions.iter().map(|&p| key(p)).collect();
+        let beside = |p: DVec3| (0..27).any(|i| there.contains(&(key(p) + glam::ivec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))));
+        let near: Vec<_> = a.mesh.positions.iter().filter(|p| p.truncate().length() < 1.2).collect();
+        near.iter().filter(|p| !beside(***p)).count() as f64 / near.len() as f64
+    }
+
+    #[test]
+    fn what_stood_there_for_a_few_frames_is_gone_and_the_floor_is_whole() {
+        for sigma in [0.0, 0.5] {
+            let empty = merged(&frames(16, [sigma, 0.0], |_| cuboids(&[FLOOR])));
+            let with_box = |k: usize| if k % 4 == 1 { cuboids(&[FLOOR, BOX]) } else { cuboids(&[FLOOR]) };
+            let found = merged(&frames(16, [sigma, 0.0], with_box));
+            assert!(found.report.seen_through > 500, "{}", found.report.seen_through);
+            let (stayed, lost) = (alone(&found, &empty), alone(&empty, &found));
+            assert!(stayed < 0.002 && lost < 0.01, "at {sigma}: {stayed} stayed, {lost} of the floor lost");
+        }
+    }
+
+    #[test]
+    fn what_most_frames_have_stays() {
+        for sigma in [0.0, 0.5] {
+            let still = merged(&frames(16, [sigma, 0.0], |_| cuboids(&[FLOOR, BOX])));
+            // Some edges of the box, where pixels beyond them are noisy.
+            assert!(still.report.seen_through < 20, "{}", still.report.seen_through);
+            let gone = |k: usize| if k % 4 == 1 { cuboids(&[FLOOR]) } else { cuboids(&[FLOOR, BOX]) };
+            let found = merged(&frames(16, [sigma, 0.0], gone));
+            let lost = alone(&still, &found);
+            assert!(lost < 0.005, "{lost}");
+        }
+    }
+
+    #[test]
+    fn rods_and_sheets_stay() {
+        // Rods of a pixel to seven; a sheet that most cameras see from its edge or not at all.
+        for (half, off) in [(0.008, 0.0), (0.008, 0.4), (0.032, 0.0), (0.032, 0.4), (0.064, 0.4)] {
+            let rod = [DVec3::new(0.0, 0.1, 0.4), DVec3::new(half, half, 0.4)];
+            let sheet = [DVec3::new(0.6, -0.4, 0.3), DVec3::new(half, 0.3, 0.3)];
+            let found = merged(&frames(16, [0.0, off], |_| cuboids(&[FLOOR, rod, sheet])));
+            assert_eq!(found.report.seen_through, 0, "half a width of {half}");
+            let up = found.mesh.positions.iter().filter(|p| p.z > 0.1 && p.x.abs() < 0.1 && (p.y - 0.1).abs() < 0.1);
+            // What no triangle of any scan shows can't be in the result.
+            assert!(half < 0.03 || up.count() > 40, "half a width of {half}");
+        }
+    }
+
+    #[test]
+    fn veils_beside_jumps_are_gone() {
+        let scene = |_| cuboids(&[FLOOR, BOX]);
+        let clean = frames(16, [0.0; 2], scene);
+        let veiled: Vec<RangeImage> = (clean.iter())
+            .map(|image| {
+                let Samples::Values(values) = image.samples() else { panic!("values") };
+                let mut mixed = values.clone();
+                for i in 15..values.len() - 15 {
+                    // A ramp from the nearer side on.
+                    let jump = values[i + 1] - values[i];
+                    if (5.0 * CELL..25.0 * CELL).contains(&jump.abs()) {
+                        let (from, on) = if jump > 0.0 { (i, 1) } else { (i + 1, -1) };
+                        for k in 1..15 {
+                            let pixel = from.wrapping_add_signed(on * k);
+                            mixed[pixel] = values[from] + (values[pixel] - values[from]) * k as f64 / 15.0;
+                        }
+                    }
+                }
+                let mut veiled =
+                    RangeImage::from_values(image.rows(), image.cols(), mixed, *image.projection()).unwrap();
+                (veiled.name, veiled.world_from_sensor) = (image.name.clone(), image.world_from_sensor);
+                veiled
+            })
+            .collect();
+        let (clean, veiled) = (merged(&clean), merged(&veiled));
+        let (left, lost) = (alone(&veiled, &clean), alone(&clean, &veiled));
+        // Without looking through 0.3 are left.
+        assert!(left < 0.015 && lost < 0.005, "{left} left, {lost} lost");
+    }
+
+    #[test]
+    fn a_grid_of_points_says_nothing_and_two_scans_are_no_majority() {
+        let scene = |k: usize| if k == 0 { cuboids(&[FLOOR, BOX]) } else { cuboids(&[FLOOR]) };
+        let images = frames(8, [0.0; 2], scene);
+        assert!(merged(&images).report.seen_through > 100);
+        assert_eq!(merged(&images[..2]).report.seen_through, 0);
+        let grids: Vec<RangeImage> = (images.iter())
+            .map(|image| {
+                let mut grid = as_point_grid(image);
+                (grid.name, grid.world_from_sensor) = (image.name.clone(), image.world_from_sensor);
+                grid
+            })
+            .collect();
+        assert_eq!(merged(&grids).report.seen_through, 0);
+    }
+}
