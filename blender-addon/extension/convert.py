@@ -497,9 +497,12 @@ def range_image(obj, mesh, matrix):
     samples = positions(mesh)
     if rest is not None:
         samples = (samples @ rest.T).astype(np.float32)
-    grid = np.full((rows, columns, 3), np.nan, np.float32)
-    grid[row, column] = samples
-    image = surfrecon.RangeImage.from_points(grid, viewing=viewing(obj, rest), name=obj.name)
+    image = on_rays(obj, samples, row, column) if rest is None else None
+    if image is None:
+        grid = np.full((rows, columns, 3), np.nan, np.float32)
+        grid[row, column] = samples
+        image = surfrecon.RangeImage.from_points(grid, viewing=viewing(obj, rest))
+    image.name = obj.name
     image.world_from_sensor = pose
 
     def on_grid(values, fill):
@@ -517,6 +520,30 @@ def range_image(obj, mesh, matrix):
     if colour is not None:
         image.colour = on_grid(colour, 0)
     return image
+
+
+# What single precision makes of coordinates, as a share of the largest.
+ROUNDED = 1e-6
+
+
+def on_rays(obj, samples, row, column):
+    """The range image of an object whose vertices lie on the rays of its pixels; `None` if any was moved off its own."""
+    kind, parameters = obj.get(PROJECTION), obj.get(PARAMETERS, {})
+    names = {"orthographic": ("first", "step"), "spherical": ("first", "step"), "pinhole": ("focal", "centre")}
+    if any(len(parameters.get(name, ())) != 2 for name in names.get(kind, ("none",))):
+        return None
+    known = {name: tuple(parameters[name]) for name in names[kind]}
+    if kind == "pinhole":
+        known["depth"] = parameters.get("depth", "planar")
+    is_depth = kind == "orthographic" or known.get("depth") == "planar"
+    values = np.full((obj[ROWS], obj[COLUMNS]), np.nan)
+    values[row, column] = samples[:, 2] if is_depth else np.linalg.norm(samples.astype(float), axis=1)
+    try:
+        image = getattr(surfrecon.RangeImage, kind)(values, **known)
+    except surfrecon.InputError:
+        return None
+    off = np.abs(image.points[row, column] - samples).max()
+    return image if off <= ROUNDED * np.abs(samples).max() else None
 
 
 def viewing(obj, rest):

@@ -67,10 +67,12 @@ def merge_lines(context, report):
     yield "Their triangles", f"{report['input_triangles']:,}"
     yield "Triangles", f"{int(sum(faces)):,}"
     yield "Voxel", length(context, report["voxel"])
+    # Reports of files saved before have none of the words here, nor the noise below.
+    if report.get("voxel_reason", "as given") != "as given":
+        yield "Chosen as", report["voxel_reason"]
     yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
-    # Reports of files saved before have none.
     if report.get("noise"):
         yield "Noise of the samples", length(context, report["noise"])
     if "rms_error" in report:
@@ -79,6 +81,8 @@ def merge_lines(context, report):
     yield "Holes closed, left", f"{closed}, {left}"
     yield "Closed up to", length(context, report["max_hole_length"])
     yield "Stray parts dropped", f"{parts}"
+    if report.get("seen_through"):
+        yield "Dropped as seen through", f"{report['seen_through']:,} edges"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"
     yield "Time", f"{sum(report['seconds'].values()):.2f} s"
     yield "Memory", f"{report['working_bytes'] / 1e6:.0f} MB"

@@ -204,6 +204,20 @@ typedef enum {
   SRF_OUTSIDE = 4,
 } srf_dropped;
 
+// What decided the size of a cell.
+typedef enum {
+  // The caller gave it.
+  SRF_VOXEL_GIVEN = 0,
+  // 1.5 times the mean distance of neighbouring samples.
+  SRF_VOXEL_SPACING = 1,
+  // Half the median standard deviation of the samples.
+  SRF_VOXEL_NOISE = 2,
+  // 1.5 times the median distance between scans that overlap.
+  SRF_VOXEL_DISTANCE = 3,
+  // The finest that fits into the memory there is.
+  SRF_VOXEL_MEMORY = 4,
+} srf_voxel_reason;
+
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
 
@@ -402,7 +416,8 @@ typedef struct {
   // number.
   uint32_t threads;
   // Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
-  // SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
+  // SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples; more where noise, the distance
+  // between overlapping scans or the memory there is ask for it.
   double voxel;
   // Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
   // residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the
@@ -465,6 +480,12 @@ typedef struct {
   uint64_t working_bytes;
   // Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
   double noise;
+  // What decided the size of a cell: a value of srf_voxel_reason.
+  uint32_t voxel_reason;
+  // 0.
+  uint32_t reserved;
+  // Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
+  uint64_t seen_through;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().

@@ -4,9 +4,9 @@ use std::borrow::Cow;
 use std::ffi::c_char;
 use std::sync::Arc;
 
-use surfrecon::{Progress, RangeImage};
-use surfrecon::merge::{self, Loading, MergeReport, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::merge::{self, Loading, MergeReport, OrientedSurface, PlacedMesh, ScanSource, VoxelReason};
 use surfrecon::triangulate::TriangulateParams;
+use surfrecon::{Progress, RangeImage};
 
 use crate::files::{Scans, srf_scans};
 use crate::guard::guard;
@@ -128,6 +128,41 @@ pub struct srf_merge_report {
     pub working_bytes: u64,
     /// Median standard deviation of the samples along their rays, as measured, in the unit of the scans; 0 where scans are clean.
     pub noise: f64,
+    /// What decided the size of a cell: a value of srf_voxel_reason.
+    pub voxel_reason: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
+    pub seen_through: u64,
+}
+
+/// What decided the size of a cell.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_voxel_reason {
+    /// The caller gave it.
+    SRF_VOXEL_GIVEN = 0,
+    /// 1.5 times the mean distance of neighbouring samples.
+    SRF_VOXEL_SPACING = 1,
+    /// Half the median standard deviation of the samples.
+    SRF_VOXEL_NOISE = 2,
+    /// 1.5 times the median distance between scans that overlap.
+    SRF_VOXEL_DISTANCE = 3,
+    /// The finest that fits into the memory there is.
+    SRF_VOXEL_MEMORY = 4,
+}
+
+impl From<VoxelReason> for srf_voxel_reason {
+    fn from(reason: VoxelReason) -> Self {
+        match reason {
+            VoxelReason::Given => srf_voxel_reason::SRF_VOXEL_GIVEN,
+            VoxelReason::Spacing => srf_voxel_reason::SRF_VOXEL_SPACING,
+            VoxelReason::Noise => srf_voxel_reason::SRF_VOXEL_NOISE,
+            VoxelReason::Distance => srf_voxel_reason::SRF_VOXEL_DISTANCE,
+            VoxelReason::Memory => srf_voxel_reason::SRF_VOXEL_MEMORY,
+        }
+    }
 }
 
 impl From<MergeReport> for srf_merge_report {
@@ -153,6 +188,9 @@ impl From<MergeReport> for srf_merge_report {
             dropped_faces: r.dropped_components[1],
             working_bytes: r.working_bytes,
             noise: r.noise,
+            seen_through: r.seen_through,
+            voxel_reason: srf_voxel_reason::from(r.voxel_reason) as u32,
+            reserved: 0,
         }
     }
 }

@@ -64,6 +64,31 @@ void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
     mesh.set_attribute(SRF_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
 }
 
+// Whether the faces of a layer are those of its range image, which then says more than they do: its noise, what it sees through.
+bool is_as_imported(const MeshModel &layer, surfrecon::Image &image)
+{
+    if (layer.cm.fn == 0 || !has_grid(layer)) return false;
+    try {
+        image = range_image(layer, Frame::world);
+        return image.triangulate().triangles().size() == static_cast<std::size_t>(layer.cm.fn);
+    } catch (const MLException &) {
+        return false;
+    } catch (const surfrecon::Error &) {
+        return false;
+    }
+}
+
+std::string voxel_reason(const srf_merge_report &report)
+{
+    switch (report.voxel_reason) {
+        case SRF_VOXEL_SPACING: return " (1.5 times the spacing of the samples)";
+        case SRF_VOXEL_NOISE: return " (half the noise of the samples)";
+        case SRF_VOXEL_DISTANCE: return " (1.5 times the distance between overlapping layers)";
+        case SRF_VOXEL_MEMORY: return " (the finest that fits into memory)";
+        default: return "";
+    }
+}
+
 Outputs run(Job &job)
 {
     const RichParameterList &given = job.parameters;
@@ -74,20 +99,19 @@ Outputs run(Job &job)
     surfrecon::MergeParams params;
     read_parameters(given, merge_parameters, &params);
     if (!given.getBool("close_holes")) params.max_hole_length = 0;
-    surfrecon::TriangulateParams joined;
-    joined.edge_limit = params.edge_limit;
-    joined.grazing_limit = params.grazing_limit;
     surfrecon::Merger merger;
     std::set<std::string> names;
     for (const MeshModel *layer : layers) {
         const std::string name = name_of(*layer, names);
-        if (layer->cm.fn > 0) {
+        surfrecon::Image image;
+        if (is_as_imported(*layer, image)) {
+            merger.add(image);
+        } else if (layer->cm.fn > 0) {
             surfrecon::Mesh surface = mesh(*layer, Frame::world);
             if (given.getBool("quality_as_confidence")) use_quality(surface, *layer);
             merger.add(surface, name);
         } else if (has_grid(*layer)) {
-            const surfrecon::Mesh surface = range_image(*layer, Frame::world).triangulate(joined);
-            merger.add(surface, name);
+            merger.add(range_image(*layer, Frame::world));
         } else {
             refuse("The layer " + quoted(*layer) + " has points only, and no grid that tells which of them are neighbours. " +
                    "Hide it, or import it from its file with \"" + import_name + "\"");
@@ -104,6 +128,9 @@ Outputs run(Job &job)
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
     job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance) +
             ", noise of the samples " + shown(report.noise));
+    if (report.seen_through > 0) {
+        job.log(std::to_string(report.seen_through) + " edges of the grid without what more layers see through than have there");
+    }
     job.log(std::to_string(report.holes_closed) + " holes closed, " + std::to_string(report.holes_open) + " left open; " +
             std::to_string(report.dropped_components) + " stray parts dropped");
     Outputs out;
@@ -116,6 +143,7 @@ Outputs run(Job &job)
     out["max_hole_length"] = report.max_hole_length;
     if (report.overlap_residual >= 0) out["overlap_residual"] = report.overlap_residual;
     out["noise"] = report.noise;
+    out["seen_through"] = static_cast<int>(report.seen_through);
     out["holes_closed"] = static_cast<int>(report.holes_closed);
     out["holes_open"] = static_cast<int>(report.holes_open);
     out["dropped_components"] = static_cast<int>(report.dropped_components);
@@ -131,7 +159,7 @@ extern const Filter merge_filter = {
     "confidence. Where they overlap they are fused; every other vertex stays on a line through the original surface. Boundaries "
     "are kept, small holes are closed, and the result does not depend on the order of the layers or the number of processors.<br>"
     "Layers are taken where their matrices place them, and are not changed. No file is written. Limits of edges and of grazing triangles are "
-    "for range images without faces; faces that are there stay.<br><br>"
+    "for range images as they were imported; faces that were changed stay as they are.<br><br>"
     "See:<br><i>C. Rocchini, P. Cignoni, F. Ganovelli, C. Montani, P. Pingi, R. Scopigno</i><br>"
     "<b>\"The Marching Intersections algorithm for merging range images\"</b><br>The Visual Computer 20, 2004",
     compat::FilterBase::RangeMap | compat::FilterBase::Remeshing,

@@ -58,7 +58,7 @@ inline const Parameters triangulate_parameters = {
 
 inline const Parameters merge_parameters = {
     {Kind::length, "voxel", "Voxel",
-     "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.<br>0: three times the mean nearest-neighbour distance within a scan.",
+     "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.<br>0: 1.5 times the mean distance of neighbouring samples; more where noise, the distance between overlapping scans or the memory there is ask for it.",
      true, 0, 0, unbounded, false, offsetof(srf_merge_params, voxel), {}},
     {Kind::length, "merge_distance", "Merge distance",
      "Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the residual of the registration and below the thinnest wall.<br>0: from the voxel and the measured distance between overlapping scans.",

@@ -261,6 +261,12 @@ impl MergeReport {
         self.report.voxel
     }
 
+    /// What decided that, in words.
+    #[getter]
+    fn voxel_reason(&self) -> &'static str {
+        self.report.voxel_reason.words()
+    }
+
     /// Merge distance used.
     #[getter]
     fn merge_distance(&self) -> f64 {
@@ -295,6 +301,12 @@ impl MergeReport {
     #[getter]
     fn intersections(&self) -> u64 {
         self.report.intersections
+    }
+
+    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
+    #[getter]
+    fn seen_through(&self) -> u64 {
+        self.report.seen_through
     }
 
     /// Intersections left after fusing.
@@ -359,12 +371,14 @@ impl MergeReport {
             scan_names,
             input_triangles,
             voxel,
+            voxel_reason,
             merge_distance,
             max_hole_length,
             overlap_residual,
             noise,
             grid,
             intersections,
+            seen_through,
             fused_intersections,
             artificial_intersections,
             faces,

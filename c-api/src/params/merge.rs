@@ -18,7 +18,8 @@ pub struct srf_merge_params {
     /// number.
     pub threads: u32,
     /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square. > 0.
-    /// SRF_FROM_DATA, the default: three times the mean nearest-neighbour distance within a scan.
+    /// SRF_FROM_DATA, the default: 1.5 times the mean distance of neighbouring samples; more where noise, the distance
+    /// between overlapping scans or the memory there is ask for it.
     pub voxel: f64,
     /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the
     /// residual of the registration and below the thinnest wall. >= 0. SRF_FROM_DATA, the default: from the voxel and the

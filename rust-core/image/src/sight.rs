@@ -168,7 +168,7 @@ impl LinesOfSight {
         if view.pitch[0].max(view.pitch[1]) > tolerance {
             return Seen::Nothing;
         }
-        let around = view.pitch.map(|pitch| 0.5 * tolerance / pitch + 0.5);
+        let around = view.pitch.map(|pitch| ASIDE * tolerance / pitch + 0.5);
         let [first, last] = [-1.0, 1.0].map(|side| [0, 1].map(|i| (view.pixel[i] + side * around[i]).round()));
         if first[0] < 0.0 || first[1] < 0.0 || last[0] >= rows as f64 || last[1] >= cols as f64 {
             return Seen::Nothing;
@@ -197,11 +197,8 @@ impl LinesOfSight {
                 let counts = [self.levels[0].cols, self.rows()];
                 let crosses = |axis: usize| {
                     let [low, high] = [at[axis] - radius, at[axis] + radius];
-                    let ends = [
-                        low / if low < 0.0 { near } else { far },
-                        high / if high > 0.0 { near } else { far },
-                    ]
-                    .map(|slope| centre[axis] + focal[axis] * slope);
+                    let ends = [low / if low < 0.0 { near } else { far }, high / if high > 0.0 { near } else { far }]
+                        .map(|slope| centre[axis] + focal[axis] * slope);
                     ends[0].max(ends[1]) > -0.5 && ends[0].min(ends[1]) < counts[axis] as f64 - 0.5
                 };
                 near <= self.farthest && crosses(0) && crosses(1)

@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use rustc_hash::FxHashSet;
+use rustc_hash::FxHashMap;
 
 use super::lattice::BRICK;
 use base::error::{Error, Result, Shown};
@@ -15,10 +15,13 @@ use image::source::OrientedSurface;
 const BYTES_A_CROSSING: [f64; 2] = [63.0, 73.0];
 /// Bytes a brick with a part of the surface takes.
 const BYTES_A_BRICK: f64 = 59.5e3;
+/// Crossings of a brick that count: more are of the same edges, and added up. Measured on frames of a room with deep noise.
+const CROSSINGS_A_BRICK: f32 = 20e3;
 
 /// What the scans seen so far will take.
 pub(super) struct Budget {
-    voxel: f64,
+    /// Size of a cell.
+    pub(super) voxel: f64,
     /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
     available: (f64, &'static str),
     seen: Mutex<Seen>,
@@ -29,9 +32,12 @@ pub(super) struct Budget {
 struct Seen {
     crossings: f64,
     scans: usize,
-    /// Bricks with the middle of a triangle, and how many more large triangles reach.
-    bricks: FxHashSet<[i64; 3]>,
+    /// Bricks with the middle of a triangle and the crossings of their triangles as far as they count, and how many more large
+    /// triangles reach.
+    bricks: FxHashMap<[i64; 3], f32>,
     more_bricks: f64,
+    /// A cell that fits, where one is too small.
+    fits: Option<f64>,
 }
 
 impl Seen {
@@ -45,20 +51,35 @@ impl Seen {
     fn add(&mut self, surface: &OrientedSurface, voxel: f64) {
         let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
         let brick = f64::from(BRICK);
-        let mut last = [i64::MIN; 3];
+        let (mut last, mut of_brick) = ([i64::MIN; 3], 0.0);
         self.scans += 1;
         for t in &surface.triangles {
             let [a, b, c] = t.map(|v| surface.positions[v as usize]);
             let doubled = (cells_from_surface * (b - a)).cross(cells_from_surface * (c - a)).abs();
             let crossings = 0.5 * (doubled.x + doubled.y + doubled.z);
-            self.crossings += crossings;
-            self.more_bricks += if crossings > brick * brick { crossings / (brick * brick) } else { 0.0 };
             let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * brick);
             let key = middle.floor().to_array().map(|x| x as i64);
             if key != last {
-                self.bricks.insert(key);
-                last = key;
+                self.put(last, of_brick);
+                (last, of_brick) = (key, 0.0);
             }
+            if crossings <= brick * brick {
+                of_brick += crossings;
+            } else {
+                self.crossings += crossings;
+                self.more_bricks += crossings / (brick * brick);
+            }
+        }
+        self.put(last, of_brick);
+    }
+
+    /// Adds crossings of a brick, as far as they count.
+    fn put(&mut self, brick: [i64; 3], crossings: f64) {
+        if brick[0] != i64::MIN {
+            let known = self.bricks.entry(brick).or_default();
+            let counted = crossings.min(f64::from(CROSSINGS_A_BRICK - *known));
+            *known += counted as f32;
+            self.crossings += counted;
         }
     }
 }
@@ -73,6 +94,11 @@ impl Budget {
 
     fn within(voxel: f64, available: (f64, &'static str)) -> Self {
         Budget { voxel, available, seen: Mutex::default() }
+    }
+
+    /// A cell that will fit, where one of this size does not.
+    pub(super) fn fits(&self) -> Option<f64> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner).fits
     }
 
     /// Takes a scan into account.
@@ -93,6 +119,7 @@ impl Budget {
         }
         // Half of what there is, in two digits rounded up.
         let fits = 1.05 * self.voxel * (2.0 * needed / available).sqrt();
+        seen.fits = Some(seen.fits.unwrap_or(0.0).max(fits));
         Err(Error::OutOfMemory(format!(
             "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",
             Shown(self.voxel),

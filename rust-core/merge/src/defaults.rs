@@ -1,50 +1,162 @@
-//! Voxel and merge distance from the data, where the caller gives none.
+//! The cell from the data, where the caller gives none.
 
 use rayon::prelude::*;
 
-use super::bundles::{MANY, RawBundle, in_sample};
-use super::crossing::Crossing;
-use super::lines::for_each_line;
+use super::VoxelReason;
+use super::bundles::{Buckets, gather};
+use super::discretize::discretize;
+use super::lattice::Lattice;
+use super::overlap::OverlapDistances;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, OrientedSurface, ScanSource};
 use image::triangulate::TriangulateParams;
 
-/// Voxel in mean nearest-neighbour distances. [MI04, sec. 3.1]
-const VOXEL_FACTOR: f64 = 3.0;
-/// At most this many scans are read for the voxel.
-const VOXEL_SCANS: usize = 8;
+/// At least so many mean distances of neighbouring samples. Coarser cells lose what clean scans show (docs/decisions.md), finer
+/// ones show the facets between samples.
+const SPACINGS: f64 = 1.5;
+/// At least so many standard deviations of the noise: what is finer can't be told from it, however many scans are averaged.
+const DEVIATIONS: f64 = 0.5;
+/// At least so many median distances between scans that overlap, by errors of their poses or noise that depends on itself ...
+const DISTANCES: f64 = 1.5;
+/// ... but no more than so many mean distances of samples: there scans don't fit, and no cell makes them.
+const MOST_SPACINGS: f64 = 12.0;
+
+/// At most this many scans are read, in pairs that follow each other.
+const SCANS: usize = 8;
+/// Distances between them are measured with cells of so many spacings of the first.
+const TRIAL: f64 = 3.0;
+/// Scans whose samples are so many times further apart are left out of that: they would have too many crossings.
+const COARSER: f64 = 4.0;
 /// Distances of more than this many medians of their scan are mistakes, which must not count.
 const OUTLIER: f64 = 10.0;
 
-/// Three times the mean distance of a sample to its nearest neighbour within its scan, over up to eight scans spread
-/// evenly through the list. Outliers don't count.
+/// What one scan tells.
+#[derive(Default)]
+struct Told {
+    /// Sum of the distances of samples to their nearest neighbour, and their number.
+    spacing: (f64, u64),
+    /// Median standard deviation of the samples.
+    noise: f64,
+}
+
+/// The finest cell that up to eight scans, spread through the list, support, and what decided: the spacing of their samples,
+/// their noise, or how far scans that overlap lie from each other.
 ///
 /// # Errors
 /// A scan can't be loaded; no scan has a triangle; cancelled.
-pub fn voxel(sources: &[&dyn ScanSource], triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<f64> {
-    let count = sources.len().min(VOXEL_SCANS);
-    let sums = (0..count)
+pub fn voxel(
+    sources: &[&dyn ScanSource],
+    triangulation: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<(f64, VoxelReason)> {
+    let count = sources.len().min(SCANS);
+    // The first of each pair lies where the list is cut into as many parts as there are pairs.
+    let numbers: Vec<usize> = (0..count).map(|i| i / 2 * 2 * sources.len() / count + i % 2).collect();
+    let load = |number: usize| {
+        progress.check()?;
+        sources[number].load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)
+    };
+    let mut told: Vec<Told> = Vec::new();
+    let mut trial = None;
+    // All before the first with a triangle are empty.
+    let mut start = 0;
+    let mut first = Buckets::default();
+    while trial.is_none() && start < count {
+        let surface = load(numbers[start])?;
+        told.push(Told::by(&surface));
+        if let Some((lattice, spacing)) = trial_grid(&surface, &told[start]) {
+            count_crossings(&surface, start, &lattice, &mut first, progress)?;
+            trial = Some((lattice, spacing));
+        }
+        start += 1;
+    }
+    let rest = (start..count)
         .into_par_iter()
         .map(|i| {
-            progress.check()?;
-            let source = sources[i * sources.len() / count];
-            let surface = source.load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)?;
-            Ok(nearest_neighbour_sum(&surface))
+            let surface = load(numbers[i])?;
+            let (told, mut found) = (Told::by(&surface), Buckets::default());
+            if let Some((lattice, spacing)) = &trial
+                && told.mean_spacing().is_some_and(|own| own <= COARSER * spacing)
+            {
+                count_crossings(&surface, i, lattice, &mut found, progress)?;
+            }
+            Ok((told, found))
         })
         .collect::<Result<Vec<_>>>()?;
-    let (sum, samples) = sums.iter().fold((0.0, 0_u64), |(s, n), &(sum, samples)| (s + sum, n + samples));
-    if samples > 0 && sum <= 0.0 {
-        return Err(Error::input(
-            "the samples of the scans are so close to each other that their distance counts as 0: use a smaller unit",
-        ));
+    let mut buckets = vec![first];
+    for (of_scan, found) in rest {
+        told.push(of_scan);
+        buckets.push(found);
     }
+    let samples: u64 = told.iter().map(|t| t.spacing.1).sum();
+    let mean = |sum: f64| sum / samples as f64;
+    let spacing = mean(told.iter().map(|t| t.spacing.0).sum());
     if samples == 0 {
         return Err(Error::input(
             "no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit",
         ));
     }
-    Ok(VOXEL_FACTOR * sum / samples as f64)
+    if spacing <= 0.0 {
+        return Err(Error::input(
+            "the samples of the scans are so close to each other that their distance counts as 0: use a smaller unit",
+        ));
+    }
+    let noise = mean(told.iter().map(|t| t.noise * t.spacing.1 as f64).sum());
+    let distance = match &trial {
+        Some((lattice, _)) => {
+            let crossings = buckets.iter().map(|found| found.len).sum();
+            let distances = OverlapDistances::measure(&gather(buckets), crossings, count, progress)?;
+            distances.quantile(0.5).map_or(0.0, |cells| cells * lattice.voxel)
+        }
+        None => 0.0,
+    };
+    let wanted = [
+        (SPACINGS * spacing, VoxelReason::Spacing),
+        (DEVIATIONS * noise, VoxelReason::Noise),
+        ((DISTANCES * distance).min(MOST_SPACINGS * spacing), VoxelReason::Distance),
+    ];
+    Ok(wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three"))
+}
+
+/// A grid to compare scans in, and the spacing of the first; `None` if that has no triangle or no spacing.
+fn trial_grid(surface: &OrientedSurface, told: &Told) -> Option<(Lattice, f64)> {
+    let &[corner, ..] = surface.triangles.first()?;
+    let spacing = told.mean_spacing().filter(|spacing| *spacing > 0.0)?;
+    let near = surface.world_from_surface.transform_point3(surface.positions[corner as usize]);
+    // What can't be counted in these cells is said when it is counted in smaller ones.
+    Lattice::new(TRIAL * spacing, near, [0; 3]).ok().map(|lattice| (lattice, spacing))
+}
+
+fn count_crossings(
+    surface: &OrientedSurface,
+    number: usize,
+    lattice: &Lattice,
+    found: &mut Buckets,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    match discretize(surface, "", number as u32, lattice, found, progress) {
+        Err(Error::Input(_)) => Ok(()),
+        other => other,
+    }
+}
+
+impl Told {
+    fn by(surface: &OrientedSurface) -> Told {
+        let mut deviations = surface.noise.as_ref().map_or_else(Vec::new, |noise| noise.deviation.clone());
+        let middle = deviations.len() / 2;
+        let noise = if deviations.is_empty() {
+            0.0
+        } else {
+            f64::from(*deviations.select_nth_unstable_by(middle, f32::total_cmp).1)
+        };
+        Told { spacing: nearest_neighbour_sum(surface), noise }
+    }
+
+    fn mean_spacing(&self) -> Option<f64> {
+        let (sum, samples) = self.spacing;
+        (samples > 0).then(|| sum / samples as f64)
+    }
 }
 
 /// Sum of the world lengths of each vertex's shortest edge, and the number of vertices with an edge, both without outliers.
@@ -66,78 +178,4 @@ fn nearest_neighbour_sum(surface: &OrientedSurface) -> (f64, u64) {
     let mut sorted = nearest.clone();
     let most = OUTLIER * *sorted.select_nth_unstable_by(nearest.len() / 2, f64::total_cmp).1;
     nearest.iter().filter(|&&d| d <= most).fold((0.0, 0), |(sum, n), d| (sum + d, n + 1))
-}
-
-/// Bins a cell for distances between scans.
-const BINS_PER_CELL: f64 = 32.0;
-/// Distances beyond this many cells are other surfaces.
-const REACH: f64 = 8.0;
-/// Lines more oblique than this say little about the distance along the normal.
-const LEAST_NORMAL: f32 = 0.5;
-
-/// Distances along the normal between the crossings of scans that follow each other in number, with the same sign: of each
-/// the nearest, so that they do not shrink as scans are added.
-#[derive(Clone, Debug)]
-pub struct OverlapDistances {
-    counts: Vec<u64>,
-}
-
-impl OverlapDistances {
-    /// Measures all lines or, where many crossings were found, a sample of `scans` scans. O(crossings).
-    ///
-    /// # Errors
-    /// Cancelled.
-    pub fn measure(bundles: &[RawBundle], found: u64, scans: usize, progress: &Progress<'_>) -> Result<Self> {
-        let empty = || vec![0_u64; (REACH * BINS_PER_CELL) as usize];
-        let counts = bundles
-            .par_iter()
-            .try_fold(empty, |mut counts, raw| {
-                progress.check()?;
-                let sample;
-                let chunks = if found <= MANY {
-                    &raw.found.chunks
-                } else {
-                    let rest = raw.found.chunks.iter().flatten().copied();
-                    let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
-                    sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
-                    &sample[..]
-                };
-                for_each_line(chunks, |_, line| {
-                    line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
-                    // Stable: within a scan they stay in order along the line.
-                    line.sort_by_key(|c| (c.enters(), c.scan()));
-                    let of_scan: Vec<&[Crossing]> =
-                        line.chunk_by(|a, b| (a.enters(), a.scan()) == (b.enters(), b.scan())).collect();
-                    for pair in of_scan.windows(2).filter(|pair| pair[0][0].enters() == pair[1][0].enters()) {
-                        let nearest = pair[1].iter().map(|other| distance(&pair[0][0], other)).fold(REACH, f64::min);
-                        if let Some(count) = counts.get_mut((nearest * BINS_PER_CELL) as usize) {
-                            *count += 1;
-                        }
-                    }
-                });
-                Ok(counts)
-            })
-            .try_reduce(empty, |a, b| Ok(a.iter().zip(&b).map(|(a, b)| a + b).collect()))?;
-        Ok(OverlapDistances { counts })
-    }
-
-    /// The distance in cells that this share of the pairs stays below; `None` without a pair.
-    pub fn quantile(&self, share: f64) -> Option<f64> {
-        let total: u64 = self.counts.iter().sum();
-        let mut left = (total as f64 * share).ceil() as u64;
-        for (bin, &count) in self.counts.iter().enumerate() {
-            if left <= count && total > 0 {
-                return Some((bin as f64 + left as f64 / count as f64) / BINS_PER_CELL);
-            }
-            left -= count.min(left);
-        }
-        None
-    }
-}
-
-/// Distance of two crossings of a line along their mean normal, in cells.
-fn distance(a: &Crossing, b: &Crossing) -> f64 {
-    let along = f64::from(b.cell - a.cell) + f64::from(b.fraction - a.fraction);
-    let normal = 0.5 * f64::from(a.normal + b.normal);
-    (along * normal + b.residual() - a.residual()).abs()
 }

@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -54,13 +54,12 @@ struct Failure {
 struct Intake<'a, 'p, L> {
     sources: &'a [&'a dyn ScanSource],
     params: &'a MergeParams,
-    voxel: f64,
     /// Crossings a worker keeps one by one.
     kept: u64,
     /// Where others are added up, by the grid they are counted in.
     stores: Mutex<Vec<(Lattice, Arc<Store>)>>,
     lattice_near: L,
-    budget: OnceLock<Budget>,
+    budget: &'a Budget,
     /// The first scan known to have a triangle, and its grid.
     first: Mutex<Option<(usize, Lattice)>>,
     /// No scan after this one is worth loading.
@@ -68,7 +67,7 @@ struct Intake<'a, 'p, L> {
     progress: &'a Progress<'p>,
 }
 
-/// Loads the scans and finds their crossings with a grid of cells of size `voxel` that `lattice_near` makes for a place.
+/// Loads the scans and finds their crossings with a grid of the cells of `budget` that `lattice_near` makes for a place.
 /// Crossings are added up where a worker has more than `kept`.
 ///
 /// # Errors
@@ -76,7 +75,7 @@ struct Intake<'a, 'p, L> {
 pub fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
-    voxel: f64,
+    budget: &Budget,
     kept: u64,
     lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
     progress: &Progress<'_>,
@@ -84,11 +83,10 @@ pub fn discretize_all(
     let intake = Intake {
         sources,
         params,
-        voxel,
         kept,
         stores: Mutex::default(),
         lattice_near,
-        budget: OnceLock::new(),
+        budget,
         first: Mutex::new(None),
         last: AtomicUsize::new(usize::MAX),
         progress,
@@ -205,8 +203,8 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         is_again: bool,
     ) -> Result<bool> {
         let source = self.sources[scan];
-        let surface =
-            source.load(&Loading { triangulation: self.params.triangulation, cell: self.voxel }, self.progress)?;
+        let surface = source
+            .load(&Loading { triangulation: self.params.triangulation, cell: self.budget.voxel }, self.progress)?;
         self.progress.check()?;
         let Some(&[first, ..]) = surface.triangles.first() else {
             return self.progress.advance(1).map(|()| false);
@@ -215,7 +213,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         let lattice = self.lattice_for(scan, near)?;
         *counted_in = Some(lattice);
         if !is_again {
-            self.budget.get_or_init(|| Budget::new(lattice.voxel)).expect(&surface)?;
+            self.budget.expect(&surface)?;
         }
         if groups.last().is_none_or(|group| group.found.lattice != lattice) {
             let buckets = vec![Buckets::with_store(self.store(lattice))];

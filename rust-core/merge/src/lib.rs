@@ -16,6 +16,7 @@ mod discretize;
 mod intake;
 
 mod defaults;
+mod overlap;
 
 mod budget;
 
@@ -83,7 +84,7 @@ base::params! {
     pub struct MergeParams of "merge" with threads {
         /// Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.
         voxel: Option<f64> = length("Voxel")
-            .from_data("three times the mean nearest-neighbour distance within a scan").above(0.0),
+            .from_data("1.5 times the mean distance of neighbouring samples; more where noise, the distance between overlapping scans or the memory there is ask for it").above(0.0),
         /// Surfaces of different scans closer than this, facing the same way, become one. At least a voxel; choose it above the residual of the registration and below the thinnest wall.
         merge_distance: Option<f64> = length("Merge distance")
             .from_data("from the voxel and the measured distance between overlapping scans"),
@@ -98,6 +99,29 @@ base::params! {
     }
 }
 
+base::choices! {
+    /// What decided the size of a cell.
+    pub enum VoxelReason {
+        /// The caller gave it.
+        Given = "given" "as given",
+        /// 1.5 times the mean distance of neighbouring samples.
+        Spacing = "spacing" "1.5 times the spacing of the samples",
+        /// Half the median standard deviation of the samples.
+        Noise = "noise" "half the noise of the samples",
+        /// 1.5 times the median distance between scans that overlap.
+        Distance = "distance" "1.5 times the distance between overlapping scans",
+        /// The finest that fits into the memory there is.
+        Memory = "memory" "the finest that fits into memory",
+    }
+}
+
+impl VoxelReason {
+    /// It in words.
+    pub const fn words(self) -> &'static str {
+        Self::CHOICES[self as usize].label
+    }
+}
+
 /// The figures of a run, among them those of the paper's Tables 1 and 2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MergeReport {
@@ -109,6 +133,8 @@ pub struct MergeReport {
     pub input_triangles: u64,
     /// Cell size used, world units.
     pub voxel: f64,
+    /// What decided that.
+    pub voxel_reason: VoxelReason,
     /// Merge distance used, world units.
     pub merge_distance: f64,
     /// Longest boundary that was closed, world units.
@@ -203,15 +229,25 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
 
     progress.stage(0, 1);
-    report.voxel = match params.voxel {
-        Some(voxel) => voxel,
+    (report.voxel, report.voxel_reason) = match params.voxel {
+        Some(voxel) => (voxel, VoxelReason::Given),
         None => defaults::voxel(&sources, &params.triangulation, progress)?,
     };
     clock.lap("measure");
 
     progress.stage(1, sources.len() as u64);
-    let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
-    let mut scans = intake::discretize_all(&sources, params, report.voxel, setup.kept, lattice_near, progress)?;
+    let mut scans = loop {
+        let budget = budget::Budget::new(report.voxel);
+        let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
+        match intake::discretize_all(&sources, params, &budget, setup.kept, lattice_near, progress) {
+            Err(Error::OutOfMemory(_)) if params.voxel.is_none() && budget.fits().is_some_and(|v| v > report.voxel) => {
+                report.voxel = budget.fits().unwrap_or(report.voxel);
+                report.voxel_reason = VoxelReason::Memory;
+                progress.stage(1, sources.len() as u64);
+            }
+            found => break found?,
+        }
+    };
     let lattice = scans.lattice;
     report.input_triangles = scans.triangles;
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
@@ -223,7 +259,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     let reach = match params.merge_distance {
         Some(distance) => distance / report.voxel,
         None => {
-            let distances = defaults::OverlapDistances::measure(&raw, report.intersections, sources.len(), progress)?;
+            let distances = overlap::OverlapDistances::measure(&raw, report.intersections, sources.len(), progress)?;
             report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
             distances.quantile(0.95).map_or(1.0, |d| OVERLAP * d).max(1.0)
         }

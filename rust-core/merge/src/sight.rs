@@ -160,7 +160,8 @@ mod tests {
             let (sin, cos) = (TAU * k as f64 / count as f64).sin_cos();
             let eye = DVec3::new(3.0 * cos, 3.0 * sin, 2.0);
             let camera = Camera::pinhole(150, 200, 0.8, eye, DVec3::ZERO, DVec3::Z).unwrap();
-            let params = ScanParams { seed: k as u64, noise: sigma * CELL, pose_shift: off * CELL, ..ScanParams::default() };
+            let params =
+                ScanParams { seed: k as u64, noise: sigma * CELL, pose_shift: off * CELL, ..ScanParams::default() };
             let mut image = scan::scan(&mesh, &bvh, &camera, &params, &Progress::none()).unwrap();
             image.name = format!("{k:02}");
             image
@@ -178,7 +179,8 @@ mod tests {
     fn alone(a: &Merged, b: &Merged) -> f64 {
         let key = |p: DVec3| (p / CELL).floor().as_ivec3();
         let there: std::collections::HashSet<_> = b.mesh.positions.iter().map(|&p| key(p)).collect();
-        let beside = |p: DVec3| (0..27).any(|i| there.contains(&(key(p) + glam::ivec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))));
+        let beside =
+            |p: DVec3| (0..27).any(|i| there.contains(&(key(p) + glam::ivec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1))));
         let near: Vec<_> = a.mesh.positions.iter().filter(|p| p.truncate().length() < 1.2).collect();
         near.iter().filter(|p| !beside(***p)).count() as f64 / near.len() as f64
     }

@@ -1,0 +1,56 @@
+//! The cell that is chosen where none is given.
+
+use super::noise::noisy_patch;
+use super::*;
+
+/// Six scans of a plane with samples a unit apart, lifted by so much one way or the other.
+fn patches(sigma: f64, off: f64) -> Vec<RangeImage> {
+    (0..6).map(|i| noisy_patch(i, off * [1.0, -1.0, 0.3, -0.6, 0.8, -0.2][i], sigma)).collect()
+}
+
+#[test]
+fn the_cell_follows_spacing_noise_and_distance() {
+    let chosen = |scans: &[RangeImage]| {
+        let report = merge_scans(scans, &MergeParams::default()).report;
+        (report.voxel, report.voxel_reason)
+    };
+    let (cell, reason) = chosen(&patches(0.0, 0.0));
+    assert!(reason == VoxelReason::Spacing && (1.45..1.6).contains(&cell), "{cell} {reason:?}");
+    let (cell, reason) = chosen(&patches(6.0, 0.0));
+    assert!(reason == VoxelReason::Noise && (2.5..3.5).contains(&cell), "{cell} {reason:?}");
+    let (cell, reason) = chosen(&patches(0.0, 3.0));
+    assert!(reason == VoxelReason::Distance && (3.0..7.0).contains(&cell), "{cell} {reason:?}");
+    // Nothing is shared, so that nothing is said by how far apart they are.
+    let apart: Vec<RangeImage> = (patches(0.0, 0.0).into_iter().enumerate())
+        .map(|(i, mut image)| {
+            image.world_from_sensor = DAffine3::from_translation(DVec3::X * 150.0 * i as f64);
+            image
+        })
+        .collect();
+    assert_eq!(chosen(&apart).1, VoxelReason::Spacing);
+    let given = merge_scans(&apart, &MergeParams { voxel: Some(1.75), ..MergeParams::default() }).report;
+    assert_eq!((given.voxel, given.voxel_reason), (1.75, VoxelReason::Given));
+}
+
+#[test]
+fn the_cell_does_not_depend_on_order_or_threads() {
+    let mut scans = patches(0.5, 1.0);
+    scans.truncate(5);
+    let expected = merge_scans(&scans, &MergeParams { threads: 1, ..MergeParams::default() }).report.voxel;
+    scans.rotate_left(2);
+    let turned = merge_scans(&scans, &MergeParams { threads: 3, ..MergeParams::default() }).report.voxel;
+    assert_eq!(turned.to_bits(), expected.to_bits());
+}
+
+#[test]
+fn a_scan_far_away_or_far_coarser_does_not_decide() {
+    let mut scans = patches(0.0, 0.0);
+    let clean = merge_scans(&scans, &MergeParams::default()).report.voxel;
+    let mut coarse =
+        RangeImage::from_values(3, 3, vec![0.0; 9], Projection::Orthographic { first: [0.0; 2], step: [500.0; 2] })
+            .unwrap();
+    coarse.name = "coarse".to_owned();
+    scans.push(coarse);
+    let report = merge_scans(&scans, &MergeParams::default()).report;
+    assert!(report.voxel < 1.3 * clean && report.voxel_reason == VoxelReason::Spacing, "{} {clean}", report.voxel);
+}
