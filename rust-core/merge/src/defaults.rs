@@ -105,8 +105,7 @@ pub fn voxel(
     let noise = mean(told.iter().map(|t| t.noise * t.spacing.1 as f64).sum());
     let distance = match &trial {
         Some((lattice, _)) => {
-            let crossings = buckets.iter().map(|found| found.len).sum();
-            let distances = OverlapDistances::measure(&gather(buckets), crossings, count, progress)?;
+            let distances = OverlapDistances::measure(&gather(buckets), None, progress)?;
             distances.quantile(0.5).map_or(0.0, |cells| cells * lattice.voxel)
         }
         None => 0.0,

@@ -15,6 +15,7 @@ use rustc_hash::FxHashMap;
 use super::crossing::{BundleKey, OnLine};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
 use super::lines::SortedBundle;
+use super::smooth;
 use super::tally::Tally;
 
 /// Rows of 32 nodes, one bit a node.
@@ -99,6 +100,8 @@ pub type Vertices = [Vec<Vertex>; 3];
 pub struct Rule {
     /// How far from a crossing, in cells along its normal, it speaks of nodes.
     pub reach: f64,
+    /// Standard deviation of the distance between a scan and the surface, in cells.
+    pub spread: f64,
 }
 
 /// How far sideways of a crossing, in cells, nodes may be that it speaks of: beyond, the surface may have bent.
@@ -124,24 +127,40 @@ impl Rule {
     }
 }
 
-/// Nodes along each side of a window: those of a brick and one more.
-const SIDE: usize = BRICK as usize + 1;
-const STEPS: [usize; 3] = [1, SIDE, SIDE * SIDE];
+/// Nodes around a brick that are in its window: those before it for the passes of smoothing, after it for edges, too.
+const BEFORE: i32 = smooth::MOST_PASSES;
+const AFTER: i32 = BEFORE + 1;
+const SIDE: usize = (BRICK + BEFORE + AFTER) as usize;
+/// Places from node to node along the axes.
+pub const STEPS: [usize; 3] = [1, SIDE, SIDE * SIDE];
+
+/// Where a node of a window lies in its brick.
+pub fn place(index: u32) -> [i32; 3] {
+    let index = index as usize;
+    [index % SIDE, index / SIDE % SIDE, index / (SIDE * SIDE)].map(|x| x as i32 - BEFORE)
+}
 
 /// What votes say of a node.
 #[derive(Clone, Copy, Default)]
-struct Node {
+pub struct Node {
     /// Sum of distances, positive outside, by weight.
-    distance: f64,
-    weight: f64,
+    pub distance: f64,
+    /// Sum of the weights.
+    pub weight: f64,
+    /// Samples that vote: a mean over the axes.
+    pub samples: f32,
+    /// Sums of the normals' components along each axis, by weight.
+    pub along: [f32; 3],
+    /// Sums of the weights of each axis.
+    pub along_weight: [f32; 3],
     /// The scan that votes, plus 1; [`MIXED`] where several do, or noisy ones.
-    voter: u32,
+    pub voter: u32,
     /// Labels by crossings of its edges: 1 outside, 2 inside.
     near: u8,
 }
 
 /// Several scans vote on a node, or noisy ones.
-const MIXED: u32 = u32::MAX;
+pub const MIXED: u32 = u32::MAX;
 
 impl Node {
     fn is_inside(&self) -> bool {
@@ -152,20 +171,30 @@ impl Node {
         }
     }
 
-    fn mean(&self) -> f64 {
+    /// Mean distance.
+    pub fn mean(&self) -> f64 {
         self.distance / self.weight
     }
 }
 
 /// Labels brick after brick, keeping its buffers.
 pub struct Field {
-    nodes: Vec<Node>,
-    touched: Vec<u32>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) touched: Vec<u32>,
+    /// Of all nodes, where they are smoothed; and a list for what changes.
+    pub(super) means: Vec<smooth::Mean>,
+    pub(super) changed: Vec<(u32, f64)>,
 }
 
 impl Default for Field {
     fn default() -> Self {
-        Field { nodes: vec![Node::default(); SIDE * SIDE * SIDE], touched: Vec::new() }
+        let count = SIDE * SIDE * SIDE;
+        Field {
+            nodes: vec![Node::default(); count],
+            touched: Vec::new(),
+            means: vec![smooth::Mean::default(); count],
+            changed: Vec::new(),
+        }
     }
 }
 
@@ -179,12 +208,12 @@ impl Field {
         let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: [[BRICK, -1]; 3] });
         let mut vertices = Vertices::default();
         self.touched.sort_unstable();
+        self.smooth(rule);
         for &index in &self.touched {
-            let at = [index as usize % SIDE, index as usize / SIDE % SIDE, index as usize / (SIDE * SIDE)];
-            if at.contains(&(BRICK as usize)) {
+            let at = place(index);
+            if !at.iter().all(|x| (0..BRICK).contains(x)) {
                 continue;
             }
-            let at = at.map(|x| x as i32);
             let node = &self.nodes[index as usize];
             let is_inside = node.is_inside();
             for (bounds, along) in labels.bounds.iter_mut().zip(at) {
@@ -212,17 +241,18 @@ impl Field {
     /// The votes on the nodes of a window by the crossings of its lines along an axis.
     fn votes_along(&mut self, axis: usize, bundles: &Bundles, brick: [i32; 3], rule: &Rule) {
         let [u, v] = ACROSS[axis];
-        for (du, dv) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+        let window = -rule.passes()..=BRICK + rule.passes();
+        for (du, dv) in (0..9).map(|i| (i % 3 - 1, i / 3 - 1)) {
             let mut beside = brick;
             (beside[u], beside[v]) = (brick[u] + du, brick[v] + dv);
             let Some(bundle) = bundles.through(axis, beside) else { continue };
             for along in brick[axis] - 1..=brick[axis] + 1 {
                 for tally in bundle.in_brick(along) {
                     let line = tally.line() as i32;
-                    let [at_u, at_v] = [line & (BRICK - 1), line >> BRICK_BITS];
-                    // Of the bricks above only the first lines are in the window.
-                    if du * at_u == 0 && dv * at_v == 0 {
-                        let first = (at_u + du * BRICK) as usize * STEPS[u] + (at_v + dv * BRICK) as usize * STEPS[v];
+                    let [at_u, at_v] = [(line & (BRICK - 1)) + du * BRICK, (line >> BRICK_BITS) + dv * BRICK];
+                    // Of the bricks beside only the nearest lines are in the window.
+                    if window.contains(&at_u) && window.contains(&at_v) {
+                        let first = (at_u + BEFORE) as usize * STEPS[u] + (at_v + BEFORE) as usize * STEPS[v];
                         self.vote(axis, first, tally, brick[axis] << BRICK_BITS, rule);
                     }
                 }
@@ -242,12 +272,15 @@ impl Field {
         // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
         let middle = place + (residual / normal).clamp(-1.0, 1.0);
         // The nodes of its edge always, others no further than half way to the next surface.
-        let from = (middle - reach).max(place - tally.room(false)).ceil().min(f64::from(below)).max(0.0);
+        let window = [-rule.passes(), BRICK + rule.passes()].map(f64::from);
+        let from = (middle - reach).max(place - tally.room(false)).ceil().min(f64::from(below)).max(window[0]);
         let to = (middle + reach).min(place + tally.room(true)).floor().max(f64::from(below + 1));
-        let to = to.min(f64::from(BRICK));
+        let to = to.min(window[1]);
         let voter = tally.only_scan().filter(|_| tally.is_clean()).map_or(MIXED, |scan| scan + 1);
+        // The squares of a normal's components add up to one.
+        let samples = (f64::from(tally.count()) * normal * normal) as f32;
         for along in from as i32..=to as i32 {
-            let index = first + along as usize * STEPS[axis];
+            let index = first + (along + BEFORE) as usize * STEPS[axis];
             let node = &mut self.nodes[index];
             if node.weight == 0.0 {
                 self.touched.push(index as u32);
@@ -256,6 +289,9 @@ impl Field {
             let is_beyond = f64::from(along) < place - tally.room(false) || f64::from(along) > place + tally.room(true);
             let weight = if is_beyond { BEYOND * weight } else { weight };
             node.weight += weight;
+            node.samples += samples;
+            node.along[axis] += (weight * normal) as f32;
+            node.along_weight[axis] += weight as f32;
             node.distance += weight * (normal * (f64::from(along) - place) - residual);
             node.voter = if node.voter == 0 || node.voter == voter { voter } else { MIXED };
             if along == below || along == below + 1 {

@@ -34,6 +34,7 @@ mod sight;
 
 // 4. labels of the nodes, and vertices
 mod field;
+mod smooth;
 
 // 3. and 4. as the paper has them
 #[cfg(any(test, feature = "reference"))]
@@ -256,19 +257,19 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     clock.lap("discretize");
 
     progress.stage(2, raw.len() as u64);
+    let are_sampled = report.intersections > setup.kept;
+    let distances = overlap::OverlapDistances::measure(&raw, are_sampled.then_some(sources.len()), progress)?;
+    let median = distances.quantile(0.5);
+    report.overlap_residual = median.map(|d| d * report.voxel);
     let reach = match params.merge_distance {
         Some(distance) => distance / report.voxel,
-        None => {
-            let distances = overlap::OverlapDistances::measure(&raw, report.intersections, sources.len(), progress)?;
-            report.overlap_residual = distances.quantile(0.5).map(|d| d * report.voxel);
-            distances.quantile(0.95).map_or(1.0, |d| OVERLAP * d).max(1.0)
-        }
+        None => distances.quantile(0.95).map_or(1.0, |d| OVERLAP * d).max(1.0),
     };
     clock.lap("overlap");
     report.merge_distance = params.merge_distance.unwrap_or(reach * report.voxel);
     let (labels, vertices) = match setup.fusing {
         Fusing::ByVotes => {
-            let rule = field::Rule { reach: reach.max(1.0) };
+            let rule = field::Rule { reach: reach.max(1.0), spread: median.map_or(0.0, |d| SPREAD * d) };
             let bundles = sort_lines(raw, progress)?;
             let tallies: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
             report.working_bytes = report.working_bytes.max((tallies * size_of::<tally::Tally>()) as u64);
@@ -339,6 +340,8 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
 /// By default the distance of merging is so many times what 95 in 100 distances between overlapping scans are within, and at
 /// least a cell: of normally distributed ones 3.5 deviations.
 const OVERLAP: f64 = 1.8;
+/// Of normally distributed errors the standard deviation, by the median distance of two that have it.
+const SPREAD: f64 = 1.048_4;
 /// By default holes are closed up to a boundary of this many voxels ...
 const HOLE_VOXELS: f64 = 100.0;
 /// ... and of at most this share of the diagonal of the bounding box of the part they are in.

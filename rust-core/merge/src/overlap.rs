@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::bundles::{MANY, RawBundle, in_sample};
+use super::bundles::{RawBundle, in_sample};
 use super::crossing::Crossing;
 use super::lines::for_each_line;
 use base::error::Result;
@@ -28,24 +28,25 @@ pub struct OverlapDistances {
 }
 
 impl OverlapDistances {
-    /// Measures all lines or, where many crossings were found, a sample of `scans` scans. O(crossings).
+    /// Measures all lines or, of so many scans that crossings were added up, the sample that was kept of them. O(crossings).
     ///
     /// # Errors
     /// Cancelled.
-    pub fn measure(bundles: &[RawBundle], found: u64, scans: usize, progress: &Progress<'_>) -> Result<Self> {
+    pub fn measure(bundles: &[RawBundle], sampled: Option<usize>, progress: &Progress<'_>) -> Result<Self> {
         let empty = || OverlapDistances { counts: vec![0; (REACH * BINS_PER_CELL) as usize], crossings: 0 };
         bundles
             .par_iter()
             .try_fold(empty, |mut all, raw| {
                 progress.check()?;
                 let sample;
-                let chunks = if found <= MANY {
-                    &raw.found.chunks
-                } else {
-                    let rest = raw.found.chunks.iter().flatten().copied();
-                    let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
-                    sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
-                    &sample[..]
+                let chunks = match sampled {
+                    None => &raw.found.chunks[..],
+                    Some(scans) => {
+                        let rest = raw.found.chunks.iter().flatten().copied();
+                        let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
+                        sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
+                        &sample[..]
+                    }
                 };
                 for_each_line(chunks, |_, line| {
                     line.retain(|c| c.normal.abs() >= LEAST_NORMAL);

@@ -172,6 +172,11 @@ impl Tally {
         f64::from(self.deviation) / f64::from(self.count) / Crossing::DEVIATION_UNITS
     }
 
+    /// Crossings.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
     /// Sum of the trust in the samples.
     pub fn trust(&self) -> f64 {
         if self.count == 1 { self.largest_trust.into() } else { self.trust as f64 / TRUST_UNIT }
