@@ -15,7 +15,8 @@ use rustc_hash::FxHashMap;
 use super::crossing::{BundleKey, OnLine};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
 use super::lines::SortedBundle;
-use super::smooth;
+use super::nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
+use super::smooth::{self, Smoother};
 use super::tally::Tally;
 
 /// Rows of 32 nodes, one bit a node.
@@ -127,74 +128,16 @@ impl Rule {
     }
 }
 
-/// Nodes around a brick that are in its window: those before it for the passes of smoothing, after it for edges, too.
-const BEFORE: i32 = smooth::MOST_PASSES;
-const AFTER: i32 = BEFORE + 1;
-const SIDE: usize = (BRICK + BEFORE + AFTER) as usize;
-/// Places from node to node along the axes.
-pub const STEPS: [usize; 3] = [1, SIDE, SIDE * SIDE];
-
-/// Where a node of a window lies in its brick.
-pub fn place(index: u32) -> [i32; 3] {
-    let index = index as usize;
-    [index % SIDE, index / SIDE % SIDE, index / (SIDE * SIDE)].map(|x| x as i32 - BEFORE)
-}
-
-/// What votes say of a node.
-#[derive(Clone, Copy, Default)]
-pub struct Node {
-    /// Sum of distances, positive outside, by weight.
-    pub distance: f64,
-    /// Sum of the weights.
-    pub weight: f64,
-    /// Samples that vote: a mean over the axes.
-    pub samples: f32,
-    /// Sums of the normals' components along each axis, by weight.
-    pub along: [f32; 3],
-    /// Sums of the weights of each axis.
-    pub along_weight: [f32; 3],
-    /// The scan that votes, plus 1; [`MIXED`] where several do, or noisy ones.
-    pub voter: u32,
-    /// Labels by crossings of its edges: 1 outside, 2 inside.
-    near: u8,
-}
-
-/// Several scans vote on a node, or noisy ones.
-pub const MIXED: u32 = u32::MAX;
-
-impl Node {
-    fn is_inside(&self) -> bool {
-        match self.near {
-            1 if self.voter != MIXED => false,
-            2 if self.voter != MIXED => true,
-            _ => self.distance < 0.0,
-        }
-    }
-
-    /// Mean distance.
-    pub fn mean(&self) -> f64 {
-        self.distance / self.weight
-    }
-}
-
 /// Labels brick after brick, keeping its buffers.
 pub struct Field {
-    pub(super) nodes: Vec<Node>,
-    pub(super) touched: Vec<u32>,
-    /// Of all nodes, where they are smoothed; and a list for what changes.
-    pub(super) means: Vec<smooth::Mean>,
-    pub(super) changed: Vec<(u32, f64)>,
+    nodes: Vec<Node>,
+    touched: Vec<u32>,
+    smoother: Smoother,
 }
 
 impl Default for Field {
     fn default() -> Self {
-        let count = SIDE * SIDE * SIDE;
-        Field {
-            nodes: vec![Node::default(); count],
-            touched: Vec::new(),
-            means: vec![smooth::Mean::default(); count],
-            changed: Vec::new(),
-        }
+        Field { nodes: vec![Node::default(); SIDE * SIDE * SIDE], touched: Vec::new(), smoother: Smoother::default() }
     }
 }
 
@@ -208,7 +151,7 @@ impl Field {
         let mut labels = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: [[BRICK, -1]; 3] });
         let mut vertices = Vertices::default();
         self.touched.sort_unstable();
-        self.smooth(rule);
+        self.smoother.smooth(&mut self.nodes, &self.touched, rule.spread);
         for &index in &self.touched {
             let at = place(index);
             if !at.iter().all(|x| (0..BRICK).contains(x)) {
@@ -241,7 +184,8 @@ impl Field {
     /// The votes on the nodes of a window by the crossings of its lines along an axis.
     fn votes_along(&mut self, axis: usize, bundles: &Bundles, brick: [i32; 3], rule: &Rule) {
         let [u, v] = ACROSS[axis];
-        let window = -rule.passes()..=BRICK + rule.passes();
+        let passes = smooth::passes(rule.spread);
+        let window = -passes..=BRICK + passes;
         for (du, dv) in (0..9).map(|i| (i % 3 - 1, i / 3 - 1)) {
             let mut beside = brick;
             (beside[u], beside[v]) = (brick[u] + du, brick[v] + dv);
@@ -272,7 +216,8 @@ impl Field {
         // Where the surface lies, without the bias of smoothing; on grazing lines that says nothing.
         let middle = place + (residual / normal).clamp(-1.0, 1.0);
         // The nodes of its edge always, others no further than half way to the next surface.
-        let window = [-rule.passes(), BRICK + rule.passes()].map(f64::from);
+        let passes = smooth::passes(rule.spread);
+        let window = [-passes, BRICK + passes].map(f64::from);
         let from = (middle - reach).max(place - tally.room(false)).ceil().min(f64::from(below)).max(window[0]);
         let to = (middle + reach).min(place + tally.room(true)).floor().max(f64::from(below + 1));
         let to = to.min(window[1]);

@@ -34,6 +34,7 @@ mod sight;
 
 // 4. labels of the nodes, and vertices
 mod field;
+mod nodes;
 mod smooth;
 
 // 3. and 4. as the paper has them

@@ -1,4 +1,5 @@
-//! What scans see through is not there: flying pixels, veils at jumps, things that moved.
+//! What scans see through is not there: flying pixels, veils at jumps, things that moved. \[MAW07\] votes so on depths;
+//! here on the intersections.
 //!
 //! Every scan whose lines of sight are known votes on every tally: it has a surface there, or it sees through. What more
 //! scans see through than have a surface there goes, before anything is made of it. Two at least have to, since a rod

@@ -6,11 +6,9 @@
 //! by their distance and the mean normal \[KW93\]: half way between their own normal and that of the surroundings, so that a
 //! surface that bends evenly stays where it is. The further scans lie from each other the less is known by a node of its normal.
 
-use super::field::{Field, MIXED, Rule, STEPS, place};
 use super::lattice::BRICK;
+use super::nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
 
-/// Passes, at most: each needs the nodes around what it smooths.
-pub const MOST_PASSES: i32 = 2;
 /// Noise of a node's mean, in cells, from which on the first pass smooths it; twice this, and the second does.
 const FROM: f64 = 0.1;
 
@@ -29,7 +27,7 @@ const AROUND: [(f64, [f64; 3]); 27] = {
 
 /// What is smoothed of a node.
 #[derive(Clone, Copy, Default)]
-pub struct Mean {
+struct Mean {
     /// Distance to the surface, positive outside.
     distance: f64,
     weight: f64,
@@ -37,47 +35,59 @@ pub struct Mean {
     slope: [f64; 3],
 }
 
-impl Rule {
-    /// Passes that smooth anything at all.
-    pub fn passes(&self) -> i32 {
-        ((self.spread / FROM).ceil() as i32 - 1).clamp(0, MOST_PASSES)
+/// Passes that smooth anything where the distance between a scan and the surface has this standard deviation, in cells: each
+/// needs the nodes around what it smooths.
+pub fn passes(spread: f64) -> i32 {
+    ((spread / FROM).ceil() as i32 - 1).clamp(0, BEFORE)
+}
+
+/// Smooths window after window, keeping its buffers.
+pub struct Smoother {
+    /// Of all nodes; where no vote is heard the weight is 0.
+    means: Vec<Mean>,
+    changed: Vec<(u32, f64)>,
+}
+
+impl Default for Smoother {
+    fn default() -> Self {
+        Smoother { means: vec![Mean::default(); SIDE * SIDE * SIDE], changed: Vec::new() }
     }
 }
 
-impl Field {
-    /// Smooths the means of the nodes of a brick; votes are complete in as many nodes around it as there are passes, and one.
-    pub fn smooth(&mut self, rule: &Rule) {
-        let passes = rule.passes();
+impl Smoother {
+    /// Smooths the means of the nodes of a brick; `touched` are those of its window with votes. Votes are complete in as many
+    /// nodes around the brick as there are passes.
+    pub fn smooth(&mut self, nodes: &mut [Node], touched: &[u32], spread: f64) {
+        let passes = passes(spread);
         if passes == 0 {
             return;
         }
-        for &index in &self.touched {
-            let node = &self.nodes[index as usize];
+        for &index in touched {
+            let node = &nodes[index as usize];
             let slope = [0, 1, 2].map(|a| f64::from(node.along[a] / node.along_weight[a].max(f32::MIN_POSITIVE)));
             self.means[index as usize] = Mean { distance: node.mean(), weight: node.weight, slope };
         }
-        let own = 0.5 * (1.0 - rule.spread).max(0.0);
+        let own = 0.5 * (1.0 - spread).max(0.0);
         for pass in 1..=passes {
             let reach = passes - pass;
-            let mut changed = std::mem::take(&mut self.changed);
-            for &index in &self.touched {
-                let node = &self.nodes[index as usize];
-                let noise = rule.spread / f64::from(node.samples).max(1.0).sqrt();
+            for &index in touched {
+                let node = &nodes[index as usize];
+                let noise = spread / f64::from(node.samples).max(1.0).sqrt();
                 let share = (noise / FROM - f64::from(pass)).clamp(0.0, 1.0);
                 let is_inside = || place(index).iter().all(|x| (-reach..=BRICK + reach).contains(x));
                 if share > 0.0 && node.voter == MIXED && is_inside() {
                     let before = self.means[index as usize].distance;
-                    changed.push((index, before + share * (self.around(index, own) - before)));
+                    let smoothed = before + share * (self.around(index, own) - before);
+                    self.changed.push((index, smoothed));
                 }
             }
-            for (index, distance) in changed.drain(..) {
+            for (index, distance) in self.changed.drain(..) {
                 self.means[index as usize].distance = distance;
             }
-            self.changed = changed;
         }
-        for &index in &self.touched {
+        for &index in touched {
             let mean = std::mem::take(&mut self.means[index as usize]);
-            let node = &mut self.nodes[index as usize];
+            let node = &mut nodes[index as usize];
             node.distance = mean.distance * node.weight;
         }
     }
