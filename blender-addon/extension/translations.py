@@ -218,6 +218,8 @@ GERMAN_TEXTS = {
     "Scans disagree by": "Scans weichen ab um",
     "Stray parts dropped": "Lose Teile entfernt",
     "Noise of the samples": "Rauschen der Messpunkte",
+    "Chosen as": "Gewählt als",
+    "Dropped as seen through": "Durchschaut, daher entfernt",
     "Smallest angle": "Kleinster Winkel",
     "Surface off the grid by": "Fläche neben dem Gitter um",
     "Taken as": "Betrachtet als",

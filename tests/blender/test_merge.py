@@ -180,6 +180,39 @@ def test_deleted_vertices_are_invalid_pixels(scans, images, extension):
     assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
 
 
+@pytest.mark.parametrize("kind", ["orthographic", "pinhole", "spherical"])
+def test_vertices_on_their_rays_are_an_image_of_the_camera(kind, extension):
+    eye, up, middle = (0, -5, 1), (0, 0, 1), (0, 0, 0)
+    camera = {
+        "orthographic": lambda: surfrecon.Camera.orthographic(60, 80, spacing=0.04, target=middle, toward=eye, up=up),
+        "pinhole": lambda: surfrecon.Camera.pinhole(60, 80, height_angle=0.6, eye=eye, target=middle, up=up),
+        "spherical": lambda: surfrecon.Camera.spherical(60, 360, lowest=-0.5, highest=0.2, eye=eye, up=up),
+    }[kind]()
+    seen = surfrecon.virtual_scan(torus(), camera)
+    obj = extension.convert.object_from_range_image("frame", seen, 1.0, faces=True)
+    bpy.context.collection.objects.link(obj)
+    obj.matrix_world = np.asarray(seen.world_from_sensor).T
+    bpy.context.view_layer.update()
+
+    def image():
+        return extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+
+    back = image()
+    assert back.projection["kind"] == kind and back.name == "frame"
+    for name, value in seen.projection.items():
+        assert back.projection[name] == (value if isinstance(value, str) else pytest.approx(value))
+    assert np.array_equal(back.valid, seen.valid)
+    assert np.abs(back.values - seen.values)[seen.valid].max() < 1e-5
+    # Off its ray by a tenth of a pixel, and scaled: as the vertices are.
+    obj.data.vertices[7].co.y += 0.005
+    assert image().projection["kind"] == "points"
+    obj.data.vertices[7].co.y -= 0.005
+    assert image().projection["kind"] == kind
+    obj.scale = (2, 2, 2)
+    bpy.context.view_layer.update()
+    assert image().projection["kind"] == "points"
+
+
 @pytest.mark.parametrize("scale", [(2, 2, 2), (1, 1.5, 0.7), (-1, 1, 1), (-1, -1, -0.5)])
 def test_moved_turned_scaled_and_mirrored_scans_go_where_they_are_seen(scans, scale):
     from mathutils import Matrix

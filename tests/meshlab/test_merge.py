@@ -97,6 +97,21 @@ def test_a_set_from_its_file(document, images, tmp_path):
     assert surface(document.current).check()["is_manifold"]
 
 
+def test_noise_of_imported_images_is_measured_until_their_faces_are_changed(document, tmp_path):
+    row, column = np.mgrid[0:120, 0:120]
+    noise = np.random.default_rng(3).normal(0, 0.5, row.shape)
+    np.save(tmp_path / "noisy.npy", 0.1 * row + 0.05 * column + noise)
+    document.run(IMPORT, file=str(tmp_path / "noisy.npy"))
+    out = document.run(MERGE, voxel=length(2))
+    assert out["noise"] == pytest.approx(0.5, rel=0.15) and out["seen_through"] == 0
+    document.set.set_current_mesh(0)
+    document.run("compute_selection_by_condition_per_face", condselect="fi == 5")
+    document.run("meshing_remove_selected_faces")
+    document.set.set_current_mesh(1)
+    document.set.set_current_mesh_visibility(False)
+    assert document.run(MERGE, voxel=length(2))["noise"] == 0
+
+
 def test_hidden_layers_take_no_part(loaded, surfaces):
     name, positions, _ = surfaces[0]
     loaded.named(name)
