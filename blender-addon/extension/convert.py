@@ -527,7 +527,7 @@ ROUNDED = 1e-6
 
 
 def on_rays(obj, samples, row, column):
-    """The range image of an object whose vertices lie on the rays of its pixels; `None` if one was moved off its own."""
+    """The range image of an object whose vertices lie on the rays of its pixels; `None` if one left its own."""
     kind, parameters = obj.get(PROJECTION), obj.get(PARAMETERS, {})
     names = {"orthographic": ("first", "step"), "spherical": ("first", "step"), "pinhole": ("focal", "centre")}
     if any(len(parameters.get(name, ())) != 2 for name in names.get(kind, ("none",))):
