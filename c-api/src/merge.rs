@@ -149,7 +149,7 @@ pub enum srf_voxel_reason {
     SRF_VOXEL_NOISE = 2,
     /// 1.5 times the median distance between scans that overlap.
     SRF_VOXEL_DISTANCE = 3,
-    /// The finest that fits into the memory there is.
+    /// Coarser than that, so that it fits into the memory there is.
     SRF_VOXEL_MEMORY = 4,
 }
 

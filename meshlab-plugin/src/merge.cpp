@@ -84,7 +84,7 @@ std::string voxel_reason(const srf_merge_report &report)
         case SRF_VOXEL_SPACING: return " (1.5 times the spacing of the samples)";
         case SRF_VOXEL_NOISE: return " (half the noise of the samples)";
         case SRF_VOXEL_DISTANCE: return " (1.5 times the distance between overlapping layers)";
-        case SRF_VOXEL_MEMORY: return " (the finest that fits into memory)";
+        case SRF_VOXEL_MEMORY: return " (coarser, to fit into memory)";
         default: return "";
     }
 }

@@ -22,7 +22,12 @@ use crate::scans::Scan;
 
 /// Merges registered scans into one surface (Marching Intersections).
 ///
-/// Options that are ``None`` take their defaults.
+/// Options that are ``None`` take their defaults. The default voxel is measured on up to eight scans, spread through the list in
+/// the order of their names; ``report.voxel_reason`` says what decided.
+///
+/// The noise of range images is measured and averaged out. Of three and more range images that know from where they were seen
+/// (all but grids of points with parallel rays), more may see through a place than have a surface there: that place is dropped
+/// (``report.seen_through``). Meshes are taken as they are.
 ///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or
@@ -33,11 +38,14 @@ use crate::scans::Scan;
 ///         Ctrl-C cancels as well.
 ///
 /// Returns:
-///     A ``MergeResult`` with ``mesh`` (in the world), ``report`` and, if asked for, ``distances``.
+///     A ``MergeResult`` with ``mesh`` (in the world; its attributes: ``confidence``; ``noise``, the standard deviation of the samples
+///     along their rays; ``source_scan``; ``interpolated``; ``colour`` if all have it; of faces ``hole_fill``), ``report`` and, if
+///     asked for, ``distances``.
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
 ///     InputError, FormatError, FileError: a scan that can't be used or read.
+///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is; the text names one that fits.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
@@ -303,7 +311,8 @@ impl MergeReport {
         self.report.intersections
     }
 
-    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
+    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there. A triangle has
+    /// about one and a half.
     #[getter]
     fn seen_through(&self) -> u64 {
         self.report.seen_through
@@ -333,7 +342,7 @@ impl MergeReport {
         self.report.holes.into()
     }
 
-    /// Components dropped by ``min_component_share``, and the triangles they had.
+    /// Components dropped, those that no scan saw and those below ``min_component_share``, and the triangles they had.
     #[getter]
     fn dropped_components(&self) -> (u64, u64) {
         self.report.dropped_components.into()

@@ -18,10 +18,15 @@ const BYTES_A_BRICK: f64 = 59.5e3;
 /// Crossings of a brick that count: more are of the same edges, and added up. Measured on frames of a room with deep noise.
 const CROSSINGS_A_BRICK: f32 = 20e3;
 
+/// Scans that weren't seen when memory was used up make it so many times as much, at most.
+const UNSEEN: f64 = 3.0;
+
 /// What the scans seen so far will take.
 pub(super) struct Budget {
     /// Size of a cell.
     pub(super) voxel: f64,
+    /// Scans there are.
+    scans: usize,
     /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
     available: (f64, &'static str),
     seen: Mutex<Seen>,
@@ -86,14 +91,14 @@ impl Seen {
 
 impl Budget {
     /// For a grid of cells of size `voxel`, within the memory that is free now.
-    pub(super) fn new(voxel: f64) -> Self {
+    pub(super) fn new(voxel: f64, scans: usize) -> Self {
         // What the scans that are loaded take is given back before the peak.
         let (available, there) = memory::available();
-        Self::within(voxel, (available + memory::taken(), there))
+        Budget { scans, ..Self::within(voxel, (available + memory::taken(), there)) }
     }
 
     fn within(voxel: f64, available: (f64, &'static str)) -> Self {
-        Budget { voxel, available, seen: Mutex::default() }
+        Budget { voxel, scans: 1, available, seen: Mutex::default() }
     }
 
     /// A cell that will fit, where one of this size does not.
@@ -117,8 +122,9 @@ impl Budget {
         if !needed.is_finite() {
             return Err(Error::input("a scan is too large to be counted in cells: check the scale of its pose"));
         }
-        // Half of what there is, in two digits rounded up.
-        let fits = 1.05 * self.voxel * (2.0 * needed / available).sqrt();
+        // Half of what there is, in two digits rounded up. Scans that weren't seen yet overlap with those that were, or don't.
+        let unseen = (self.scans as f64 / seen.scans as f64).clamp(1.0, UNSEEN);
+        let fits = 1.05 * self.voxel * (2.0 * unseen * needed / available).sqrt();
         seen.fits = Some(seen.fits.unwrap_or(0.0).max(fits));
         Err(Error::OutOfMemory(format!(
             "a voxel of {} (in the unit of the scans) needs {} or more, {} are {there}; a voxel of {} fits",

@@ -112,8 +112,8 @@ base::choices! {
         Noise = "noise" "half the noise of the samples",
         /// 1.5 times the median distance between scans that overlap.
         Distance = "distance" "1.5 times the distance between overlapping scans",
-        /// The finest that fits into the memory there is.
-        Memory = "memory" "the finest that fits into memory",
+        /// Coarser than that, so that it fits into the memory there is.
+        Memory = "memory" "coarser, to fit into memory",
     }
 }
 
@@ -239,7 +239,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
 
     progress.stage(1, sources.len() as u64);
     let mut scans = loop {
-        let budget = budget::Budget::new(report.voxel);
+        let budget = budget::Budget::new(report.voxel, sources.len());
         let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
         match intake::discretize_all(&sources, params, &budget, setup.kept, lattice_near, progress) {
             Err(Error::OutOfMemory(_)) if params.voxel.is_none() && budget.fits().is_some_and(|v| v > report.voxel) => {

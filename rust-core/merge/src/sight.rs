@@ -130,8 +130,8 @@ mod tests {
     use super::*;
     use geom::bvh::Bvh;
     use image::RangeImage;
-    use image::range_image::Samples;
     use image::range_image::test_images::as_point_grid;
+    use image::range_image::{Samples, Viewing};
     use mesh::TriMesh;
     use mesh::shapes::Shape;
     use scan::{Camera, ScanParams};
@@ -257,14 +257,28 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_of_points_says_nothing_and_two_scans_are_no_majority() {
+    fn grids_of_points_vote_where_they_say_from_where_and_two_scans_are_no_majority() {
         let scene = |k: usize| if k == 0 { cuboids(&[FLOOR, BOX]) } else { cuboids(&[FLOOR]) };
         let images = frames(8, [0.0; 2], scene);
-        assert!(merged(&images).report.seen_through > 100);
+        let dropped = merged(&images).report.seen_through;
+        assert!(dropped > 100);
         assert_eq!(merged(&images[..2]).report.seen_through, 0);
         let grids: Vec<RangeImage> = (images.iter())
             .map(|image| {
                 let mut grid = as_point_grid(image);
+                (grid.name, grid.world_from_sensor) = (image.name.clone(), image.world_from_sensor);
+                grid
+            })
+            .collect();
+        let by_grids = merged(&grids).report.seen_through;
+        assert!(by_grids.abs_diff(dropped) * 20 < dropped, "{by_grids} of {dropped}");
+        let still = frames(8, [0.0; 2], |_| cuboids(&[FLOOR, BOX]));
+        let grids: Vec<RangeImage> = (still.iter())
+            .map(|image| {
+                let points = as_point_grid(image);
+                let Samples::Points(points) = points.samples() else { panic!("points") };
+                let viewing = Viewing::Parallel(DVec3::Z);
+                let mut grid = RangeImage::from_points(image.rows(), image.cols(), points.clone(), viewing).unwrap();
                 (grid.name, grid.world_from_sensor) = (image.name.clone(), image.world_from_sensor);
                 grid
             })

@@ -2,10 +2,12 @@
 //!
 //! A place is **seen through** where the samples around its pixel lie behind it: whatever was there would have been met.
 
+mod around;
+
 use glam::{DAffine3, DVec3};
 
 use crate::range_image::noise::Noise;
-use crate::range_image::{DepthKind, Projection, RangeImage, Samples};
+use crate::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
@@ -59,18 +61,41 @@ struct View {
 }
 
 impl LinesOfSight {
-    /// Whether places can be looked up in images of this projection: not in a grid of points, which doesn't say how rays run.
+    /// Whether places can be looked up in images of this projection: not in a grid of points seen along parallel rays, which may
+    /// have been made from several views (Stanford's are of one, but say nothing of it).
     pub fn are_known(projection: &Projection) -> bool {
-        !matches!(projection, Projection::PointGrid(_))
+        !matches!(projection, Projection::PointGrid(Viewing::Parallel(_)))
     }
 
-    /// Of an image and its noise; `None` where rays aren't known. O(pixels), 11 bytes a pixel.
+    /// Of an image and its noise; `None` where rays aren't known. O(pixels), 11 bytes a pixel, for a grid of points 32 more.
     ///
     /// # Errors
     /// [`base::Error::Cancelled`].
     pub fn new(image: &RangeImage, noise: Noise, progress: &Progress<'_>) -> Result<Option<Self>> {
-        let projection = *image.projection();
-        let Samples::Values(values) = image.samples() else { return Ok(None) };
+        let sensor_from_world = image.world_from_sensor.inverse();
+        match (image.samples(), *image.projection()) {
+            (Samples::Values(values), projection) => {
+                Self::of_values(projection, sensor_from_world, image.cols(), values, noise, progress).map(Some)
+            }
+            (Samples::Points(_), Projection::PointGrid(Viewing::From(eye))) => {
+                let Some(around) = around::Around::new(image, eye, progress)? else { return Ok(None) };
+                let eye_from_sensor = DAffine3::from_mat3_translation(around.turn, -(around.turn * eye));
+                let eye_from_world = eye_from_sensor * sensor_from_world;
+                Self::of_values(around.projection, eye_from_world, around.cols, &around.ranges, noise, progress)
+                    .map(Some)
+            }
+            (Samples::Points(_), _) => Ok(None),
+        }
+    }
+
+    fn of_values(
+        projection: Projection,
+        sensor_from_world: DAffine3,
+        cols: usize,
+        values: &[f64],
+        noise: Noise,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         let away = if matches!(projection, Projection::Orthographic { .. }) { -1.0 } else { 1.0 };
         let mut farthest = f64::NEG_INFINITY;
         let mut least = Vec::with_capacity(values.len());
@@ -81,7 +106,7 @@ impl LinesOfSight {
                 depth
             }));
         }
-        let mut levels = vec![Depths { cols: image.cols(), least }];
+        let mut levels = vec![Depths { cols, least }];
         let mut pace = Pace::new(progress);
         while let Some(finer) = levels.last()
             && finer.least.len() > 1
@@ -97,8 +122,7 @@ impl LinesOfSight {
             }
             levels.push(Depths { cols, least });
         }
-        let sensor_from_world = image.world_from_sensor.inverse();
-        Ok(Some(LinesOfSight { projection, sensor_from_world, noise, levels, farthest }))
+        Ok(LinesOfSight { projection, sensor_from_world, noise, levels, farthest })
     }
 
     fn rows(&self) -> usize {
@@ -204,6 +228,96 @@ impl LinesOfSight {
                 near <= self.farthest && crosses(0) && crosses(1)
             }
             _ => at.length() - radius <= self.farthest,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::range_image::test_images::{ahead, as_point_grid, projections, render, sphere};
+
+    fn sight(image: &RangeImage) -> LinesOfSight {
+        LinesOfSight::new(image, Noise::default(), &Progress::none()).unwrap().unwrap()
+    }
+
+    #[test]
+    fn places_before_on_and_behind_a_surface() {
+        let place = DAffine3::from_rotation_translation(glam::DQuat::from_rotation_y(2.0), DVec3::new(7.0, -3.0, 5.0));
+        for projection in projections(90, 80) {
+            let middle = ahead(&projection);
+            let (_, along) = projection.ray(45, 40, DVec3::NAN);
+            // A ball before a larger one.
+            let (near, far) = (sphere(middle, 0.1), sphere(middle + 11.0 * along, 10.0));
+            let mut image = render(90, 80, projection, |from, to| near(from, to).or_else(|| far(from, to)));
+            image.world_from_sensor = place;
+            let mut images = vec![image.clone()];
+            if !matches!(projection, Projection::Orthographic { .. }) {
+                images.push(as_point_grid(&image));
+                images[1].world_from_sensor = place;
+            }
+            for image in &images {
+                let sight = sight(image);
+                let see = |at: DVec3| {
+                    let at = place.transform_point3(at);
+                    assert!(sight.may_see(at, 0.01) || sight.see(at, 0.0, 0.03) == Seen::Nothing);
+                    sight.see(at, 0.0, 0.03)
+                };
+                let side = along.any_orthonormal_vector();
+                assert_eq!(see(middle - 0.3 * along), Seen::Through, "{projection:?}");
+                assert_eq!(see(middle - 0.1 * along), Seen::Surface, "{projection:?}");
+                assert_eq!(see(middle + 0.1 * along), Seen::Nothing, "{projection:?}");
+                // Beside the ball, before what is behind it; too near to the ball to tell.
+                assert_eq!(see(middle - 0.3 * along + 0.16 * side), Seen::Through, "{projection:?}");
+                assert_eq!(see(middle + 0.11 * side), Seen::Nothing, "{projection:?}");
+                // Outside of the image, and behind the sensor.
+                assert_eq!(see(middle + 5.0 * side), Seen::Nothing, "{projection:?}");
+                if !matches!(projection, Projection::Orthographic { .. }) {
+                    assert_eq!(see(-middle), Seen::Nothing, "{projection:?}");
+                }
+                // In pixels that are larger than what is asked for nothing is seen through.
+                let coarse = sight.see(place.transform_point3(middle - 0.3 * along), 0.0, 0.001);
+                assert_eq!(coarse, Seen::Nothing, "{projection:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_scanner_looks_all_around() {
+        let projection =
+            Projection::Spherical { first: [-3.0, -1.2], step: [std::f64::consts::TAU / 360.0, 2.4 / 119.0] };
+        let image = render(120, 360, projection, |from, to| {
+            sphere(DVec3::new(0.5, 0.0, 0.0), 3.0)(from + 100.0 * to, -to).map(|t| 100.0 - t)
+        });
+        for image in [as_point_grid(&image), image] {
+            let sight = sight(&image);
+            let mut through = 0;
+            for k in 0..400 {
+                let (azimuth, up) = (k as f64 * 0.618 * std::f64::consts::TAU, (k % 20) as f64 / 10.0 - 0.95);
+                let to = DVec3::new(azimuth.cos(), azimuth.sin(), up).normalize();
+                assert!(sight.see(1.5 * to, 0.0, 0.1) != Seen::Surface);
+                through += usize::from(sight.see(1.5 * to, 0.0, 0.1) == Seen::Through);
+                assert!(sight.see(4.5 * to, 0.0, 0.1) == Seen::Nothing);
+            }
+            // All but where the image begins and ends.
+            assert!(through > 360, "{through}");
+        }
+    }
+
+    #[test]
+    fn grids_of_points_with_nothing_to_tell_say_nothing() {
+        let viewing = Viewing::From(DVec3::ZERO);
+        for (rows, cols, points) in [
+            (1, 1, vec![[1.0, 0.0, 0.0]]),
+            (2, 2, vec![[f32::NAN; 3]; 4]),
+            (2, 2, vec![[1.0, 0.0, 0.0]; 4]),
+            (2, 2, vec![[0.0; 3]; 4]),
+            (1, 3, vec![[1.0, 0.0, 0.0], [1.0, 0.1, 0.0], [1.0, 0.2, 0.0]]),
+        ] {
+            let image = RangeImage::from_points(rows, cols, points, viewing).unwrap();
+            if let Some(sight) = LinesOfSight::new(&image, Noise::default(), &Progress::none()).unwrap() {
+                assert_eq!(sight.see(DVec3::new(0.5, 0.0, 0.0), 0.0, 0.1), Seen::Nothing);
+            }
         }
     }
 }
