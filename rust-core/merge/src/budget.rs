@@ -3,6 +3,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
+use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::lattice::BRICK;
@@ -59,9 +60,9 @@ impl Seen {
         let (mut last, mut of_brick) = ([i64::MIN; 3], 0.0);
         self.scans += 1;
         for t in &surface.triangles {
-            let [a, b, c] = t.map(|v| surface.positions[v as usize]);
-            let doubled = (cells_from_surface * (b - a)).cross(cells_from_surface * (c - a)).abs();
-            let crossings = 0.5 * (doubled.x + doubled.y + doubled.z);
+            let corners = t.map(|v| surface.positions[v as usize]);
+            let crossings = crossings_of(corners, &cells_from_surface);
+            let [a, b, c] = corners;
             let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * brick);
             let key = middle.floor().to_array().map(|x| x as i64);
             if key != last {
@@ -87,6 +88,19 @@ impl Seen {
             self.crossings += counted;
         }
     }
+}
+
+/// About how many lines meet a triangle.
+fn crossings_of([a, b, c]: [DVec3; 3], cells_from_surface: &DMat3) -> f64 {
+    let doubled = (*cells_from_surface * (b - a)).cross(*cells_from_surface * (c - a)).abs();
+    0.5 * (doubled.x + doubled.y + doubled.z)
+}
+
+/// About how many lines of a grid of such cells meet a surface.
+pub(super) fn crossings(surface: &OrientedSurface, voxel: f64) -> f64 {
+    let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
+    let corners = |t: &[u32; 3]| t.map(|v| surface.positions[v as usize]);
+    surface.triangles.iter().map(|t| crossings_of(corners(t), &cells_from_surface)).sum()
 }
 
 impl Budget {
@@ -148,7 +162,7 @@ mod tests {
     use mesh::shapes::Shape;
 
     fn sphere() -> OrientedSurface {
-        let pose = DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(glam::DVec3::splat(2.0));
+        let pose = DAffine3::from_rotation_x(0.3) * DAffine3::from_scale(DVec3::splat(2.0));
         OrientedSurface::from_mesh(&Shape::Sphere { radius: 1.0 }.mesh(12), pose).unwrap()
     }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::VoxelReason;
+use super::budget;
 use super::bundles::{Buckets, gather};
 use super::discretize::discretize;
 use super::lattice::Lattice;
@@ -19,7 +20,8 @@ const SPACINGS: f64 = 1.5;
 const DEVIATIONS: f64 = 0.5;
 /// At least so many median distances between scans that overlap, by errors of their poses or noise that depends on itself ...
 const DISTANCES: f64 = 1.5;
-/// ... but no more than so many mean distances of samples: there scans don't fit, and no cell makes them.
+/// ... but for noise and distances no more than so many mean distances of samples: there scans don't fit, and no cell makes
+/// them.
 const MOST_SPACINGS: f64 = 12.0;
 
 /// At most this many scans are read, in pairs that follow each other.
@@ -28,6 +30,8 @@ const SCANS: usize = 8;
 const TRIAL: f64 = 3.0;
 /// Scans whose samples are so many times further apart are left out of that: they would have too many crossings.
 const COARSER: f64 = 4.0;
+/// Scans with more crossings by samples are left out of it, too: a third is usual.
+const CROSSINGS_A_SAMPLE: f64 = 4.0;
 /// Distances of more than this many medians of their scan are mistakes, which must not count.
 const OUTLIER: f64 = 10.0;
 
@@ -71,6 +75,14 @@ pub fn voxel(
         }
         start += 1;
     }
+    // Any other that isn't empty, where all of these are.
+    let mut others = (0..sources.len()).filter(|number| !numbers.contains(number));
+    while trial.is_none()
+        && told.iter().all(|told| told.spacing.1 == 0)
+        && let Some(number) = others.next()
+    {
+        told.push(Told::by(&load(number)?));
+    }
     let rest = (start..count)
         .into_par_iter()
         .map(|i| {
@@ -112,7 +124,7 @@ pub fn voxel(
     };
     let wanted = [
         (SPACINGS * spacing, VoxelReason::Spacing),
-        (DEVIATIONS * noise, VoxelReason::Noise),
+        ((DEVIATIONS * noise).min(MOST_SPACINGS * spacing), VoxelReason::Noise),
         ((DISTANCES * distance).min(MOST_SPACINGS * spacing), VoxelReason::Distance),
     ];
     Ok(wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three"))
@@ -134,6 +146,10 @@ fn count_crossings(
     found: &mut Buckets,
     progress: &Progress<'_>,
 ) -> Result<()> {
+    // Large triangles, to a background or a ground plane, have more crossings than there is memory for.
+    if budget::crossings(surface, lattice.voxel) > CROSSINGS_A_SAMPLE * surface.positions.len() as f64 {
+        return Ok(());
+    }
     match discretize(surface, "", number as u32, lattice, found, progress) {
         Err(Error::Input(_)) => Ok(()),
         other => other,

@@ -133,7 +133,8 @@ impl Surface {
         self.cases.reserve_exact(self.triangles.len() - self.cases.len());
         for sources in &holes.sources {
             let sources = sources.map(|v| v as usize);
-            self.confidence.push(sources.iter().map(|&v| self.confidence[v]).sum::<f32>() / 3.0);
+            let sum: f64 = sources.iter().map(|&v| f64::from(self.confidence[v])).sum();
+            self.confidence.push((sum / 3.0) as f32);
             self.noise.push(sources.iter().map(|&v| self.noise[v]).sum::<f32>() / 3.0);
             let mean = |i: usize| (sources.iter().map(|&v| u32::from(self.colour[v][i])).sum::<u32>() + 1) / 3;
             self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);

@@ -276,7 +276,8 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
             report.working_bytes = report.working_bytes.max((tallies * size_of::<tally::Tally>()) as u64);
             clock.lap("sort");
             progress.stage(3, scans.sights.len() as u64);
-            let tolerance = reach.max(1.0) * report.voxel;
+            let aside = distances.largest_quarter().map_or(0.0, |d| OVERLAP * Q95_BY_QUARTER * d);
+            let tolerance = reach.max(1.0).max(aside) * report.voxel;
             let (bundles, seen_through) =
                 sight::drop_seen_through(bundles, &sources, &scans.sights, &lattice, tolerance, progress)?;
             report.seen_through = seen_through;
@@ -341,6 +342,8 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
 /// By default the distance of merging is so many times what 95 in 100 distances between overlapping scans are within, and at
 /// least a cell: of normally distributed ones 3.5 deviations.
 const OVERLAP: f64 = 1.8;
+/// What 95 in 100 normally distributed distances are within, by what a quarter of them is.
+const Q95_BY_QUARTER: f64 = 6.15;
 /// Of normally distributed errors the standard deviation, by the median distance of two that have it.
 const SPREAD: f64 = 1.048_4;
 /// By default holes are closed up to a boundary of this many voxels ...

@@ -15,6 +15,10 @@ const REACH: f64 = 8.0;
 /// Less of the pairs, or fewer of the crossings in pairs, may be near each other by chance.
 const LEAST_SHARE: f64 = 0.25;
 const LEAST_PAIRED: f64 = 0.03;
+/// Pairs on the lines of an axis that tell something of it.
+const LEAST_PAIRS: f64 = 50.0;
+/// Parts of the reach of which the emptiest counts.
+const PARTS: usize = 8;
 /// Lines more oblique than this say little about the distance along the normal.
 const LEAST_NORMAL: f32 = 0.5;
 
@@ -22,9 +26,27 @@ const LEAST_NORMAL: f32 = 0.5;
 /// the nearest, so that they do not shrink as scans are added.
 #[derive(Clone, Debug)]
 pub struct OverlapDistances {
-    counts: Vec<u64>,
+    /// By the axis of the lines.
+    of_axis: [Counts; 3],
+}
+
+#[derive(Clone, Debug)]
+struct Counts {
+    /// Pairs, by distance.
+    pairs: Vec<f64>,
     /// Crossings that could have been in pairs.
-    crossings: u64,
+    crossings: f64,
+}
+
+impl Counts {
+    fn none() -> Self {
+        Counts { pairs: vec![0.0; (REACH * BINS_PER_CELL) as usize], crossings: 0.0 }
+    }
+
+    fn add(&mut self, other: &Counts) {
+        self.pairs.iter_mut().zip(&other.pairs).for_each(|(a, b)| *a += b);
+        self.crossings += other.crossings;
+    }
 }
 
 impl OverlapDistances {
@@ -33,11 +55,12 @@ impl OverlapDistances {
     /// # Errors
     /// Cancelled.
     pub fn measure(bundles: &[RawBundle], sampled: Option<usize>, progress: &Progress<'_>) -> Result<Self> {
-        let empty = || OverlapDistances { counts: vec![0; (REACH * BINS_PER_CELL) as usize], crossings: 0 };
+        let empty = || OverlapDistances { of_axis: [0; 3].map(|_| Counts::none()) };
         bundles
             .par_iter()
             .try_fold(empty, |mut all, raw| {
                 progress.check()?;
+                let counts = &mut all.of_axis[raw.key.axis as usize];
                 let sample;
                 let chunks = match sampled {
                     None => &raw.found.chunks[..],
@@ -50,40 +73,55 @@ impl OverlapDistances {
                 };
                 for_each_line(chunks, |_, line| {
                     line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
-                    all.crossings += line.len() as u64;
+                    counts.crossings += line.len() as f64;
                     // Stable: within a scan they stay in order along the line.
                     line.sort_by_key(|c| (c.enters(), c.scan()));
                     let of_scan: Vec<&[Crossing]> =
                         line.chunk_by(|a, b| (a.enters(), a.scan()) == (b.enters(), b.scan())).collect();
                     for pair in of_scan.windows(2).filter(|pair| pair[0][0].enters() == pair[1][0].enters()) {
                         let nearest = pair[1].iter().map(|other| distance(&pair[0][0], other)).fold(REACH, f64::min);
-                        if let Some(count) = all.counts.get_mut((nearest * BINS_PER_CELL) as usize) {
-                            *count += 1;
+                        if let Some(count) = counts.pairs.get_mut((nearest * BINS_PER_CELL) as usize) {
+                            *count += 1.0;
                         }
                     }
                 });
                 Ok(all)
             })
-            .try_reduce(empty, |a, b| {
-                let counts = a.counts.iter().zip(&b.counts).map(|(a, b)| a + b).collect();
-                Ok(OverlapDistances { counts, crossings: a.crossings + b.crossings })
+            .try_reduce(empty, |mut a, b| {
+                a.of_axis.iter_mut().zip(&b.of_axis).for_each(|(a, b)| a.add(b));
+                Ok(a)
             })
     }
 
     /// The distance in cells that this share of the pairs stays below; `None` where too few scans overlap to tell.
-    ///
-    /// Surfaces of other parts are met at any distance alike, the same surface near by: what the farther half of the reach
-    /// holds is taken off everywhere.
     pub fn quantile(&self, share: f64) -> Option<f64> {
-        let counts = || self.counts.iter().map(|&count| count as f64);
-        let far = self.counts.len() / 2;
-        let other = counts().skip(far).sum::<f64>() / far as f64;
-        let total: f64 = counts().map(|count| count - other).sum();
-        if total <= (LEAST_SHARE * counts().sum::<f64>()).max(LEAST_PAIRED * self.crossings as f64) {
+        let mut all = Counts::none();
+        self.of_axis.iter().for_each(|of_axis| all.add(of_axis));
+        all.quantile(share)
+    }
+
+    /// What a quarter of the pairs stays below on the lines of the axis where that is most: what lies level says nothing of
+    /// errors to the side, and veils and things that moved, which fit nothing, are the smaller part.
+    pub fn largest_quarter(&self) -> Option<f64> {
+        let told = |counts: &&Counts| counts.pairs.iter().sum::<f64>() >= LEAST_PAIRS;
+        let quarters = self.of_axis.iter().filter(told).filter_map(|of_axis| of_axis.quantile(0.25));
+        quarters.reduce(f64::max)
+    }
+}
+
+impl Counts {
+    /// Surfaces of other parts are met at any distance alike, the same surface near its own: what the emptiest part of the reach
+    /// holds is taken off everywhere.
+    fn quantile(&self, share: f64) -> Option<f64> {
+        let part = self.pairs.len() / PARTS;
+        let means = self.pairs.chunks(part).map(|bins| bins.iter().sum::<f64>() / bins.len() as f64);
+        let other = means.fold(f64::INFINITY, f64::min);
+        let total: f64 = self.pairs.iter().map(|count| count - other).sum();
+        if total <= (LEAST_SHARE * self.pairs.iter().sum::<f64>()).max(LEAST_PAIRED * self.crossings) {
             return None;
         }
         let mut left = total * share;
-        for (bin, count) in counts().map(|count| (count - other).max(0.0)).enumerate() {
+        for (bin, count) in self.pairs.iter().map(|count| (count - other).max(0.0)).enumerate() {
             if left <= count {
                 return Some((bin as f64 + left / count) / BINS_PER_CELL);
             }
@@ -104,9 +142,9 @@ fn distance(a: &Crossing, b: &Crossing) -> f64 {
 mod tests {
     use super::*;
 
-    fn distances(count: impl Fn(f64) -> f64) -> OverlapDistances {
-        let counts = (0..(REACH * BINS_PER_CELL) as usize).map(|bin| count((bin as f64 + 0.5) / BINS_PER_CELL) as u64);
-        OverlapDistances { counts: counts.collect(), crossings: 0 }
+    fn distances(count: impl Fn(f64) -> f64) -> Counts {
+        let bins = (0..(REACH * BINS_PER_CELL) as usize).map(|bin| count((bin as f64 + 0.5) / BINS_PER_CELL));
+        Counts { pairs: bins.collect(), crossings: 0.0 }
     }
 
     #[test]
@@ -119,10 +157,12 @@ mod tests {
             }
         }
         assert_eq!(distances(|_| 1000.0).quantile(0.5), None);
-        assert_eq!(distances(|d| 1000.0 * d).quantile(0.5), None);
+        // Far apart, all of them.
+        let far = distances(|d| if d > 5.0 && d < 6.0 { 100.0 } else { 0.0 });
+        assert!((far.quantile(0.5).unwrap() - 5.5).abs() < 1e-9);
         assert_eq!(distances(|_| 0.0).quantile(0.5), None);
-        let few = OverlapDistances { crossings: 1_100_000, ..distances(near) };
+        let few = Counts { crossings: 1.1e6, ..distances(near) };
         assert_eq!(few.quantile(0.5), None);
-        assert!(OverlapDistances { crossings: 1_000_000, ..few }.quantile(0.5).is_some());
+        assert!(Counts { crossings: 1e6, ..few }.quantile(0.5).is_some());
     }
 }

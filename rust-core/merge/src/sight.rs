@@ -226,6 +226,24 @@ mod tests {
     }
 
     #[test]
+    fn what_is_off_to_the_side_is_not_seen_through() {
+        // Level floors fit, whatever the error to the side is.
+        for off in [1.0, 2.0, 3.0] {
+            let mut scans =
+                frames(16, [0.0; 2], |_| cuboids(&[FLOOR, [DVec3::new(0.0, 0.0, 0.4), DVec3::new(0.08, 0.08, 0.4)]]));
+            for (i, scan) in scans.iter_mut().enumerate() {
+                let normal = |k: usize| {
+                    (0..12).map(|j| ((12 * (7 * i + k) + j) as f64 * 0.754_877_666).fract()).sum::<f64>() - 6.0
+                };
+                scan.world_from_sensor.translation += off * CELL * DVec3::new(normal(0), normal(3), 0.0);
+            }
+            let found = merged(&scans);
+            let up = found.mesh.positions.iter().filter(|p| p.z > 0.2 && p.z < 0.6).count();
+            assert!(up > 200, "off by {off}: {up} left, {} seen through", found.report.seen_through);
+        }
+    }
+
+    #[test]
     fn veils_beside_jumps_are_gone() {
         let scene = |_| cuboids(&[FLOOR, BOX]);
         let clean = frames(16, [0.0; 2], scene);

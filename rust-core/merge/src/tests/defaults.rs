@@ -2,6 +2,7 @@
 
 use super::noise::noisy_patch;
 use super::*;
+use crate::defaults;
 
 /// Six scans of a plane with samples a unit apart, lifted by so much one way or the other.
 fn patches(sigma: f64, off: f64) -> Vec<RangeImage> {
@@ -53,4 +54,38 @@ fn a_scan_far_away_or_far_coarser_does_not_decide() {
     scans.push(coarse);
     let report = merge_scans(&scans, &MergeParams::default()).report;
     assert!(report.voxel < 1.3 * clean && report.voxel_reason == VoxelReason::Spacing, "{} {clean}", report.voxel);
+}
+
+#[test]
+fn empty_scans_however_many_do_not_decide() {
+    let empty = |i: usize| {
+        let values = vec![f64::NAN; 4];
+        let projection = Projection::Orthographic { first: [0.0; 2], step: [1.0; 2] };
+        let mut image = RangeImage::from_values(2, 2, values, projection).unwrap();
+        image.name = format!("patch {i:03}");
+        image
+    };
+    let is_empty = |i: usize| i % 4 < 2;
+    let scans: Vec<_> = (0..16).map(|i| if is_empty(i) { empty(i) } else { noisy_patch(i, 0.0, 0.0) }).collect();
+    let report = merge_scans(&scans, &MergeParams::default()).report;
+    assert!((1.45..1.6).contains(&report.voxel), "{}", report.voxel);
+}
+
+#[test]
+fn layers_far_apart_and_large_triangles_choose_no_fine_cell_and_no_endless_one() {
+    for up in [9.0, 12.0, 15.0, 20.0] {
+        let scans: Vec<_> = (0..6).map(|i| noisy_patch(i, up * (i % 2) as f64, 0.0)).collect();
+        let report = merge_scans(&scans, &MergeParams::default()).report;
+        let expected = (1.5 * up).min(12.0);
+        assert!((report.voxel / expected - 1.0).abs() < 0.1, "{up}: {}", report.voxel);
+    }
+    // A ground of two triangles has as many crossings as memory holds.
+    let mut mesh = Shape::Sphere { radius: 1.0 }.mesh(24);
+    let first = mesh.positions.len() as u32;
+    mesh.positions
+        .extend([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(3e6 * x, 3e6 * y, -2.0)));
+    mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    let scan = PlacedMesh { name: "ground".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    let found = defaults::voxel(&[&scan], &Default::default(), &Progress::none()).unwrap();
+    assert!(found.0 < 0.3, "{found:?}");
 }
