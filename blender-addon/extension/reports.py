@@ -75,6 +75,12 @@ def merge_lines(context, report):
         yield "Scans disagree by", length(context, report["overlap_residual"])
     if report.get("noise"):
         yield "Noise of the samples", length(context, report["noise"])
+    if report.get("noise_across"):
+        yield "Across the rays", length(context, report["noise_across"])
+    if report.get("noise_step"):
+        yield "In steps of", length(context, report["noise_step"])
+    if report.get("noise_correlation", 1) > 1:
+        yield "Shared over", f"{report['noise_correlation']:.0f} px"
     if "rms_error" in report:
         yield "RMS error", length(context, report["rms_error"])
         yield "Largest error", length(context, report["max_error"])

@@ -486,6 +486,12 @@ typedef struct {
   uint32_t reserved;
   // Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
   uint64_t seen_through;
+  // Of the range images, the median standard deviation of their samples across the rays, in the unit of the scans.
+  double noise_across;
+  // Of the range images, the median step that values along the ray are multiples of, in the unit of the scans; 0 for none.
+  double noise_step;
+  // Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
+  double noise_correlation;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().

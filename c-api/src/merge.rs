@@ -134,6 +134,12 @@ pub struct srf_merge_report {
     pub reserved: u32,
     /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there.
     pub seen_through: u64,
+    /// Of the range images, the median standard deviation of their samples across the rays, in the unit of the scans.
+    pub noise_across: f64,
+    /// Of the range images, the median step that values along the ray are multiples of, in the unit of the scans; 0 for none.
+    pub noise_step: f64,
+    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
+    pub noise_correlation: f64,
 }
 
 /// What decided the size of a cell.
@@ -189,6 +195,9 @@ impl From<MergeReport> for srf_merge_report {
             working_bytes: r.working_bytes,
             noise: r.noise,
             seen_through: r.seen_through,
+            noise_across: r.noise_across,
+            noise_step: r.noise_step,
+            noise_correlation: r.noise_correlation,
             voxel_reason: srf_voxel_reason::from(r.voxel_reason) as u32,
             reserved: 0,
         }

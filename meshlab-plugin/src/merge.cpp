@@ -127,7 +127,9 @@ Outputs run(Job &job)
     job.log("Merged " + std::to_string(report.scans) + " layers, " + std::to_string(report.input_triangles) +
             " triangles, into " + std::to_string(surface.triangles().size()) + " triangles");
     job.log("Voxel " + shown(report.voxel) + ", merge distance " + shown(report.merge_distance) +
-            ", noise of the samples " + shown(report.noise));
+            ", noise of the samples " + shown(report.noise) +
+            (report.noise_across > 0 ? " along the rays, " + shown(report.noise_across) + " across" : "") +
+            (report.noise_step > 0 ? ", in steps of " + shown(report.noise_step) : ""));
     if (report.seen_through > 0) {
         job.log(std::to_string(report.seen_through) + " edges of the grid without what more layers see through than have there");
     }

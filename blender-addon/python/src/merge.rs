@@ -299,6 +299,25 @@ impl MergeReport {
         self.report.noise
     }
 
+    /// Of the range images, the median standard deviation of their samples across the rays, that follows from how noise grows on
+    /// surfaces seen at an angle.
+    #[getter]
+    fn noise_across(&self) -> f64 {
+        self.report.noise_across
+    }
+
+    /// Of the range images, the median step that values along the ray are multiples of; 0 for none.
+    #[getter]
+    fn noise_step(&self) -> f64 {
+        self.report.noise_step
+    }
+
+    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
+    #[getter]
+    fn noise_correlation(&self) -> f64 {
+        self.report.noise_correlation
+    }
+
     /// Cells spanned by the scans along x, y and z.
     #[getter]
     fn grid(&self) -> (u64, u64, u64) {
@@ -385,6 +404,9 @@ impl MergeReport {
             max_hole_length,
             overlap_residual,
             noise,
+            noise_across,
+            noise_step,
+            noise_correlation,
             grid,
             intersections,
             seen_through,

@@ -100,8 +100,17 @@ pub struct OrientedSurface {
     pub spacing: f64,
     /// What its noise does to each vertex; `None` for a surface that is taken as it is.
     pub noise: Option<SampleNoise>,
-    /// The noise of the range image that it is of, where that has lines of sight ([`ScanSource::image`]).
-    pub sight: Option<Noise>,
+    /// What was measured of the range image that it is of.
+    pub measured: Option<Measured>,
+}
+
+/// What is measured of a range image beside its samples.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Its noise.
+    pub noise: Noise,
+    /// Whether places can be looked up in it ([`ScanSource::image`], [`LinesOfSight`]).
+    pub has_lines_of_sight: bool,
 }
 
 /// The noise of a scan at the vertices of its surface. That surface is smoothed, so that it does not fold.
@@ -225,7 +234,7 @@ impl OrientedSurface {
         }
         let surface = triangulate::triangulate_samples(image, grid, triangulation, progress)?;
         let colour = image.colour.as_ref().map(|c| surface.pixels.iter().map(|&p| c[p as usize]).collect());
-        let sight = LinesOfSight::are_known(image.projection()).then_some(noise);
+        let measured = Measured { noise, has_lines_of_sight: LinesOfSight::are_known(image.projection()) };
         let noise =
             (smoothed.zip(pixels)).map(|(smoothed, pixels)| SampleNoise::of(image, &smoothed, &pixels, &surface));
         Ok(OrientedSurface {
@@ -236,7 +245,7 @@ impl OrientedSurface {
             colour,
             spacing: surface.spacing,
             noise,
-            sight,
+            measured: Some(measured),
         })
     }
 
@@ -268,7 +277,7 @@ impl OrientedSurface {
             colour,
             spacing: mesh.median_edge(),
             noise: None,
-            sight: None,
+            measured: None,
         })
     }
 }

@@ -18,8 +18,7 @@ use super::discretize::discretize;
 use super::lattice::Lattice;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::range_image::noise::Noise;
-use image::source::{Loading, ScanSource};
+use image::source::{Loading, Measured, ScanSource};
 
 /// What stage 1 found in all scans.
 pub struct Discretized {
@@ -33,8 +32,8 @@ pub struct Discretized {
     pub full_trust: f32,
     /// Whether every scan has colours.
     pub coloured: bool,
-    /// The noise of those scans that have lines of sight, with their numbers, ascending.
-    pub sights: Vec<(u32, Noise)>,
+    /// What was measured of those scans that are range images, with their numbers, ascending.
+    pub images: Vec<(u32, Measured)>,
 }
 
 /// What one worker found in scans that were counted from one base.
@@ -135,17 +134,17 @@ pub fn discretize_all(
             all.triangles += group.found.triangles;
             all.full_trust = all.full_trust.max(group.found.full_trust);
             all.coloured &= group.found.coloured;
-            all.sights.append(&mut group.found.sights);
+            all.images.append(&mut group.found.images);
             all
         });
-        all.sights.sort_unstable_by_key(|sight| sight.0);
+        all.images.sort_unstable_by_key(|image| image.0);
         return Ok(all);
     }
 }
 
 impl Discretized {
     fn none(lattice: Lattice) -> Self {
-        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true, sights: Vec::new() }
+        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true, images: Vec::new() }
     }
 }
 
@@ -227,7 +226,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
         found.coloured &= surface.colour.is_some();
-        found.sights.extend(surface.sight.map(|noise| (scan as u32, noise)));
+        found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
         self.progress.advance(1).map(|()| true)
     }
 }

@@ -77,6 +77,7 @@ pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 use base::error::{Error, Result, Shown};
 use base::params::{length, ratio};
 use base::progress::Progress;
+use image::range_image::noise::Noise;
 use image::triangulate::TriangulateParams;
 use mesh::TriMesh;
 
@@ -145,6 +146,13 @@ pub struct MergeReport {
     pub overlap_residual: Option<f64>,
     /// Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
     pub noise: f64,
+    /// Of the range images, the median standard deviation of their samples across the rays, that follows from how noise grows on
+    /// surfaces seen at an angle; world units.
+    pub noise_across: f64,
+    /// Of the range images, the median step that values along the ray are multiples of, world units; 0 for none.
+    pub noise_step: f64,
+    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
+    pub noise_correlation: f64,
     /// Cells spanned by the scans along x, y and z.
     pub grid: [u64; 3],
     /// Intersections of scans with grid lines.
@@ -252,6 +260,14 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     };
     let lattice = scans.lattice;
     report.input_triangles = scans.triangles;
+    let over_images = |of_image: fn(&Noise) -> f64| {
+        let mut all: Vec<f64> = scans.images.iter().map(|(_, measured)| of_image(&measured.noise)).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    };
+    report.noise_across = over_images(Noise::across).unwrap_or(0.0);
+    report.noise_step = over_images(Noise::typical_step).unwrap_or(0.0);
+    report.noise_correlation = over_images(Noise::correlation).unwrap_or(1.0);
     report.intersections = scans.buckets.iter().map(|b| b.len).sum();
     report.working_bytes = scans.buckets.iter().map(bundles::Buckets::bytes).sum();
     let raw = bundles::gather(std::mem::take(&mut scans.buckets));
@@ -275,11 +291,11 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
             let tallies: usize = bundles.list.iter().map(|bundle| bundle.list.len()).sum();
             report.working_bytes = report.working_bytes.max((tallies * size_of::<tally::Tally>()) as u64);
             clock.lap("sort");
-            progress.stage(3, scans.sights.len() as u64);
+            progress.stage(3, scans.images.len() as u64);
             let aside = distances.largest_quarter().map_or(0.0, |d| OVERLAP * Q95_BY_QUARTER * d);
             let tolerance = reach.max(1.0).max(aside) * report.voxel;
             let (bundles, seen_through) =
-                sight::drop_seen_through(bundles, &sources, &scans.sights, &lattice, tolerance, progress)?;
+                sight::drop_seen_through(bundles, &sources, &scans.images, &lattice, tolerance, progress)?;
             report.seen_through = seen_through;
             clock.lap("sight");
             label_nodes(&bundles, &rule, progress)?

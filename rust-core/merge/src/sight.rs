@@ -17,9 +17,8 @@ use super::lines::{SortedBundle, sort_tallies};
 use super::tally::Tally;
 use base::error::Result;
 use base::progress::Progress;
-use image::range_image::noise::Noise;
 use image::sight::{LinesOfSight, Seen};
-use image::source::ScanSource;
+use image::source::{Measured, ScanSource};
 
 /// At most so many scans vote, spread evenly over all: more would tell the same.
 const MOST_VOTERS: usize = 256;
@@ -40,7 +39,7 @@ impl Votes {
     }
 }
 
-/// Drops what the scans see through; `noises` are of those that have lines of sight, by number. Surfaces may be off by
+/// Drops what the scans see through; `images` is what was measured of those that are range images, by number. Surfaces may be off by
 /// `tolerance`, in world units. Gives the rest and the number of tallies dropped.
 ///
 /// # Errors
@@ -48,11 +47,13 @@ impl Votes {
 pub fn drop_seen_through(
     bundles: Bundles,
     sources: &[&dyn ScanSource],
-    noises: &[(u32, Noise)],
+    images: &[(u32, Measured)],
     lattice: &Lattice,
     tolerance: f64,
     progress: &Progress<'_>,
 ) -> Result<(Bundles, u64)> {
+    let noises: Vec<_> =
+        images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
     // One has it, others see through.
     if noises.len() <= usize::from(LEAST_THROUGH) {
         return Ok((bundles, 0));
@@ -62,8 +63,8 @@ pub fn drop_seen_through(
         bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
     (0..count).into_par_iter().with_max_len(1).try_for_each(|i| {
         progress.advance(1)?;
-        let (scan, noise) = &noises[i * noises.len() / count];
-        let Some(image) = sources[*scan as usize].image(progress)? else { return Ok(()) };
+        let (scan, noise) = noises[i * noises.len() / count];
+        let Some(image) = sources[scan as usize].image(progress)? else { return Ok(()) };
         let Some(sight) = LinesOfSight::new(&image, noise.clone(), progress)? else { return Ok(()) };
         drop(image);
         (bundles.list.iter().zip(&votes)).try_for_each(|(bundle, votes)| {

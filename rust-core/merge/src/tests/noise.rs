@@ -190,7 +190,17 @@ fn what_noise_is_measured_is_told() {
         assert!((merged.report.noise - sigma).abs() <= 0.15 * sigma, "{sigma}: {}", merged.report.noise);
         let Some(AttributeData::F32(noise)) = merged.mesh.vertex_attribute("noise") else { panic!() };
         assert_eq!(noise.iter().all(|&n| n == 0.0), sigma == 0.0);
+        assert_eq!((merged.report.noise_step, merged.report.noise_correlation), (0.0, 1.0), "{sigma}");
     }
+    let stepped = |i: usize| {
+        let scan = noisy_patch(i, 0.0, 0.0);
+        let values = (0..scan.len()).map(|k| (scan.range(k) / 0.75).round() * 0.75).collect();
+        let mut image = RangeImage::from_values(120, 120, values, *scan.projection()).unwrap();
+        image.name = scan.name;
+        image
+    };
+    let report = merge_scans(&[stepped(0), stepped(1), stepped(2)], &plain(2.0)).report;
+    assert!((report.noise_step - 0.75).abs() < 1e-9, "{}", report.noise_step);
 }
 
 #[test]

@@ -132,6 +132,20 @@ impl Noise {
         self.typical
     }
 
+    /// Standard deviation across the ray that makes the noise grow with the obliquity of the surface as it does: errors to the
+    /// side become errors along the ray with the tangent of the angle. 0 where it doesn't grow, or too little is oblique.
+    pub fn across(&self) -> f64 {
+        // At an obliquity of 1 the cosine is a half.
+        self.typical * ((1.0 + self.growth).powi(2) - 1.0).sqrt() / 3.0_f64.sqrt()
+    }
+
+    /// Median over the ranges of the steps that values are multiples of, along the ray; 0 where none are seen.
+    pub fn typical_step(&self) -> f64 {
+        let mut steps: Vec<f64> = self.levels.iter().map(|level| level.step).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(0.0)
+    }
+
     /// Pixels over which errors depend on each other, a power of two: 1 for white noise.
     pub fn correlation(&self) -> f64 {
         self.correlation
