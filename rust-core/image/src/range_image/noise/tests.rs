@@ -135,6 +135,10 @@ fn noise_that_grows_with_obliquity_is_followed() {
     let noise = measured(&heights(SIDE, |r, c| height(c) + sigma(c) * normal(r * SIDE + c)));
     assert_near(noise.deviation(0.0, 1.0), 0.4, 0.1);
     assert_near(noise.deviation(0.0, 0.5), sigma(SIDE - 1), 0.15);
+    // Growth as of errors to the side that make 0.64 of 0.4 at an angle of 60 degrees.
+    let across = (0.64_f64.powi(2) - 0.4_f64.powi(2)).sqrt() / 60_f64.to_radians().tan();
+    assert_near(noise.across(), across * noise.typical() / 0.4, 0.25);
+    assert_eq!(noise.typical_step(), 0.0);
 }
 
 #[test]
