@@ -305,3 +305,21 @@ fn a_scan_of_one_pixel_changes_nothing_and_scans_that_share_nothing_stay_as_they
     let both = merge_scans(&[scan, far], &plain(2.0)).mesh;
     assert_eq!(both.triangles.len(), alone.triangles.len() + other.triangles.len());
 }
+
+#[test]
+fn smoothed_surfaces_are_the_same_for_any_split_into_bricks() {
+    // So noisy and so few that means are smoothed twice.
+    let scans: Vec<_> = (0..3).map(|i| noisy_patch(i, 3.0 * i as f64, 3.0)).collect();
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let split = |corner: [i64; 3]| {
+        let setup = Setup { corner, ..Setup::default() };
+        let merged = merge(&sources, &plain(2.0), &setup, &Progress::none()).unwrap();
+        assert!(merged.report.overlap_residual.is_some_and(|d| d > 0.6));
+        canonical(&merged.mesh)
+    };
+    let expected = split([0; 3]);
+    assert!(expected.len() > 3000);
+    for corner in [[16, 16, 16], [1, 0, 0], [-3, 7, 29], [31, 31, 31], [30, 2, 15]] {
+        assert!(split(corner) == expected, "bricks from {corner:?}");
+    }
+}
