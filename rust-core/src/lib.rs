@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  files, host objects        one grid, one cloud, one mesh        verbs
-//!  import ────────────────►   range_image ──► triangulate ──►      merge ──►  mesh ──► export
+//!  import ────────────────►   range_image ──► triangulate ──►      align ──► merge ──►  mesh ──► export
 //!  scan (virtual scanner) ►   point_cloud ──► reconstruct ─────►              check, measure
 //!  beneath all: geom, params, magnitude, progress, threads, memory, error
 //! ```
@@ -11,6 +11,8 @@
 
 pub mod params;
 
+#[doc(inline)]
+pub use align;
 #[doc(inline)]
 pub use cluster;
 #[doc(inline)]

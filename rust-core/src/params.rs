@@ -9,6 +9,7 @@ pub const SCHEMAS: &[Schema] = &[
     io::import::SCHEMA,
     io::export::SCHEMA,
     image::triangulate::SCHEMA,
+    align::SCHEMA,
     merge::SCHEMA,
     sculpt::SCHEMA,
     quads::SCHEMA,
@@ -105,6 +106,7 @@ mod tests {
         try_all::<io::import::ReadOptions>();
         try_all::<io::export::WriteOptions>();
         try_all::<image::triangulate::TriangulateParams>();
+        try_all::<align::AlignParams>();
         try_all::<merge::MergeParams>();
         try_all::<sculpt::SculptParams>();
         try_all::<quads::QuadParams>();

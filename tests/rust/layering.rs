@@ -12,7 +12,7 @@ const FLOORS: &[&[&str]] = &[
     &["geom"],
     &["mesh"],
     &["image"],
-    &["io", "merge", "quads", "reconstruct", "scan", "sculpt"],
+    &["align", "io", "merge", "quads", "reconstruct", "scan", "sculpt"],
     &["cluster"],
     &["surfrecon"],
 ];

@@ -1,5 +1,6 @@
 //! Range images, their triangulation, and the scans that a merge reads.
 
+pub mod oriented;
 pub mod range_image;
 pub mod sight;
 pub mod source;

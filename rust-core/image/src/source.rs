@@ -7,6 +7,7 @@ use bytemuck::NoUninit;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
+use crate::oriented::OrientedPoints;
 use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
 use crate::range_image::{RangeImage, Samples, blocks};
@@ -15,6 +16,7 @@ use crate::triangulate::{self, RangeSurface, TriangulateParams};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
+use mesh::point_cloud::PointCloud;
 use mesh::{AttributeData, TriMesh};
 
 /// What a scan is loaded for.
@@ -44,6 +46,19 @@ pub trait ScanSource: Sync {
     /// Those of [`ScanSource::load`].
     fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
         Ok(None)
+    }
+
+    /// The scan as points of its surface, in its own frame.
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
+        if let Some(image) = self.image(progress)? {
+            return named(self.name(), OrientedPoints::of_image(&image, progress));
+        }
+        let surface = self.load(&Loading::default(), progress)?;
+        let mesh = TriMesh { positions: surface.positions, triangles: surface.triangles, ..TriMesh::default() };
+        named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
     }
 
     /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
@@ -200,6 +215,34 @@ impl ScanSource for PlacedMesh<'_> {
             }
         }
         Ok(content.0.finish())
+    }
+}
+
+/// A point cloud as a scan that can be aligned; merging takes a surface.
+#[derive(Clone, Debug)]
+pub struct PlacedCloud<'a> {
+    /// Name for messages.
+    pub name: String,
+    /// The points, with normals.
+    pub cloud: &'a PointCloud,
+    /// Places them in the world.
+    pub world_from_cloud: DAffine3,
+}
+
+impl ScanSource for PlacedCloud<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, _: &Loading, _: &Progress<'_>) -> Result<OrientedSurface> {
+        named(
+            &self.name,
+            Err(Error::input("points without a grid or triangles can't be merged; reconstruct a surface first")),
+        )
+    }
+
+    fn oriented_points(&self, _: &Progress<'_>) -> Result<OrientedPoints> {
+        named(&self.name, OrientedPoints::of_cloud(self.cloud, self.world_from_cloud))
     }
 }
 

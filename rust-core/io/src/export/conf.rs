@@ -85,22 +85,29 @@ pub fn write_conf(path: &Path, scans: &[PlacedFile]) -> Result<()> {
     stage_conf(path, scans)?.keep()
 }
 
+/// Refuses a name that a list can't hold, and a pose that isn't rigid.
+pub(super) fn check_placed(scan: &PlacedFile) -> Result<()> {
+    let name = &scan.file;
+    if name.is_empty() || name.trim() != name || name.contains(['\n', '\r', '\0']) {
+        let remedy = "a list can't hold a name that is empty, starts or ends with a blank or spans lines";
+        return Err(Error::input(format!("scan {name:?}: {remedy}")));
+    }
+    let rotation = scan.world_from_file.matrix3;
+    if !(rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID)
+        || rotation.determinant() < 0.0
+        || !scan.world_from_file.translation.is_finite()
+    {
+        return Err(Error::input(format!("scan {name}: its pose is not a rotation and a translation")));
+    }
+    Ok(())
+}
+
 fn stage_conf(path: &Path, scans: &[PlacedFile]) -> Result<Staged> {
     let mut text = "camera 0 0 0 0 0 0 1\n".to_owned();
     for scan in scans {
-        let name = &scan.file;
-        if name.is_empty() || name.trim() != name || name.contains(['\n', '\r', '\0']) {
-            let remedy = "a list can't hold a name that is empty, starts or ends with a blank or spans lines";
-            return Err(Error::input(format!("scan {name:?}: {remedy}")));
-        }
-        let rotation = scan.world_from_file.matrix3;
-        let t = scan.world_from_file.translation;
-        if !(rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, RIGID)
-            || rotation.determinant() < 0.0
-            || !t.is_finite()
-        {
-            return Err(Error::input(format!("scan {name}: its pose is not a rotation and a translation")));
-        }
+        check_placed(scan)?;
+        let PlacedFile { file: name, world_from_file } = scan;
+        let (rotation, t) = (world_from_file.matrix3, world_from_file.translation);
         let q = DQuat::from_mat3(&rotation).normalize().conjugate();
         // Nothing can fail: it is written to memory.
         let _ = writeln!(text, "bmesh {name} {} {} {} {} {} {} {}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `ply` | meshes, points and Stanford range grids, text or binary |
 //! | `conf` | VRIP's lists of placed scans |
+//! | `poses` | MeshLab's and TUM's |
 //! | `glb` | binary glTF: meshes with colours and custom attributes |
 //! | `obj`, `stl` | meshes for programs that read nothing else |
 //! | `by_ending` | any of these by the ending of the file's name |
@@ -20,6 +21,7 @@ mod faults;
 mod glb;
 mod obj;
 mod ply;
+mod poses;
 mod scans;
 mod stl;
 mod temporary;
@@ -33,5 +35,6 @@ pub use ply::{
     PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_quads_ply,
     write_range_grid_ply,
 };
+pub use poses::write_poses;
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;

@@ -60,8 +60,9 @@ use glam::{DAffine3, DVec3};
 
 use base::error::{Error, Result};
 use base::progress::Progress;
+use image::oriented::OrientedPoints;
 use image::range_image::RangeImage;
-use image::source::{Loading, OrientedSurface, ScanSource};
+use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
@@ -330,6 +331,17 @@ impl ScanSource for Scan {
         match self.read_with(&progress.unseen())? {
             Content::RangeImage(image) => Ok(Some(Cow::Owned(image))),
             Content::Mesh(_) | Content::Points(_) => Ok(None),
+        }
+    }
+
+    fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
+        let (name, place) = (self.name.clone(), self.world_from_sensor);
+        match self.read_with(&progress.unseen())? {
+            Content::RangeImage(image) => image.oriented_points(progress),
+            Content::Mesh(mesh) => PlacedMesh { name, mesh: &mesh, world_from_mesh: place }.oriented_points(progress),
+            Content::Points(cloud) => {
+                PlacedCloud { name, cloud: &cloud, world_from_cloud: place }.oriented_points(progress)
+            }
         }
     }
 }

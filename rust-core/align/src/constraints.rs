@@ -1,0 +1,130 @@
+//! What the caller knows of the scans.
+
+use glam::DVec3;
+
+use crate::view::View;
+use base::error::{Error, Result};
+use image::source::ScanSource;
+
+/// A point that two scans show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pick {
+    /// The scans, by their numbers.
+    pub scans: [usize; 2],
+    /// Where the point is, in each scan's own frame.
+    pub points: [DVec3; 2],
+    /// Outward normals there, in the scans' frames, where known: two picks with normals already give a pose.
+    pub normals: Option<[DVec3; 2]>,
+    /// What it counts: at 1 as much as a hundredth of the smaller scan's surface.
+    pub weight: f64,
+}
+
+/// What the caller knows: empty by default.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Constraints {
+    /// Scans that stay where they are, by their numbers.
+    pub fixed: Vec<usize>,
+    /// Points that two scans show.
+    pub picks: Vec<Pick>,
+    /// Pairs of scans that touch: what fits them best is used, even if it is not sure.
+    pub trusted: Vec<[usize; 2]>,
+    /// Pairs of scans that must not be compared.
+    pub rejected: Vec<[usize; 2]>,
+}
+
+impl Constraints {
+    pub(crate) fn validate(&self, sources: &[&dyn ScanSource]) -> Result<()> {
+        let count = sources.len();
+        let known = |what: &str, scan: usize| match scan < count {
+            true => Ok(()),
+            false => Err(Error::input(format!("{what} names scan {scan}, but there are {count} (counted from 0)"))),
+        };
+        let pair = |what: &str, scans: [usize; 2]| {
+            known(what, scans[0])?;
+            known(what, scans[1])?;
+            if scans[0] == scans[1] {
+                return Err(Error::input(format!("{what} names scan {} twice: it takes two scans", scans[0])));
+            }
+            Ok(())
+        };
+        for &scan in &self.fixed {
+            known("fixed", scan)?;
+        }
+        for &scans in &self.trusted {
+            pair("trusted", scans)?;
+            if self.rejected.iter().any(|other| *other == scans || *other == [scans[1], scans[0]]) {
+                return Err(Error::input(format!("scans {} and {} are both trusted and rejected", scans[0], scans[1])));
+            }
+        }
+        for &scans in &self.rejected {
+            pair("rejected", scans)?;
+        }
+        for (number, pick) in self.picks.iter().enumerate() {
+            let what = format!("pick {number}");
+            pair(&what, pick.scans)?;
+            if !pick.points.iter().all(|point| point.is_finite()) {
+                return Err(Error::input(format!("{what}: a coordinate is not finite")));
+            }
+            if !(pick.weight > 0.0 && pick.weight.is_finite()) {
+                return Err(Error::input(format!(
+                    "{what}: its weight must be a finite number > 0, got {}",
+                    pick.weight
+                )));
+            }
+            if pick.normals.is_some_and(|normals| normals.iter().any(|n| !(n.length() > 0.0 && n.is_finite()))) {
+                return Err(Error::input(format!("{what}: a normal is zero or not finite")));
+            }
+        }
+        Ok(())
+    }
+
+    /// The same by the numbers inside, where `order` gives the number that each scan had, and in local frames.
+    pub(crate) fn renumbered(&self, order: &[usize], views: &[View]) -> Inside {
+        let mut inside_of = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(inside, &number)| inside_of[number] = inside);
+        let pair = |scans: &[usize; 2]| {
+            let [a, b] = scans.map(|scan| inside_of[scan]);
+            [a.min(b), a.max(b)]
+        };
+        let mut is_fixed = vec![false; order.len()];
+        self.fixed.iter().for_each(|&scan| is_fixed[inside_of[scan]] = true);
+        let mut picks: Vec<Pick> = Vec::new();
+        for pick in &self.picks {
+            let mut pick = *pick;
+            if inside_of[pick.scans[0]] > inside_of[pick.scans[1]] {
+                pick.scans.reverse();
+                pick.points.reverse();
+                pick.normals = pick.normals.map(|[a, b]| [b, a]);
+            }
+            pick.scans = pick.scans.map(|scan| inside_of[scan]);
+            for side in 0..2 {
+                pick.points[side] -= views[pick.scans[side]].reduced.middle;
+            }
+            pick.normals = pick.normals.map(|normals| normals.map(DVec3::normalize));
+            picks.push(pick);
+        }
+        let mut trusted: Vec<[usize; 2]> = self.trusted.iter().map(pair).collect();
+        let mut rejected: Vec<[usize; 2]> = self.rejected.iter().map(pair).collect();
+        trusted.sort_unstable();
+        rejected.sort_unstable();
+        Inside { is_fixed, picks, trusted, rejected }
+    }
+}
+
+/// [`Constraints`] by the numbers inside; of each pair the smaller first.
+pub(crate) struct Inside {
+    pub is_fixed: Vec<bool>,
+    pub picks: Vec<Pick>,
+    pub trusted: Vec<[usize; 2]>,
+    pub rejected: Vec<[usize; 2]>,
+}
+
+impl Inside {
+    pub fn is_trusted(&self, a: usize, b: usize) -> bool {
+        self.trusted.contains(&[a, b]) || self.picks_of(a, b).next().is_some()
+    }
+
+    pub fn picks_of(&self, a: usize, b: usize) -> impl Iterator<Item = &Pick> {
+        self.picks.iter().filter(move |pick| pick.scans == [a, b])
+    }
+}

@@ -1,0 +1,90 @@
+//! Whether a motion may join two scans: overlap, closeness, lines of sight, balance and uniqueness must all pass.
+
+use crate::judge::{Mode, Verdict};
+use crate::view::View;
+
+/// What was found of two scans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Finding {
+    /// No motion makes them touch.
+    Nothing,
+    /// They touch by less than is asked for.
+    Little,
+    /// Where they touch, surfaces lie further from each other than noise explains.
+    Loose,
+    /// The sensor of one saw through the surface of the other.
+    SeenThrough,
+    /// What both scans hold stands still before the sensor, but they differ elsewhere.
+    Background,
+    /// They fit, but may turn or slide.
+    Slides,
+    /// They fit in several places.
+    Ambiguous,
+    /// They fit, in this place alone.
+    Sure,
+}
+
+/// What is asked of a pair.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Share of a scan that must lie on the other.
+    pub min_overlap: f64,
+    /// Largest root mean square of the distances between surfaces that touch; by default from cell and noise.
+    pub tolerance: Option<f64>,
+}
+
+/// Root mean square distance of surfaces that coincide, at most, by that of a scan's own neighbours.
+const APART: f64 = 0.82;
+/// Share of what sensors can tell that may speak against a motion.
+const THROUGH: f64 = 0.03;
+/// Least eigenvalue of what holds a scan, where six equal ones are 1.
+pub(crate) const BALANCE: f64 = 0.002;
+/// A direction in which a pose may be off by so many cells is not held.
+const SLIP: f64 = 2.0;
+/// A motion is in doubt if another has this share of its score.
+pub(crate) const RIVAL: f64 = 0.7;
+/// Areas of the finer cell that must touch.
+const CONTACTS: f64 = 30.0;
+
+/// Largest root mean square distance of surfaces that are taken for the same.
+pub(crate) fn closest(verdict: &Verdict, limits: &Limits) -> f64 {
+    limits.tolerance.unwrap_or(APART * verdict.expected)
+}
+
+/// Whether a motion fits by itself.
+pub(crate) fn fits(views: [&View; 2], verdict: &Verdict, limits: &Limits) -> Finding {
+    let cell = views[0].fine().cell.max(views[1].fine().cell);
+    let overlap = verdict.overlap();
+    if verdict.touching() == 0.0 {
+        Finding::Nothing
+    } else if overlap[0].max(overlap[1]) < limits.min_overlap
+        || verdict.on[0].min(verdict.on[1]) < CONTACTS * cell * cell
+    {
+        Finding::Little
+    } else if verdict.mean_square.sqrt() > closest(verdict, limits) {
+        Finding::Loose
+    } else if verdict.contradiction() > THROUGH {
+        Finding::SeenThrough
+    } else if verdict.hold.balance() < BALANCE || verdict.slip(cell) > SLIP * cell {
+        Finding::Slides
+    } else {
+        Finding::Sure
+    }
+}
+
+/// What the first of the modes, ranked by score, is beside the others.
+pub(crate) fn find(views: [&View; 2], modes: &[Mode], limits: &Limits) -> Finding {
+    let Some(first) = modes.first() else { return Finding::Nothing };
+    let finding = fits(views, &first.verdict, limits);
+    if finding != Finding::Sure {
+        return finding;
+    }
+    let is_rival = |mode: &Mode| {
+        mode.verdict.score() > RIVAL * first.verdict.score()
+            && !matches!(
+                fits(views, &mode.verdict, limits),
+                Finding::Nothing | Finding::Little | Finding::Loose | Finding::SeenThrough
+            )
+    };
+    if modes[1..].iter().any(is_rival) { Finding::Ambiguous } else { Finding::Sure }
+}

@@ -1,0 +1,174 @@
+//! A scan's surface by so many points: means over the cells of a grid, with normals and borders.
+
+use glam::{DVec3, IVec3};
+use rustc_hash::FxHashMap;
+
+use geom::neighbours::KdTree;
+
+/// Cells around a point within which its neighbours are looked for.
+const RING: f64 = 2.2;
+/// The largest angle, in radians, between directions to neighbours around a point inside of a surface.
+const GAP: f64 = 2.1;
+
+/// Points of a surface about a cell apart.
+#[derive(Default)]
+pub(crate) struct Level {
+    pub cell: f64,
+    pub points: Vec<DVec3>,
+    /// Unit, outward.
+    pub normals: Vec<DVec3>,
+    /// Area of the surface that each stands for.
+    pub areas: Vec<f64>,
+    /// Whether the surface ends here.
+    pub is_border: Vec<bool>,
+    /// How far points lie off the surface, as a standard deviation: by noise, and by what bends between samples.
+    pub noise: f64,
+    pub tree: KdTree,
+}
+
+impl Level {
+    /// Points and their vector areas, averaged in cells. O(n).
+    pub fn new(points: &[DVec3], areas: &[DVec3], cell: f64) -> Self {
+        let (points, areas) = averaged(points, areas, cell);
+        let mut level = Level { cell, tree: KdTree::new(&points), ..Level::default() };
+        let grid = Neighbours::new(&points, RING * cell);
+        let mut near = Vec::new();
+        for (k, &here) in points.iter().enumerate() {
+            grid.within(here, RING * cell, &mut near);
+            let sum: DVec3 = near.iter().map(|&n| areas[n as usize]).sum();
+            let normal = sum.normalize_or_zero();
+            let around = || near.iter().filter(|&&n| n as usize != k).map(|&n| points[n as usize]);
+            level.is_border.push(normal == DVec3::ZERO || ends(here, normal, around()));
+            level.normals.push(normal);
+            level.areas.push(areas[k].length());
+        }
+        level.points = points;
+        level.noise = level.own_distance(&grid);
+        level
+    }
+
+    /// Root mean square distance of neighbours along the mean of their normals: 0 on spheres and planes, little on what bends
+    /// evenly, so that it is noise, and what lies between samples, that remains. By point.
+    fn own_distance(&self, grid: &Neighbours) -> f64 {
+        let mut near = Vec::new();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for k in (0..self.len()).filter(|&k| !self.is_border[k]) {
+            let (here, normal) = (self.points[k], self.normals[k]);
+            grid.within(here, 1.5 * self.cell, &mut near);
+            for &n in &near {
+                let n = n as usize;
+                let cosine = self.normals[n].dot(normal);
+                if n != k && cosine > 0.6 {
+                    let distance = (self.points[n] - here).dot((self.normals[n] + normal).normalize());
+                    sum += distance * distance;
+                    count += 1.0;
+                }
+            }
+        }
+        if count > 0.0 { (0.5 * sum / count).sqrt() } else { 0.0 }
+    }
+
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Indices of about `count` of the points inside the surface, spread evenly; of all where there are fewer.
+    pub fn spread(&self, count: usize) -> Vec<u32> {
+        let inside: Vec<u32> = (0..self.len() as u32).filter(|&k| !self.is_border[k as usize]).collect();
+        let step = (inside.len() as f64 / count as f64).max(1.0);
+        let picked = (inside.len() as f64 / step) as usize;
+        (0..picked).map(|k| inside[((k as f64 + 0.5) * step) as usize]).collect()
+    }
+}
+
+/// Whether directions to the neighbours leave a gap.
+fn ends(here: DVec3, normal: DVec3, neighbours: impl Iterator<Item = DVec3>) -> bool {
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let mut angles: Vec<f64> = neighbours.map(|there| (there - here).dot(y).atan2((there - here).dot(x))).collect();
+    angles.sort_unstable_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (angles.first(), angles.last()) else { return true };
+    let around = first + std::f64::consts::TAU - last;
+    around > GAP || angles.windows(2).any(|pair| pair[1] - pair[0] > GAP)
+}
+
+/// Means of points, and sums of their vector areas, over the cells of a grid.
+fn averaged(points: &[DVec3], areas: &[DVec3], cell: f64) -> (Vec<DVec3>, Vec<DVec3>) {
+    let mut places: FxHashMap<IVec3, u32> = FxHashMap::default();
+    let mut sums: Vec<(DVec3, DVec3, f64)> = Vec::new();
+    for (&point, &area) in points.iter().zip(areas) {
+        let key = (point / cell).floor().as_ivec3();
+        let place = *places.entry(key).or_insert_with(|| {
+            sums.push((DVec3::ZERO, DVec3::ZERO, 0.0));
+            sums.len() as u32 - 1
+        });
+        let (sum, normal, weight) = &mut sums[place as usize];
+        let share = area.length();
+        *sum += share * point;
+        *normal += area;
+        *weight += share;
+    }
+    sums.retain(|(_, normal, weight)| *weight > 0.0 && normal.length() > 0.1 * weight);
+    sums.into_iter().map(|(sum, normal, weight)| (sum / weight, normal)).unzip()
+}
+
+/// Points found by place: all within a radius.
+pub(crate) struct Neighbours {
+    low: DVec3,
+    side: f64,
+    counts: [usize; 3],
+    /// Where each cell's points begin.
+    starts: Vec<u32>,
+    entries: Vec<(DVec3, u32)>,
+}
+
+/// Cells along the longest side.
+const MOST_CELLS: f64 = 96.0;
+
+impl Neighbours {
+    /// Made for looking within `radius`. O(n).
+    pub fn new(points: &[DVec3], radius: f64) -> Self {
+        let low = points.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
+        let high = points.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
+        let extent = if points.is_empty() { DVec3::ZERO } else { high - low };
+        let side = radius.max(extent.max_element() / MOST_CELLS).max(f64::MIN_POSITIVE);
+        let counts = extent.to_array().map(|e| (e / side) as usize + 1);
+        let mut grid = Neighbours { low, side, counts, starts: Vec::new(), entries: Vec::new() };
+        let mut starts = vec![0_u32; counts.iter().product::<usize>() + 1];
+        let cells: Vec<usize> = points.iter().map(|&p| grid.index(grid.cell(p))).collect();
+        cells.iter().for_each(|&cell| starts[cell + 1] += 1);
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let mut next = starts.clone();
+        grid.entries = vec![(DVec3::ZERO, 0); points.len()];
+        for (k, (&cell, &point)) in cells.iter().zip(points).enumerate() {
+            grid.entries[next[cell] as usize] = (point, k as u32);
+            next[cell] += 1;
+        }
+        grid.starts = starts;
+        grid
+    }
+
+    fn cell(&self, at: DVec3) -> [usize; 3] {
+        let place = ((at - self.low) / self.side).to_array();
+        [0, 1, 2].map(|axis| (place[axis].max(0.0) as usize).min(self.counts[axis] - 1))
+    }
+
+    fn index(&self, cell: [usize; 3]) -> usize {
+        (cell[2] * self.counts[1] + cell[1]) * self.counts[0] + cell[0]
+    }
+
+    /// Indices of the points within `radius`, the place itself included.
+    pub fn within(&self, at: DVec3, radius: f64, found: &mut Vec<u32>) {
+        found.clear();
+        let (low, high) = (self.cell(at - radius), self.cell(at + radius));
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                let row = [self.index([low[0], y, z]), self.index([high[0], y, z])];
+                let entries = &self.entries[self.starts[row[0]] as usize..self.starts[row[1] + 1] as usize];
+                found.extend(entries.iter().filter(|e| e.0.distance_squared(at) <= radius * radius).map(|e| e.1));
+            }
+        }
+    }
+}

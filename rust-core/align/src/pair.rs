@@ -1,0 +1,229 @@
+//! Two scans: the motions that may join them, each refined and judged.
+
+use glam::DAffine3;
+
+use crate::correspond::correspond;
+use crate::finding::{Finding, Limits, find};
+use crate::hypothesise::{Like, hypothesise};
+use crate::judge::{Mode, glance, judge, tolerance};
+use crate::linear::apart;
+use crate::refine::{Both, Reach};
+use crate::view::View;
+
+/// Hypotheses refined roughly by a quick search, and of these refined wholly; a thorough one takes more of both.
+const ROUGH: usize = 6;
+const WHOLE: usize = 4;
+const THOROUGHLY: usize = 3;
+/// Samples of each scan for a look and for steps, and for the verdict.
+const FEW: usize = 400;
+const MANY: usize = 1000;
+
+/// How many pivots are tried for a motion: [`hypothesise`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    Quick = 64,
+    Thorough = 400,
+}
+
+/// Two scans, and what was found of them: the likeliest mode first.
+#[derive(Clone, Debug)]
+pub(crate) struct Pair {
+    pub a: usize,
+    pub b: usize,
+    pub modes: Vec<Mode>,
+    pub finding: Finding,
+}
+
+impl Pair {
+    /// Searches for the motion, without any start.
+    pub fn search(views: &[View], a: usize, b: usize, effort: Effort, limits: &Limits) -> Self {
+        Self::judged(views, a, b, rough_modes([&views[a], &views[b]], effort), limits)
+    }
+
+    /// Looks near a motion.
+    pub fn near(views: &[View], a: usize, b: usize, start: &DAffine3, reach: f64, limits: &Limits) -> Self {
+        let both = [&views[a], &views[b]];
+        let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+        let halvings = (reach / (2.0 * cell)).log2().ceil().max(0.0) as i32;
+        let by = |n: i32| Reach {
+            distance: 2.0 * cell * 2.0_f64.powi(n),
+            scale: cell * 2.0_f64.powi(n),
+            steps: 6,
+            enough: 0.05 * cell,
+        };
+        let schedule: Vec<Reach> = (0..=halvings).rev().map(by).chain([last_rough(cell)]).collect();
+        let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
+        let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+        let rough: Vec<DAffine3> = coarse.refine(start, &schedule, radius).into_iter().collect();
+        let modes = exact(both, &rough);
+        Pair { a, b, finding: find(both, &modes, limits), modes }
+    }
+
+    /// As the caller has it.
+    pub fn given(views: &[View], a: usize, b: usize, a_from_b: &DAffine3, limits: &Limits) -> Self {
+        let both = [&views[a], &views[b]];
+        let fine = Both::new(both[0].fine(), both[1].fine(), MANY);
+        let verdict = judge(both, &fine, a_from_b, tolerance(both));
+        let modes = vec![Mode { a_from_b: *a_from_b, verdict }];
+        Pair { a, b, finding: find(both, &modes, limits), modes }
+    }
+
+    fn judged(views: &[View], a: usize, b: usize, rough: Vec<DAffine3>, limits: &Limits) -> Self {
+        let both = [&views[a], &views[b]];
+        let mut pair = Pair { a, b, modes: exact(both, &rough), finding: Finding::Nothing };
+        pair.finding = find(both, &pair.modes, limits);
+        if pair.finding == Finding::Sure {
+            // A scan that fits itself elsewhere fits others elsewhere, too.
+            let best = pair.modes[0].a_from_b;
+            let [of_a, of_b] = both.map(|view| view.symmetries.get_or_init(|| symmetries(view)));
+            let others: Vec<DAffine3> =
+                of_a.iter().map(|own| *own * best).chain(of_b.iter().map(|own| best * *own)).collect();
+            if !others.is_empty() {
+                pair.modes.extend(exact(both, &others));
+                rank(&mut pair.modes, both);
+                pair.finding = find(both, &pair.modes, limits);
+            }
+        }
+        if pair.finding == Finding::Sure && stands_still(both, &pair.modes[0]) {
+            pair.finding = Finding::Background;
+        }
+        pair
+    }
+}
+
+fn last_rough(cell: f64) -> Reach {
+    Reach { distance: 1.2 * cell, scale: 0.6 * cell, steps: 6, enough: 0.05 * cell }
+}
+
+/// Motions by what looks alike, refined at the coarser level, the best first.
+fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
+    let [first, second] = both;
+    if first.is_empty() || second.is_empty() {
+        return Vec::new();
+    }
+    let cell = first.coarse.cell.max(second.coarse.cell);
+    let likes: Vec<Like> = correspond(&first.features, &second.features).iter().map(|m| Like::of(both, m)).collect();
+    let radius = first.reduced.radius.min(second.reduced.radius);
+    let mut found: Vec<(f64, DAffine3)> = Vec::new();
+    let samples = both.map(|view| view.coarse.spread(FEW));
+    for hypothesis in hypothesise(&likes, cell, radius, effort as usize) {
+        let seen = glance(both, [&samples[0], &samples[1]], &hypothesis.a_from_b, 1.5 * cell);
+        if seen.is_some_and(|seen| seen.contradiction() > 0.5) {
+            continue;
+        }
+        found.push((seen.map_or(hypothesis.inliers as f64, |seen| seen.score()), hypothesis.a_from_b));
+    }
+    found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let times = if effort == Effort::Thorough { THOROUGHLY } else { 1 };
+    found.truncate(times * ROUGH);
+    let mut modes = refined_roughly(both, found.into_iter().map(|f| f.1));
+    modes.truncate(times * WHOLE);
+    modes.into_iter().map(|mode| mode.a_from_b).collect()
+}
+
+fn refined_roughly(both: [&View; 2], starts: impl Iterator<Item = DAffine3>) -> Vec<Mode> {
+    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+    let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
+    let rough =
+        [3.0, 2.0].map(|by| Reach { distance: by * cell, scale: 0.5 * by * cell, steps: 6, enough: 0.05 * cell });
+    let schedule = [rough[0], rough[1], last_rough(cell)];
+    let mut modes: Vec<Mode> = Vec::new();
+    for start in starts {
+        let Some(a_from_b) = coarse.refine(&start, &schedule, radius) else { continue };
+        if modes.iter().all(|mode| apart(&mode.a_from_b, &a_from_b, radius) >= cell) {
+            modes.push(Mode { a_from_b, verdict: judge(both, &coarse, &a_from_b, 0.7 * cell) });
+        }
+    }
+    modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
+    modes
+}
+
+/// Motions made exact at the finer level.
+fn exact(both: [&View; 2], rough: &[DAffine3]) -> Vec<Mode> {
+    let [few, many] = [FEW, MANY].map(|samples| Both::new(both[0].fine(), both[1].fine(), samples));
+    let cell = both[0].fine().cell.max(both[1].fine().cell);
+    let width = tolerance(both);
+    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+    let schedule = [2.5, 1.5, 1.0].map(|by| Reach {
+        distance: (by + 0.5) * width,
+        scale: 0.5 * by * width,
+        steps: 8,
+        enough: 0.02 * cell,
+    });
+    let refined = rough.iter().filter_map(|start| few.refine(start, &schedule, radius));
+    let mut modes: Vec<Mode> =
+        refined.map(|a_from_b| Mode { a_from_b, verdict: judge(both, &many, &a_from_b, tolerance(both)) }).collect();
+    rank(&mut modes, both);
+    modes
+}
+
+/// The best first; those that are the same once.
+fn rank(modes: &mut Vec<Mode>, both: [&View; 2]) {
+    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+    modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
+    let mut kept: Vec<Mode> = Vec::new();
+    for mode in modes.drain(..) {
+        if kept.iter().all(|other| apart(&other.a_from_b, &mode.a_from_b, radius) >= 1.5 * cell) {
+            kept.push(mode);
+        }
+    }
+    *modes = kept;
+}
+
+/// Motions other than none that lay a scan on itself.
+fn symmetries(view: &View) -> Vec<DAffine3> {
+    if view.is_empty() {
+        return Vec::new();
+    }
+    let cell = view.coarse.cell;
+    let radius = view.reduced.radius;
+    let likes: Vec<Like> = correspond(&view.features, &view.features)
+        .iter()
+        .filter(|m| m.a != m.b)
+        .map(|m| Like::of([view, view], m))
+        .filter(|like| like.points[0].distance(like.points[1]) > OTHER_PLACE * cell)
+        .collect();
+    let hypotheses = hypothesise(&likes, cell, radius, Effort::Quick as usize);
+    let starts = hypotheses
+        .iter()
+        .map(|h| h.a_from_b)
+        .filter(|motion| apart(motion, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell)
+        .take(2 * ROUGH);
+    let mut modes = refined_roughly([view, view], starts);
+    modes.retain(|mode| {
+        let is_other = apart(&mode.a_from_b, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell;
+        is_other && mode.verdict.overlap()[0] > SELF_OVERLAP
+    });
+    modes.truncate(ROUGH);
+    modes.into_iter().map(|mode| mode.a_from_b).collect()
+}
+
+/// Cells by which a scan must be moved so that it is a place of its own.
+const OTHER_PLACE: f64 = 4.0;
+/// Share of a scan that lies on itself after a symmetry.
+const SELF_OVERLAP: f64 = 0.3;
+
+/// Whether two range images fit as they were taken, without moving: what both saw stood still before the sensor. Then each
+/// must have seen all that the other saw, unless something else has moved.
+fn stands_still(both: [&View; 2], mode: &Mode) -> bool {
+    let [a, b] = both;
+    let (Some(eye_a), Some(eye_b)) = (a.reduced.eye, b.reduced.eye) else { return false };
+    // Motion of the frames that the scans were taken in.
+    let motion =
+        DAffine3::from_translation(a.reduced.middle) * mode.a_from_b * DAffine3::from_translation(-b.reduced.middle);
+    let radius = a.reduced.radius.max(b.reduced.radius) + (a.reduced.middle - eye_a).length();
+    let stands = eye_a.distance(eye_b) < a.fine().cell
+        && apart(&motion, &DAffine3::IDENTITY, radius) < 2.0 * a.fine().cell.max(b.fine().cell);
+    let samples = both.map(|view| view.coarse.spread(usize::MAX));
+    let tolerance = tolerance(both);
+    stands
+        && glance(both, [&samples[0], &samples[1]], &mode.a_from_b, tolerance).is_some_and(|seen| {
+            let differs = seen.through[0] + seen.through[1] + seen.hidden;
+            differs > DIFFERENT * (differs + seen.touching())
+        })
+}
+
+/// Two takes of the same view differ by no more than this share of what both can tell.
+const DIFFERENT: f64 = 0.002;

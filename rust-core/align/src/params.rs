@@ -1,0 +1,30 @@
+//! The settings of the alignment.
+
+use base::params::{choice, length, ratio};
+
+base::choices! {
+    /// What is known of the scans' poses.
+    pub enum Start {
+        /// Nothing: each scan may lie anywhere.
+        Unknown = "unknown" "Unknown",
+        /// They are near where they belong: places near them are tried first.
+        Rough = "rough" "Rough",
+    }
+}
+
+base::params! {
+    /// How scans are brought to one frame. Lengths are in the unit of the scans.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct AlignParams of "align" with threads {
+        /// What is known of the poses that the scans have.
+        start: Start = choice("Start", Start::CHOICES),
+        /// With rough poses, how far off they may be.
+        reach: Option<f64> = length("Reach")
+            .from_data("a tenth of the scan's size").above(0.0),
+        /// Surfaces that lie further apart, as a root mean square, don't fit.
+        tolerance: Option<f64> = length("Tolerance")
+            .from_data("a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it").above(0.0),
+        /// Scans fit only if one of them lies on the other with at least this share of its surface.
+        min_overlap: f64 = ratio("Min overlap (share)").default(0.03).at_most(1.0),
+    }
+}

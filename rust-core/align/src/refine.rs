@@ -1,0 +1,136 @@
+//! A motion made exact: symmetric point-to-plane ICP \[RUS19\].
+//!
+//! Rusinkiewicz, "A Symmetric Objective Function for ICP", ACM TOG 38(4), 2019, equation 9: residual `(p - q) . (n_p + n_q)`, half of the
+//! rotation on either side. Differences: points of both scans look for their nearest in the other; points on borders are matched with none
+//! (Turk & Levoy 1994), matches weigh less the farther they are from the plane (Welsch).
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use crate::level::Level;
+use crate::linear::{Sums, rigid, solve6};
+
+/// Least cosine between normals of matched points.
+const COSINE: f64 = 0.6;
+/// Share of the mean square that directions nothing holds get, so that they stay.
+const RIDGE: f64 = 1e-5;
+
+/// Two levels of different scans, and the points of each that look for their nearest in the other.
+pub(crate) struct Both<'a> {
+    pub levels: [&'a Level; 2],
+    pub samples: [Vec<u32>; 2],
+}
+
+/// Points of both scans near each other, in the first's frame.
+pub(crate) struct Contact {
+    pub a: DVec3,
+    pub b: DVec3,
+    pub normals: [DVec3; 2],
+    /// Unit: the mean of both.
+    pub normal: DVec3,
+    pub area: f64,
+}
+
+impl Contact {
+    pub fn distance(&self) -> f64 {
+        (self.b - self.a).dot(self.normal)
+    }
+}
+
+fn mean([a, b]: [DVec3; 2]) -> DVec3 {
+    (a + b).normalize()
+}
+
+impl<'a> Both<'a> {
+    pub fn new(a: &'a Level, b: &'a Level, samples: usize) -> Self {
+        Both { levels: [a, b], samples: [a.spread(samples), b.spread(samples)] }
+    }
+
+    /// Calls `visit` with every sample's nearest point closer than `distance` that faces the same way and lies on no border.
+    pub fn contacts(&self, a_from_b: &DAffine3, distance: f64, mut visit: impl FnMut(Contact)) {
+        let b_from_a = a_from_b.inverse();
+        let [a, b] = self.levels;
+        for &k in &self.samples[1] {
+            let k = k as usize;
+            let at = a_from_b.transform_point3(b.points[k]);
+            let Some((n, _)) = a.tree.nearest_within(at, distance) else { continue };
+            let n = n as usize;
+            let normal = a_from_b.transform_vector3(b.normals[k]);
+            if !a.is_border[n] && a.normals[n].dot(normal) > COSINE {
+                let normals = [a.normals[n], normal];
+                visit(Contact { a: a.points[n], b: at, normals, normal: mean(normals), area: b.areas[k] });
+            }
+        }
+        for &k in &self.samples[0] {
+            let k = k as usize;
+            let Some((n, _)) = b.tree.nearest_within(b_from_a.transform_point3(a.points[k]), distance) else {
+                continue;
+            };
+            let n = n as usize;
+            let normal = a_from_b.transform_vector3(b.normals[n]);
+            if !b.is_border[n] && a.normals[k].dot(normal) > COSINE {
+                let normals = [a.normals[k], normal];
+                let at = a_from_b.transform_point3(b.points[n]);
+                visit(Contact { a: a.points[k], b: at, normals, normal: mean(normals), area: a.areas[k] });
+            }
+        }
+    }
+
+    /// One step: the motion after it, and how far it moved points at distance `radius` from the middle of the contacts.
+    fn step(&self, a_from_b: &DAffine3, reach: f64, scale: f64, radius: f64) -> Option<(DAffine3, f64)> {
+        let mut contacts = Vec::new();
+        self.contacts(a_from_b, reach, |contact| contacts.push(contact));
+        if contacts.len() < 12 {
+            return None;
+        }
+        let middle = contacts.iter().map(|c| c.a + c.b).sum::<DVec3>() / (2.0 * contacts.len() as f64);
+        let mut sums = Sums::default();
+        for contact in &contacts {
+            let residual = contact.distance();
+            let arm = (contact.a + contact.b - 2.0 * middle).cross(contact.normal) / radius;
+            let weight = (-(residual / scale).powi(2)).exp();
+            let n = contact.normal;
+            sums.add(&[arm.x, arm.y, arm.z, n.x, n.y, n.z], residual, weight);
+        }
+        let mut squares = sums.mirrored();
+        let ridge = RIDGE * (0..6).map(|i| squares[i][i]).sum::<f64>();
+        (0..6).for_each(|i| squares[i][i] += ridge);
+        let x = solve6(&squares, &sums.gradient.map(|g| -g))?;
+        let turn = DVec3::new(x[0], x[1], x[2]) / radius;
+        let shift = DVec3::new(x[3], x[4], x[5]);
+        let angle = turn.length().atan();
+        let half = DQuat::from_scaled_axis(turn.normalize_or_zero() * angle);
+        let about = |q: DQuat| DAffine3::from_rotation_translation(q, DVec3::ZERO);
+        let step = DAffine3::from_translation(middle)
+            * about(half)
+            * DAffine3::from_translation(shift * angle.cos())
+            * about(half)
+            * DAffine3::from_translation(-middle);
+        Some((rigid(&(step * *a_from_b)), 2.0 * angle * radius + shift.length()))
+    }
+
+    /// Steps at falling reaches, each until steps are small; `None` where the scans don't touch.
+    pub fn refine(&self, start: &DAffine3, schedule: &[Reach], radius: f64) -> Option<DAffine3> {
+        let mut motion = *start;
+        for reach in schedule {
+            for _ in 0..reach.steps {
+                let (moved, by) = self.step(&motion, reach.distance, reach.scale, radius)?;
+                motion = moved;
+                if by < reach.enough {
+                    break;
+                }
+            }
+        }
+        Some(motion)
+    }
+}
+
+/// How a part of the steps looks for contacts. Lengths.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach {
+    pub distance: f64,
+    /// Residuals beyond weigh less than a third.
+    pub scale: f64,
+    pub steps: usize,
+    /// Smaller steps end it.
+    pub enough: f64,
+}

@@ -1,0 +1,230 @@
+//! Pairs are searched until all scans are joined: the likeliest first, then those between groups, then these thoroughly.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DAffine3;
+use rayon::prelude::*;
+
+use crate::assemble::{Group, Standing, apart_at_first, assemble};
+use crate::constraints::Inside;
+use crate::finding::{Finding, Limits};
+use crate::linear::{Horn, apart};
+use crate::pair::{Effort, Pair};
+use crate::params::{AlignParams, Start};
+use crate::retrieve::likeness;
+use crate::view::View;
+use base::error::Result;
+use base::progress::Progress;
+
+/// Partners of each scan that are tried first, and of each group in each round after that.
+const FIRST: usize = 5;
+const OF_GROUP: usize = 24;
+/// Up to so many scans all pairs between groups are searched in the end, if need be.
+const FEW_SCANS: usize = 40;
+/// Rounds of joining groups.
+const ROUNDS: usize = 6;
+
+/// What the search found.
+pub(crate) struct Found {
+    pub pairs: Vec<Pair>,
+    pub standings: Vec<Standing>,
+    pub groups: Vec<Group>,
+}
+
+struct Search<'a, 'p> {
+    views: &'a [View],
+    inside: &'a Inside,
+    limits: Limits,
+    progress: &'a Progress<'p>,
+    pairs: BTreeMap<[usize; 2], Pair>,
+    /// Those that were searched thoroughly.
+    thorough: BTreeSet<[usize; 2]>,
+}
+
+/// Finds pairs and joins them to groups.
+pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Found> {
+    let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+    let mut search = Search { views, inside, limits, progress, pairs: BTreeMap::new(), thorough: BTreeSet::new() };
+    let likeness = likeness(views, progress)?;
+    let count = views.len();
+    progress.stage(1, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
+    search.told()?;
+    if params.start == Start::Rough {
+        search.near(params)?;
+    }
+    let alone: Vec<usize> = (0..count).collect();
+    search.round(likeliest(&likeness, &alone, FIRST, |_| true), Effort::Quick)?;
+    let mut found = search.joined();
+    for effort in [Effort::Quick, Effort::Thorough] {
+        for _ in 0..ROUNDS {
+            if found.0.len() == 1 {
+                break;
+            }
+            let most = if count <= FEW_SCANS { usize::MAX } else { OF_GROUP };
+            let group_of = numbers(&found.0, count);
+            let wanted =
+                likeliest(&likeness, &group_of, most, |pair| search.is_open(*pair) && search.is_new(*pair, effort));
+            if wanted.is_empty() {
+                break;
+            }
+            search.round(wanted, effort)?;
+            found = search.joined();
+        }
+    }
+    let (groups, standings) = found;
+    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups })
+}
+
+/// Pairs of scans of different groups: of each group the likeliest with any other.
+fn likeliest(
+    likeness: &[Vec<f64>],
+    group_of: &[usize],
+    most: usize,
+    is_wanted: impl Fn(&[usize; 2]) -> bool,
+) -> Vec<[usize; 2]> {
+    let count = group_of.len();
+    let mut of_group: BTreeMap<usize, Vec<(f64, [usize; 2])>> = BTreeMap::new();
+    for a in 0..count {
+        for b in (0..count).filter(|&b| group_of[b] != group_of[a]) {
+            let pair = [a.min(b), a.max(b)];
+            if is_wanted(&pair) {
+                of_group.entry(group_of[a]).or_default().push((likeness[a][b], pair));
+            }
+        }
+    }
+    let mut wanted = Vec::new();
+    for mut pairs in of_group.into_values() {
+        pairs.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        wanted.extend(pairs.into_iter().take(most).map(|(_, pair)| pair));
+    }
+    wanted.sort_unstable();
+    wanted.dedup();
+    wanted
+}
+
+fn numbers(groups: &[Group], count: usize) -> Vec<usize> {
+    let mut group_of = vec![0; count];
+    for (number, group) in groups.iter().enumerate() {
+        group.members.iter().for_each(|member| group_of[member.0] = number);
+    }
+    group_of
+}
+
+impl Search<'_, '_> {
+    fn round(&mut self, wanted: Vec<[usize; 2]>, effort: Effort) -> Result<()> {
+        let (views, limits) = (self.views, self.limits);
+        let wanted: Vec<[usize; 2]> = wanted.into_iter().filter(|pair| self.is_new(*pair, effort)).collect();
+        self.add(&wanted, |a, b| Some(Pair::search(views, a, b, effort, &limits)))?;
+        if effort == Effort::Thorough {
+            self.thorough.extend(wanted);
+        }
+        Ok(())
+    }
+
+    /// Whether a pair was not searched yet, or not so thoroughly and is not sure.
+    fn is_new(&self, pair: [usize; 2], effort: Effort) -> bool {
+        match self.pairs.get(&pair) {
+            None => true,
+            Some(found) => {
+                let is_told = self.inside.is_trusted(pair[0], pair[1]);
+                effort == Effort::Thorough
+                    && found.finding != Finding::Sure
+                    && !is_told
+                    && !self.thorough.contains(&pair)
+            }
+        }
+    }
+
+    fn add(&mut self, wanted: &[[usize; 2]], find: impl Fn(usize, usize) -> Option<Pair> + Sync) -> Result<()> {
+        let found = wanted.par_iter().filter(|pair| self.is_open(**pair)).map(|&[a, b]| {
+            self.progress.advance(1)?;
+            Ok(find(a, b))
+        });
+        let found: Vec<Option<Pair>> = found.collect::<Result<_>>()?;
+        self.pairs.extend(found.into_iter().flatten().map(|pair| ([pair.a, pair.b], pair)));
+        Ok(())
+    }
+
+    /// Whether two scans may be compared at all.
+    fn is_open(&self, [a, b]: [usize; 2]) -> bool {
+        let both_fixed = self.inside.is_fixed[a] && self.inside.is_fixed[b];
+        !both_fixed && !self.inside.rejected.contains(&[a, b])
+    }
+
+    fn joined(&self) -> (Vec<Group>, Vec<Standing>) {
+        let pairs: Vec<Pair> = self.pairs.values().cloned().collect();
+        let groups = apart_at_first(self.views, &self.inside.is_fixed);
+        assemble(self.views, &pairs, groups, |pair| self.inside.is_trusted(pair.a, pair.b))
+    }
+
+    /// Pairs that the caller names.
+    fn told(&mut self) -> Result<()> {
+        let mut told: Vec<[usize; 2]> = self.inside.trusted.clone();
+        told.extend(self.inside.picks.iter().map(|pick| pick.scans));
+        told.sort_unstable();
+        told.dedup();
+        let (views, inside, limits) = (self.views, self.inside, self.limits);
+        self.add(&told, |a, b| Some(picked(views, inside, a, b, &limits)))
+    }
+
+    /// Pairs that touch, or nearly do, where the scans lie as they are given.
+    fn near(&mut self, params: &AlignParams) -> Result<()> {
+        let views = self.views;
+        let reach = |a: usize, b: usize| {
+            params.reach.unwrap_or(ROUGH_REACH * views[a].reduced.radius.max(views[b].reduced.radius))
+        };
+        let motion =
+            |a: usize, b: usize| views[a].reduced.world_from_local().inverse() * views[b].reduced.world_from_local();
+        let touch = |&[a, b]: &[usize; 2]| {
+            let far = motion(a, b).translation.length();
+            far < views[a].reduced.radius + views[b].reduced.radius + reach(a, b)
+        };
+        let all = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| [a, b]));
+        let wanted: Vec<[usize; 2]> = all.filter(touch).filter(|pair| !self.pairs.contains_key(pair)).collect();
+        let limits = self.limits;
+        self.add(&wanted, |a, b| {
+            let start = motion(a, b);
+            let pair = Pair::near(views, a, b, &start, reach(a, b), &limits);
+            let radius = views[a].reduced.radius.min(views[b].reduced.radius);
+            let stayed =
+                pair.modes.first().is_some_and(|mode| apart(&mode.a_from_b, &start, radius) < STRAY * reach(a, b));
+            (stayed && pair.finding == Finding::Sure).then_some(pair)
+        })
+    }
+}
+
+/// By default rough poses are off by this share of a scan's radius.
+const ROUGH_REACH: f64 = 0.2;
+/// What was found near a rough pose may lie so many reaches from it.
+const STRAY: f64 = 3.0;
+/// Picks are exact to so many coarse cells.
+const PICKED: f64 = 6.0;
+
+/// The motion of two scans that the caller joins: by picks where they give one, else the likeliest that agrees with them.
+fn picked(views: &[View], inside: &Inside, a: usize, b: usize, limits: &Limits) -> Pair {
+    let picks: Vec<_> = inside.picks_of(a, b).collect();
+    let cell = views[a].coarse.cell.max(views[b].coarse.cell);
+    let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
+    if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
+        let mut horn = Horn::new();
+        for pick in &picks {
+            horn.point(pick.points[1], pick.points[0], pick.weight);
+            if let Some(normals) = pick.normals {
+                horn.direction(normals[1], normals[0], pick.weight * (4.0 * cell) * (4.0 * cell));
+            }
+        }
+        if let Some(start) = horn.solve() {
+            let pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
+            return if pair.modes.is_empty() { Pair::given(views, a, b, &start, limits) } else { pair };
+        }
+    }
+    let mut pair = Pair::search(views, a, b, Effort::Thorough, limits);
+    let off = |motion: &DAffine3| {
+        picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
+    };
+    pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);
+    if pair.modes.is_empty() {
+        pair.finding = Finding::Nothing;
+    }
+    pair
+}

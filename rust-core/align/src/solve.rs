@@ -1,0 +1,312 @@
+//! The steps from views to poses.
+
+use std::collections::BTreeMap;
+
+use glam::DAffine3;
+use rayon::prelude::*;
+
+use crate::assemble::{Group, Standing};
+use crate::constraints::Inside;
+use crate::finding::{Finding, Limits, closest, fits};
+use crate::judge::{Verdict, judge, tolerance};
+use crate::linear::{Matrix6, eigen};
+use crate::pair::Pair;
+use crate::params::AlignParams;
+use crate::refine::Both;
+use crate::relax::{Link, Net, Start, contacts};
+use crate::search::{Found, search};
+use crate::uncertainty::covariances;
+use crate::view::View;
+use base::error::Result;
+use base::progress::Progress;
+
+/// What was found, by the numbers inside.
+pub(crate) struct Solved {
+    pub groups: Vec<SolvedGroup>,
+    pub pairs: Vec<Pair>,
+    pub standings: Vec<Standing>,
+    pub links: Vec<Looked>,
+    pub limits: Limits,
+    pub inside: Vec<bool>,
+    pub rejected: Vec<[usize; 2]>,
+}
+
+/// Scans in one frame.
+pub(crate) struct SolvedGroup {
+    /// Numbers and poses (world from local) of the scans; those that moved with nothing else lie where they were given.
+    pub members: Vec<(usize, DAffine3)>,
+    /// In the gauges of the scans, in the order of the members.
+    pub covariances: Vec<Matrix6>,
+    /// The one whose pose is kept, unless others are fixed.
+    pub frame: usize,
+    /// Of a scan by itself that was joined, but is not held: how far it may be off.
+    pub adrift: Option<f64>,
+}
+
+/// Two scans of a group that touch, as they lie in the end.
+pub(crate) struct Looked {
+    pub link: Link,
+    pub verdict: Verdict,
+    /// Root mean square distance up to which they are taken for the same surface.
+    pub closest: f64,
+}
+
+impl Looked {
+    pub fn is_off(&self) -> bool {
+        self.verdict.mean_square.sqrt() > self.closest
+    }
+}
+
+/// A group in its frame, and those of its scans that touch.
+type Settled = (SolvedGroup, Vec<(Link, Verdict)>);
+
+/// Scans are linked that touch by this share of one of them.
+const LINK: f64 = 0.02;
+/// Samples that tell whether two scans touch, and how.
+const FEW: usize = 300;
+const MANY: usize = 1000;
+
+pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
+    let Found { pairs, standings, groups } = search(views, params, inside, progress)?;
+    let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+    progress.stage(2, views.len() as u64);
+    let mut solved = Vec::new();
+    let mut looked = Vec::new();
+    for group in groups {
+        progress.reach(looked.len() as u64);
+        for (group, links) in held(views, inside, &limits, &group, progress)? {
+            solved.push(group);
+            looked.extend(links);
+        }
+    }
+    let has_fixed = |group: &SolvedGroup| group.members.iter().any(|member| inside.is_fixed[member.0]);
+    let area = |group: &SolvedGroup| group.members.iter().map(|member| views[member.0].reduced.area).sum::<f64>();
+    let is_joined = |group: &SolvedGroup| group.members.len() > 1;
+    let rank = |x: &SolvedGroup, y: &SolvedGroup| {
+        has_fixed(y).cmp(&has_fixed(x)).then(is_joined(y).cmp(&is_joined(x))).then(area(y).total_cmp(&area(x)))
+    };
+    solved.sort_by(rank);
+    Ok(Solved {
+        groups: solved,
+        pairs,
+        standings,
+        links: looked
+            .into_iter()
+            .map(|(link, verdict)| Looked { link, closest: closest(&verdict, &limits), verdict })
+            .collect(),
+        limits,
+        inside: inside.is_fixed.clone(),
+        rejected: inside.rejected.clone(),
+    })
+}
+
+/// A group settled; what falls apart, because pairs that joined it don't fit beside the others, as several.
+fn held(
+    views: &[View],
+    inside: &Inside,
+    limits: &Limits,
+    group: &Group,
+    progress: &Progress<'_>,
+) -> Result<Vec<Settled>> {
+    let (solved, links) = settle(views, inside, group, progress)?;
+    let holds = |(link, verdict): &&(Link, Verdict)| {
+        let finding = fits([&views[link.a], &views[link.b]], verdict, limits);
+        inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Slides)
+    };
+    let mut part: Vec<usize> = (0..views.len()).collect();
+    let mut join = |a: usize, b: usize| {
+        let (keep, gone) = (part[a].min(part[b]), part[a].max(part[b]));
+        part.iter_mut().filter(|p| **p == gone).for_each(|p| *p = keep);
+    };
+    links.iter().filter(holds).for_each(|(link, _)| join(link.a, link.b));
+    let fixed: Vec<usize> = solved.members.iter().map(|member| member.0).filter(|&k| inside.is_fixed[k]).collect();
+    fixed.windows(2).for_each(|two| join(two[0], two[1]));
+    inside.trusted.iter().copied().chain(inside.picks.iter().map(|pick| pick.scans)).for_each(|[a, b]| {
+        if group.pose(a).is_some() && group.pose(b).is_some() {
+            join(a, b);
+        }
+    });
+    let mut parts: BTreeMap<usize, Vec<(usize, DAffine3)>> = BTreeMap::new();
+    for &(scan, pose) in &solved.members {
+        parts.entry(part[scan]).or_default().push((scan, pose));
+    }
+    if parts.len() == 1 {
+        return held_tight(views, inside, limits, solved, links, progress);
+    }
+    let mut all = Vec::new();
+    for members in parts.into_values() {
+        all.extend(held(views, inside, limits, &Group { members }, progress)?);
+    }
+    Ok(all)
+}
+
+/// A group without those of its scans that may be so far off that it is not known where they are.
+fn held_tight(
+    views: &[View],
+    inside: &Inside,
+    limits: &Limits,
+    solved: SolvedGroup,
+    links: Vec<(Link, Verdict)>,
+    progress: &Progress<'_>,
+) -> Result<Vec<Settled>> {
+    let is_told = |scan: usize| {
+        inside.trusted.iter().chain(inside.picks.iter().map(|pick| &pick.scans)).any(|pair| pair.contains(&scan))
+    };
+    let deviation = |covariance: &Matrix6| eigen(covariance).0[5].max(0.0).sqrt();
+    let adrift: Vec<(usize, f64)> = solved
+        .members
+        .iter()
+        .zip(&solved.covariances)
+        .map(|(&(scan, _), covariance)| (scan, deviation(covariance)))
+        .filter(|&(scan, deviation)| deviation > ADRIFT * views[scan].reduced.spacing && !is_told(scan))
+        .collect();
+    if adrift.is_empty() {
+        return Ok(vec![(solved, links)]);
+    }
+    let rest = solved.members.iter().filter(|(scan, _)| adrift.iter().all(|other| other.0 != *scan));
+    let mut all = held(views, inside, limits, &Group { members: rest.copied().collect() }, progress)?;
+    for (scan, deviation) in adrift {
+        let alone = Group { members: vec![(scan, views[scan].reduced.world_from_local())] };
+        let (group, links) = settle(views, inside, &alone, progress)?;
+        all.push((SolvedGroup { adrift: Some(deviation), ..group }, links));
+    }
+    Ok(all)
+}
+
+/// A scan that may be off by so many distances of samples has no place.
+const ADRIFT: f64 = 3.0;
+
+/// All scans of a group at once: which of them touch, poses that fit all of these, twice.
+fn settle(views: &[View], inside: &Inside, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
+    let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
+    // Numbers rise as areas fall.
+    let frame = group.members.iter().map(|member| member.0).min().expect("no group is empty");
+    let mut poses = vec![None; views.len()];
+    let world_from_group = match group.pose(frame) {
+        Some(pose) if !has_fixed => views[frame].reduced.world_from_local() * pose.inverse(),
+        _ => DAffine3::IDENTITY,
+    };
+    for &(scan, pose) in &group.members {
+        poses[scan] = Some(world_from_group * pose);
+    }
+    let mut is_fixed = inside.is_fixed.clone();
+    if !has_fixed {
+        is_fixed[frame] = true;
+        poses[frame] = Some(views[frame].reduced.world_from_local());
+    }
+    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks: &inside.picks };
+    let members: Vec<usize> = {
+        let mut members: Vec<usize> = group.members.iter().map(|member| member.0).collect();
+        members.sort_unstable();
+        members
+    };
+    let mut near = touching(&net, &members, inside, progress)?;
+    for start in [Start::Near, Start::Settled] {
+        let found = links(&net, &near, FEW, progress)?;
+        near = found.iter().map(|(link, _)| *link).collect();
+        net.links = strongest(&found);
+        net.relax(start, progress)?;
+    }
+    let links = links(&net, &near, MANY, progress)?;
+    net.links = strongest(&links);
+    let covariances = covariances(&net, progress)?;
+    let group = SolvedGroup {
+        covariances: members.iter().map(|&scan| covariances[scan]).collect(),
+        members: members.iter().map(|&scan| (scan, net.poses[scan].expect("members have poses"))).collect(),
+        frame,
+        adrift: None,
+    };
+    Ok((group, links))
+}
+
+/// Pairs of the scans that may touch as they lie: of each scan those that may touch it most, but for those that the caller
+/// forbids.
+fn touching(net: &Net<'_>, members: &[usize], inside: &Inside, progress: &Progress<'_>) -> Result<Vec<Link>> {
+    let pairs: Vec<Link> = members
+        .iter()
+        .flat_map(|&a| members.iter().filter(move |&&b| b > a).map(move |&b| Link { a, b }))
+        .filter(|link| !inside.rejected.contains(&[link.a, link.b]))
+        .collect();
+    let shares = pairs.par_iter().map(|&link| {
+        progress.check()?;
+        Ok(motion(net, link).map_or(0.0, |motion| touching_share([&net.views[link.a], &net.views[link.b]], &motion)))
+    });
+    let shares: Vec<f64> = shares.collect::<Result<_>>()?;
+    let touching = pairs.into_iter().zip(shares).filter(|(_, share)| *share > 0.0);
+    Ok(most_of_each(touching.map(|(link, share)| (share, link)), LOOKED_AT))
+}
+
+/// Of each scan the links that count most for it.
+fn most_of_each(links: impl Iterator<Item = (f64, Link)>, most: usize) -> Vec<Link> {
+    let mut of_scan: BTreeMap<usize, Vec<(f64, Link)>> = BTreeMap::new();
+    for (value, link) in links {
+        of_scan.entry(link.a).or_default().push((value, link));
+        of_scan.entry(link.b).or_default().push((value, link));
+    }
+    let mut kept = Vec::new();
+    for mut links in of_scan.into_values() {
+        links.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        kept.extend(links.into_iter().take(most).map(|(_, link)| link));
+    }
+    kept.sort_unstable();
+    kept.dedup();
+    kept
+}
+
+fn motion(net: &Net<'_>, link: Link) -> Option<DAffine3> {
+    Some(net.poses[link.a]?.inverse() * net.poses[link.b]?)
+}
+
+/// Share of a few samples of one that lie near the other.
+fn touching_share([a, b]: [&View; 2], motion: &DAffine3) -> f64 {
+    if motion.translation.length() >= a.reduced.radius + b.reduced.radius {
+        return 0.0;
+    }
+    let cell = a.coarse.cell.max(b.coarse.cell);
+    let samples = b.coarse.spread(GLANCE);
+    let touches = |k: &&u32| {
+        let at = motion.transform_point3(b.coarse.points[**k as usize]);
+        a.coarse.tree.nearest_within(at, 3.0 * cell).is_some()
+    };
+    samples.iter().filter(touches).count() as f64 / samples.len().max(1) as f64
+}
+
+/// Those of the links where scans touch, as they lie now.
+fn links(net: &Net<'_>, among: &[Link], samples: usize, progress: &Progress<'_>) -> Result<Vec<(Link, Verdict)>> {
+    let looked = among.par_iter().map(|&link| {
+        progress.check()?;
+        let Some(motion) = motion(net, link) else { return Ok(None) };
+        let both = [&net.views[link.a], &net.views[link.b]];
+        let levels = Both::new(both[0].fine(), both[1].fine(), samples);
+        let verdict = judge(both, &levels, &motion, tolerance(both));
+        let overlap = verdict.overlap();
+        Ok((overlap[0].max(overlap[1]) >= LINK).then_some((link, verdict)))
+    });
+    Ok(looked.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect())
+}
+
+/// The links that hold the poses: their number grows with the scans alone.
+fn strongest(links: &[(Link, Verdict)]) -> Vec<Link> {
+    most_of_each(links.iter().map(|(link, verdict)| (verdict.touching(), *link)), STRONGEST)
+}
+
+/// Links of each scan that hold it, and that are looked at.
+const STRONGEST: usize = 8;
+const LOOKED_AT: usize = 24;
+/// Samples that tell whether two scans may touch at all.
+const GLANCE: usize = 150;
+
+/// Root mean square distance of the surfaces of all pairs that touch, along their normals.
+pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> Option<f64> {
+    let mut poses = vec![None; views.len()];
+    group.members.iter().for_each(|&(scan, pose)| poses[scan] = Some(pose));
+    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: &[] };
+    let (mut sum, mut weight) = (0.0, 0.0);
+    for link in links {
+        for contact in contacts(&net, *link, MANY, 1.5) {
+            sum += contact.area * contact.distance() * contact.distance();
+            weight += contact.area;
+        }
+    }
+    (weight > 0.0).then(|| (sum / weight).sqrt())
+}

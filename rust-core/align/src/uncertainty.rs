@@ -1,0 +1,75 @@
+//! How far poses may be off: what becomes of them if pieces of the surface are left out (the infinitesimal jackknife).
+//!
+//! Distances between surfaces that lie beside each other are off together: by noise that was smoothed over them, by what lies
+//! between samples, by warp. Each piece of space counts as one observation, however many samples there are. Sandwich of
+//! inverse normal matrices around the sum over pieces (Liang & Zeger 1986); white noise, which others assume, gives far too little.
+
+use glam::IVec3;
+use rustc_hash::FxHashMap;
+
+use crate::judge::PIECE;
+use crate::linear::{Matrix6, Vector6};
+use crate::relax::{NARROW, Net, SAMPLES, Use, contacts, weight_of};
+use base::error::Result;
+use base::progress::Progress;
+
+/// Covariances of the scans that have unknowns, in their gauges; zero for the others.
+pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<Matrix6>> {
+    let (reach, scale) = NARROW;
+    let factor = |purpose| Ok(net.equations(SAMPLES, reach, scale, purpose, progress)?.factor());
+    let factor = match factor(Use::Response)? {
+        Some(factor) => Some(factor),
+        None => factor(Use::Step)?,
+    };
+    let Some(factor) = factor else { return Ok(vec![[[0.0; 6]; 6]; net.views.len()]) };
+    let unknowns = net.unknowns();
+    let gauges = net.gauges();
+    let width = PIECE * net.views.iter().map(|view| view.fine().cell).fold(0.0, f64::max);
+    let mut places: FxHashMap<IVec3, usize> = FxHashMap::default();
+    let mut pieces: Vec<Vec<(usize, Vector6)>> = Vec::new();
+    for link in &net.links {
+        progress.check()?;
+        let (Some(of_a), Some(of_b)) = (&gauges[link.a], &gauges[link.b]) else { continue };
+        for contact in contacts(net, *link, SAMPLES, reach) {
+            let residual = contact.distance();
+            let weight = weight_of(net, *link, &contact, scale);
+            let middle = 0.5 * (contact.a + contact.b);
+            let piece = *places.entry((middle / width).floor().as_ivec3()).or_insert_with(|| {
+                pieces.push(Vec::new());
+                pieces.len() - 1
+            });
+            let sides = [
+                (unknowns[link.a], of_a.row(middle, -contact.normal)),
+                (unknowns[link.b], of_b.row(middle, contact.normal)),
+            ];
+            for (unknown, row) in sides {
+                let Some(unknown) = unknown else { continue };
+                let push = row.map(|x| weight * residual * x);
+                match pieces[piece].iter_mut().find(|entry| entry.0 == unknown) {
+                    Some((_, sum)) => sum.iter_mut().zip(push).for_each(|(sum, x)| *sum += x),
+                    None => pieces[piece].push((unknown, push)),
+                }
+            }
+        }
+    }
+    let count = unknowns.iter().flatten().count();
+    let mut of_unknown = vec![[[0.0; 6]; 6]; count];
+    for piece in &pieces {
+        progress.check()?;
+        let mut right = vec![[0.0; 6]; count];
+        piece.iter().for_each(|&(unknown, push)| right[unknown] = push);
+        for (sum, shift) in of_unknown.iter_mut().zip(factor.solve(&right)) {
+            for (row, x) in sum.iter_mut().zip(&shift) {
+                row.iter_mut().zip(&shift).for_each(|(to, y)| *to += x * y);
+            }
+        }
+    }
+    // Poses were fitted to the same pieces.
+    let spare = pieces.len() as f64 - 6.0 * count as f64;
+    let correction = if spare > 0.0 { pieces.len() as f64 / spare } else { f64::INFINITY };
+    of_unknown.iter_mut().flatten().flatten().for_each(|x| *x *= correction.min(MOST_CORRECTION));
+    Ok(unknowns.iter().map(|unknown| unknown.map_or([[0.0; 6]; 6], |unknown| of_unknown[unknown])).collect())
+}
+
+/// Few pieces tell little, but not nothing.
+const MOST_CORRECTION: f64 = 10.0;

@@ -1,0 +1,139 @@
+//! A scan made ready to be aligned: its surface by few points and by more, what looks like what, what its sensor saw through.
+
+use std::hash::Hasher as _;
+use std::sync::OnceLock;
+
+use glam::{DAffine3, DVec3};
+use rustc_hash::FxHasher;
+
+use crate::features::Features;
+use crate::level::Level;
+use crate::sight::DepthMap;
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::oriented::OrientedPoints;
+use image::range_image::is_rigid;
+use image::source::ScanSource;
+
+/// Points of a scan's finer level.
+const FINE: f64 = 8000.0;
+/// Points of the coarser level of the median scan.
+const COARSE: f64 = 2500.0;
+/// Cells are as wide as it takes for points to be off by so many of them.
+const QUIET: f64 = 0.15;
+/// Finest cell in distances between samples.
+const FINEST: f64 = 1.2;
+
+/// Points of a scan, fewer than it has; frames are the scan's own, moved so that the middle of its points is the origin.
+pub(crate) struct Reduced {
+    /// Place of the middle in the scan's own frame.
+    pub middle: DVec3,
+    pub world_from_scan: DAffine3,
+    pub spacing: f64,
+    /// Area of the whole surface.
+    pub area: f64,
+    /// Largest distance of a point from the middle.
+    pub radius: f64,
+    /// The same for the same samples.
+    pub content: u64,
+    /// Where its sensor stood, in the scan's own frame.
+    pub eye: Option<DVec3>,
+    fine: Level,
+    sight: Option<DepthMap>,
+}
+
+impl Reduced {
+    /// Reads a scan. O(samples); of these nothing is kept.
+    ///
+    /// # Errors
+    /// What reading can meet; cancelled.
+    pub fn read(source: &dyn ScanSource, progress: &Progress<'_>) -> Result<Self> {
+        let OrientedPoints { mut positions, areas, viewing, spacing, world_from_points, .. } =
+            source.oriented_points(progress)?;
+        if !is_rigid(&world_from_points) {
+            return Err(Error::input(format!(
+                "scan {:?} is scaled, sheared or mirrored by its pose: apply its scale first, since alignment turns and shifts only",
+                source.name()
+            )));
+        }
+        let mut hasher = FxHasher::default();
+        hasher.write(bytemuck::cast_slice(&positions));
+        hasher.write(bytemuck::cast_slice(&areas));
+        let area: f64 = areas.iter().map(|a| a.length()).sum();
+        let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
+        positions.iter_mut().for_each(|p| *p -= middle);
+        let eye = match viewing {
+            Some(image::range_image::Viewing::From(eye)) => Some(eye),
+            _ => None,
+        };
+        let viewing = viewing.map(|viewing| match viewing {
+            image::range_image::Viewing::From(eye) => image::range_image::Viewing::From(eye - middle),
+            parallel => parallel,
+        });
+        progress.check()?;
+        let cell = (area / FINE).sqrt().max(FINEST * spacing);
+        let mut fine = if area > 0.0 { Level::new(&positions, &areas, cell) } else { Level::default() };
+        // Means over cells twice as wide are off by half as much, in cells by a quarter.
+        let wider = (fine.noise / (QUIET * cell)).sqrt();
+        if wider > 1.2 {
+            fine = Level::new(&positions, &areas, wider.min(3.0) * cell);
+        }
+        Ok(Reduced {
+            middle,
+            eye,
+            world_from_scan: world_from_points,
+            spacing,
+            area,
+            radius: positions.iter().map(|p| p.length()).fold(0.0, f64::max),
+            content: hasher.finish(),
+            sight: DepthMap::new(&positions, &areas, spacing, viewing),
+            fine,
+        })
+    }
+}
+
+impl Reduced {
+    /// Where the scan lies as it is given.
+    pub fn world_from_local(&self) -> DAffine3 {
+        self.world_from_scan * DAffine3::from_translation(self.middle)
+    }
+}
+
+/// The cell that gives the median scan [`COARSE`] points.
+pub(crate) fn coarse_cell<'r>(scans: impl Iterator<Item = &'r Reduced>) -> f64 {
+    let mut cells: Vec<f64> = scans.filter(|s| s.area > 0.0).map(|s| (s.area / COARSE).sqrt()).collect();
+    cells.sort_by(f64::total_cmp);
+    cells.get(cells.len() / 2).copied().unwrap_or(0.0)
+}
+
+pub(crate) struct View {
+    pub reduced: Reduced,
+    pub coarse: Level,
+    pub features: Features,
+    /// Motions that lay the scan on itself; found when first asked for.
+    pub symmetries: OnceLock<Vec<DAffine3>>,
+}
+
+impl View {
+    pub fn new(reduced: Reduced, cell: f64) -> Self {
+        let cell = cell.max(reduced.fine.cell);
+        let fine = &reduced.fine;
+        let areas: Vec<DVec3> = fine.normals.iter().zip(&fine.areas).map(|(&n, &a)| n * a).collect();
+        let coarse = Level::new(&fine.points, &areas, cell);
+        let features = Features::new(&coarse);
+        View { reduced, coarse, features, symmetries: OnceLock::new() }
+    }
+
+    pub fn fine(&self) -> &Level {
+        &self.reduced.fine
+    }
+
+    pub fn sight(&self) -> Option<&DepthMap> {
+        self.reduced.sight.as_ref()
+    }
+
+    /// Whether there is any surface to go by.
+    pub fn is_empty(&self) -> bool {
+        self.coarse.len() == 0
+    }
+}
