@@ -218,6 +218,55 @@ typedef enum {
   SRF_VOXEL_MEMORY = 4,
 } srf_voxel_reason;
 
+// What is known of the poses that the scans have.
+typedef enum {
+  // Nothing: each scan may lie anywhere.
+  SRF_START_UNKNOWN = 1,
+  // They are near where they belong: places near them are tried first.
+  SRF_START_ROUGH = 2,
+} srf_start;
+
+// What became of a scan.
+typedef enum {
+  // It has no place: srf_alignment_reason() says why.
+  SRF_SCAN_UNPLACED = 0,
+  // Its pose was found.
+  SRF_SCAN_PLACED = 1,
+  // Its pose is as given: it is fixed, or the frame of the others.
+  SRF_SCAN_KEPT = 2,
+  // It was joined with others, but nothing joins these with the first group.
+  SRF_SCAN_APART = 3,
+} srf_scan_state;
+
+// What became of a pair of scans.
+typedef enum {
+  // No motion was found that lays one on the other.
+  SRF_PAIR_NOTHING = 0,
+  // They overlap and fit, where they lie in the end.
+  SRF_PAIR_FITS = 1,
+  // They overlap where they lie in the end, but lie further apart than noise explains: warp, or something moved.
+  SRF_PAIR_MISFIT = 2,
+  // They fit, but may turn or slide on each other: not used.
+  SRF_PAIR_SLIDES = 3,
+  // They fit in several places: not used.
+  SRF_PAIR_AMBIGUOUS = 4,
+  // What they share stood still before the sensor while the rest moved: not used.
+  SRF_PAIR_BACKGROUND = 5,
+  // They fit by themselves, but other scans' sensors saw through there: not used.
+  SRF_PAIR_SEEN_THROUGH = 6,
+  // They fit by themselves, but other pairs, that fit better, say otherwise: not used.
+  SRF_PAIR_DISAGREES = 7,
+  // The caller rejected it.
+  SRF_PAIR_REJECTED = 8,
+} srf_pair_state;
+
+// An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
+// numbered from 0 in the order of adding. Released with srf_aligner_free().
+typedef struct srf_aligner srf_aligner;
+
+// What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
+typedef struct srf_alignment srf_alignment;
+
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
 
@@ -406,6 +455,113 @@ typedef struct {
   // SRF_ENCODING_BINARY.
   uint64_t encoding;
 } srf_write_options;
+
+// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+// srf_align_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // What is known of the poses that the scans have. A value of srf_start, default SRF_START_UNKNOWN.
+  uint64_t start;
+  // With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
+  double reach;
+  // Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
+  // distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.
+  double tolerance;
+  // Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
+  double min_overlap;
+} srf_align_params;
+
+// A point that two scans show. Starts with its size; prepared by srf_pick_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if the normals are known: two picks with normals already give a pose. 0, the default, if not.
+  uint32_t has_normals;
+  // Numbers of the scans.
+  uint32_t scans[2];
+  // Where the point is, in each scan's own frame.
+  double points[2][3];
+  // Outward normals there, in the scans' frames, of any length but 0.
+  double normals[2][3];
+  // What it counts: at 1, the default, as much as a hundredth of the smaller scan's surface. > 0.
+  double weight;
+} srf_pick;
+
+// Figures of an alignment. Starts with its size; prepared by srf_align_report_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Scans that were added.
+  uint32_t scans;
+  // Scans of the first group, which have a pose: those placed and those kept.
+  uint32_t placed;
+  // Groups of scans that are joined with each other.
+  uint32_t groups;
+  // Messages for srf_alignment_message().
+  uint32_t messages;
+  // Lines for srf_alignment_line().
+  uint32_t lines;
+  // Pairs of scans of which anything was found, for srf_alignment_pair().
+  uint64_t pairs;
+  // Pairs that were compared.
+  uint64_t compared;
+  // Root mean square distance of the surfaces of all pairs that touch, along normals, in the unit of the scans; SRF_FROM_DATA
+  // where none do.
+  double residual;
+} srf_align_report;
+
+// What was found of a scan. Lengths are in the unit of the scans. Starts with its size; prepared by srf_aligned_scan_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // What became of it: a value of srf_scan_state.
+  uint32_t state;
+  // Number of its group: 0 is the one that is placed. UINT32_MAX where it is joined with none.
+  uint32_t group;
+  // Ways, at most 6, that it may turn or slide and nothing holds it.
+  uint32_t free_ways;
+  // Its pose in its group, rigid: of the first group the result; scans of others lie together where the largest of them was given.
+  // All 0 where it has no group.
+  srf_pose world_from_scan;
+  // Covariance of a small motion of it in the world, row after row: turn about middle (radians), then shift. 0 where it is kept.
+  double covariance[6][6];
+  // The middle of its points, in the world.
+  double middle[3];
+  // One standard deviation of the place of its points: the largest over the scan.
+  double deviation;
+  // Share of its surface that lies on the scan that shares most with it.
+  double overlap;
+  // Root mean square distance to the surfaces of others, along normals; 0 where there are none.
+  double residual;
+  // Median distance of its samples.
+  double spacing;
+} srf_aligned_scan;
+
+// What was found of two scans. Starts with its size; prepared by srf_aligned_pair_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // What became of the pair: a value of srf_pair_state.
+  uint32_t state;
+  // Numbers of the scans, the smaller first.
+  uint32_t scans[2];
+  // Places in which one fits the other.
+  uint32_t places;
+  // Ways that one may turn or slide on the other.
+  uint32_t free_ways;
+  // Share of either surface that lies on the other.
+  double overlap[2];
+  // Root mean square distance of the surfaces where they touch, along normals, in the unit of the scans.
+  double residual;
+  // How well the pair is held against turning and sliding: 1 at best, 0 where it may.
+  double balance;
+  // Of what the sensors can tell, the share that speaks against it.
+  double seen_through;
+} srf_aligned_pair;
 
 // How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
 // defaults by srf_merge_params_init().
@@ -1377,6 +1533,173 @@ srf_status srf_images_write_e57(const srf_image *const *images,
                                 size_t count,
                                 const char *path,
                                 const srf_progress *progress);
+
+// Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_align_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_align_params_init_sized(srf_align_params *params, size_t size);
+#define srf_align_params_init(params) srf_align_params_init_sized((params), sizeof(srf_align_params))
+
+// Prepares a struct for srf_aligner_pick(): without normals, of weight 1. Call srf_pick_init(pick), which adds the size that this
+// header knows.
+// pick     not NULL
+// size     sizeof(srf_pick): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_pick_init_sized(srf_pick *pick,
+                               size_t size);
+#define srf_pick_init(pick) srf_pick_init_sized((pick), sizeof(srf_pick))
+
+// Begins an alignment without scans.
+// out_aligner  receives a new handle on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_create(srf_aligner **out_aligner);
+
+// Releases an alignment being put together; what was added to it and what it found stays.
+// aligner    NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_aligner_free(srf_aligner *aligner);
+
+// Adds a range image as it is now; it may be freed or changed afterwards. Its own frame is its sensor's.
+// aligner    not NULL
+// image      not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_add_image(srf_aligner *aligner, const srf_image *image);
+
+// Adds an oriented mesh as it is now.
+// aligner          not NULL
+// mesh             not NULL
+// world_from_mesh  places it, rigid; NULL for the identity
+// name             what texts call it and ties are broken by, UTF-8; not NULL
+// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_add_mesh(srf_aligner *aligner,
+                                const srf_mesh *mesh,
+                                const srf_pose *world_from_mesh,
+                                const char *name);
+
+// Adds points as they are now, by their normals; their place is the cloud's.
+// aligner    not NULL
+// cloud      with normals, without which a run is refused; not NULL
+// name       what texts call it and ties are broken by, UTF-8; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_add_cloud(srf_aligner *aligner, const srf_cloud *cloud, const char *name);
+
+// Adds all scans of a set; they are read when the alignment runs, one a thread at a time, and not kept.
+// aligner    not NULL
+// scans      not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_add_scans(srf_aligner *aligner, const srf_scans *scans);
+
+// Says that a scan stays where it is. Where none is fixed the largest one stays.
+// aligner    not NULL
+// scan       number of a scan that was added
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_fix(srf_aligner *aligner, size_t scan);
+
+// Says that two scans show the same point.
+// aligner    not NULL
+// pick       initialized by srf_pick_init(); not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligner_pick(srf_aligner *aligner, const srf_pick *pick);
+
+// Says that two scans touch: what fits them best is used, even if it is not sure.
+// aligner    not NULL
+// a, b       numbers of two scans that were added
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_trust(srf_aligner *aligner, size_t a, size_t b);
+
+// Says that two scans must not be compared.
+// aligner    not NULL
+// a, b       numbers of two scans that were added
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_reject(srf_aligner *aligner, size_t a, size_t b);
+
+// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
+// is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
+// where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
+// aligner        not NULL
+// params         NULL for the defaults
+// progress       NULL for none
+// out_alignment  receives a new handle on SRF_OK only; not NULL
+// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid or a pair that is both
+//                trusted and rejected, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//                SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligner_run(const srf_aligner *aligner,
+                           const srf_align_params *params,
+                           const srf_progress *progress,
+                           srf_alignment **out_alignment);
+
+// Prepares a struct for srf_alignment_report(). Call srf_align_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_align_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_align_report_init_sized(srf_align_report *report,
+                                       size_t size);
+#define srf_align_report_init(report) srf_align_report_init_sized((report), sizeof(srf_align_report))
+
+// Prepares a struct for srf_alignment_scan(). Call srf_aligned_scan_init(scan), which adds the size that this header knows.
+// scan     not NULL
+// size     sizeof(srf_aligned_scan): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_scan_init_sized(srf_aligned_scan *scan,
+                                       size_t size);
+#define srf_aligned_scan_init(scan) srf_aligned_scan_init_sized((scan), sizeof(srf_aligned_scan))
+
+// Prepares a struct for srf_alignment_pair(). Call srf_aligned_pair_init(pair), which adds the size that this header knows.
+// pair     not NULL
+// size     sizeof(srf_aligned_pair): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligned_pair_init_sized(srf_aligned_pair *pair,
+                                       size_t size);
+#define srf_aligned_pair_init(pair) srf_aligned_pair_init_sized((pair), sizeof(srf_aligned_pair))
+
+// Releases what an alignment found, with its texts.
+// alignment  NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_alignment_free(srf_alignment *alignment);
+
+// The figures of an alignment.
+// alignment   not NULL
+// out_report  initialized by srf_align_report_init(); not NULL
+// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_alignment_report(const srf_alignment *alignment, srf_align_report *out_report);
+
+// What was found of a scan.
+// alignment  not NULL
+// index      number of the scan, in the order of adding
+// out_scan   initialized by srf_aligned_scan_init(); not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_alignment_scan(const srf_alignment *alignment, size_t index, srf_aligned_scan *out_scan);
+
+// What was found of a pair of scans; pairs that are not listed have nothing in common.
+// alignment  not NULL
+// index      less than the number of pairs in the report; they are listed by their scans' numbers
+// out_pair   initialized by srf_aligned_pair_init(); not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_aligned_pair *out_pair);
+
+// Why a scan is not placed, and what to do.
+// alignment   not NULL
+// index       number of the scan, in the order of adding
+// out_reason  receives a text that stays until the alignment is freed, empty for a scan that is placed; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_alignment_reason(const srf_alignment *alignment,
+                                size_t index,
+                                const char **out_reason);
+
+// What a person should know of the whole, a sentence.
+// alignment    not NULL
+// index        less than the number of messages in the report
+// out_message  receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, const char **out_message);
+
+// A line for logs: first the whole, then each scan, then the messages.
+// alignment  not NULL
+// index      less than the number of lines in the report
+// out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_alignment_line(const srf_alignment *alignment, size_t index, const char **out_line);
 
 // Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
 // params   not NULL

@@ -174,6 +174,9 @@ struct Pose : srf_pose {
 };
 
 // Parameters with their defaults.
+struct AlignParams : srf_align_params {
+    AlignParams() { check(srf_align_params_init(this)); }
+};
 struct MergeParams : srf_merge_params {
     MergeParams() { check(srf_merge_params_init(this)); }
 };
@@ -205,6 +208,27 @@ struct ClusterParams : srf_cluster_params {
 // The figures of a clustering.
 struct ClusterReport : srf_cluster_report {
     ClusterReport() { check(srf_cluster_report_init(this)); }
+};
+
+// A point that two scans show: without normals, of weight 1 unless changed.
+struct Pick : srf_pick {
+    Pick() { check(srf_pick_init(this)); }
+};
+
+// The figures of an alignment.
+struct AlignReport : srf_align_report {
+    AlignReport() { check(srf_align_report_init(this)); }
+};
+
+// What an alignment found of a scan.
+struct AlignedScan : srf_aligned_scan {
+    AlignedScan() { check(srf_aligned_scan_init(this)); }
+    bool has_place() const noexcept { return state == SRF_SCAN_PLACED || state == SRF_SCAN_KEPT; }
+};
+
+// What an alignment found of two scans.
+struct AlignedPair : srf_aligned_pair {
+    AlignedPair() { check(srf_aligned_pair_init(this)); }
 };
 
 // What files do not say themselves.
@@ -405,11 +429,13 @@ public:
 
     // Normals and colours may be empty.
     template <typename Real>
-    static Cloud create(View<Real, 3> positions, View<float, 3> normals = {}, View<std::uint8_t, 4> colours = {})
+    static Cloud create(View<Real, 3> positions, View<float, 3> normals = {}, View<std::uint8_t, 4> colours = {},
+                        const Pose &world_from_cloud = {})
     {
         const srf_array array = positions.array(), towards = normals.array(), painted = colours.array();
         srf_cloud *cloud = nullptr;
-        check(srf_cloud_create(&array, normals.empty() ? nullptr : &towards, colours.empty() ? nullptr : &painted, nullptr, nullptr, &cloud));
+        check(srf_cloud_create(&array, normals.empty() ? nullptr : &towards, colours.empty() ? nullptr : &painted, nullptr,
+                               &world_from_cloud, &cloud));
         return Cloud(cloud);
     }
 
@@ -907,6 +933,95 @@ public:
         detail::Watcher watcher(progress);
         watcher.check(srf_scans_read(get(), index, watcher.get(), &content, &image, &mesh, &cloud));
         return Content{Image(image), Mesh(mesh), Cloud(cloud)};
+    }
+};
+
+// What an alignment found; scans have the numbers in which they were added.
+class Alignment : public detail::Handle<srf_alignment, srf_alignment_free> {
+public:
+    using Handle::Handle;
+
+    AlignReport report() const
+    {
+        AlignReport report;
+        check(srf_alignment_report(get(), &report));
+        return report;
+    }
+
+    AlignedScan scan(std::size_t index) const
+    {
+        AlignedScan scan;
+        check(srf_alignment_scan(get(), index, &scan));
+        return scan;
+    }
+
+    AlignedPair pair(std::size_t index) const
+    {
+        AlignedPair pair;
+        check(srf_alignment_pair(get(), index, &pair));
+        return pair;
+    }
+
+    // Why a scan is not placed, and what to do; empty if it is.
+    std::string reason(std::size_t scan) const
+    {
+        const char *reason = nullptr;
+        check(srf_alignment_reason(get(), scan, &reason));
+        return reason;
+    }
+
+    // What a person should know, a sentence each.
+    std::vector<std::string> messages() const { return texts(srf_alignment_message, report().messages); }
+    // The whole, each scan and the messages, for logs.
+    std::vector<std::string> lines() const { return texts(srf_alignment_line, report().lines); }
+
+private:
+    std::vector<std::string> texts(srf_status (*text)(const srf_alignment *, std::size_t, const char **), std::size_t count) const
+    {
+        std::vector<std::string> texts;
+        for (std::size_t i = 0; i < count; ++i) {
+            const char *found = nullptr;
+            check(text(get(), i, &found));
+            texts.emplace_back(found);
+        }
+        return texts;
+    }
+};
+
+// An alignment being put together; scans are numbered from 0 in the order of adding.
+class Aligner : public detail::Handle<srf_aligner, srf_aligner_free> {
+public:
+    Aligner() : Handle(make()) {}
+
+    void add(const Image &image) { check(srf_aligner_add_image(get(), image.get())); }
+    void add(const Scans &scans) { check(srf_aligner_add_scans(get(), scans.get())); }
+    void add(const Cloud &cloud, const std::string &name) { check(srf_aligner_add_cloud(get(), cloud.get(), name.c_str())); }
+    void add(const Mesh &mesh, const std::string &name, const Pose &world_from_mesh = {})
+    {
+        check(srf_aligner_add_mesh(get(), mesh.get(), &world_from_mesh, name.c_str()));
+    }
+
+    // The scan stays where it is.
+    void fix(std::size_t scan) { check(srf_aligner_fix(get(), scan)); }
+    void pick(const Pick &pick) { check(srf_aligner_pick(get(), &pick)); }
+    // The scans touch, or must not be compared.
+    void trust(std::size_t a, std::size_t b) { check(srf_aligner_trust(get(), a, b)); }
+    void reject(std::size_t a, std::size_t b) { check(srf_aligner_reject(get(), a, b)); }
+
+    Alignment run(const AlignParams &params = {}, const ProgressFunction &progress = {}) const
+    {
+        srf_alignment *alignment = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_aligner_run(get(), &params, watcher.get(), &alignment));
+        return Alignment(alignment);
+    }
+
+private:
+    static srf_aligner *make()
+    {
+        srf_aligner *aligner = nullptr;
+        check(srf_aligner_create(&aligner));
+        return aligner;
     }
 };
 

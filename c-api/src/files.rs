@@ -17,6 +17,7 @@ use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::settings::{srf_log_level::SRF_LOG_INFO, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::text::c_text;
 use crate::{params, pointer, sized};
 
 /// Scans opened together, with texts as C wants them.
@@ -115,9 +116,8 @@ fn open(
     let options = read_options(options)?;
     let set = import::open_with(&paths, &options, progress)?;
     set.notes.iter().for_each(|note| tell(SRF_LOG_INFO, note));
-    let text = |text: &String| CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
-    let names = set.scans.iter().map(|scan| text(&scan.name)).collect();
-    let notes = set.notes.iter().map(text).collect();
+    let names = set.scans.iter().map(|scan| c_text(&scan.name)).collect();
+    let notes = set.notes.iter().map(|note| c_text(note)).collect();
     handle::give("out_scans", out_scans, Scans { set, names, notes })
 }
 
@@ -148,7 +148,8 @@ pub unsafe extern "C" fn srf_scans_count(
     })
 }
 
-fn at<T>(all: &[T], index: usize) -> Result<&T, Failure> {
+/// What has a number, counted from 0.
+pub fn at<T>(all: &[T], index: usize) -> Result<&T, Failure> {
     let refused = || Failure::new(SRF_ERR_PARAMETER, format!("index must be < {}, got {index}", all.len()));
     all.get(index).ok_or_else(refused)
 }

@@ -16,6 +16,7 @@ use crate::params::triangulate::srf_triangulate_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::text::c_text;
 use crate::{params, pointer};
 
 /// A range image of the library with its name as C wants it.
@@ -27,7 +28,7 @@ pub struct Image {
 
 impl From<RangeImage> for Image {
     fn from(image: RangeImage) -> Self {
-        Image { name: CString::new(image.name.replace('\0', "\u{fffd}")).unwrap_or_default(), image }
+        Image { name: c_text(&image.name), image }
     }
 }
 

@@ -8,8 +8,10 @@
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
-//! | `formats`, `files`, `write`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `formats`, `files`, `write`, `align`, `alignment`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
+//! | `text` | texts as C wants them |
 //! | `guard` | no panic gets out: every entry runs inside it |
 //! | `handle` | what the caller holds are numbers, looked up in a table and never followed |
 //! | `sized` | structs that grow only at the end |
@@ -26,6 +28,8 @@
 #[global_allocator]
 static ALLOCATOR: surfrecon_allocator::Account = surfrecon_allocator::Account(std::alloc::System);
 
+mod align;
+mod alignment;
 mod array;
 mod cloud;
 mod cluster;
@@ -49,7 +53,9 @@ mod scan;
 mod sculpt;
 mod settings;
 mod sized;
+mod sources;
 mod spline;
 mod status;
+mod text;
 mod version;
 mod write;

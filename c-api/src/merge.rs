@@ -1,73 +1,22 @@
 //! Merging registered scans into one surface.
 
-use std::borrow::Cow;
 use std::ffi::c_char;
-use std::sync::Arc;
 
-use surfrecon::merge::{self, Loading, MergeReport, OrientedSurface, PlacedMesh, ScanSource, VoxelReason};
-use surfrecon::triangulate::TriangulateParams;
-use surfrecon::{Progress, RangeImage};
+use surfrecon::merge::{self, MergeReport, VoxelReason};
 
-use crate::files::{Scans, srf_scans};
+use crate::files::srf_scans;
 use crate::guard::guard;
 use crate::handle::{self, handle};
-use crate::image::{Image, srf_image};
-use crate::mesh::{Mesh, srf_mesh};
+use crate::image::srf_image;
+use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
-use crate::pose::{self, srf_pose};
+use crate::pose::srf_pose;
 use crate::progress::{srf_progress, watched};
 use crate::settings::srf_log_level::SRF_LOG_WARNING;
 use crate::settings::{SRF_FROM_DATA, tell};
+use crate::sources::{self, Source};
 use crate::status::{Failure, srf_status};
 use crate::{params, pointer, sized};
-
-/// What was added to a merge; scans of a set are read when their turn comes.
-#[derive(Clone)]
-enum Source {
-    Image(Arc<Image>),
-    Mesh { name: String, mesh: Arc<Mesh>, world_from_mesh: glam::DAffine3 },
-    Scan { set: Arc<Scans>, index: usize },
-}
-
-impl ScanSource for Source {
-    fn name(&self) -> &str {
-        match self {
-            Source::Image(image) => image.image.name(),
-            Source::Mesh { name, .. } => name,
-            Source::Scan { set, index } => set.set.scans[*index].name(),
-        }
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
-        match self {
-            Source::Image(image) => image.image.load(loading, progress),
-            Source::Mesh { name, mesh, world_from_mesh } => {
-                let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
-                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.load(loading, progress)
-            }
-            Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
-        }
-    }
-
-    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, RangeImage>>> {
-        match self {
-            Source::Image(image) => image.image.image(progress),
-            Source::Mesh { .. } => Ok(None),
-            Source::Scan { set, index } => set.set.scans[*index].image(progress),
-        }
-    }
-
-    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
-        match self {
-            Source::Image(image) => image.image.content(triangulation, progress),
-            Source::Mesh { name, mesh, world_from_mesh } => {
-                let (name, world_from_mesh) = (name.clone(), *world_from_mesh);
-                PlacedMesh { name, mesh: &mesh.mesh, world_from_mesh }.content(triangulation, progress)
-            }
-            Source::Scan { set, index } => set.set.scans[*index].content(triangulation, progress),
-        }
-    }
-}
 
 /// What a merge consists of so far.
 #[derive(Clone, Default)]
@@ -242,7 +191,7 @@ fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Resu
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *const srf_image) -> srf_status {
-    guard(|| add(merger, [Source::Image(handle::get("image", image)?)]))
+    guard(|| add(merger, [Source::of_image(image)?]))
 }
 
 /// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
@@ -258,12 +207,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
     world_from_mesh: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| {
-        let mesh = handle::get("mesh", mesh)?;
-        let world_from_mesh = pose::read("world_from_mesh", world_from_mesh)?;
-        let name = pointer::text("name", name)?.to_owned();
-        add(merger, [Source::Mesh { name, mesh, world_from_mesh }])
-    })
+    guard(|| add(merger, [Source::of_mesh(mesh, world_from_mesh, name)?]))
 }
 
 /// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
@@ -272,10 +216,7 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
-    guard(|| {
-        let set = handle::get("scans", scans)?;
-        add(merger, (0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }))
-    })
+    guard(|| add(merger, Source::of_scans(scans)?))
 }
 
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
@@ -304,8 +245,7 @@ pub unsafe extern "C" fn srf_merger_run(
         }
         let merger = handle::get("merger", merger)?;
         let params = params::read("params", params)?;
-        let sources: Vec<&dyn ScanSource> = merger.sources.iter().map(|s| s as &dyn ScanSource).collect();
-        let merged = merge::run(&sources, &params, &watched(progress))?;
+        let merged = merge::run(&sources::borrowed(&merger.sources), &params, &watched(progress))?;
         warn_of_gaps(&merged.report);
         if !out_report.is_null() {
             sized::write("out_report", out_report, merged.report.into())?;

@@ -10,6 +10,7 @@ use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::progress::{srf_progress, watched};
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::text::c_text;
 use crate::{pointer, sized};
 
 /// A mesh of the library with the names of its attributes as C wants them.
@@ -22,9 +23,7 @@ pub struct Mesh {
 
 impl From<TriMesh> for Mesh {
     fn from(mesh: TriMesh) -> Self {
-        let names = |attributes: &[Attribute]| {
-            attributes.iter().map(|a| CString::new(a.name.replace('\0', "\u{fffd}")).unwrap_or_default()).collect()
-        };
+        let names = |attributes: &[Attribute]| attributes.iter().map(|a| c_text(&a.name)).collect();
         Mesh { vertex_names: names(&mesh.vertex_attributes), face_names: names(&mesh.face_attributes), mesh }
     }
 }

@@ -1,6 +1,7 @@
 //! Structs of parameters, a file an operation, and how what is in them becomes the core's parameters. The files below are
 //! written by `make generate`.
 
+pub mod align;
 pub mod cluster;
 pub mod merge;
 pub mod open;

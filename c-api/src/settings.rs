@@ -1,6 +1,6 @@
 //! Settings of the whole library in this program: worker threads, memory and the log.
 
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{c_char, c_void};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{PoisonError, RwLock};
 
@@ -8,6 +8,7 @@ use surfrecon::memory;
 
 use crate::guard::guard;
 use crate::status::{Failure, srf_status, srf_status::*};
+use crate::text::c_text;
 use crate::{fork, pointer};
 
 /// A length, or another value, that is to be measured from the data.
@@ -100,8 +101,7 @@ pub fn tell(level: srf_log_level, text: &str) {
         *LOG.read().unwrap_or_else(PoisonError::into_inner)
     };
     if let Some((log, user)) = log {
-        let text = CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
-        pointer::call_log(log, level as i32, &text, std::ptr::with_exposed_provenance_mut(user));
+        pointer::call_log(log, level as i32, &c_text(text), std::ptr::with_exposed_provenance_mut(user));
     }
 }
 

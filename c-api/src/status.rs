@@ -3,6 +3,8 @@
 use std::cell::RefCell;
 use std::ffi::CString;
 
+use crate::text::c_text;
+
 /// Outcome of a call. Numbers are never reused.
 #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
 #[repr(C)]
@@ -72,7 +74,6 @@ thread_local! {
 
 /// Keeps the text for `srf_last_error_message`.
 pub fn remember(text: &str) {
-    // C ends a text at its first zero byte, so that a file name with one inside must not lose the rest.
-    let text = CString::new(text.replace('\0', "\u{fffd}")).unwrap_or_default();
+    let text = c_text(text);
     LAST_ERROR.with(|last| *last.borrow_mut() = text);
 }

@@ -41,6 +41,50 @@ static srf_image *height_map(void)
     return image;
 }
 
+/* An alignment of a scan with itself: all that was found is looked at. */
+static void align(const srf_image *image, const srf_mesh *surface, const srf_cloud *cloud)
+{
+    srf_aligner *aligner = NULL;
+    srf_alignment *alignment = NULL;
+    srf_align_params params;
+    srf_align_report report;
+    srf_aligned_scan scan;
+    srf_aligned_pair pair;
+    srf_pick pick;
+    srf_progress watcher;
+    const char *text = NULL;
+    size_t i;
+    int asked = 0;
+
+    must(srf_aligner_create(&aligner) == SRF_OK && srf_aligner_add_image(aligner, image) == SRF_OK, "aligner");
+    must(srf_aligner_add_mesh(aligner, surface, NULL, "the same again") == SRF_OK, "add");
+    must(srf_aligner_add_cloud(aligner, cloud, "its points") == SRF_OK, "add");
+    must(srf_aligner_fix(aligner, 2) == SRF_OK && srf_aligner_fix(aligner, 3) == SRF_ERR_PARAMETER, "fix");
+    must(srf_align_params_init(&params) == SRF_OK && srf_align_report_init(&report) == SRF_OK, "init");
+    must(srf_aligned_scan_init(&scan) == SRF_OK && srf_aligned_pair_init(&pair) == SRF_OK, "init");
+    must(srf_pick_init(&pick) == SRF_OK && pick.weight == 1.0, "init");
+    pick.scans[1] = 1;
+    must(srf_aligner_pick(aligner, &pick) == SRF_OK && srf_aligner_trust(aligner, 0, 1) == SRF_OK, "constraints");
+    watcher.report = cancel;
+    watcher.user = &asked;
+    must(srf_aligner_run(aligner, &params, &watcher, &alignment) == SRF_ERR_CANCELLED && alignment == NULL, "cancel");
+    must(srf_aligner_run(aligner, &params, NULL, &alignment) == SRF_OK && asked > 0, "align");
+    must(srf_aligner_free(aligner) == SRF_OK && srf_aligner_free(NULL) == SRF_OK, "free");
+    must(srf_alignment_report(alignment, &report) == SRF_OK && report.scans == 3 && report.lines >= 4, "report");
+    for (i = 0; i < report.scans; ++i) {
+        must(srf_alignment_scan(alignment, i, &scan) == SRF_OK && scan.spacing > 0, "scan");
+        must(srf_alignment_reason(alignment, i, &text) == SRF_OK && (scan.group == 0) == (strlen(text) == 0), "reason");
+    }
+    must(scan.state == SRF_SCAN_KEPT && scan.world_from_scan.matrix[0] == 1.0, "the fixed one stays");
+    for (i = 0; i < report.pairs; ++i) {
+        must(srf_alignment_pair(alignment, i, &pair) == SRF_OK && pair.scans[0] < pair.scans[1], "pair");
+    }
+    for (i = 0; i < report.messages; ++i) must(srf_alignment_message(alignment, i, &text) == SRF_OK && strlen(text) > 0, "message");
+    for (i = 0; i < report.lines; ++i) must(srf_alignment_line(alignment, i, &text) == SRF_OK && strlen(text) > 0, "line");
+    must(srf_alignment_line(alignment, i, &text) == SRF_ERR_PARAMETER, "no such line");
+    must(srf_alignment_free(alignment) == SRF_OK && srf_alignment_free(alignment) == SRF_ERR_HANDLE, "freed twice");
+}
+
 int main(void)
 {
     srf_image *image = height_map();
@@ -58,6 +102,7 @@ int main(void)
 
     must(srf_image_triangulate(image, NULL, NULL, &surface) == SRF_OK, "triangulate");
     must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
+    align(image, surface, cloud);
     must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_image(merger, image) == SRF_OK, "merger");
     must(srf_merger_add_mesh(merger, surface, NULL, "the same again") == SRF_OK, "add");
     must(srf_image_free(image) == SRF_OK && srf_image_free(image) == SRF_ERR_HANDLE, "freed twice");

@@ -67,6 +67,27 @@ try {
     text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
     text_of<Error>([] { Scans::open({"missing.ply"}); });
 
+    Aligner aligner;
+    aligner.add(image);
+    aligner.add(mesh, "tetrahedron", from_above);
+    aligner.fix(1);
+    aligner.trust(0, 1);
+    Pick corner;
+    corner.scans[1] = 1;
+    aligner.pick(corner);
+    AlignParams rough;
+    rough.start = SRF_START_ROUGH;
+    text_of<Cancelled>([&] { aligner.run(rough, [](const Tick &) { return false; }); });
+    Alignment found = aligner.run(rough, [](const Tick &tick) { return tick.fraction <= 1.0; });
+    const Alignment alignment = std::move(found);
+    must(!found && alignment.report().scans == 2 && alignment.lines().size() == alignment.report().lines, "aligned");
+    must(alignment.scan(1).state == SRF_SCAN_KEPT && alignment.scan(1).world_from_scan.matrix[14] == 5, "the fixed one stays");
+    must(alignment.scan(0).has_place() == alignment.reason(0).empty(), "a reason, or a place");
+    for (std::size_t i = 0; i < alignment.report().pairs; ++i) must(alignment.pair(i).scans[1] == 1, "pair");
+    must(alignment.messages().size() < alignment.lines().size(), "messages");
+    text_of<Error>([&] { alignment.scan(2); });
+    text_of<Error>([&] { aligner.reject(1, 1); });
+
     ClusterParams few;
     few.vertices = 4;
     ClusterReport figures;

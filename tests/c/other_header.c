@@ -65,6 +65,11 @@ int main(void)
     HELD(srf_cluster_report) clustered;
     HELD(srf_scan_params) scan;
     HELD(srf_distances) distances;
+    HELD(srf_align_params) align;
+    HELD(srf_pick) pick;
+    HELD(srf_align_report) aligned;
+    HELD(srf_aligned_scan) aligned_scan;
+    HELD(srf_aligned_pair) aligned_pair;
     const double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
     srf_array points, corners;
@@ -89,6 +94,11 @@ int main(void)
     FILL(clustered, srf_cluster_report_init);
     FILL(scan, srf_scan_params_init);
     FILL(distances, srf_distances_init);
+    FILL(align, srf_align_params_init);
+    FILL(pick, srf_pick_init);
+    FILL(aligned, srf_align_report_init);
+    FILL(aligned_scan, srf_aligned_scan_init);
+    FILL(aligned_pair, srf_aligned_pair_init);
 
     memset(&points, 0, sizeof(points));
     points.data = positions;

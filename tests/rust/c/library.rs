@@ -110,6 +110,11 @@ impl<const N: usize> Sized<N> {
     }
 }
 
+pub type AlignParams = Sized<4>;
+pub type AlignReport = Sized<5>;
+pub type AlignedScan = Sized<60>;
+pub type AlignedPair = Sized<7>;
+pub type Pick = Sized<14>;
 pub type MergeParams = Sized<6>;
 pub type MergeReport = Sized<19>;
 pub type MeshReport = Sized<17>;
@@ -309,6 +314,29 @@ functions! {
     srf_scans_note(scans: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_scans_describe(scans: Handle, index: usize, name: *mut *const c_char, pose: *mut [f64; 16]) -> i32;
     srf_scans_read(scans: Handle, index: usize, progress: *const Watch, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
+    srf_align_params_init_sized(params: *mut AlignParams, size: usize) -> i32;
+    srf_pick_init_sized(pick: *mut Pick, size: usize) -> i32;
+    srf_aligner_create(out: *mut Handle) -> i32;
+    srf_aligner_free(aligner: Handle) -> i32;
+    srf_aligner_add_image(aligner: Handle, image: Handle) -> i32;
+    srf_aligner_add_mesh(aligner: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
+    srf_aligner_add_cloud(aligner: Handle, cloud: Handle, name: *const c_char) -> i32;
+    srf_aligner_add_scans(aligner: Handle, scans: Handle) -> i32;
+    srf_aligner_fix(aligner: Handle, scan: usize) -> i32;
+    srf_aligner_pick(aligner: Handle, pick: *const Pick) -> i32;
+    srf_aligner_trust(aligner: Handle, a: usize, b: usize) -> i32;
+    srf_aligner_reject(aligner: Handle, a: usize, b: usize) -> i32;
+    srf_aligner_run(aligner: Handle, params: *const AlignParams, progress: *const Watch, out: *mut Handle) -> i32;
+    srf_align_report_init_sized(report: *mut AlignReport, size: usize) -> i32;
+    srf_aligned_scan_init_sized(scan: *mut AlignedScan, size: usize) -> i32;
+    srf_aligned_pair_init_sized(pair: *mut AlignedPair, size: usize) -> i32;
+    srf_alignment_free(alignment: Handle) -> i32;
+    srf_alignment_report(alignment: Handle, out: *mut AlignReport) -> i32;
+    srf_alignment_scan(alignment: Handle, index: usize, out: *mut AlignedScan) -> i32;
+    srf_alignment_pair(alignment: Handle, index: usize, out: *mut AlignedPair) -> i32;
+    srf_alignment_reason(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;
+    srf_alignment_message(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;
+    srf_alignment_line(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_merge_params_init_sized(params: *mut MergeParams, size: usize) -> i32;
     srf_merge_report_init_sized(report: *mut MergeReport, size: usize) -> i32;
     srf_merger_create(out: *mut Handle) -> i32;

@@ -7,3 +7,4 @@ mod header;
 mod library;
 mod programs;
 mod structs;
+mod views;

@@ -110,6 +110,19 @@ fn the_c_example_lists_scans_and_leaks_nothing() {
 }
 
 #[test]
+fn the_c_example_aligns_scans_and_leaks_nothing() {
+    let sanitizers = ["-std=c99", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    let program = compile("cc", &sanitizers, "c-api/examples/c/align_scans.c");
+    let list = crate::views::without_poses(program.folder.path());
+    let printed = program.run(&[list.to_str().unwrap()]);
+    let lines: Vec<&str> = printed.lines().collect();
+    assert!(lines.len() == 4 && lines[0].starts_with("view0: at 0 0 0, to 0"), "{printed}");
+    assert!(lines[1..].iter().all(|line| line.starts_with("view") && !line.contains("not placed")), "{printed}");
+    let failed = program.command(&[]).args(["--rough", &scan_file(program.folder.path())]).output().unwrap();
+    assert!(!failed.status.success() && String::from_utf8_lossy(&failed.stderr).contains("at least two scans, got 1"));
+}
+
+#[test]
 fn the_cpp_example_stays_within_its_tolerance() {
     let program = compile("c++", &["-std=c++17"], "c-api/examples/cpp/live_tolerance.cpp");
     let printed = program.run(&["out.ply"]);

@@ -313,3 +313,131 @@ pub(super) fn a_merge_is_that_of_the_core_for_any_number_of_threads() {
         api().ok((api().srf_merger_free)(merger));
     }
 }
+
+/// An aligner of the views of the statue, whose first stays, and its folder.
+fn aligner_of_views() -> (tempfile::TempDir, Handle) {
+    let api = api();
+    let folder = tempfile::tempdir().unwrap();
+    let list = CString::new(crate::views::without_poses(folder.path()).to_str().unwrap()).unwrap();
+    let (mut scans, mut aligner, null) = (Handle::NULL, Handle::NULL, std::ptr::null());
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_scans_open)(&list.as_ptr(), 1, null, std::ptr::null(), &mut scans));
+        api.ok((api.srf_aligner_create)(&mut aligner));
+        api.ok((api.srf_aligner_add_scans)(aligner, scans));
+        api.ok((api.srf_scans_free)(scans));
+        api.ok((api.srf_aligner_fix)(aligner, 0));
+    }
+    (folder, aligner)
+}
+
+/// Figures, lines, and each scan of an alignment.
+fn told(alignment: Handle) -> (AlignReport, Vec<String>, Vec<AlignedScan>) {
+    let api = api();
+    let mut report = AlignReport::ZERO;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_align_report_init_sized)(&mut report, size_of_val(&report)));
+        api.ok((api.srf_alignment_report)(alignment, &mut report));
+        let line = |index| {
+            let mut line = std::ptr::null();
+            api.ok((api.srf_alignment_line)(alignment, index, &mut line));
+            text(line)
+        };
+        let scan = |index| {
+            let mut scan = AlignedScan::ZERO;
+            api.ok((api.srf_aligned_scan_init_sized)(&mut scan, size_of_val(&scan)));
+            api.ok((api.srf_alignment_scan)(alignment, index, &mut scan));
+            scan
+        };
+        let lines = (report.numbers[1] >> 32) as usize;
+        (report, (0..lines).map(line).collect(), (0..report.second as usize).map(scan).collect())
+    }
+}
+
+#[test]
+fn scans_are_aligned_as_by_the_core() {
+    use surfrecon::align::{self, AlignParams, Constraints, PairState, ScanSource};
+    let api = api();
+    let (folder, aligner) = aligner_of_views();
+    let expected = {
+        let set = surfrecon::import::open(&folder.path().join("views.conf")).unwrap();
+        let sources: Vec<_> = set.scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+        let constraints = Constraints { fixed: vec![0], ..Constraints::default() };
+        align::run(&sources, &AlignParams::default(), &constraints, &surfrecon::Progress::none()).unwrap()
+    };
+    let (mut alignment, null) = (Handle::NULL, std::ptr::null());
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_aligner_run)(aligner, null, std::ptr::null(), &mut alignment));
+        api.ok((api.srf_aligner_free)(aligner));
+        let (report, lines, scans) = told(alignment);
+        assert_eq!(lines, expected.report.lines());
+        assert_eq!([report.second as u64, report.numbers[0]], [4, 4 | 1 << 32], "all four in one group: {lines:?}");
+        assert_eq!(report.f64(4), expected.report.residual.unwrap());
+        for ((scan, found), view) in scans.iter().zip(&expected.report.scans).zip(crate::views::views()) {
+            let pose = found.world_from_scan.unwrap().to_cols_array_2d();
+            for (column, numbers) in pose.iter().enumerate() {
+                let got: Vec<f64> = (0..3).map(|row| scan.f64(1 + 4 * column + row)).collect();
+                assert_eq!(got, numbers);
+            }
+            assert_eq!((scan.second as usize, scan.numbers[0]), (found.state as usize, 0));
+            assert_eq!([scan.f64(18), scan.f64(59)], [found.covariance[0][1], found.spacing]);
+            let first = crate::views::views()[0].world_from_sensor;
+            let off = found.world_from_scan.unwrap().inverse() * first.inverse() * view.world_from_sensor;
+            assert!(off.translation.length() < found.spacing, "{} is {off} off", found.name);
+        }
+        let mut pair = AlignedPair::ZERO;
+        api.ok((api.srf_aligned_pair_init_sized)(&mut pair, size_of_val(&pair)));
+        api.ok((api.srf_alignment_pair)(alignment, 0, &mut pair));
+        let first = &expected.report.pairs[0];
+        assert_eq!((first.state, pair.second), (PairState::Fits, 1));
+        assert_eq!((pair.numbers[0], pair.f64(4)), (1 << 32, first.residual));
+        let mut reason = std::ptr::null();
+        api.ok((api.srf_alignment_reason)(alignment, 3, &mut reason));
+        assert_eq!(text(reason), "");
+        let answer = (api.srf_alignment_scan)(alignment, 4, &mut AlignedScan { size: 488, ..AlignedScan::ZERO });
+        api.refused(answer, PARAMETER, "index must be < 4, got 4");
+        api.refused((api.srf_alignment_reason)(alignment, 9, &mut reason), PARAMETER, "index must be < 4, got 9");
+        api.refused((api.srf_alignment_message)(alignment, 7, &mut reason), PARAMETER, "got 7");
+        api.refused((api.srf_aligner_free)(alignment), HANDLE, "aligner must be a srf_aligner, got a srf_alignment");
+        api.ok((api.srf_alignment_free)(alignment));
+    }
+}
+
+#[test]
+pub(super) fn what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing() {
+    let api = api();
+    let mesh = octahedron();
+    let image = scan(mesh);
+    let (mut aligner, mut alignment, mut reason) = (Handle::NULL, Handle::NULL, std::ptr::null());
+    let mut asked = 0_u32;
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_aligner_create)(&mut aligner));
+        let null = std::ptr::null();
+        api.ok((api.srf_aligner_add_image)(aligner, image));
+        let answer = (api.srf_aligner_run)(aligner, null, std::ptr::null(), &mut alignment);
+        api.refused(answer, INPUT, "aligning takes at least two scans, got 1");
+        api.ok((api.srf_aligner_add_image)(aligner, image));
+        api.ok((api.srf_aligner_reject)(aligner, 0, 1));
+        api.refused((api.srf_aligner_run)(aligner, null, &watch, &mut alignment), CANCELLED, "cancelled");
+        assert!(asked >= 1 && alignment == Handle::NULL);
+        api.ok((api.srf_aligner_run)(aligner, null, std::ptr::null(), &mut alignment));
+        let (report, lines, scans) = told(alignment);
+        let place = scans.iter().position(|scan| scan.second == 0).expect("one that is not placed");
+        assert_eq!((report.numbers[0] & 0xffff_ffff, report.f64(4)), (0, -1.0), "{lines:?}");
+        assert_eq!(scans[place].numbers[..17], [&[0xffff_ffff][..], &[0; 16]].concat(), "no group and no pose");
+        api.ok((api.srf_alignment_reason)(alignment, place, &mut reason));
+        assert!(!text(reason).is_empty() && lines[1 + place].ends_with(&text(reason)), "{lines:?}");
+        let messages = report.numbers[1] & 0xffff_ffff;
+        api.ok((api.srf_alignment_message)(alignment, messages as usize - 1, &mut reason));
+        assert!(text(reason).contains("hold the same samples"), "{lines:?}");
+        for end in [(api.srf_alignment_free)(alignment), (api.srf_aligner_free)(aligner)] {
+            api.ok(end);
+        }
+        api.ok((api.srf_image_free)(image));
+        api.ok((api.srf_mesh_free)(mesh));
+    }
+}

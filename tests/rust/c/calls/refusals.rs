@@ -105,6 +105,69 @@ pub(super) fn parameters_out_of_range_say_value_range_and_unit() {
 }
 
 #[test]
+pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
+    let api = api();
+    let mesh = octahedron();
+    let (mut aligner, mut pick) = (Handle::NULL, Pick::ZERO);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_aligner_create)(&mut aligner));
+        for name in [c"a", c"b"] {
+            api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), name.as_ptr()));
+        }
+        api.refused((api.srf_aligner_fix)(aligner, 2), PARAMETER, "scan must be < 2, the number of scans added, got 2");
+        api.refused((api.srf_aligner_trust)(aligner, 0, 7), PARAMETER, "b must be < 2");
+        api.refused((api.srf_aligner_reject)(aligner, 1, 1), PARAMETER, "a and b must be two scans, got 1 twice");
+        api.refused((api.srf_aligner_pick)(aligner, &pick), STRUCT_SIZE, "_init function first");
+        api.ok((api.srf_pick_init_sized)(&mut pick, size_of_val(&pick)));
+        api.refused((api.srf_aligner_pick)(aligner, &pick), PARAMETER, "must be two scans, got 0 twice");
+        pick.numbers[0] = 5 << 32;
+        api.refused((api.srf_aligner_pick)(aligner, &pick), PARAMETER, "pick.scans[1] must be < 2");
+        pick.numbers[0] = 1 << 32;
+        api.ok((api.srf_aligner_pick)(aligner, &pick));
+        let wrong = |index: usize, number: f64, has_normals: u32, part: &str| {
+            let mut wrong = Pick { second: has_normals, ..pick };
+            wrong.set_f64(index, number);
+            api.refused((api.srf_aligner_pick)(aligner, &wrong), PARAMETER, part);
+        };
+        wrong(3, f64::NAN, 0, "pick.points has a number that is not finite");
+        wrong(13, 0.0, 0, "pick.weight must be a finite number > 0, got 0");
+        wrong(13, 1.0, 1, "pick.normals must be finite and not 0");
+        wrong(13, 1.0, 2, "pick.has_normals must be 0 or 1, got 2");
+        let mut params = AlignParams::ZERO;
+        api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
+        params.numbers[0] = 3;
+        let mut alignment = Handle::NULL;
+        let answer = (api.srf_aligner_run)(aligner, &params, std::ptr::null(), &mut alignment);
+        api.refused(answer, PARAMETER, "start must be one of 1 (unknown), 2 (rough), got 3");
+        api.ok((api.srf_aligner_trust)(aligner, 0, 1));
+        api.ok((api.srf_aligner_reject)(aligner, 1, 0));
+        let answer = (api.srf_aligner_run)(aligner, std::ptr::null(), std::ptr::null(), &mut alignment);
+        api.refused(answer, INPUT, "both trusted and rejected");
+        let scaled = std::array::from_fn(|i| {
+            if i == 15 {
+                1.0
+            } else if i % 5 == 0 {
+                2.0
+            } else {
+                0.0
+            }
+        });
+        let mut other = Handle::NULL;
+        api.ok((api.srf_aligner_create)(&mut other));
+        for pose in [std::ptr::null(), &raw const scaled] {
+            api.ok((api.srf_aligner_add_mesh)(other, mesh, pose, c"twice".as_ptr()));
+        }
+        let answer = (api.srf_aligner_run)(other, std::ptr::null(), std::ptr::null(), &mut alignment);
+        api.refused(answer, INPUT, "\"twice\" is scaled, sheared or mirrored");
+        assert!(alignment == Handle::NULL, "written in spite of the error");
+        for end in [(api.srf_aligner_free)(aligner), (api.srf_aligner_free)(other), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
+}
+
+#[test]
 pub(super) fn the_limit_on_memory_is_kept_until_it_is_lifted() {
     let api = api();
     // SAFETY: numbers only.

@@ -49,7 +49,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 17] = [
+    let all: [fn(); 19] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -63,6 +63,8 @@ fn every_call_from_eight_threads_at_once() {
         a_surface_through_scattered_points,
         an_image_becomes_a_quad_grid_and_a_surface,
         a_mesh_is_clustered_and_so_is_a_chain,
+        what_is_said_of_scans_that_are_not_there_is_refused,
+        what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
         options_say_what_files_do_not,

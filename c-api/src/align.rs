@@ -1,0 +1,275 @@
+//! Aligning scans whose poses are unknown or rough: one pose each, in one frame.
+
+use std::ffi::c_char;
+
+use surfrecon::align::{self, Constraints, Pick};
+
+use crate::alignment::srf_alignment;
+use crate::cloud::srf_cloud;
+use crate::files::srf_scans;
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::image::srf_image;
+use crate::mesh::srf_mesh;
+use crate::params::align::srf_align_params;
+use crate::pose::srf_pose;
+use crate::progress::{srf_progress, watched};
+use crate::sources::{self, Source};
+use crate::status::{Failure, srf_status, srf_status::*};
+use crate::{params, pointer, sized};
+
+/// What an alignment consists of so far.
+#[derive(Clone, Default)]
+pub struct Aligner {
+    sources: Vec<Source>,
+    constraints: Constraints,
+}
+
+/// An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
+/// numbered from 0 in the order of adding. Released with srf_aligner_free().
+#[allow(non_camel_case_types)]
+pub struct srf_aligner {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_aligner, Aligner);
+
+/// A point that two scans show. Starts with its size; prepared by srf_pick_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_pick {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// 1 if the normals are known: two picks with normals already give a pose. 0, the default, if not.
+    pub has_normals: u32,
+    /// Numbers of the scans.
+    pub scans: [u32; 2],
+    /// Where the point is, in each scan's own frame.
+    pub points: [[f64; 3]; 2],
+    /// Outward normals there, in the scans' frames, of any length but 0.
+    pub normals: [[f64; 3]; 2],
+    /// What it counts: at 1, the default, as much as a hundredth of the smaller scan's surface. > 0.
+    pub weight: f64,
+}
+
+impl srf_pick {
+    fn unset() -> Self {
+        srf_pick { struct_size: size_of::<Self>() as u32, weight: 1.0, ..bytemuck::Zeroable::zeroed() }
+    }
+}
+
+/// Prepares a struct for srf_aligner_pick(): without normals, of weight 1. Call srf_pick_init(pick), which adds the size that this
+/// header knows.
+/// pick     not NULL
+/// size     sizeof(srf_pick): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_pick_init_sized(pick: *mut srf_pick, size: usize) -> srf_status {
+    guard(|| sized::init("pick", pick, size, srf_pick::unset()))
+}
+
+/// Begins an alignment without scans.
+/// out_aligner  receives a new handle on SRF_OK only; not NULL
+/// returns      SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_create(out_aligner: *mut *mut srf_aligner) -> srf_status {
+    guard(|| handle::give("out_aligner", out_aligner, Aligner::default()))
+}
+
+/// Releases an alignment being put together; what was added to it and what it found stays.
+/// aligner    NULL does nothing
+/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_free(aligner: *mut srf_aligner) -> srf_status {
+    guard(|| handle::free("aligner", aligner))
+}
+
+fn change(aligner: *mut srf_aligner, change: impl FnOnce(&mut Aligner) -> Result<(), Failure>) -> Result<(), Failure> {
+    handle::change("aligner", aligner.cast_const(), change)
+}
+
+fn add(aligner: *mut srf_aligner, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
+    change(aligner, |aligner| {
+        aligner.sources.extend(added);
+        Ok(())
+    })
+}
+
+/// Adds a range image as it is now; it may be freed or changed afterwards. Its own frame is its sensor's.
+/// aligner    not NULL
+/// image      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_add_image(aligner: *mut srf_aligner, image: *const srf_image) -> srf_status {
+    guard(|| add(aligner, [Source::of_image(image)?]))
+}
+
+/// Adds an oriented mesh as it is now.
+/// aligner          not NULL
+/// mesh             not NULL
+/// world_from_mesh  places it, rigid; NULL for the identity
+/// name             what texts call it and ties are broken by, UTF-8; not NULL
+/// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_add_mesh(
+    aligner: *mut srf_aligner,
+    mesh: *const srf_mesh,
+    world_from_mesh: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(aligner, [Source::of_mesh(mesh, world_from_mesh, name)?]))
+}
+
+/// Adds points as they are now, by their normals; their place is the cloud's.
+/// aligner    not NULL
+/// cloud      with normals, without which a run is refused; not NULL
+/// name       what texts call it and ties are broken by, UTF-8; not NULL
+/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_add_cloud(
+    aligner: *mut srf_aligner,
+    cloud: *const srf_cloud,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(aligner, [Source::of_cloud(cloud, name)?]))
+}
+
+/// Adds all scans of a set; they are read when the alignment runs, one a thread at a time, and not kept.
+/// aligner    not NULL
+/// scans      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans: *const srf_scans) -> srf_status {
+    guard(|| add(aligner, Source::of_scans(scans)?))
+}
+
+/// Refuses a number that no scan has.
+fn known(aligner: &Aligner, name: &str, scan: usize) -> Result<usize, Failure> {
+    let count = aligner.sources.len();
+    if scan < count {
+        return Ok(scan);
+    }
+    Err(Failure::new(SRF_ERR_PARAMETER, format!("{name} must be < {count}, the number of scans added, got {scan}")))
+}
+
+/// Two different scans that were added.
+fn pair(aligner: &Aligner, names: [&str; 2], [a, b]: [usize; 2]) -> Result<[usize; 2], Failure> {
+    let pair = [known(aligner, names[0], a)?, known(aligner, names[1], b)?];
+    if a == b {
+        let text = format!("{} and {} must be two scans, got {a} twice", names[0], names[1]);
+        return Err(Failure::new(SRF_ERR_PARAMETER, text));
+    }
+    Ok(pair)
+}
+
+/// Says that a scan stays where it is. Where none is fixed the largest one stays.
+/// aligner    not NULL
+/// scan       number of a scan that was added
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_fix(aligner: *mut srf_aligner, scan: usize) -> srf_status {
+    guard(|| {
+        change(aligner, |aligner| {
+            let scan = known(aligner, "scan", scan)?;
+            aligner.constraints.fixed.push(scan);
+            Ok(())
+        })
+    })
+}
+
+/// Says that two scans show the same point.
+/// aligner    not NULL
+/// pick       initialized by srf_pick_init(); not NULL
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_pick(aligner: *mut srf_aligner, pick: *const srf_pick) -> srf_status {
+    guard(|| {
+        if pick.is_null() {
+            return Err(Failure::new(SRF_ERR_NULL, "pick must not be NULL"));
+        }
+        let given = sized::read("pick", pick, srf_pick::unset())?;
+        change(aligner, |aligner| {
+            let pick = pick_of(aligner, &given)?;
+            aligner.constraints.picks.push(pick);
+            Ok(())
+        })
+    })
+}
+
+fn pick_of(aligner: &Aligner, given: &srf_pick) -> Result<Pick, Failure> {
+    let refused = |text: String| Err(Failure::new(SRF_ERR_PARAMETER, text));
+    let names = ["pick.scans[0]", "pick.scans[1]"];
+    let scans = pair(aligner, names, given.scans.map(|scan| scan as usize))?;
+    if given.has_normals > 1 {
+        return refused(format!("pick.has_normals must be 0 or 1, got {}", given.has_normals));
+    }
+    if !given.points.as_flattened().iter().all(|x| x.is_finite()) {
+        return refused("pick.points has a number that is not finite".to_owned());
+    }
+    let normals = (given.has_normals == 1).then(|| given.normals.map(glam::DVec3::from));
+    if normals.is_some_and(|normals| normals.iter().any(|n| !(n.is_finite() && n.length() > 0.0))) {
+        return refused("pick.normals must be finite and not 0".to_owned());
+    }
+    if !(given.weight.is_finite() && given.weight > 0.0) {
+        return refused(format!("pick.weight must be a finite number > 0, got {}", given.weight));
+    }
+    Ok(Pick { scans, points: given.points.map(glam::DVec3::from), normals, weight: given.weight })
+}
+
+/// Says that two scans touch: what fits them best is used, even if it is not sure.
+/// aligner    not NULL
+/// a, b       numbers of two scans that were added
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_trust(aligner: *mut srf_aligner, a: usize, b: usize) -> srf_status {
+    guard(|| {
+        change(aligner, |aligner| {
+            let pair = pair(aligner, ["a", "b"], [a, b])?;
+            aligner.constraints.trusted.push(pair);
+            Ok(())
+        })
+    })
+}
+
+/// Says that two scans must not be compared.
+/// aligner    not NULL
+/// a, b       numbers of two scans that were added
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_reject(aligner: *mut srf_aligner, a: usize, b: usize) -> srf_status {
+    guard(|| {
+        change(aligner, |aligner| {
+            let pair = pair(aligner, ["a", "b"], [a, b])?;
+            aligner.constraints.rejected.push(pair);
+            Ok(())
+        })
+    })
+}
+
+/// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
+/// is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
+/// where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
+/// aligner        not NULL
+/// params         NULL for the defaults
+/// progress       NULL for none
+/// out_alignment  receives a new handle on SRF_OK only; not NULL
+/// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid or a pair that is both
+///                trusted and rejected, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///                SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_run(
+    aligner: *const srf_aligner,
+    params: *const srf_align_params,
+    progress: *const srf_progress,
+    out_alignment: *mut *mut srf_alignment,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_alignment", out_alignment)?;
+        let aligner = handle::get("aligner", aligner)?;
+        let params = params::read("params", params)?;
+        let sources = sources::borrowed(&aligner.sources);
+        let found = align::run(&sources, &params, &aligner.constraints, &watched(progress))?;
+        handle::give("out_alignment", out_alignment, found.report.into())
+    })
+}

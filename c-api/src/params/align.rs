@@ -1,0 +1,72 @@
+//! Parameters of align. Written by `make generate` from their declaration in the core: change that.
+
+use crate::guard::guard;
+use crate::params::{Fields, Given};
+use crate::settings::SRF_FROM_DATA;
+use crate::sized;
+use crate::status::srf_status;
+
+/// What is known of the poses that the scans have.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_start {
+    /// Nothing: each scan may lie anywhere.
+    SRF_START_UNKNOWN = 1,
+    /// They are near where they belong: places near them are tried first.
+    SRF_START_ROUGH = 2,
+}
+
+/// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+/// srf_align_params_init().
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_align_params {
+    /// Bytes of this struct.
+    pub struct_size: u32,
+    /// Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+    /// number.
+    pub threads: u32,
+    /// What is known of the poses that the scans have. A value of srf_start, default SRF_START_UNKNOWN.
+    pub start: u64,
+    /// With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
+    pub reach: f64,
+    /// Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
+    /// distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.
+    pub tolerance: f64,
+    /// Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
+    pub min_overlap: f64,
+}
+
+impl Fields for srf_align_params {
+    fn defaults() -> Self {
+        srf_align_params {
+            struct_size: size_of::<Self>() as u32,
+            threads: 0,
+            start: 1,
+            reach: SRF_FROM_DATA,
+            tolerance: SRF_FROM_DATA,
+            min_overlap: 0.03,
+        }
+    }
+
+    fn given(&self) -> Vec<(&'static str, Given)> {
+        vec![
+            ("threads", Given::Threads(self.threads)),
+            ("start", Given::Whole(self.start)),
+            ("reach", Given::Double(self.reach)),
+            ("tolerance", Given::Double(self.tolerance)),
+            ("min_overlap", Given::Double(self.min_overlap)),
+        ]
+    }
+}
+
+/// Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
+/// params   not NULL
+/// size     sizeof(srf_align_params): what of the struct this library does not know becomes 0
+/// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_align_params_init_sized(params: *mut srf_align_params, size: usize) -> srf_status {
+    guard(|| sized::init("params", params, size, srf_align_params::defaults()))
+}

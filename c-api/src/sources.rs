@@ -1,0 +1,129 @@
+//! Scans as merges and alignments take them: range images, placed meshes, scans of files.
+
+use std::borrow::Cow;
+use std::ffi::c_char;
+use std::sync::Arc;
+
+use glam::DAffine3;
+use surfrecon::align::{OrientedPoints, PlacedCloud};
+use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::triangulate::TriangulateParams;
+use surfrecon::{PointCloud, Progress, RangeImage};
+
+use crate::cloud::srf_cloud;
+use crate::files::{Scans, srf_scans};
+use crate::image::{Image, srf_image};
+use crate::mesh::{Mesh, srf_mesh};
+use crate::pose::{self, srf_pose};
+use crate::status::Failure;
+use crate::{handle, pointer};
+
+/// A scan that was added to a merge or an alignment; those of a set are read when their turn comes.
+#[derive(Clone)]
+pub enum Source {
+    Image(Arc<Image>),
+    Mesh(NamedMesh),
+    Cloud { name: String, cloud: Arc<PointCloud> },
+    Scan { set: Arc<Scans>, index: usize },
+}
+
+/// A mesh as it was when it was added, placed and named by the caller.
+#[derive(Clone)]
+pub struct NamedMesh {
+    name: String,
+    mesh: Arc<Mesh>,
+    world_from_mesh: DAffine3,
+}
+
+impl NamedMesh {
+    fn borrowed(&self) -> PlacedMesh<'_> {
+        PlacedMesh { name: self.name.clone(), mesh: &self.mesh.mesh, world_from_mesh: self.world_from_mesh }
+    }
+}
+
+impl Source {
+    /// The image behind a handle, as it is now.
+    pub fn of_image(image: *const srf_image) -> Result<Self, Failure> {
+        Ok(Source::Image(handle::get("image", image)?))
+    }
+
+    /// The mesh behind a handle, as it is now, placed and named by the caller.
+    pub fn of_mesh(
+        mesh: *const srf_mesh,
+        world_from_mesh: *const srf_pose,
+        name: *const c_char,
+    ) -> Result<Self, Failure> {
+        let mesh = handle::get("mesh", mesh)?;
+        let world_from_mesh = pose::read("world_from_mesh", world_from_mesh)?;
+        let name = pointer::text("name", name)?.to_owned();
+        Ok(Source::Mesh(NamedMesh { name, mesh, world_from_mesh }))
+    }
+
+    /// The cloud behind a handle, which knows its place, named by the caller.
+    pub fn of_cloud(cloud: *const srf_cloud, name: *const c_char) -> Result<Self, Failure> {
+        let cloud = handle::get("cloud", cloud)?;
+        Ok(Source::Cloud { name: pointer::text("name", name)?.to_owned(), cloud })
+    }
+
+    /// All scans of a set.
+    pub fn of_scans(scans: *const srf_scans) -> Result<Vec<Self>, Failure> {
+        let set = handle::get("scans", scans)?;
+        Ok((0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }).collect())
+    }
+}
+
+/// A cloud as the core takes it.
+fn placed<'c>(name: &str, cloud: &'c PointCloud) -> PlacedCloud<'c> {
+    PlacedCloud { name: name.to_owned(), cloud, world_from_cloud: cloud.world_from_cloud }
+}
+
+/// As the core takes them.
+pub fn borrowed(sources: &[Source]) -> Vec<&dyn ScanSource> {
+    sources.iter().map(|source| source as &dyn ScanSource).collect()
+}
+
+impl ScanSource for Source {
+    fn name(&self) -> &str {
+        match self {
+            Source::Image(image) => image.image.name(),
+            Source::Mesh(mesh) => &mesh.name,
+            Source::Cloud { name, .. } => name,
+            Source::Scan { set, index } => set.set.scans[*index].name(),
+        }
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
+        match self {
+            Source::Image(image) => image.image.load(loading, progress),
+            Source::Mesh(mesh) => mesh.borrowed().load(loading, progress),
+            Source::Cloud { name, cloud } => placed(name, cloud).load(loading, progress),
+            Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
+        }
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, RangeImage>>> {
+        match self {
+            Source::Image(image) => image.image.image(progress),
+            Source::Mesh(_) | Source::Cloud { .. } => Ok(None),
+            Source::Scan { set, index } => set.set.scans[*index].image(progress),
+        }
+    }
+
+    fn oriented_points(&self, progress: &Progress<'_>) -> surfrecon::Result<OrientedPoints> {
+        match self {
+            Source::Image(image) => image.image.oriented_points(progress),
+            Source::Mesh(mesh) => mesh.borrowed().oriented_points(progress),
+            Source::Cloud { name, cloud } => placed(name, cloud).oriented_points(progress),
+            Source::Scan { set, index } => set.set.scans[*index].oriented_points(progress),
+        }
+    }
+
+    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
+        match self {
+            Source::Image(image) => image.image.content(triangulation, progress),
+            Source::Mesh(mesh) => mesh.borrowed().content(triangulation, progress),
+            Source::Cloud { name, cloud } => placed(name, cloud).content(triangulation, progress),
+            Source::Scan { set, index } => set.set.scans[*index].content(triangulation, progress),
+        }
+    }
+}
