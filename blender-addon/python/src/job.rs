@@ -17,6 +17,7 @@ use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
 use surfrecon::{Progress, Tick, memory};
 
+use crate::align::AlignCall;
 use crate::cluster::{ClusterCall, Clustered};
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
@@ -32,6 +33,7 @@ use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
+    Aligned(Box<(AlignCall, surfrecon::align::Alignment)>),
     Merged(Box<Measured>),
     Distances(Vec<f64>),
     Certified(Box<Certified>),
@@ -50,7 +52,7 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.align``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
@@ -141,6 +143,28 @@ fn part<'a>(whole: &'a Progress<'static>, index: usize, count: usize) -> Progres
 
 #[pymethods]
 impl Job {
+    /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``align``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: align
+    #[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, **options), text_signature = "(scans, *, start='unknown', reach=None, tolerance=None, min_overlap=0.03, threads=0, fixed=None, picks=None, trusted=None, rejected=None)")]
+    fn align(
+        scans: &Bound<'_, PyAny>,
+        fixed: Option<Vec<usize>>,
+        picks: Option<Vec<Bound<'_, PyAny>>>,
+        trusted: Option<Vec<[usize; 2]>>,
+        rejected: Option<Vec<[usize; 2]>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = AlignCall::new(scans, fixed, picks, trusted, rejected, options)?;
+        Job::start(move |progress| {
+            let found = call.run(progress)?;
+            Ok(Made::Aligned(Box::new((call, found))))
+        })
+    }
+
     /// Starts ``surfrecon.merge`` with the same arguments but ``progress``.
     ///
     /// Raises:
@@ -343,6 +367,10 @@ impl Job {
             py.detach(|| std::thread::sleep(std::time::Duration::from_millis(2)));
         }
         match py.detach(|| thread.join()) {
+            Ok(Ok(Ok(Made::Aligned(aligned)))) => {
+                let (call, found) = *aligned;
+                Ok(Bound::new(py, call.finish(found))?.into_any())
+            }
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),

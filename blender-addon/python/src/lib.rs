@@ -10,6 +10,8 @@
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
+//! | `sources` | scans as Python hands them over |
+//! | `align` | scans without poses to one frame |
 //! | `merge` | the merge and its report |
 //! | `sculpt` | a range image to few triangles |
 //! | `cluster` | a dense mesh to well-shaped triangles |
@@ -19,6 +21,7 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+mod align;
 mod allocator;
 mod arrays;
 mod cluster;
@@ -37,6 +40,7 @@ mod scan;
 mod scans;
 mod sculpt;
 mod settings;
+mod sources;
 
 use pyo3::prelude::*;
 
@@ -44,6 +48,8 @@ use pyo3::prelude::*;
 mod _native {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::align::{AlignReport, AlignedPair, AlignedScan, Alignment, align};
     #[pymodule_export]
     use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
     #[pymodule_export]

@@ -12,10 +12,10 @@ use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
-use crate::merge::{Source, as_dyn, sources};
 use crate::mesh::Mesh;
 use crate::params;
 use crate::progress::Watch;
+use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
 ///
@@ -76,7 +76,7 @@ impl DistanceCall {
         let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
         let reference = match mesh.cast::<Mesh>() {
             Ok(mesh) => Reference::Mesh(mesh.get().mesh.clone()),
-            Err(_) => Reference::Scans(sources(mesh)?),
+            Err(_) => Reference::Scans(sources(mesh, Clouds::Refused)?),
         };
         let side = if signed { Side::Signed } else { Side::Ignored };
         let threads = params::threads(threads)?;

@@ -1,24 +1,16 @@
 //! The merge and its report.
 
-use std::borrow::Cow;
-use std::sync::Arc;
-
-use glam::DAffine3;
 use numpy::PyArray1;
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::merge::{Loading, MergeParams, Merged, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::Progress;
+use surfrecon::merge::{MergeParams, Merged};
 use surfrecon::mesh::measure::Side;
-use surfrecon::triangulate::TriangulateParams;
-use surfrecon::{Progress, RangeImage as CoreImage, TriMesh, import};
 
-use crate::arrays;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::progress::Watch;
-use crate::range_image::RangeImage;
-use crate::scans::Scan;
+use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Merges registered scans into one surface (Marching Intersections).
 ///
@@ -85,7 +77,7 @@ impl MergeCall {
     /// `ParameterError`, `TypeError`.
     pub fn new(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let params = params("merge", options)?;
-        Ok(MergeCall { sources: sources(scans)?, params, measure })
+        Ok(MergeCall { sources: sources(scans, Clouds::Refused)?, params, measure })
     }
 
     /// Share of the whole that [`MergeCall::run`] takes; [`MergeCall::measured`] takes the rest.
@@ -115,95 +107,6 @@ impl MergeCall {
         let found = surfrecon::merge::deviation(points, &sources, triangulation, Side::Ignored, *threads, progress)?;
         Ok((merged, Some(found.distances)))
     }
-}
-
-/// The scans as the core takes them.
-pub fn as_dyn(sources: &[Source]) -> Vec<&dyn ScanSource> {
-    sources.iter().map(|s| s as &dyn ScanSource).collect()
-}
-
-/// One scan to merge, owned: the caller's objects may change or vanish while the merge runs.
-pub enum Source {
-    File(import::Scan),
-    Image(Arc<CoreImage>),
-    Mesh { name: String, mesh: Arc<TriMesh>, world_from_mesh: DAffine3 },
-}
-
-impl ScanSource for Source {
-    fn name(&self) -> &str {
-        match self {
-            Source::File(scan) => &scan.name,
-            Source::Image(image) => &image.name,
-            Source::Mesh { name, .. } => name,
-        }
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> surfrecon::Result<OrientedSurface> {
-        match self {
-            Source::File(scan) => scan.load(loading, progress),
-            Source::Image(image) => image.load(loading, progress),
-            Source::Mesh { name, mesh, world_from_mesh } => {
-                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.load(loading, progress)
-            }
-        }
-    }
-
-    fn image(&self, progress: &Progress<'_>) -> surfrecon::Result<Option<Cow<'_, CoreImage>>> {
-        match self {
-            Source::File(scan) => scan.image(progress),
-            Source::Image(image) => image.image(progress),
-            Source::Mesh { .. } => Ok(None),
-        }
-    }
-
-    fn content(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
-        match self {
-            Source::File(scan) => scan.content(triangulation, progress),
-            Source::Image(image) => image.content(triangulation, progress),
-            Source::Mesh { name, mesh, world_from_mesh } => {
-                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }
-                    .content(triangulation, progress)
-            }
-        }
-    }
-}
-
-/// The scans of a Python argument.
-///
-/// # Errors
-/// `TypeError` naming what can't be merged.
-pub fn sources(scans: &Bound<'_, PyAny>) -> PyResult<Vec<Source>> {
-    let iterator = scans
-        .try_iter()
-        .map_err(|_| PyTypeError::new_err(format!("scans must be a ScanSet or a list, got {}", scans.get_type())))?;
-    iterator.enumerate().map(|(i, item)| source(i, &item?)).collect()
-}
-
-fn source(index: usize, item: &Bound<'_, PyAny>) -> PyResult<Source> {
-    if let Ok(scan) = item.cast::<Scan>() {
-        return Ok(Source::File(scan.get().scan.clone()));
-    }
-    if let Ok(image) = item.cast::<RangeImage>() {
-        return Ok(Source::Image(image.get().image()));
-    }
-    let mesh_source = |mesh: &Bound<'_, Mesh>, world_from_mesh, name: Option<String>| Source::Mesh {
-        name: name.unwrap_or_else(|| format!("mesh {index:06}")),
-        mesh: mesh.get().mesh.clone(),
-        world_from_mesh,
-    };
-    if let Ok(mesh) = item.cast::<Mesh>() {
-        return Ok(mesh_source(mesh, DAffine3::IDENTITY, None));
-    }
-    if let Ok((mesh, pose)) = item.extract::<(Bound<'_, Mesh>, Bound<'_, PyAny>)>() {
-        return Ok(mesh_source(&mesh, arrays::affine(&pose, "world_from_mesh")?, None));
-    }
-    if let Ok((mesh, pose, name)) = item.extract::<(Bound<'_, Mesh>, Bound<'_, PyAny>, String)>() {
-        return Ok(mesh_source(&mesh, arrays::affine(&pose, "world_from_mesh")?, Some(name)));
-    }
-    Err(PyTypeError::new_err(format!(
-        "scan {index} must be a Scan, RangeImage, Mesh, (Mesh, matrix) or (Mesh, matrix, name), got {}",
-        item.get_type()
-    )))
 }
 
 /// Result of a merge.

@@ -1,10 +1,11 @@
-"""Surfaces from range scans: registered scans in, one merged surface out.
+"""Surfaces from range scans: scans in any place in, one merged surface out.
 
 Arrays in and out are NumPy's; work runs on all cores with the interpreter lock released. Lengths are in the unit of the
 scans, angles in radians; ``parameters()`` lists every option with default, range and meaning.
 
->>> scans = surfrecon.open("bun.conf")
->>> result = surfrecon.merge(scans)
+>>> scans = surfrecon.open("folder of scans")
+>>> aligned = surfrecon.align(scans)
+>>> result = surfrecon.merge(aligned.scans)
 >>> result.mesh.positions.shape
 """
 
@@ -19,6 +20,10 @@ from ._errors import (
     SurfreconError,
 )
 from ._native import (
+    AlignedPair,
+    AlignedScan,
+    Alignment,
+    AlignReport,
     Camera,
     Clustered,
     Job,
@@ -38,6 +43,7 @@ from ._native import (
     Spline,
     __version__,
     adaptive_quads,
+    align,
     cluster,
     cluster_levels,
     distances,
@@ -64,6 +70,10 @@ from ._native import (
 )
 
 __all__ = [
+    "AlignReport",
+    "AlignedPair",
+    "AlignedScan",
+    "Alignment",
     "Camera",
     "Cancelled",
     "Clustered",
@@ -91,6 +101,7 @@ __all__ = [
     "SurfreconError",
     "__version__",
     "adaptive_quads",
+    "align",
     "cluster",
     "cluster_levels",
     "distances",

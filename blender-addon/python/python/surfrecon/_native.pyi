@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "AlignReport",
+    "AlignedPair",
+    "AlignedScan",
+    "Alignment",
     "Camera",
     "Clustered",
     "Job",
@@ -27,6 +31,7 @@ __all__ = [
     "Spline",
     "__version__",
     "adaptive_quads",
+    "align",
     "cluster",
     "cluster_levels",
     "distances",
@@ -59,6 +64,9 @@ _Matrix: TypeAlias = NDArray[np.float64]
 _PathLike: TypeAlias = str | Path
 _Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
 _Attributes: TypeAlias = dict[str, NDArray[Any]]
+_Alignable: TypeAlias = Scan | RangeImage | PointCloud | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
+_Pick: TypeAlias = tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int, ArrayLike, ArrayLike, float]
+_Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 _Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
 _Progress: TypeAlias = Callable[[str, float], bool | None]
 _Content: TypeAlias = RangeImage | Mesh | PointCloud
@@ -233,6 +241,79 @@ class ScanSet(Sequence[Scan]):
     def __iter__(self) -> Iterator[Scan]: ...
 
 @final
+class AlignedScan:
+    @property
+    def name(self) -> str: ...
+    @property
+    def state(self) -> Literal["placed", "kept", "apart", "unplaced"]: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def group(self) -> int | None: ...
+    @property
+    def world_from_scan(self) -> NDArray[np.float64] | None: ...
+    @property
+    def covariance(self) -> NDArray[np.float64]: ...
+    @property
+    def middle(self) -> list[float]: ...
+    @property
+    def deviation(self) -> float: ...
+    @property
+    def free(self) -> list[_Free]: ...
+    @property
+    def overlap(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def spacing(self) -> float: ...
+
+@final
+class AlignedPair:
+    @property
+    def scans(self) -> tuple[int, int]: ...
+    @property
+    def state(self) -> str: ...
+    @property
+    def overlap(self) -> tuple[float, float]: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def balance(self) -> float: ...
+    @property
+    def seen_through(self) -> float: ...
+    @property
+    def places(self) -> int: ...
+    @property
+    def free(self) -> list[_Free]: ...
+
+@final
+class AlignReport:
+    @property
+    def scans(self) -> list[AlignedScan]: ...
+    @property
+    def pairs(self) -> list[AlignedPair]: ...
+    @property
+    def groups(self) -> list[list[int]]: ...
+    @property
+    def placed(self) -> int: ...
+    @property
+    def compared(self) -> int: ...
+    @property
+    def residual(self) -> float | None: ...
+    @property
+    def messages(self) -> list[str]: ...
+
+@final
+class Alignment:
+    @property
+    def world_from_scan(self) -> list[NDArray[np.float64] | None]: ...
+    @property
+    def scans(self) -> list[Any]: ...
+    @property
+    def report(self) -> AlignReport: ...
+    def write(self, path: _PathLike) -> None: ...
+
+@final
 class MergeReport:
     @property
     def scans(self) -> int: ...
@@ -291,6 +372,22 @@ class MergeResult:
 
 @final
 class Job:
+    @staticmethod
+    def align(
+        scans: Iterable[_Alignable],
+        *,
+        # options: align
+        start: Literal["unknown", "rough"] | None = "unknown",
+        reach: float | None = None,
+        tolerance: float | None = None,
+        min_overlap: float | None = 0.03,
+        threads: int | None = 0,
+        # end
+        fixed: Sequence[int] | None = None,
+        picks: Sequence[_Pick] | None = None,
+        trusted: Sequence[tuple[int, int]] | None = None,
+        rejected: Sequence[tuple[int, int]] | None = None,
+    ) -> Job: ...
     @staticmethod
     def merge(
         scans: Iterable[_Mergeable],
@@ -477,6 +574,22 @@ def memory_in_use() -> int: ...
 def memory_peak(*, restart: bool = False) -> int: ...
 def linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.float32]: ...
 def parameters(operation: str | None = None) -> list[Parameter]: ...
+def align(
+    scans: Iterable[_Alignable],
+    *,
+    # options: align
+    start: Literal["unknown", "rough"] | None = "unknown",
+    reach: float | None = None,
+    tolerance: float | None = None,
+    min_overlap: float | None = 0.03,
+    threads: int | None = 0,
+    # end
+    fixed: Sequence[int] | None = None,
+    picks: Sequence[_Pick] | None = None,
+    trusted: Sequence[tuple[int, int]] | None = None,
+    rejected: Sequence[tuple[int, int]] | None = None,
+    progress: _Progress | None = None,
+) -> Alignment: ...
 def merge(
     scans: Iterable[_Mergeable],
     *,

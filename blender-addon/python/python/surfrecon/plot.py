@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ._native import Mesh, RangeImage, Sculpted
+from ._native import Alignment, Mesh, RangeImage, Sculpted
 
-__all__ = ["error_image", "mesh", "range_image"]
+__all__ = ["alignment", "error_image", "mesh", "range_image"]
 
 # Calm where the value is small; the same colours as the error map in Blender.
 RAMP = [
@@ -143,4 +143,55 @@ def mesh(
     ax.autoscale_view()
     ax.set_aspect("equal")
     ax.set_axis_off()
+    return ax
+
+
+# What became of a pair, and its mark in the picture.
+MARKS = {
+    "misfit": "off",
+    "slides": "slides",
+    "ambiguous": "places",
+    "background": "still",
+    "seen_through": "through",
+    "disagrees": "disagrees",
+    "rejected": "no",
+}
+
+
+def alignment(result: Alignment, ax: Any = None) -> Any:
+    """Which scans overlap: a square a pair, darker the more of the smaller they share, red where the pair was not used.
+
+    Names of scans that have no place are red.
+
+    Args:
+        result: what ``align`` returned.
+        ax: matplotlib's axes, or ``None`` for new ones.
+    """
+    from matplotlib.patches import Rectangle
+
+    ax = _axes(ax)
+    report = result.report
+    count = len(report.scans)
+    shown = np.full((count, count), np.nan)
+    for pair in report.pairs:
+        a, b = pair.scans
+        share = max(pair.overlap)
+        if pair.state in ("fits", "misfit"):
+            shown[a, b] = shown[b, a] = share
+        if pair.state in MARKS:
+            for row, col in ((a, b), (b, a)):
+                if pair.state != "misfit":
+                    ax.add_patch(Rectangle((col - 0.5, row - 0.5), 1, 1, color=(0.85, 0.35, 0.3)))
+                if count <= 20:
+                    ax.text(col, row, MARKS[pair.state], ha="center", va="center", fontsize=6)
+    image = ax.imshow(shown, cmap="Blues", vmin=0, vmax=1, interpolation="nearest")
+    ax.figure.colorbar(image, ax=ax, label="share of the smaller that overlaps")
+    names = [scan.name for scan in report.scans]
+    ax.set_xticks(range(count), names, rotation=90, fontsize=7)
+    ax.set_yticks(range(count), names, fontsize=7)
+    for labels in (ax.get_xticklabels(), ax.get_yticklabels()):
+        for label, scan in zip(labels, report.scans, strict=True):
+            if scan.state in ("unplaced", "apart"):
+                label.set_color((0.75, 0.1, 0.1))
+    ax.set(title=f"{report.placed} of {count} scans placed", xlim=(-0.5, count - 0.5), ylim=(count - 0.5, -0.5))
     return ax

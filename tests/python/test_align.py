@@ -1,0 +1,242 @@
+"""Aligning through Python: what is found, what is refused, poses out, pictures."""
+
+import gc
+import threading
+
+import numpy as np
+import pytest
+import surfrecon
+import surfrecon.plot
+from shapes import torus_scans
+
+
+def rigid(generator):
+    """A turn about any axis and a shift."""
+    q, _ = np.linalg.qr(generator.normal(size=(3, 3)))
+    pose = np.eye(4)
+    pose[:3, :3] = q * np.sign(np.linalg.det(q))
+    pose[:3, 3] = generator.normal(size=3) * 100
+    return pose
+
+
+def look():
+    """Six views of the sculpture with the poses that they were taken from."""
+    mesh = surfrecon.sculpture(cell=2.0)
+    scans = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=6, above=0, below=0, pixels=130))
+    for k, scan in enumerate(scans):
+        scan.name = f"view{k}"
+    return scans
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return look()
+
+
+@pytest.fixture(scope="module")
+def heap():
+    """The same thrown about."""
+    generator = np.random.default_rng(5)
+    scans = look()
+    for scan in scans:
+        scan.world_from_sensor = rigid(generator)
+    return scans
+
+
+@pytest.fixture(scope="module")
+def aligned(heap):
+    return surfrecon.align(heap)
+
+
+def errors(truth, alignment):
+    """Largest distance of a sample of each placed scan from where it belongs, in the distances of samples."""
+    report = alignment.report
+    kept = next(k for k, scan in enumerate(report.scans) if scan.state == "kept")
+    truth_from_found = truth[kept].world_from_sensor @ np.linalg.inv(alignment.world_from_scan[kept])
+    found = []
+    for scan, pose, told in zip(truth, alignment.world_from_scan, report.scans, strict=True):
+        if pose is None:
+            found.append(np.nan)
+            continue
+        points = scan.points[scan.valid]
+        points = np.column_stack([points, np.ones(len(points))])
+        off = points @ (truth_from_found @ pose - scan.world_from_sensor).T
+        found.append(np.linalg.norm(off, axis=1).max() / told.spacing)
+    return np.array(found)
+
+
+def test_each_finds_its_place(truth, aligned):
+    off = errors(truth, aligned)
+    assert np.all(off < 1.0), (off, str(aligned.report))
+    report = aligned.report
+    assert report.placed == len(truth) and report.groups == [list(range(len(truth)))]
+    assert [scan.name for scan in report.scans] == [scan.name for scan in truth]
+    assert sum(scan.state == "kept" for scan in report.scans) == 1
+    assert all(not scan.reason and not scan.free for scan in report.scans)
+    assert 0 < report.residual < max(scan.spacing for scan in report.scans)
+    assert "6 of 6 scans placed" in str(report) and "6 placed" in repr(aligned)
+
+
+def test_what_is_placed_merges(truth, aligned):
+    mesh = surfrecon.merge(aligned.scans).mesh
+    assert mesh.check()["is_manifold"]
+    kept = next(k for k, scan in enumerate(aligned.report.scans) if scan.state == "kept")
+    back = truth[kept].world_from_sensor @ np.linalg.inv(aligned.world_from_scan[kept])
+    positions = mesh.positions @ back[:3, :3].T + back[:3, 3]
+    distance = surfrecon.distances(positions, surfrecon.sculpture(cell=2.0))
+    assert np.quantile(distance, 0.95) < aligned.report.scans[0].spacing
+
+
+def test_the_given_scans_are_left_alone(heap, aligned):
+    generator = np.random.default_rng(5)
+    assert all(np.array_equal(scan.world_from_sensor, rigid(generator)) for scan in heap)
+    kept = next(k for k, scan in enumerate(aligned.report.scans) if scan.state == "kept")
+    assert np.array_equal(aligned.world_from_scan[kept], heap[kept].world_from_sensor)
+
+
+def test_order_and_threads_change_no_bit(heap, aligned):
+    order = [3, 0, 5, 1, 4, 2]
+    other = surfrecon.align([heap[k] for k in order], threads=1)
+    for place, k in enumerate(order):
+        assert np.array_equal(other.world_from_scan[place], aligned.world_from_scan[k])
+        assert np.array_equal(other.report.scans[place].covariance, aligned.report.scans[k].covariance)
+
+
+def test_fixed_scans_stay(heap):
+    result = surfrecon.align(heap, fixed=[2])
+    assert np.array_equal(result.world_from_scan[2], heap[2].world_from_sensor)
+    assert result.report.scans[2].state == "kept" and result.report.placed == len(heap)
+
+
+def test_a_ball_is_left_out():
+    a, b = np.meshgrid(np.linspace(0, 2 * np.pi, 60), np.linspace(0.02, np.pi - 0.02, 40), indexing="ij")
+    grid = np.stack([np.sin(b) * np.cos(a), np.sin(b) * np.sin(a), np.cos(b)], axis=-1).reshape(-1, 3)
+    triangles = [
+        t for i in range(59) for j in range(39) for p in [i * 40 + j] for t in ([p, p + 1, p + 41], [p, p + 41, p + 40])
+    ]
+    ball = surfrecon.Mesh(grid, np.array(triangles, np.uint32))
+    cameras = surfrecon.turntable(ball, around=8, above=0, below=0, pixels=90)
+    result = surfrecon.align(surfrecon.virtual_scan(ball, cameras[:3]))
+    assert result.report.placed == 0 and sum(pose is not None for pose in result.world_from_scan) == 1
+    reasons = [scan.reason for scan in result.report.scans if scan.state != "kept"]
+    assert any("turn" in reason for reason in reasons), reasons
+    assert any(pair.state == "slides" and pair.free for pair in result.report.pairs)
+
+
+def test_what_is_known_too_badly_is_not_placed():
+    """Smooth things seen by a few hundred pixels."""
+    scans = torus_scans(pixels=30)
+    for a in range(len(scans)):
+        for b in range(a):
+            two = [scans[b], scans[a]]
+            result = surfrecon.align(two)
+            off = errors(two, result)
+            assert not np.any(off > 5.0), (a, b, off, str(result.report))
+
+
+def test_meshes_and_clouds_with_normals_are_scans(truth, tmp_path):
+    meshes = [(scan.triangulate(), np.eye(4), scan.name) for scan in truth[:3]]
+    result = surfrecon.align(meshes)
+    # Without sensors there is less evidence.
+    assert np.nanmax(errors(truth[:3], result)) < 2.0 and result.report.placed >= 2
+    mesh, pose, name = result.scans[0]
+    assert isinstance(mesh, surfrecon.Mesh) and pose.shape == (4, 4) and name == "view0"
+    (tmp_path / "bare.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+        "0 0 0\n1 0 0\n"
+    )
+    cloud = surfrecon.read(tmp_path / "bare.ply")
+    with pytest.raises(surfrecon.InputError, match="no normals"):
+        surfrecon.align([truth[1], cloud])
+    with pytest.raises(TypeError):
+        surfrecon.merge([truth[1], cloud])
+
+
+def test_poses_are_written(truth, heap, tmp_path):
+    surfrecon.write_scans(tmp_path / "heap.conf", heap)
+    scans = surfrecon.open(tmp_path / "heap.conf")
+    result = surfrecon.align(scans)
+    for ending in ("conf", "mlp", "aln"):
+        result.write(tmp_path / f"placed.{ending}")
+        again = surfrecon.open(tmp_path / f"placed.{ending}")
+        assert len(again) == len(heap)
+        for scan, pose in zip(again, result.world_from_scan, strict=True):
+            assert np.allclose(scan.world_from_sensor, pose, atol=1e-6), ending
+    result.write(tmp_path / "placed.tum")
+    assert len((tmp_path / "placed.tum").read_text().splitlines()) == len(heap) + 1
+    with pytest.raises(surfrecon.InputError, match=r"\.conf"):
+        result.write(tmp_path / "placed.txt")
+    with pytest.raises(surfrecon.InputError, match="no file of its own"):
+        surfrecon.align(heap[:2]).write(tmp_path / "other.conf")
+    assert not (tmp_path / "other.conf").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"fixed": [9]}, surfrecon.InputError, "scan 9"),
+        ({"trusted": [(0, 0)]}, surfrecon.InputError, "twice"),
+        ({"rejected": [(0, 1)], "trusted": [(1, 0)]}, surfrecon.InputError, "both trusted and rejected"),
+        ({"picks": [(0, 1, (0, 0, 0), (0, 0, np.nan))]}, surfrecon.InputError, "finite"),
+        ({"picks": [(0, 1, (0, 0), (0, 0, 1))]}, surfrecon.InputError, "point_a of pick 0"),
+        ({"picks": ["a"]}, TypeError, "pick 0"),
+        ({"start": "near"}, surfrecon.ParameterError, "rough"),
+        ({"min_overlap": 2}, surfrecon.ParameterError, "min_overlap"),
+        ({"tolerance": -1}, surfrecon.ParameterError, "tolerance"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(heap, options, error, words):
+    with pytest.raises(error, match=words):
+        surfrecon.align(heap, **options)
+
+
+def test_one_scan_and_scaled_ones_are_refused(truth):
+    with pytest.raises(surfrecon.InputError, match="at least two"):
+        surfrecon.align(truth[:1])
+    mesh = truth[0].triangulate()
+    with pytest.raises(surfrecon.InputError, match="big.*scale"):
+        surfrecon.align([truth[1], (mesh, np.diag([2.0, 2, 2, 1]), "big")])
+
+
+def test_cancelling_ends_it(heap):
+    with pytest.raises(surfrecon.Cancelled):
+        surfrecon.align(heap, progress=lambda stage, fraction: False)
+    job = surfrecon.Job.align(heap)
+    job.cancel()
+    with pytest.raises(surfrecon.Cancelled):
+        job.result()
+
+
+def test_a_job_gives_the_same_and_progress_rises(heap, aligned):
+    seen = []
+    result = surfrecon.align(heap, progress=lambda stage, fraction: seen.append((stage, fraction)))
+    assert [f for _, f in seen] == sorted(f for _, f in seen)
+    job = surfrecon.Job.align(heap).result()
+    for other in (result, job):
+        assert all(np.array_equal(a, b) for a, b in zip(other.world_from_scan, aligned.world_from_scan, strict=True))
+
+
+def test_the_lock_is_released(heap):
+    counted = 0
+    done = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not done.is_set():
+            counted += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    surfrecon.align(heap)
+    done.set()
+    thread.join()
+    gc.collect()
+    assert counted > 1000
+
+
+def test_a_picture_of_the_pairs(aligned):
+    import matplotlib
+
+    matplotlib.use("agg")
+    ax = surfrecon.plot.alignment(aligned)
+    assert "6 of 6" in ax.get_title()
