@@ -16,6 +16,7 @@ from pathlib import Path
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="surfrecon-demo-")
 
 import bpy
+import mathutils
 import numpy as np
 
 MODULE = "bl_ext.user_default.surfrecon"
@@ -110,6 +111,27 @@ def show_camera_view():
                 area.spaces.active.region_3d.view_perspective = "CAMERA"
 
 
+def shuffle(scans):
+    """Throws the scans about, aligns them, and brings all of them to where the first that stayed belongs."""
+    context, generator = bpy.context, np.random.default_rng(1)
+    truth = {obj.name: obj.matrix_world.copy() for obj in scans}
+    size = max(max(obj.dimensions) for obj in scans)
+    for obj in scans:
+        turn = mathutils.Quaternion(generator.normal(size=4)).normalized().to_matrix().to_4x4()
+        obj.matrix_world = mathutils.Matrix.Translation(generator.uniform(-2, 2, 3) * size) @ turn
+    context.view_layer.update()
+    thrown = {obj.name: obj.matrix_world.copy() for obj in scans}
+    bpy.ops.surfrecon.align()
+    context.view_layer.update()
+    kept = next(obj for obj in scans if obj.matrix_world == thrown[obj.name])
+    back = truth[kept.name] @ kept.matrix_world.inverted()
+    for obj in scans:
+        obj.matrix_world = back @ obj.matrix_world
+    context.view_layer.update()
+    off = max((obj.matrix_world.translation - truth[obj.name].translation).length for obj in scans)
+    print(f"  {len(scans)} scans found their places again, at most {off / size:.1e} of their size off")
+
+
 def main():
     """Runs the demo."""
     archive, out = sys.argv[1], Path(sys.argv[2]).resolve()
@@ -137,6 +159,9 @@ def main():
     scans = list(bpy.context.selected_objects)
     samples = sum(len(obj.data.vertices) for obj in scans)
     clock.done("import the scans")
+    if os.environ.get("SHUFFLE"):
+        shuffle(scans)
+        clock.done("throw the poses away, align")
 
     # Its error is measured below, against the true surface.
     bpy.ops.surfrecon.merge(voxel=sample_distance(scans), measure=False)

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Range scans in Blender: import them with their grids and poses, merge them into one surface.
+"""Range scans in Blender: import them with their grids and poses, bring them to one frame, merge them into one surface.
 
 | file | what |
 |---|---|
 | preferences | what holds for all scenes |
 | properties | options of the operators and the sidebar, made from the library's parameter table |
-| operators | a file each: bring in, look, clean, merge, reduce, measure, export |
+| operators | a file each: bring in, look, clean, align, merge, reduce, measure, export |
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
 | adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |

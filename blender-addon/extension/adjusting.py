@@ -4,6 +4,7 @@
 import bpy
 
 from .running import Running
+from .scene import put_back, whereabouts
 
 
 class Adjusting:
@@ -47,10 +48,10 @@ class Adjusting:
 
 
 class Before:
-    """What was selected and what there was before an operation."""
+    """What was selected, where it was and what there was before an operation."""
 
     def __init__(self, context):
-        self.selected = [obj.name for obj in context.selected_objects]
+        self.selected = {obj.name: whereabouts(obj) for obj in context.selected_objects}
         self.active = context.object.name if context.object is not None else None
         self.objects, self.collections = set(bpy.data.objects.keys()), set(bpy.data.collections.keys())
         self.made = self.made_in = ()
@@ -66,14 +67,17 @@ class Before:
         return all(name in bpy.data.objects for name in self.made)
 
     def select(self, context):
-        """Selects what was selected then."""
+        """Selects what was selected then, where it was."""
         for obj in context.selected_objects:
             obj.select_set(False)
-        for name in self.selected:
-            if name in context.view_layer.objects:
-                # The result that is there has hidden what it was made from.
-                context.view_layer.objects[name].hide_set(False)
-                context.view_layer.objects[name].select_set(True)
+        for name, before in self.selected.items():
+            obj = context.view_layer.objects.get(name)
+            if obj is not None:
+                # The result that is there has hidden or moved what it was made from.
+                obj.hide_set(False)
+                obj.select_set(True)
+                put_back(obj, before)
+        context.view_layer.update()
         context.view_layer.objects.active = context.view_layer.objects.get(self.active or "")
 
     def replace(self):

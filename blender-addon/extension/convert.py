@@ -387,7 +387,17 @@ def active(context):
 
 def writable(obj):
     """Refuses an object whose mesh can't be changed."""
-    if obj.data.library is not None or obj.library is not None:
+    refuse_linked(obj, obj.data.library or obj.library)
+
+
+def movable(obj):
+    """Refuses an object that can't be moved."""
+    refuse_linked(obj, obj.library)
+
+
+def refuse_linked(obj, library):
+    """Refuses an object if the library is one: it is another file's."""
+    if library is not None:
         raise Refused(
             f'"{obj.name}" is linked from another file, which is left as it is: make it local with'
             " Object > Relations > Make Local"

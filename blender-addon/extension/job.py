@@ -34,7 +34,7 @@ PATIENCE_SECONDS = 1.0
 class JobOperator:
     """An operator around a `surfrecon.Job`.
 
-    A subclass defines `start(context)`, which gathers the input and returns a running job, or is a generator that does
+    A subclass defines `launch(context)`, which gathers the input and returns a running job, or is a generator that does
     so object by object (see `gathered`), and `finish(context, result)`, which puts the result into the scene, or
     returns a further job whose result comes next. Both may raise `Refused` or the library's errors. `preview(context)`
     may return a job for a rough picture of the result, which is drawn while the other one takes its time.
@@ -152,7 +152,7 @@ class JobOperator:
             return {"RUNNING_MODAL"}
         try:
             if gathering.steps is None:
-                gathering.steps = self._starting(context)
+                gathering.steps = self._launching(context)
             job = gathering.read()
         except (Refused, surfrecon.SurfreconError) as problem:
             Running.take()
@@ -174,16 +174,16 @@ class JobOperator:
         context.window_manager.progress_update(int(100 * Running.fraction))
         redraw(context)
 
-    def _starting(self, context):
-        """The steps of `start`, if it has any; a generator that returns the job."""
+    def _launching(self, context):
+        """The steps of `launch`, if it has any; a generator that returns the job."""
         Kept.only_of(self.bl_idname)
         refuse_no_numbers(self)
-        started = self.start(context)
-        return (yield from started) if inspect.isgenerator(started) else started
+        launched = self.launch(context)
+        return (yield from launched) if inspect.isgenerator(launched) else launched
 
     def _begin(self, context):
         gathering = Gathering()
-        gathering.steps = self._starting(context)
+        gathering.steps = self._launching(context)
         try:
             job = None
             while job is None:

@@ -9,7 +9,7 @@ from .operators.import_scans import ENDINGS
 OBJECT = (
     ("surfrecon.reproject", "surfrecon.virtual_scan"),
     ("surfrecon.tint_scans", "surfrecon.clean"),
-    ("surfrecon.merge", "surfrecon.reconstruct"),
+    ("surfrecon.align", "surfrecon.merge", "surfrecon.reconstruct"),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.cluster"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
 )

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sidebar tab "Scans", in the order of the work: bring in, look, clean, merge, reduce, measure."""
+"""The sidebar tab "Scans", in the order of the work: bring in, look, clean, align and merge, reduce, measure."""
 
 import bpy
 
 from . import convert
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
-from .reports import LINES
+from .operators.merge import REPORT
+from .reports import LINES, lie_apart
 from .running import Running
 from .translations import NAMES, OPERATORS, word
-from .words import length, number
+from .words import length, number, wrapped
+
+ALIGN = ("surfrecon.align", "SNAP_ON")
 
 
 class ScansPanel:
@@ -92,7 +95,12 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
 
     def draw(self, context):
         """Its buttons."""
-        buttons(self.layout, ("surfrecon.merge", "MOD_REMESH"), ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"))
+        buttons(
+            self.layout,
+            ALIGN,
+            ("surfrecon.merge", "MOD_REMESH"),
+            ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
+        )
 
 
 class SURFRECON_PT_options(ScansPanel, bpy.types.Panel):
@@ -186,16 +194,23 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
         return context.object is not None and any(name in context.object for name in LINES)
 
     def draw(self, context):
-        """Two columns: what, how much."""
+        """Two columns: what, how much. What has no value is a sentence over both."""
         obj = context.object
         for name, lines in LINES.items():
             if name not in obj:
                 continue
-            split = self.layout.box().split(factor=0.55)
-            names, values = split.column(), split.column()
+            box = self.layout.box().column()
             for what, value in lines(context, obj[name]):
-                names.label(text=what, text_ctxt=NAMES)
-                values.label(text=value)
+                if value is None:
+                    sentence = box.column(align=True)
+                    for line in wrapped(context, what):
+                        sentence.label(text=line, translate=False)
+                    continue
+                row = box.split(factor=0.55)
+                row.label(text=what, text_ctxt=NAMES)
+                row.label(text=value)
+            if name == REPORT and lie_apart(obj[name]):
+                buttons(box, ALIGN)
 
 
 CLASSES = (

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The figures of results as (name, value) texts, in the scene's units."""
 
+import itertools
 import math
 
+from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
 from .operators.measure import REPORT as MEASURED
@@ -10,7 +12,7 @@ from .operators.merge import REPORT
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
-from .words import length
+from .words import length, sentence
 
 
 def sculpt_lines(context, figures):
@@ -56,6 +58,39 @@ def quads_lines(context, figures):
     yield "Time", f"{sum(figures['seconds'].values()):.2f} s"
 
 
+# What is said of a scan that was not moved.
+UNMOVED = {"kept": "stays", "apart": "apart", "unplaced": "not placed"}
+MOVE = "Move what is not placed to about where it belongs, and align again with Start: Rough"
+
+
+def align_lines(context, figures):
+    """The figures of an alignment as (name, value) texts, and what it says in sentences."""
+    figures = figures.to_dict()
+    names, states, reasons = (figures[each].split("\n") for each in ("names", "states", "reasons"))
+    yield "Scans placed", f"{figures['placed']} of {len(names)}"
+    yield "Groups", f"{figures['groups']}"
+    if "residual" in figures:
+        yield "Scans disagree by", length(context, figures["residual"])
+    # What is not placed comes first, and a reason once below all that have it.
+    scans = sorted(
+        zip(reasons, names, states, figures["deviations"], strict=True), key=lambda scan: (not scan[0], scan[0])
+    )
+    for reason, alike in itertools.groupby(scans, key=lambda scan: scan[0]):
+        for _, name, state, deviation in alike:
+            yield name, UNMOVED.get(state) or f"± {length(context, float(f'{deviation:.2g}'))}"
+        if reason:
+            yield sentence(reason), None
+    for message in figures["messages"].splitlines():
+        yield sentence(message), None
+    if figures["placed"] < len(names):
+        yield MOVE, None
+
+
+def lie_apart(report):
+    """Whether merged scans plainly don't fit: where they overlap, another cell of the grid has the other surface."""
+    return report.get("overlap_residual", 0) > report["voxel"]
+
+
 def merge_lines(context, report):
     """The figures of a merge's report as (name, value) texts."""
     report = report.to_dict()
@@ -73,6 +108,9 @@ def merge_lines(context, report):
     yield "Merge distance", length(context, report["merge_distance"])
     if "overlap_residual" in report:
         yield "Scans disagree by", length(context, report["overlap_residual"])
+    if lie_apart(report):
+        apart = length(context, report["overlap_residual"])
+        yield f"The scans lie {apart} apart where they overlap: align them first", None
     if report.get("noise"):
         yield "Noise of the samples", length(context, report["noise"])
     if report.get("noise_across"):
@@ -132,6 +170,7 @@ def clean_lines(context, figures):
 
 # Custom property of a result -> its lines.
 LINES = {
+    ALIGNED: align_lines,
     REPORT: merge_lines,
     SCULPTED: sculpt_lines,
     GRIDDED: quads_lines,

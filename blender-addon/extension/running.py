@@ -54,7 +54,7 @@ class Gathering:
 
 
 def gathered(context, objects, read):
-    """`read(object, depsgraph)` of each object, as a list. A generator, for `start`, that yields the share done.
+    """`read(object, depsgraph)` of each object, as a list. A generator, for `launch`, that yields the share done.
 
     The user may work on meanwhile, so objects are known by their names and looked up when their turn comes.
     """

@@ -53,6 +53,21 @@ def link(context, obj):
     collection.objects.link(obj)
 
 
+# What Blender stores of where an object is. Written back they give its matrix to the bit, which no matrix does.
+TRANSFORM = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
+
+
+def whereabouts(obj):
+    """Where an object is, for `put_back`."""
+    return {name: tuple(getattr(obj, name)) for name in TRANSFORM}
+
+
+def put_back(obj, before):
+    """Puts an object where it was."""
+    for name, values in before.items():
+        setattr(obj, name, values)
+
+
 def select_only(context, objects):
     """Selects these objects and nothing else; the first becomes the active one."""
     for obj in context.selected_objects:

@@ -2,6 +2,7 @@
 """Lengths, numbers, times and errors as people read them."""
 
 import re
+import textwrap
 
 import bpy
 import surfrecon
@@ -21,7 +22,7 @@ def number(count, one, many):
 
 
 # What parameters are called whose names in code are no words. Names of files and objects stay as they are.
-TABLES = ("merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
+TABLES = ("align", "merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
 LABELS = {p.name: p.label for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
 CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 
@@ -31,6 +32,17 @@ def sentence(problem):
     text = CODE_NAMES.sub(lambda name: f'"{LABELS[name[0]]}"', str(problem))
     # What begins with a file's or a scan's name is followed by a colon.
     return text[:1].upper() + text[1:] if re.match(r"[a-z]+[ ,]", text) else text
+
+
+# Width of a letter of the interface's font in pixels at scale 1: that of wide lines, with a share of the margins.
+LETTER = 7.3
+
+
+def wrapped(context, text):
+    """The lines of a text that is as wide as the region."""
+    # The scale is 0 where nothing is drawn.
+    letter = LETTER * (context.preferences.system.ui_scale or 1)
+    return textwrap.wrap(text, max(int(context.region.width / letter), 20))
 
 
 def duration(seconds):

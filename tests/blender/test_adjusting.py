@@ -123,19 +123,19 @@ def test_every_long_operator_has_a_preview(scan, extension):
 
     for name, options in (("sculpt", {}), ("quads", {"rows": 8, "columns": 8}), ("cluster", {"vertices": 100})):
         cls = getattr(bpy.types, f"SURFRECON_OT_{name}")
-        preview, start = cls.preview, cls.start
+        preview, launch = cls.preview, cls.launch
 
-        def started(self, context, start=start, keep=keep):
-            job = start(self, context)
+        def launched(self, context, launch=launch, keep=keep):
+            job = launch(self, context)
             keep(self, context)
             return job
 
-        cls.start = started
+        cls.launch = launched
         try:
             bpy.context.view_layer.objects.active = scan
             getattr(bpy.ops.surfrecon, name)(**options)
         finally:
-            cls.start = start
+            cls.launch = launch
     assert len(seen) == 3 and min(seen.values()) > 0
 
 

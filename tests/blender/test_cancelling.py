@@ -15,6 +15,7 @@ LONG = {
     "reproject": {"percent": 40},
     "virtual_scan": {"percent": 40},
     "clean": {},
+    "align": {},
     "merge": {"voxel": 0.008},
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.0001},
@@ -67,7 +68,7 @@ def call(scans_file):
             "reproject": [shape],
             "virtual_scan": [shape],
         }.get(name, [*scans, shape])
-        if name in {"merge", "clean"}:
+        if name in {"align", "merge", "clean"}:
             chosen = scans
         for obj in chosen:
             obj.select_set(True)

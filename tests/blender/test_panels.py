@@ -95,7 +95,7 @@ def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
 
 
 def test_texts_say_what_the_buttons_do(extension):
-    for operation in ("merge", "triangulate", "sculpt", "quads", "cluster", "reconstruct", "scan"):
+    for operation in ("align", "merge", "triangulate", "sculpt", "quads", "cluster", "reconstruct", "scan"):
         for parameter in surfrecon.parameters(operation):
             text = extension.properties.description(parameter)
             if parameter.name == "threads":

@@ -57,7 +57,7 @@ def select(name, scan, shape):
         obj.select_set(False)
     on_shape = name in {"cluster", "error_map", "measure", "reproject", "virtual_scan"}
     chosen = [shape] if on_shape else [scan]
-    if name in {"error_map", "measure"}:
+    if name in {"align", "error_map", "measure"}:
         chosen = [shape, scan]
     for obj in chosen:
         obj.select_set(True)

@@ -114,6 +114,8 @@ def test_objects_of_linked_libraries_are_read_and_never_written(tmp_path):
     with pytest.raises(RuntimeError, match="is linked from another file, which is left as it is"):
         bpy.ops.surfrecon.clean()
     with pytest.raises(RuntimeError, match="is linked from another file, which is left as it is"):
+        bpy.ops.surfrecon.align()
+    with pytest.raises(RuntimeError, match="is linked from another file, which is left as it is"):
         bpy.ops.surfrecon.error_map()
     assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
     assert bpy.context.object.library is None

@@ -13,6 +13,7 @@ OPERATORS = {
     "virtual_scan": {"percent": 5},
     "tint_scans": {},
     "clean": {},
+    "align": {},
     "merge": {"voxel": 0.05},
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.01},

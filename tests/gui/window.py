@@ -15,7 +15,7 @@ from pathlib import Path
 
 import addon_utils
 import bpy
-from mathutils import Vector
+from mathutils import Matrix, Vector
 
 PICTURES = Path(os.environ["SURFRECON_PICTURES"])
 MODULE = "bl_ext.user_default.surfrecon"
@@ -64,16 +64,16 @@ KEYS = ["ZERO", "ONE", "TWO", "THREE", "FOUR", "FIVE", "SIX", "SEVEN", "EIGHT", 
 DIGITS = dict(zip("0123456789.", KEYS, strict=True))
 
 # Where F9 opens its panel, in pixels from the lower left corner, and from there the second field below the presets.
-PANEL, SECOND_FIELD = (120, 760), (208, -97)
+PANEL, SECOND_FIELD, FOURTH_FIELD = (120, 760), (208, -97), (208, -143)
 
 
-def adjust(name, text):
-    """As a person does: F9, the mouse over the second field, Enter, a number, Enter."""
+def adjust(name, text, field=SECOND_FIELD):
+    """As a person does: F9, the mouse over a field, Enter, a number, Enter."""
     window = bpy.context.window_manager.windows[0]
     key("F9", PANEL)
     yield 1.0
     picture(name)
-    at = (PANEL[0] + SECOND_FIELD[0], PANEL[1] + SECOND_FIELD[1])
+    at = (PANEL[0] + field[0], PANEL[1] + field[1])
     window.event_simulate(type="MOUSEMOVE", value="NOTHING", x=at[0], y=at[1])
     yield 0.3
     key("RET", at)
@@ -202,6 +202,63 @@ def dropping(folder):
     run(bpy.ops.surfrecon.tint_scans)
     yield 3.0
     picture("3_scans")
+
+
+# About the distance of the samples of the scans that are dropped, in millimetres.
+SPACING = 1.5
+
+
+def aligning():
+    """Scans that are thrown about come together again, F9 throws them back, and they end where the file put them."""
+    running, scans = extension().job.Running, sorted(bpy.data.objects.keys())
+    there = [bpy.data.objects[name].matrix_world.copy() for name in scans]
+    thrown = [Matrix.Rotation(k, 4, "XYZ"[k % 3]) @ Matrix.Translation((0.1 * k, 0, 0)) for k in range(len(scans))]
+
+    def put(matrices, text):
+        objects = [bpy.data.objects[name] for name in scans]
+        for obj, matrix in zip(objects, matrices, strict=True):
+            obj.matrix_world = matrix
+        select(objects)
+        run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message=text)
+
+    def off(matrices):
+        """How far the scans lie, beside the first, from where these matrices put them: millimetres."""
+        objects = [bpy.data.objects[name] for name in scans]
+        back = matrices[0] @ objects[0].matrix_world.inverted()
+        pairs = zip(objects, matrices, strict=True)
+        return 1000 * max(
+            ((back @ obj.matrix_world - matrix) @ Vector((*corner, 1))).length
+            for obj, matrix in pairs
+            for corner in obj.bound_box
+        )
+
+    put(thrown, "thrown")
+    yield 0.3
+    for time_of_it in ("at first", "once more"):
+        started = time.monotonic()
+        check(f"aligning {time_of_it} runs in the background", run(bpy.ops.surfrecon.align) == {"RUNNING_MODAL"})
+        yield from until(lambda: running.job is None)
+        took = time.monotonic() - started
+        check(f"scans come together in {took:.1f} s, {off(there):.2f} mm off", off(there) < SPACING)
+        yield 0.3
+        if time_of_it == "at first":
+            run(bpy.ops.ed.undo, "EXEC_DEFAULT")
+            check("undo throws them about in one step", off(thrown) < 0.001)
+    view_selected()
+    yield 1.0
+    picture("3_aligned")
+    for share, matrices, limit, text in (
+        ("1", thrown, 0.001, "F9: where no overlap is enough, all lie where they were"),
+        ("0.03", there, SPACING, "and come together with another"),
+    ):
+        yield from adjust("3_adjust_aligned", share, FOURTH_FIELD)
+        yield from until(lambda: running.job is None)
+        yield from leave_panel()
+        yield 0.5
+        check(f"{text}: {off(matrices):.3f} mm off", off(matrices) < limit)
+    put(there, "as in the file")
+    view_selected()
+    yield 0.3
 
 
 def drawn():
@@ -458,7 +515,8 @@ def meddling(scans, folder):
         select([bpy.data.objects[name] for name in scans if name in bpy.data.objects])
         run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="select")
         run(bpy.ops.surfrecon.merge, voxel=voxel)
-        yield from until(lambda: running.job is None or running.fraction > 0.02)
+        # Objects that vanish while they are read are another matter.
+        yield from until(lambda: running.job is None or (hasattr(running.job, "result") and running.fraction > 0.02))
 
     def ended(text):
         yield from until(lambda: running.job is None)
@@ -524,6 +582,7 @@ def steps():
     yield from installing()
     with tempfile.TemporaryDirectory() as folder:
         yield from dropping(Path(folder))
+    yield from aligning()
     scans = [obj.name for obj in bpy.data.objects]
     yield from merging()
     anew = yield from merging_anew(scans)

@@ -5,6 +5,7 @@ import bpy
 
 from ..translations import in_our_words
 from . import (
+    align,
     clean,
     cluster,
     error_hide,
@@ -28,6 +29,7 @@ CLASSES = (
     virtual_scan.SURFRECON_OT_virtual_scan,
     tint_scans.SURFRECON_OT_tint_scans,
     clean.SURFRECON_OT_clean,
+    align.SURFRECON_OT_align,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,
     quads.SURFRECON_OT_quads,

@@ -47,7 +47,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
             return False
         return True
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the samples of all scans, so that either all are cleaned or none."""
         scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
         self.names = [obj.name for obj in scans]

@@ -87,7 +87,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
             row.prop(self, "separate")
         draw_others(layout, self, PARAMETERS, RESOLUTIONS)
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the surface, or the points of what has no faces."""
         obj = convert.active(context)
         mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())

@@ -54,7 +54,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             return False
         return True
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the vertices and what they are measured against."""
         measured = convert.active(context)
         convert.writable(measured)

@@ -177,7 +177,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
             return self.watch(context)
         return super().execute(context)
 
-    def start(self, context):
+    def launch(self, context):
         """Looks what the files hold."""
         self.paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
         self.scans = surfrecon.open(self.paths, **self.reading())

@@ -46,7 +46,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
             return False
         return True
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers both surfaces in the world."""
         active = convert.active(context)
         chosen = [obj for obj in context.selected_objects if obj is not active and obj.type not in FACELESS]

@@ -51,7 +51,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         self.draw_options(layout)
         layout.prop(self, "measure")
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the selected scans. Options that were not given are those of the sidebar."""
         settings = context.scene.surfrecon
         for name in [*PARAMETERS, "close_holes"]:

@@ -101,7 +101,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
                 column.prop(self, name)
         draw_others(layout, self, PARAMETERS, {"coverage", "rows", "columns", *itertools.chain(*GROUPS)})
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the scan."""
         obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())

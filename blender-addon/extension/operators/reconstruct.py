@@ -57,7 +57,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         row.prop(self, "closure")
         layout.prop(self, "toward_camera")
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the points; the reconstructor of the same points is used again."""
         objects = context.selected_objects
         # One object keeps its own frame, so that it can be moved with what is made of it; several meet in the world.

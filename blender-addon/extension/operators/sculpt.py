@@ -65,7 +65,7 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
         draw_others(layout, self, PARAMETERS, TOLERANCES)
         layout.prop(self, "show_error")
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the scan; the sculptor of the same scan is used again."""
         obj = scan_behind(convert.active(context))
         image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())

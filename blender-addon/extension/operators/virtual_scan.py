@@ -123,7 +123,7 @@ class SURFRECON_OT_reproject(ScanOperator, bpy.types.Operator):
         for name in ("percent", "faces"):
             self.layout.prop(self, name)
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the surface and the camera."""
         if context.scene.camera is None:
             raise Refused("The scene has no camera to scan from: add one, or make one active with Ctrl Numpad 0")
@@ -162,7 +162,7 @@ class SURFRECON_OT_virtual_scan(ScanOperator, bpy.types.Operator):
                 column.prop(self, name)
         draw_others(layout, self, PARAMETERS, set(itertools.chain(*GROUPS)))
 
-    def start(self, context):
+    def launch(self, context):
         """Gathers the surface and the cameras."""
         if self.cameras == "ACTIVE":
             chosen = [context.scene.camera] if context.scene.camera is not None else []

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bring the selected scans to where they fit each other."""
+
+import bpy
+import numpy as np
+import surfrecon
+from mathutils import Matrix
+
+from .. import convert
+from ..job import JobOperator
+from ..properties import draw_others, given, option
+from ..running import Refused, gathered
+from ..scene import put_back, put_forward, sources_of, whereabouts
+from ..words import number
+
+REPORT = "surfrecon_align"
+
+PARAMETERS = {p.name: p for p in surfrecon.parameters("align")}
+
+# What single precision and a parent make of a matrix: entries of its rotation, and its location as a share of the
+# coordinates or the object's size. Who lies farther off is held there.
+ROUNDING = 1e-4
+
+
+class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
+    """Move and turn the selected scans to where they fit each other; those with locked location and rotation stay"""
+
+    bl_idname = "surfrecon.align"
+    bl_label = "Align Scans"
+    bl_options = {"REGISTER", "UNDO", "PRESET"}
+
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to align."""
+        if not super().poll(context):
+            return False
+        if not context.selected_objects:
+            cls.poll_message_set("Select the scans to align")
+            return False
+        return True
+
+    def draw(self, context):
+        """Sidebar of the last operation."""
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "start")
+        row = layout.row()
+        row.active = self.start == "rough"
+        row.prop(self, "reach")
+        draw_others(layout, self, PARAMETERS, {"start", "reach"})
+
+    def launch(self, context):
+        """Gathers the selected scans, or those that the only selected object was merged from."""
+        chosen = set(context.selected_objects)
+        # A result lies where the scans that it was made from are, and would hold them there.
+        objects = [obj for obj in context.selected_objects if chosen.isdisjoint(sources_of(obj))]
+        self.result = None
+        if len(objects) == 1 and len(sources_of(objects[0])) > 1:
+            self.result, objects = objects[0].name, sources_of(objects[0])
+        if len(objects) < 2:
+            raise Refused("Aligning takes at least two scans: select the others as well")
+        for obj in objects:
+            convert.movable(obj)
+        self.before = {}
+        scans = yield from gathered(context, objects, self.scan_of_object)
+        fixed = [k for k, name in enumerate(self.before) if is_locked(bpy.data.objects[name])]
+        return surfrecon.Job.align(scans, fixed=fixed, **given(self, PARAMETERS))
+
+    def scan_of_object(self, obj, depsgraph):
+        """What is aligned of an object."""
+        scan = convert.scan_of_object(obj, depsgraph)
+        is_image = isinstance(scan, surfrecon.RangeImage)
+        if convert.is_range_image(obj) and not is_image:
+            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
+        pose, rest = convert.rigid_and_rest(obj, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64))
+        if rest is not None:
+            whose = "its scale and that of its parents" if obj.parent is not None else "its scale"
+            raise Refused(
+                f'"{obj.name}" is scaled, and aligning moves and turns only: apply {whose} with Object > Apply > Scale'
+            )
+        self.before[obj.name] = whereabouts(obj), Matrix(pose)
+        return scan if is_image else (scan[0], pose, obj.name)
+
+    def finish(self, context, result):
+        """Moves the scans to where they belong."""
+        missing = [name for name in self.before if name not in bpy.data.objects]
+        if missing:
+            raise Refused(f'"{missing[0]}" was removed meanwhile: try again')
+        report = result.report
+        moved = {
+            name: Matrix(pose)
+            for name, scan, pose in zip(self.before, report.scans, result.world_from_scan, strict=True)
+            if scan.state == "placed"
+        }
+        place(context, self.before, moved)
+        figures = figures_of(report)
+        objects = [bpy.data.objects[name] for name in self.before]
+        for obj in objects:
+            obj[REPORT] = figures
+        if self.result is not None:
+            # It is no longer the surface of its scans: they are seen and selected instead, to be merged anew.
+            for obj in objects:
+                obj.hide_set(False)
+            put_forward(context, objects, [bpy.data.objects.get(self.result)])
+        if context.object is None or context.object.name not in self.before:
+            # The sidebar shows the report of the active object.
+            context.view_layer.objects.active = objects[0]
+        for scan in report.scans:
+            if scan.reason:
+                self.report({"WARNING"}, f'"{scan.name}" is not placed: {scan.reason}')
+        text = f"{report.placed} of {number(len(objects), 'scan', 'scans')} placed"
+        if report.placed == len(objects):
+            self.report({"INFO"}, text)
+        else:
+            self.report({"WARNING"}, f"{text}: see Report in the sidebar for the others")
+
+
+def is_locked(obj):
+    """Whether the user keeps an object from being moved and turned at all."""
+    return all(obj.lock_location) and all(obj.lock_rotation)
+
+
+def place(context, before, moved):
+    """Puts objects to their new matrices, by name, and all others of `before` where they were: (`whereabouts`, matrix).
+
+    Raises `Refused` if one of them doesn't go there; then all are where they were.
+    """
+    for name, (there, _) in before.items():
+        put_back(bpy.data.objects[name], there)
+    # Parents first: they take their children along.
+    for obj in sorted((bpy.data.objects[name] for name in before), key=generation):
+        matrix = moved.get(obj.name, before[obj.name][1])
+        if obj.parent is not None:
+            context.view_layer.update()
+        if obj.name in moved or is_off(obj, matrix):
+            obj.matrix_world = matrix
+    context.view_layer.update()
+    for name, (_, matrix) in before.items():
+        if is_off(bpy.data.objects[name], moved.get(name, matrix)):
+            for other, (there, _) in before.items():
+                put_back(bpy.data.objects[other], there)
+            raise Refused(
+                f'"{name}" does not stay where it is put: turn off its constraints and drivers,'
+                " or lock its location and rotation to let the others come to it"
+            )
+
+
+def generation(obj):
+    """How many objects it hangs on."""
+    return 0 if obj.parent is None else 1 + generation(obj.parent)
+
+
+def is_off(obj, matrix):
+    """Whether an object lies elsewhere."""
+    off = np.abs(np.array(obj.matrix_world) - np.array(matrix))
+    reach = max(np.abs(matrix.translation).max(), obj.dimensions.length)
+    return off[:3, :3].max() > ROUNDING or off[:3, 3].max() > ROUNDING * reach
+
+
+def figures_of(report):
+    """What the sidebar shows."""
+    return convert.plain(
+        {
+            "placed": report.placed,
+            "groups": len(report.groups),
+            "residual": report.residual,
+            "names": [scan.name for scan in report.scans],
+            "states": [scan.state for scan in report.scans],
+            "deviations": [float(scan.deviation) for scan in report.scans],
+            "reasons": [scan.reason for scan in report.scans],
+            "messages": "\n".join(report.messages),
+        }
+    )
