@@ -63,6 +63,43 @@ std::vector<T> gather(const LayerArrays &from, const Get &get)
 
 }  // namespace
 
+surfrecon::Pose product(const srf_pose &first, const srf_pose &second)
+{
+    surfrecon::Pose made;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row) {
+            double &sum = made.matrix[4 * column + row] = 0;
+            for (int k = 0; k < 4; ++k) sum += first.matrix[4 * k + row] * second.matrix[4 * column + k];
+        }
+    }
+    return made;
+}
+
+bool is_rigid(const srf_pose &pose)
+{
+    const double *const m = pose.matrix;
+    const double off = 1e-4;
+    for (int a = 0; a < 3; ++a) {
+        for (int b = 0; b < 3; ++b) {
+            double dot = a == b ? -1 : 0;
+            for (int k = 0; k < 3; ++k) dot += m[4 * a + k] * m[4 * b + k];
+            if (!(std::abs(dot) <= off)) return false;
+        }
+    }
+    return !mirrors(m) && m[3] == 0 && m[7] == 0 && m[11] == 0 && m[15] == 1;
+}
+
+surfrecon::Pose inverse(const srf_pose &rigid)
+{
+    const double *const m = rigid.matrix;
+    surfrecon::Pose made;
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) made.matrix[4 * column + row] = m[4 * row + column];
+        made.matrix[12 + row] = -(m[4 * row] * m[12] + m[4 * row + 1] * m[13] + m[4 * row + 2] * m[14]);
+    }
+    return made;
+}
+
 LayerArrays arrays(const MeshModel &layer, Frame frame, NotFinite broken)
 {
     const CMeshO &mesh = layer.cm;

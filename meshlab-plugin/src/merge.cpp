@@ -7,18 +7,10 @@
 #include "layer.h"
 #include "parameters.h"
 #include "range_layer.h"
+#include "visible.h"
 
 namespace srf {
 namespace {
-
-std::vector<const MeshModel *> visible(const MeshDocument &document)
-{
-    std::vector<const MeshModel *> found;
-    for (const MeshModel *layer : compat::layers(document)) {
-        if (layer->isVisible() && layer->cm.vn > 0) found.push_back(layer);
-    }
-    return found;
-}
 
 // Shares of lengths are of the diagonal of what is merged.
 double diagonal(const MeshDocument &document)
@@ -40,15 +32,6 @@ void parameters(const MeshDocument &document, RichParameterList &list)
         "<i>confidence</i>, as imported range images have it, use that in any case."));
 }
 
-// Names break ties, so that the order of the layers does not matter: they have to differ.
-std::string name_of(const MeshModel &layer, std::set<std::string> &taken)
-{
-    const std::string label = layer.label().toStdString();
-    std::string name = label;
-    for (int k = 2; !taken.insert(name).second; ++k) name = label + " (" + std::to_string(k) + ")";
-    return name;
-}
-
 void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
 {
     if (!layer.hasDataMask(MeshModel::MM_VERTQUALITY) || !scalars(layer, "confidence").empty()) return;
@@ -62,20 +45,6 @@ void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
         weights.push_back(static_cast<float>(vertex.cQ()));
     }
     mesh.set_attribute(SRF_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
-}
-
-// Whether the faces of a layer are those of its range image, which then says more than they do: its noise, what it sees through.
-bool is_as_imported(const MeshModel &layer, surfrecon::Image &image)
-{
-    if (layer.cm.fn == 0 || !has_grid(layer)) return false;
-    try {
-        image = range_image(layer, Frame::world);
-        return image.triangulate().triangles().size() == static_cast<std::size_t>(layer.cm.fn);
-    } catch (const MLException &) {
-        return false;
-    } catch (const surfrecon::Error &) {
-        return false;
-    }
 }
 
 std::string voxel_reason(const srf_merge_report &report)
@@ -104,7 +73,7 @@ Outputs run(Job &job)
     for (const MeshModel *layer : layers) {
         const std::string name = name_of(*layer, names);
         surfrecon::Image image;
-        if (is_as_imported(*layer, image)) {
+        if (is_as_imported(*layer, Frame::world, image)) {
             merger.add(image);
         } else if (layer->cm.fn > 0) {
             surfrecon::Mesh surface = mesh(*layer, Frame::world);

@@ -56,6 +56,21 @@ inline const Parameters triangulate_parameters = {
      false, 90, 0, 90, false, offsetof(srf_triangulate_params, grazing_limit), {}},
 };
 
+inline const Parameters align_parameters = {
+    {Kind::choice, "start", "Start",
+     "What is known of the poses that the scans have.<br>Unknown: Nothing: each scan may lie anywhere.<br>Rough: They are near where they belong: places near them are tried first.",
+     false, 0, 0, 1, true, offsetof(srf_align_params, start), {"Unknown", "Rough"}},
+    {Kind::length, "reach", "Reach",
+     "With rough poses, how far off they may be.<br>0: a tenth of the scan's size.",
+     true, 0, 0, unbounded, false, offsetof(srf_align_params, reach), {}},
+    {Kind::length, "tolerance", "Tolerance",
+     "Surfaces that lie further apart, as a root mean square, don't fit.<br>0: a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.",
+     true, 0, 0, unbounded, false, offsetof(srf_align_params, tolerance), {}},
+    {Kind::ratio, "min_overlap", "Min overlap (share)",
+     "Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1.",
+     false, 0.03, 0, 1, false, offsetof(srf_align_params, min_overlap), {}},
+};
+
 inline const Parameters merge_parameters = {
     {Kind::length, "voxel", "Voxel",
      "Size of a cell of the grid. Smaller keeps more detail and costs time and memory with its inverse square.<br>0: 1.5 times the mean distance of neighbouring samples; more where noise, the distance between overlapping scans or the memory there is ask for it.",

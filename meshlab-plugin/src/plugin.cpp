@@ -3,15 +3,15 @@
 
 namespace {
 
-const srf::Filter *const filters[] = {&srf::import_filter, &srf::merge_filter, &srf::sculpt_filter,
-                                      &srf::quads_filter, &srf::reconstruct_filter, &srf::cluster_filter,
-                                      &srf::distance_filter};
+const srf::Filter *const filters[] = {&srf::import_filter, &srf::align_filter, &srf::merge_filter,
+                                      &srf::sculpt_filter, &srf::quads_filter, &srf::reconstruct_filter,
+                                      &srf::cluster_filter, &srf::distance_filter};
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 
-// What filters add to the document: new layers, nothing of the old ones.
+// What filters change in the document: they add layers and place them; vertices and faces of old ones stay.
 const int changed_elements = MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_VERTNUMBER | MeshModel::MM_FACEVERT |
-                             MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER;
+                             MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_TRANSFMATRIX;
 
 }  // namespace
 

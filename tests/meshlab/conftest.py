@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "blender")]
 
 IMPORT = "create_range_images_from_file"
+ALIGN = "compute_matrix_by_scan_alignment"
 MERGE = "generate_surface_reconstruction_marching_intersections"
 DISTANCE = "get_exact_distance_between_layers"
 SCULPT = "generate_surface_reconstruction_range_image_sculpting"

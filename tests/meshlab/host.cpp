@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -32,7 +33,7 @@ void expect(bool holds, const std::string &what)
 }
 
 const char *const import_name = "Import Range Images", *const merge_name = "Surface Reconstruction: Marching Intersections",
-                 *const sculpt_name = "Surface Reconstruction: Range Image Sculpting";
+                 *const sculpt_name = "Surface Reconstruction: Range Image Sculpting", *const align_name = "Align Scans";
 
 // Applies a filter; the text of its refusal, empty if it went well.
 std::string apply(MeshDocument &document, const char *name, const char *file, int no_at)
@@ -57,6 +58,16 @@ std::string apply(MeshDocument &document, const char *name, const char *file, in
     return {};
 }
 
+// The numbers of all matrices.
+std::vector<Scalarm> matrices(const MeshDocument &document)
+{
+    std::vector<Scalarm> found;
+    for (const MeshModel &layer : document.meshIterator()) {
+        for (int i = 0; i < 16; ++i) found.push_back(layer.cm.Tr.ElementAt(i / 4, i % 4));
+    }
+    return found;
+}
+
 void run(const char *plugin, const char *scans)
 {
     meshlab::pluginManagerInstance().loadPlugin(plugin);
@@ -66,16 +77,29 @@ void run(const char *plugin, const char *scans)
     expect(apply(document, import_name, scans, 0).empty(), "the import failed");
     const unsigned int layers = document.meshNumber();
 
-    for (const char *name : {merge_name, sculpt_name}) {
+    const std::vector<Scalarm> before = matrices(document);
+
+    for (const char *name : {merge_name, sculpt_name, align_name}) {
         const std::string said = apply(document, name, nullptr, 1);
         expect(said.find("Cancelled") == 0, std::string(name) + " was not cancelled: " + said);
         expect(calls == 1, std::string(name) + " went on after it was cancelled");
         expect(document.meshNumber() == layers, std::string(name) + " left a layer when it was cancelled");
+        expect(matrices(document) == before, std::string(name) + " moved a layer when it was cancelled");
     }
     const std::string error = apply(document, merge_name, nullptr, 0);
     expect(error.empty(), error);
     expect(calls >= 1 && !fell && named, "progress must rise from 0 to 100 and say what is done");
     expect(document.meshNumber() == layers + 1, "the merged layer is missing");
+
+    document.mm()->setVisible(false);
+    document.setCurrentMesh(0);
+    const std::string refusal = apply(document, align_name, nullptr, 0);
+    expect(refusal.empty(), refusal);
+    QStringList log;
+    document.Log.print(log);
+    const QString said = log.join("\n");
+    const QString first = document.mm()->label() + ": stays where it is";
+    expect(said.contains(" scans placed; ") && said.contains(first), "the log lacks the table of the alignment: " + said.toStdString());
 }
 
 }  // namespace
