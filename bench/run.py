@@ -17,6 +17,7 @@ from record import BUDGET_CPU_S, ONCE_CPU_S, Record
 from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
 
 BENCHMARKS = [
+    "align",
     "merge",
     "noise",
     "delaunay",
