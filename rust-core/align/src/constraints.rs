@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
+use crate::params::{AlignParams, Turntable};
 use crate::view::View;
 use base::error::{Error, Result};
-use image::source::ScanSource;
 
 /// A point that two scans show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,15 @@ pub struct Pick {
     pub weight: f64,
 }
 
+/// The axis of a turntable, in the frame that all scans were taken in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// A point of it.
+    pub point: DVec3,
+    /// Its direction, of any length but 0.
+    pub direction: DVec3,
+}
+
 /// What the caller knows: empty by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Constraints {
@@ -30,11 +39,20 @@ pub struct Constraints {
     pub trusted: Vec<[usize; 2]>,
     /// Pairs of scans that must not be compared.
     pub rejected: Vec<[usize; 2]>,
+    /// The axis of the turntable that the object stood on; found where it is not given and `turntable` says that there was one.
+    pub axis: Option<Axis>,
+    /// By how much the turntable was turned when each scan was taken, in radians, counter-clockwise where the axis points to the
+    /// viewer; either way round if the axis is not given. Empty where that is not known.
+    pub angles: Vec<f64>,
 }
 
 impl Constraints {
-    pub(crate) fn validate(&self, sources: &[&dyn ScanSource]) -> Result<()> {
-        let count = sources.len();
+    /// Refuses what doesn't go together for so many scans.
+    ///
+    /// # Errors
+    /// A number of a scan that isn't there; a pair of a scan with itself, or both trusted and rejected; numbers that are not finite; a
+    /// weight that is not positive; a normal or an axis without direction; angles for another number of scans.
+    pub fn validate(&self, count: usize) -> Result<()> {
         let known = |what: &str, scan: usize| match scan < count {
             true => Ok(()),
             false => Err(Error::input(format!("{what} names scan {scan}, but there are {count} (counted from 0)"))),
@@ -75,11 +93,25 @@ impl Constraints {
                 return Err(Error::input(format!("{what}: a normal is zero or not finite")));
             }
         }
+        if let Some(axis) = &self.axis
+            && !(axis.point.is_finite() && axis.direction.is_finite() && axis.direction.length() > 0.0)
+        {
+            return Err(Error::input("the turntable's axis has a direction of 0, or a number that is not finite"));
+        }
+        if !self.angles.is_empty() && self.angles.len() != count {
+            let given = self.angles.len();
+            return Err(Error::input(format!(
+                "{given} angles of the turntable are given for {count} scans: give one a scan"
+            )));
+        }
+        if let Some(place) = self.angles.iter().position(|angle| !angle.is_finite()) {
+            return Err(Error::input(format!("the turntable's angle of scan {place} is not finite")));
+        }
         Ok(())
     }
 
     /// The same by the numbers inside, where `order` gives the number that each scan had, and in local frames.
-    pub(crate) fn renumbered(&self, order: &[usize], views: &[View]) -> Inside {
+    pub(crate) fn renumbered(&self, params: &AlignParams, order: &[usize], views: &[View]) -> Inside {
         let mut inside_of = vec![0; order.len()];
         order.iter().enumerate().for_each(|(inside, &number)| inside_of[number] = inside);
         let pair = |scans: &[usize; 2]| {
@@ -107,7 +139,17 @@ impl Constraints {
         let mut rejected: Vec<[usize; 2]> = self.rejected.iter().map(pair).collect();
         trusted.sort_unstable();
         rejected.sort_unstable();
-        Inside { is_fixed, picks, trusted, rejected }
+        let equal =
+            || (0..order.len()).map(|number| std::f64::consts::TAU * number as f64 / order.len() as f64).collect();
+        let angles: Option<Vec<f64>> = match (self.angles.is_empty(), params.turntable) {
+            (false, _) => Some(self.angles.clone()),
+            (true, Turntable::Equal) => Some(equal()),
+            (true, _) => None,
+        };
+        let is_turned = params.turntable != Turntable::No || self.axis.is_some() || angles.is_some();
+        let angles = angles.map(|angles| order.iter().map(|&number| angles[number]).collect());
+        let turned = is_turned.then_some(Told { axis: self.axis, angles });
+        Inside { is_fixed, picks, trusted, rejected, turned }
     }
 }
 
@@ -117,6 +159,13 @@ pub(crate) struct Inside {
     pub picks: Vec<Pick>,
     pub trusted: Vec<[usize; 2]>,
     pub rejected: Vec<[usize; 2]>,
+    pub turned: Option<Told>,
+}
+
+/// What is known of a turntable.
+pub(crate) struct Told {
+    pub axis: Option<Axis>,
+    pub angles: Option<Vec<f64>>,
 }
 
 impl Inside {

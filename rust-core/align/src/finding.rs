@@ -34,7 +34,7 @@ pub(crate) struct Limits {
 }
 
 /// Root mean square distance of surfaces that coincide, at most, by that of a scan's own neighbours.
-const APART: f64 = 0.82;
+pub(crate) const APART: f64 = 0.82;
 /// Share of what sensors can tell that may speak against a motion.
 const THROUGH: f64 = 0.03;
 /// Least eigenvalue of what holds a scan, where six equal ones are 1.
@@ -74,15 +74,20 @@ pub(crate) fn fits(views: [&View; 2], verdict: &Verdict, limits: &Limits) -> Fin
 
 /// What the first of the modes, ranked by score, is beside the others.
 pub(crate) fn find(views: [&View; 2], modes: &[Mode], limits: &Limits) -> Finding {
+    find_where(modes, |verdict| fits(views, verdict, limits))
+}
+
+/// [`find`] with another word on whether a motion fits by itself.
+pub(crate) fn find_where(modes: &[Mode], fits: impl Fn(&Verdict) -> Finding) -> Finding {
     let Some(first) = modes.first() else { return Finding::Nothing };
-    let finding = fits(views, &first.verdict, limits);
+    let finding = fits(&first.verdict);
     if finding != Finding::Sure {
         return finding;
     }
     let is_rival = |mode: &Mode| {
         mode.verdict.score() > RIVAL * first.verdict.score()
             && !matches!(
-                fits(views, &mode.verdict, limits),
+                fits(&mode.verdict),
                 Finding::Nothing | Finding::Little | Finding::Loose | Finding::SeenThrough
             )
     };

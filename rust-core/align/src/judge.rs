@@ -4,6 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use crate::level::Level;
 use crate::linear::{Matrix6, Vector6, eigen};
 use crate::refine::Both;
 use crate::sight::Seen;
@@ -107,12 +108,15 @@ pub(crate) fn glance(views: [&View; 2], samples: [&[u32]; 2], a_from_b: &DAffine
     Some(verdict)
 }
 
+/// What surfaces may lie apart that are the same, as a deviation: as a scan's own neighbours do, of both scans.
+pub(crate) fn expected([first, second]: [&Level; 2]) -> f64 {
+    first.noise.hypot(second.noise).max(STEADY * first.cell.max(second.cell))
+}
+
 /// The whole look, at one level: by nearest points with normals, and depths.
 pub(crate) fn judge(views: [&View; 2], both: &Both<'_>, a_from_b: &DAffine3, tolerance: f64) -> Verdict {
     let motions = [a_from_b.inverse(), *a_from_b];
-    let [first, second] = both.levels;
-    let expected = first.noise.hypot(second.noise).max(STEADY * first.cell.max(second.cell));
-    let mut verdict = Verdict { expected, ..Verdict::default() };
+    let mut verdict = Verdict { expected: expected(both.levels), ..Verdict::default() };
     let radius = views[0].reduced.radius.min(views[1].reduced.radius);
     let mut touches: Vec<Touch> = Vec::new();
     for side in 0..2 {
@@ -160,12 +164,13 @@ pub(crate) fn judge(views: [&View; 2], both: &Both<'_>, a_from_b: &DAffine3, tol
     verdict
 }
 
-/// A sample on the other's surface, in the first's frame.
-struct Touch {
-    place: DVec3,
-    normals: [DVec3; 2],
-    distance: f64,
-    area: f64,
+/// A sample on the other's surface, in one frame.
+pub(crate) struct Touch {
+    pub place: DVec3,
+    pub normals: [DVec3; 2],
+    /// Along the normal.
+    pub distance: f64,
+    pub area: f64,
 }
 
 /// A motion that may join two scans.
@@ -191,7 +196,7 @@ pub(crate) struct Hold {
 impl Hold {
     /// Noise of normals would hold even a sphere. It is not the same in two scans, so that the products of one's rows with the
     /// other's are free of it.
-    fn of(touches: &[Touch], weight: f64, radius: f64) -> Self {
+    pub fn of(touches: &[Touch], weight: f64, radius: f64) -> Self {
         let middle = touches.iter().map(|touch| touch.area * touch.place).sum::<DVec3>() / weight;
         let mut products = [[0.0; 6]; 6];
         for touch in touches {

@@ -2,8 +2,9 @@
 //!
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
-//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`); groups (`assemble`); all poses at once (`relax`) and
-//! how far they may be off (`uncertainty`); what is said (`report`).
+//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`), on a turntable about its axis (`turntable`); groups
+//! (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is
+//! said (`report`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
@@ -18,6 +19,7 @@ mod hypothesise;
 mod judge;
 mod level;
 mod linear;
+mod misfit;
 mod pair;
 mod params;
 mod refine;
@@ -26,20 +28,25 @@ mod report;
 mod retrieve;
 mod search;
 mod sight;
+mod snap;
 mod solve;
+mod turntable;
 mod uncertainty;
 mod view;
 
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-pub use constraints::{Constraints, Pick};
+pub use constraints::{Axis, Constraints, Pick};
 pub use image::oriented::OrientedPoints;
 pub use image::source::{PlacedCloud, ScanSource};
-pub use params::{AlignParams, SCHEMA, Start};
-pub use report::{AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState};
+pub use params::{AlignParams, SCHEMA, Start, Turntable};
+pub use report::{AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState, TurntableFound};
+pub use snap::Snap;
 
 use base::error::{Error, Result};
 use base::progress::{Plan, Progress};
+use image::range_image::is_rigid;
 use view::{Reduced, View, coarse_cell};
 
 /// Stages with their shares of the time.
@@ -47,14 +54,13 @@ const PLAN: Plan = &[("reading scans", 0.3), ("comparing scans", 0.5), ("fitting
 /// Bytes that a scan's points and features take, and a pair that is looked at.
 const BYTES_A_SCAN: f64 = 2.5e6;
 
-/// Brings scans to one frame.
+/// Brings scans to one frame: [`Prepared::read`], then [`Prepared::align`].
 ///
 /// Poses of the scans are used where they are fixed and where `params.start` says that they are rough; otherwise only that of the
 /// largest scan is, which stays.
 ///
 /// # Errors
-/// Parameters out of range; fewer than two scans; a constraint on a scan that isn't there; a scan whose pose is not rigid; whatever
-/// loading a scan can meet; [`Error::Cancelled`].
+/// Those of both.
 pub fn run(
     sources: &[&dyn ScanSource],
     params: &AlignParams,
@@ -62,24 +68,159 @@ pub fn run(
     progress: &Progress<'_>,
 ) -> Result<Alignment> {
     params.validate()?;
-    if sources.len() < 2 {
-        return Err(Error::input(format!("aligning takes at least two scans, got {}", sources.len())));
+    constraints.validate(sources.len())?;
+    Prepared::read(sources, params.threads, progress)?.align(params, constraints, progress)
+}
+
+/// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 2.5 MB a scan.
+pub struct Prepared {
+    /// The largest first, ties by content.
+    views: Vec<View>,
+    /// The number that each had.
+    order: Vec<usize>,
+    names: Vec<String>,
+    threads: usize,
+}
+
+impl Prepared {
+    /// Reads scans. O(samples).
+    ///
+    /// # Errors
+    /// Fewer than two scans; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
+    pub fn read(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+        if sources.len() < 2 {
+            return Err(Error::input(format!("aligning takes at least two scans, got {}", sources.len())));
+        }
+        base::memory::foresee(sources.len(), BYTES_A_SCAN, "aligning", "scans")?;
+        progress.plan(PLAN);
+        let pool = base::threads::pool(threads)?;
+        let read = progress.run(&pool, || {
+            progress.stage(0, sources.len() as u64);
+            read(sources, progress)
+        });
+        let (views, order) = read.or_else(|error| progress.check().and(Err(error)))?;
+        let name = |&number: &usize| match sources[number].name() {
+            "" => format!("scan {number}"),
+            name => name.to_owned(),
+        };
+        Ok(Prepared { names: order.iter().map(name).collect(), views, order, threads })
     }
-    constraints.validate(sources)?;
-    base::memory::foresee(sources.len(), BYTES_A_SCAN, "aligning", "scans")?;
-    progress.plan(PLAN);
-    let pool = base::threads::pool(params.threads)?;
-    let alignment = progress.run(&pool, || {
-        progress.stage(0, sources.len() as u64);
-        let (views, order) = read(sources, progress)?;
-        let inside = constraints.renumbered(&order, &views);
-        let solved = solve::solve(&views, params, &inside, progress)?;
-        Ok(report::alignment(sources, &views, &order, solved))
-    });
-    if alignment.is_err() {
-        progress.check()?;
+
+    /// How many scans there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.views.len()
     }
-    alignment
+
+    /// Never: there are at least two scans.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.views.is_empty()
+    }
+
+    /// Brings the scans to one frame.
+    ///
+    /// # Errors
+    /// Parameters out of range; a constraint on a scan that isn't there, or that can't be; [`Error::Cancelled`].
+    pub fn align(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
+        params.validate()?;
+        constraints.validate(self.len())?;
+        progress.plan(PLAN);
+        let pool = base::threads::pool(params.threads)?;
+        let alignment = progress.run(&pool, || {
+            let inside = constraints.renumbered(params, &self.order, &self.views);
+            let solved = solve::solve(&self.views, params, &inside, progress)?;
+            Ok(report::alignment(&self.names, &self.views, &self.order, solved))
+        });
+        alignment.or_else(|error| progress.check().and(Err(error)))
+    }
+
+    /// Draws one scan, from a rough pose, to others, which stay: for placing by hand. `world_from_scan` has a pose for each scan that it
+    /// may be drawn to; its own is where it starts. It is drawn no further than `reach`, about; by default a tenth of its size. Of
+    /// `params` tolerance and least overlap count. O(1): some tens of milliseconds.
+    ///
+    /// # Errors
+    /// Parameters out of range; no such scan, or no pose of it; not as many poses as scans, or one that is not rigid;
+    /// [`Error::Cancelled`].
+    pub fn snap(
+        &self,
+        scan: usize,
+        world_from_scan: &[Option<DAffine3>],
+        params: &AlignParams,
+        progress: &Progress<'_>,
+    ) -> Result<Snap> {
+        params.validate()?;
+        let poses = self.local(world_from_scan)?;
+        let inside = self.inside(scan)?;
+        let Some(start) = poses[inside] else {
+            return Err(Error::input(format!(
+                "scan {scan} is to be drawn to the others, but has no pose to start from"
+            )));
+        };
+        let stays = (0..self.len()).filter(|&k| k != inside).filter_map(|k| {
+            Some(snap::Stays { number: self.order[k], view: &self.views[k], world_from_local: poses[k]? })
+        });
+        let stays: Vec<snap::Stays<'_>> = stays.collect();
+        let view = &self.views[inside];
+        let reach = params.reach.unwrap_or(search::ROUGH_REACH * view.reduced.radius);
+        let limits = finding::Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+        let pool = base::threads::pool(params.threads)?;
+        progress.run(&pool, || snap::snap(view, &start, &stays, reach, &limits, progress))
+    }
+
+    /// How far points of a scan, in its own frame, lie outside of the others' surfaces, along normals, where the scans lie as
+    /// `world_from_scan` says: a mean over a few samples, so that warp and what moved shows. NaN where no other is near.
+    /// O(points + scans).
+    ///
+    /// # Errors
+    /// No such scan, or no pose of it; not as many poses as scans, or one that is not rigid; [`Error::Cancelled`].
+    pub fn misfit(
+        &self,
+        scan: usize,
+        world_from_scan: &[Option<DAffine3>],
+        points: &[DVec3],
+        progress: &Progress<'_>,
+    ) -> Result<Vec<f64>> {
+        let poses = self.local(world_from_scan)?;
+        let inside = self.inside(scan)?;
+        let placed = |k: usize| Some(misfit::Placed { view: &self.views[k], world_from_local: poses[k]? });
+        let Some(placed_scan) = placed(inside) else {
+            return Err(Error::input(format!("scan {scan} has no pose, so that nothing can be said of how it fits")));
+        };
+        let others: Vec<misfit::Placed<'_>> = (0..self.len()).filter(|&k| k != inside).filter_map(placed).collect();
+        let pool = base::threads::pool(self.threads)?;
+        progress.run(&pool, || {
+            let map = misfit::Map::new(&placed_scan, &others);
+            let middle = self.views[inside].reduced.middle;
+            let at = |point: &DVec3| {
+                progress.check()?;
+                Ok(map.at(*point - middle))
+            };
+            points.par_iter().map(at).collect()
+        })
+    }
+
+    /// The number inside.
+    fn inside(&self, scan: usize) -> Result<usize> {
+        self.order
+            .iter()
+            .position(|&number| number == scan)
+            .ok_or_else(|| Error::input(format!("there is no scan {scan}: there are {} (counted from 0)", self.len())))
+    }
+
+    /// Poses by numbers inside, of the local frames.
+    fn local(&self, world_from_scan: &[Option<DAffine3>]) -> Result<Vec<Option<DAffine3>>> {
+        if world_from_scan.len() != self.len() {
+            return Err(Error::input(format!("{} poses are given for {} scans", world_from_scan.len(), self.len())));
+        }
+        if let Some(scan) = world_from_scan.iter().position(|pose| pose.is_some_and(|pose| !is_rigid(&pose))) {
+            return Err(Error::input(format!("the pose of scan {scan} is not rigid: aligning turns and shifts only")));
+        }
+        let local = |(k, &number): (usize, &usize)| {
+            world_from_scan[number].map(|pose| pose * DAffine3::from_translation(self.views[k].reduced.middle))
+        };
+        Ok(self.order.iter().enumerate().map(local).collect())
+    }
 }
 
 /// The scans made ready, the largest first, ties by content; and the number that each had.

@@ -42,9 +42,9 @@ impl Sums {
 }
 
 /// Solves `matrix * x = right` for a symmetric positive definite matrix; `None` if it isn't.
-pub(crate) fn solve6(matrix: &Matrix6, right: &Vector6) -> Option<Vector6> {
-    let mut factor = [[0.0; 6]; 6];
-    for i in 0..6 {
+pub(crate) fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> Option<[f64; N]> {
+    let mut factor = [[0.0; N]; N];
+    for i in 0..N {
         for j in 0..=i {
             let mut sum = matrix[i][j];
             for k in 0..j {
@@ -61,14 +61,14 @@ pub(crate) fn solve6(matrix: &Matrix6, right: &Vector6) -> Option<Vector6> {
         }
     }
     let mut x = *right;
-    for i in 0..6 {
+    for i in 0..N {
         for k in 0..i {
             x[i] -= factor[i][k] * x[k];
         }
         x[i] /= factor[i][i];
     }
-    for i in (0..6).rev() {
-        for k in i + 1..6 {
+    for i in (0..N).rev() {
+        for k in i + 1..N {
             x[i] -= factor[k][i] * x[k];
         }
         x[i] /= factor[i][i];
@@ -220,7 +220,7 @@ mod tests {
             let mut sums = Sums::default();
             rows.iter().enumerate().for_each(|(i, row)| sums.add(row, i as f64, 1.0));
             let matrix = sums.mirrored();
-            if let Some(x) = solve6(&matrix, &sums.gradient) {
+            if let Some(x) = solve(&matrix, &sums.gradient) {
                 for i in 0..6 {
                     let product: f64 = (0..6).map(|j| matrix[i][j] * x[j]).sum();
                     prop_assert!((product - sums.gradient[i]).abs() < 1e-6);
@@ -243,6 +243,6 @@ mod tests {
         assert!(horn.solve().is_none());
         (0..3).for_each(|i| horn.point(DVec3::X * f64::from(i), DVec3::X * f64::from(i), 1.0));
         assert!(horn.solve().is_none(), "points in a line turn about it");
-        assert!(solve6(&[[0.0; 6]; 6], &[0.0; 6]).is_none());
+        assert!(solve(&[[0.0; 6]; 6], &[0.0; 6]).is_none());
     }
 }

@@ -12,6 +12,18 @@ base::choices! {
     }
 }
 
+base::choices! {
+    /// Whether the object turned on a table while the sensor stood still.
+    pub enum Turntable {
+        /// No, or not known.
+        No = "no" "No",
+        /// By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.
+        Turned = "turned" "Turned",
+        /// A whole turn in equal steps, in the order of the scans.
+        Equal = "equal" "Turned by equal steps",
+    }
+}
+
 base::params! {
     /// How scans are brought to one frame. Lengths are in the unit of the scans.
     #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +33,8 @@ base::params! {
         /// With rough poses, how far off they may be.
         reach: Option<f64> = length("Reach")
             .from_data("a tenth of the scan's size").above(0.0),
+        /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+        turntable: Turntable = choice("Turntable", Turntable::CHOICES),
         /// Surfaces that lie further apart, as a root mean square, don't fit.
         tolerance: Option<f64> = length("Tolerance")
             .from_data("a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it").above(0.0),

@@ -7,7 +7,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use crate::level::Level;
-use crate::linear::{Sums, rigid, solve6};
+use crate::linear::{Sums, rigid, solve};
 
 /// Least cosine between normals of matched points.
 const COSINE: f64 = 0.6;
@@ -31,6 +31,17 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
+    /// The same in another frame.
+    pub fn moved(&self, by: &DAffine3) -> Self {
+        Contact {
+            a: by.transform_point3(self.a),
+            b: by.transform_point3(self.b),
+            normals: self.normals.map(|normal| by.transform_vector3(normal)),
+            normal: by.transform_vector3(self.normal),
+            area: self.area,
+        }
+    }
+
     pub fn distance(&self) -> f64 {
         (self.b - self.a).dot(self.normal)
     }
@@ -79,33 +90,8 @@ impl<'a> Both<'a> {
     fn step(&self, a_from_b: &DAffine3, reach: f64, scale: f64, radius: f64) -> Option<(DAffine3, f64)> {
         let mut contacts = Vec::new();
         self.contacts(a_from_b, reach, |contact| contacts.push(contact));
-        if contacts.len() < 12 {
-            return None;
-        }
-        let middle = contacts.iter().map(|c| c.a + c.b).sum::<DVec3>() / (2.0 * contacts.len() as f64);
-        let mut sums = Sums::default();
-        for contact in &contacts {
-            let residual = contact.distance();
-            let arm = (contact.a + contact.b - 2.0 * middle).cross(contact.normal) / radius;
-            let weight = (-(residual / scale).powi(2)).exp();
-            let n = contact.normal;
-            sums.add(&[arm.x, arm.y, arm.z, n.x, n.y, n.z], residual, weight);
-        }
-        let mut squares = sums.mirrored();
-        let ridge = RIDGE * (0..6).map(|i| squares[i][i]).sum::<f64>();
-        (0..6).for_each(|i| squares[i][i] += ridge);
-        let x = solve6(&squares, &sums.gradient.map(|g| -g))?;
-        let turn = DVec3::new(x[0], x[1], x[2]) / radius;
-        let shift = DVec3::new(x[3], x[4], x[5]);
-        let angle = turn.length().atan();
-        let half = DQuat::from_scaled_axis(turn.normalize_or_zero() * angle);
-        let about = |q: DQuat| DAffine3::from_rotation_translation(q, DVec3::ZERO);
-        let step = DAffine3::from_translation(middle)
-            * about(half)
-            * DAffine3::from_translation(shift * angle.cos())
-            * about(half)
-            * DAffine3::from_translation(-middle);
-        Some((rigid(&(step * *a_from_b)), 2.0 * angle * radius + shift.length()))
+        let (step, by) = step(&contacts, scale, radius)?;
+        Some((rigid(&(step * *a_from_b)), by))
     }
 
     /// Steps at falling reaches, each until steps are small; `None` where the scans don't touch.
@@ -123,6 +109,41 @@ impl<'a> Both<'a> {
         Some(motion)
     }
 }
+
+/// The motion that brings the second points of contacts closest to the first, and how far it moves points at distance `radius`
+/// from the middle of the contacts. Residuals beyond `scale` weigh less than a third.
+pub(crate) fn step(contacts: &[Contact], scale: f64, radius: f64) -> Option<(DAffine3, f64)> {
+    if contacts.len() < FEWEST {
+        return None;
+    }
+    let middle = contacts.iter().map(|c| c.a + c.b).sum::<DVec3>() / (2.0 * contacts.len() as f64);
+    let mut sums = Sums::default();
+    for contact in contacts {
+        let residual = contact.distance();
+        let arm = (contact.a + contact.b - 2.0 * middle).cross(contact.normal) / radius;
+        let weight = (-(residual / scale).powi(2)).exp();
+        let n = contact.normal;
+        sums.add(&[arm.x, arm.y, arm.z, n.x, n.y, n.z], residual, weight);
+    }
+    let mut squares = sums.mirrored();
+    let ridge = RIDGE * (0..6).map(|i| squares[i][i]).sum::<f64>();
+    (0..6).for_each(|i| squares[i][i] += ridge);
+    let x = solve(&squares, &sums.gradient.map(|g| -g))?;
+    let turn = DVec3::new(x[0], x[1], x[2]) / radius;
+    let shift = DVec3::new(x[3], x[4], x[5]);
+    let angle = turn.length().atan();
+    let half = DQuat::from_scaled_axis(turn.normalize_or_zero() * angle);
+    let about = |q: DQuat| DAffine3::from_rotation_translation(q, DVec3::ZERO);
+    let step = DAffine3::from_translation(middle)
+        * about(half)
+        * DAffine3::from_translation(shift * angle.cos())
+        * about(half)
+        * DAffine3::from_translation(-middle);
+    Some((step, 2.0 * angle * radius + shift.length()))
+}
+
+/// Fewer contacts decide nothing.
+const FEWEST: usize = 12;
 
 /// How a part of the steps looks for contacts. Lengths.
 #[derive(Clone, Copy, Debug)]

@@ -41,7 +41,7 @@ pub(crate) struct Net<'v> {
     pub poses: Vec<Option<DAffine3>>,
     pub is_fixed: Vec<bool>,
     pub links: Vec<Link>,
-    pub picks: &'v [Pick],
+    pub picks: Vec<Pick>,
 }
 
 /// The contacts of a link, in the world.
@@ -52,13 +52,7 @@ pub(crate) fn contacts(net: &Net<'_>, link: Link, samples: usize, reach: f64) ->
     let both = Both::new(a.fine(), b.fine(), samples);
     let mut found = Vec::new();
     both.contacts(&(pose_a.inverse() * pose_b), reach * width, |contact| {
-        found.push(Contact {
-            a: pose_a.transform_point3(contact.a),
-            b: pose_a.transform_point3(contact.b),
-            normals: contact.normals.map(|normal| pose_a.transform_vector3(normal)),
-            normal: pose_a.transform_vector3(contact.normal),
-            area: contact.area,
-        });
+        found.push(contact.moved(&pose_a));
     });
     found
 }
@@ -216,7 +210,7 @@ impl Net<'_> {
 
     /// Points that the caller says are the same: three equations each.
     fn add_picks(&self, system: &mut BlockSystem, unknowns: &[Option<usize>], gauges: &[Option<Gauge>]) {
-        for pick in self.picks {
+        for pick in &self.picks {
             let [a, b] = pick.scans;
             let (Some(of_a), Some(of_b), Some(pose_a), Some(pose_b)) =
                 (&gauges[a], &gauges[b], self.poses[a], self.poses[b])

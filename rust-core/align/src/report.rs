@@ -1,16 +1,21 @@
 //! What is said of an alignment.
 
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 
 use crate::assemble::Standing;
+use crate::constraints::Axis;
 use crate::finding::{Finding, Limits, RIVAL, fits};
 use crate::judge::{Hold, Mode, Verdict};
 use crate::linear::{Matrix6, eigen};
+use crate::misfit::{Cause, Map, Placed, cause};
 use crate::pair::Pair;
+use crate::relax::Link;
+use crate::snap::{Snap, Stays, snap};
 use crate::solve::{Looked, Solved, SolvedGroup, residual};
 use crate::view::View;
 use base::error::Shown;
-use image::source::ScanSource;
+use base::progress::Progress;
 
 /// Result of [`run`](crate::run).
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -94,6 +99,9 @@ pub struct AlignedScan {
     pub overlap: f64,
     /// Root mean square distance to the surfaces of others, along normals; 0 where there are none.
     pub residual: f64,
+    /// Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
+    /// Bending within a few samples counts as well, so that some of it is always there.
+    pub misfit: f64,
     /// Median distance of its samples.
     pub spacing: f64,
     /// Why it is not placed, and what to do; empty if it is.
@@ -134,8 +142,20 @@ pub struct AlignReport {
     pub compared: usize,
     /// Root mean square distance of the surfaces of all pairs that touch, along normals; `None` where none do.
     pub residual: Option<f64>,
+    /// The turntable, where there was one and it was found.
+    pub turntable: Option<TurntableFound>,
     /// What the user should know, a sentence each.
     pub messages: Vec<String>,
+}
+
+/// A turntable as it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurntableFound {
+    /// Its axis, in the frame that the scans were taken in; the direction is of length 1.
+    pub axis: Axis,
+    /// By how much it was turned at each scan, in radians from 0 to 2 pi, counter-clockwise where the axis points to the viewer; 0
+    /// at the first scan that is placed. `None` for scans that aren't.
+    pub angles: Vec<Option<f64>>,
 }
 
 impl AlignReport {
@@ -173,19 +193,11 @@ impl AlignReport {
     }
 }
 
-/// The result by the caller's numbers: `order` gives the number of each scan inside.
-pub(crate) fn alignment(sources: &[&dyn ScanSource], views: &[View], order: &[usize], solved: Solved) -> Alignment {
-    let names: Vec<String> = order
-        .iter()
-        .map(|&number| match sources[number].name() {
-            "" => format!("scan {number}"),
-            name => name.to_owned(),
-        })
-        .collect();
+/// The result by the caller's numbers: `order` gives the number of each scan inside, `names` their names.
+pub(crate) fn alignment(names: &[String], views: &[View], order: &[usize], solved: Solved) -> Alignment {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut report = AlignReport { compared: solved.pairs.len(), ..AlignReport::default() };
     let mut scans: Vec<AlignedScan> = (0..views.len()).map(|k| scan(views, k, names[k])).collect();
-    let mut misfits = Vec::new();
     for (number, group) in solved.groups.iter().enumerate() {
         let is_first = number == 0;
         if group.members.len() == 1 && !is_first {
@@ -217,30 +229,49 @@ pub(crate) fn alignment(sources: &[&dyn ScanSource], views: &[View], order: &[us
         if is_first {
             let all: Vec<_> = links.iter().map(|looked| looked.link).collect();
             report.residual = residual(views, group, &all);
-            let is_off =
-                |looked: &&&Looked| looked.is_off() && looked.verdict.overlap().iter().any(|share| *share > TELLING);
-            misfits = links.iter().filter(is_off).map(|looked| (looked.link.a, looked.link.b)).collect();
         }
     }
     report.pairs = pair_table(views, &solved, order, &scans);
+    for (scan, misfit) in scans.iter_mut().zip(misfits_of(views, &solved)) {
+        scan.misfit = misfit;
+    }
     for k in 0..scans.len() {
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
             scans[k].reason = reason(views, &solved, &names, &scans, k);
         }
     }
-    say(&mut report, views, order, &names, &scans, &solved, &misfits);
+    say(&mut report, views, order, &names, &scans, &solved);
     let mut by_number: Vec<AlignedScan> = vec![AlignedScan::default(); scans.len()];
     for (entry, &number) in scans.into_iter().zip(order) {
         by_number[number] = entry;
     }
     let placed = |scan: &AlignedScan| scan.world_from_scan.filter(|_| scan.group == Some(0));
-    Alignment {
-        world_from_scan: by_number.iter().map(placed).collect(),
-        report: AlignReport { scans: by_number, ..report },
+    let world_from_scan: Vec<Option<DAffine3>> = by_number.iter().map(placed).collect();
+    let turntable = solved.table.as_ref().map(|table| TurntableFound {
+        axis: Axis { point: table.point, direction: table.direction },
+        angles: table.turns(&world_from_scan),
+    });
+    Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } }
+}
+
+/// How far each scan lies from the others of its group, noise averaged out.
+fn misfits_of(views: &[View], solved: &Solved) -> Vec<f64> {
+    let mut found = vec![0.0; views.len()];
+    for group in &solved.groups {
+        let of_scan = group.members.par_iter().map(|&(k, pose)| {
+            let scan = Placed { view: &views[k], world_from_local: pose };
+            (k, Map::new(&scan, &beside(views, solved, group, k)).root_mean_square().unwrap_or(0.0))
+        });
+        of_scan.collect::<Vec<_>>().into_iter().for_each(|(k, misfit)| found[k] = misfit);
     }
+    found
 }
 
 impl SolvedGroup {
+    fn pose(&self, scan: usize) -> Option<DAffine3> {
+        self.members.iter().find(|member| member.0 == scan).map(|member| member.1)
+    }
+
     fn has(&self, scan: usize) -> bool {
         self.members.iter().any(|member| member.0 == scan)
     }
@@ -289,8 +320,6 @@ impl AlignedScan {
     }
 }
 
-/// Pairs that overlap less are not worth a word.
-const TELLING: f64 = 0.1;
 /// A direction in which a pose may be off by so many cells is free.
 const HELD: f64 = 1.0;
 
@@ -310,7 +339,7 @@ impl Freedom {
 }
 
 /// Ways that a pair may turn or slide, in the frame of `world_from_first`.
-fn freedoms(hold: &Hold, world_from_first: &DAffine3) -> Vec<Freedom> {
+pub(crate) fn freedoms(hold: &Hold, world_from_first: &DAffine3) -> Vec<Freedom> {
     let free = hold.values.iter().zip(&hold.vectors).filter(|(value, _)| **value < crate::finding::BALANCE);
     free.map(|(_, vector)| {
         let freedom = Freedom::of(vector, hold.middle, hold.radius);
@@ -446,53 +475,127 @@ fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[AlignedScan]
             views[k].fine().len()
         );
     }
-    let fitting = |pair: &&Pair| (pair.a == k || pair.b == k) && !pair.modes.is_empty();
-    let score = |pair: &Pair| pair.modes[0].verdict.score();
-    let of_kind = |finding: Finding| {
-        let of_kind = solved.pairs.iter().filter(fitting).filter(|pair| pair.finding == finding);
-        of_kind.max_by(|x, y| score(x).total_cmp(&score(y)))
-    };
-    let other = |pair: &Pair| names[if pair.a == k { pair.b } else { pair.a }];
     let apart = scans[k].state == ScanState::Apart;
-    let begin = if apart { "its group fits nothing else" } else { "" };
-    let joined = |text: String| if apart { format!("{begin}; {text}") } else { text };
-    if let Some(pair) = of_kind(Finding::Ambiguous) {
-        let n = places(views, pair, &solved.limits);
-        return joined(format!(
-            "it fits {:?} in {n} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
-            other(pair)
-        ));
-    }
-    if let Some(pair) = of_kind(Finding::Slides) {
-        let world_from_first = views[pair.a].reduced.world_from_local();
-        let free = freedoms(&pair.modes[0].verdict.hold, &world_from_first);
-        return joined(format!(
-            "it fits {:?} but can {}: give pairs of points that both show, or scan more around it",
-            other(pair),
-            ways(&free)
-        ));
-    }
+    let joined = |text: String| if apart { format!("its group fits nothing else; {text}") } else { text };
+    let of_scan = || solved.pairs.iter().filter(|pair| (pair.a == k || pair.b == k) && !pair.modes.is_empty());
+    let other = |pair: &Pair| names[if pair.a == k { pair.b } else { pair.a }];
+    let most = |x: &&Pair, y: &&Pair| touching(x).total_cmp(&touching(y));
     let adrift =
         solved.groups.iter().find(|group| group.frame == k && group.members.len() == 1).and_then(|group| group.adrift);
-    if let (Some(deviation), Some(pair)) = (adrift, of_kind(Finding::Sure)) {
+    let sure = of_scan().filter(|pair| pair.finding == Finding::Sure).max_by(most);
+    if let (Some(deviation), Some(pair)) = (adrift, sure) {
         return format!(
             "it fits {:?}, but where is known to no better than {}: too little holds it; scan more of what both show",
             other(pair),
             Shown::digits(deviation, 2)
         );
     }
-    if let Some(pair) = of_kind(Finding::Background) {
-        return joined(format!(
-            "most of what it shares with {:?} stands still before the sensor while the rest moved: remove the background or the stage",
-            other(pair)
-        ));
+    if let Some(text) = nearly(views, solved, names, k) {
+        return joined(text);
     }
-    let through =
-        solved.pairs.iter().zip(&solved.standings).find(|(pair, s)| fitting(pair) && **s == Standing::SeenThrough);
-    if let Some((pair, _)) = through {
+    let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
+    if let Some((_, text)) = telling.max_by(|(x, _), (y, _)| most(x, y)) {
+        return joined(text);
+    }
+    let standings = solved.pairs.iter().zip(&solved.standings);
+    let is_through =
+        |(pair, standing): &(&Pair, &Standing)| (pair.a == k || pair.b == k) && **standing == Standing::SeenThrough;
+    if let Some((pair, _)) = standings.into_iter().find(is_through) {
         return joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair)));
     }
     joined("no place was found where it fits another scan: scan so that neighbours share a third of what they see, or give it a rough pose".to_owned())
+}
+
+fn touching(pair: &Pair) -> f64 {
+    pair.modes[0].verdict.touching()
+}
+
+/// Why a scan `k` is not joined to `other` by a pair of both; `None` if they plainly have nothing to do with each other.
+fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<String> {
+    let verdict = &pair.modes[0].verdict;
+    match pair.finding {
+        Finding::Ambiguous => Some(format!(
+            "it fits {other:?} in {} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
+            places(views, pair, &solved.limits)
+        )),
+        Finding::Slides => {
+            let free = freedoms(&verdict.hold, &views[pair.a].reduced.world_from_local());
+            Some(format!(
+                "it fits {other:?} but can {}: give pairs of points that both show, or scan more around it",
+                ways(&free)
+            ))
+        }
+        Finding::Background => Some(format!(
+            "most of what it shares with {other:?} stands still before the sensor while the rest moved: remove the background or the stage"
+        )),
+        _ => None,
+    }
+}
+
+/// What keeps a scan `k` that nearly fits the first group from fitting it; `None` where it isn't near, or nothing does.
+fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<String> {
+    let group = solved.groups.first().filter(|group| !group.has(k))?;
+    let stays = |&(scan, pose): &(usize, DAffine3)| Stays { number: scan, view: &views[scan], world_from_local: pose };
+    let others: Vec<Stays<'_>> = group.members.iter().map(stays).collect();
+    let of_pair = |pair: &Pair| {
+        let (other, flips) = if pair.a == k { (pair.b, true) } else { (pair.a, false) };
+        let there = group.pose(other).filter(|_| pair.a == k || pair.b == k);
+        let pose = move |mode: &Mode| {
+            let other_from_k = if flips { mode.a_from_b.inverse() } else { mode.a_from_b };
+            there.map(|there| (mode.verdict.touching(), there * other_from_k))
+        };
+        pair.modes.iter().filter_map(pose).collect::<Vec<_>>()
+    };
+    let mut starts: Vec<(f64, DAffine3)> = solved.pairs.iter().flat_map(of_pair).collect();
+    starts.sort_by(|x, y| y.0.total_cmp(&x.0));
+    starts.truncate(TRIED);
+    let drawn = |(_, start): &(f64, DAffine3)| {
+        let reach = 3.0 * views[k].coarse.cell;
+        snap(&views[k], start, &others, reach, &solved.limits, &Progress::none()).ok()
+    };
+    let snaps: Vec<Snap> = starts.par_iter().filter_map(drawn).collect();
+    let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH);
+    let best = snaps.into_iter().max_by(|x, y| score(x).total_cmp(&score(y)))?;
+    if best.overlap < NEARLY || best.seen_through > THROUGH {
+        return None;
+    }
+    let scan = Placed {
+        view: &views[k],
+        world_from_local: best.world_from_scan * DAffine3::from_translation(views[k].reduced.middle),
+    };
+    let beside: Vec<Placed<'_>> = others
+        .iter()
+        .filter(|other| best.touches.contains(&other.number))
+        .map(|other| Placed { view: other.view, world_from_local: other.world_from_local })
+        .collect();
+    let cause = cause(&scan, &beside, &solved.limits)?;
+    let beside: Vec<&str> = best.touches.iter().map(|&other| names[other]).collect();
+    let remedy = match cause {
+        Cause::Scale(_) => "scale it",
+        Cause::Moved { .. } => "cut off what moved",
+        Cause::Warp => "check the scanner's calibration, or place it by pairs of points",
+    };
+    Some(format!("it nearly fits {}, but {}: {remedy}", quoted(&beside), because(cause)))
+}
+
+/// Motions of which a scan's may be the one.
+const TRIED: usize = 12;
+/// Least share of a scan that lies on the others if it nearly fits them, and most that may speak against it.
+const NEARLY: f64 = 0.3;
+const THROUGH: f64 = 0.25;
+
+fn because(cause: Cause) -> String {
+    match cause {
+        Cause::Scale(scale) => format!("it would fit better if it were {} times as large", Shown::digits(scale, 3)),
+        Cause::Moved { middle, share } => {
+            let [x, y, z] = middle.to_array().map(|x| Shown::digits(x, 3).to_string());
+            format!(
+                "a part of it has moved, near ({x}, {y}, {z}): {:.0} % of what others show",
+                (100.0 * share).max(1.0)
+            )
+        }
+        Cause::Warp => "it is bent: it lies further off than noise explains".to_owned(),
+    }
 }
 
 /// Points below which nothing can be compared.
@@ -505,7 +608,6 @@ fn say(
     names: &[&str],
     scans: &[AlignedScan],
     solved: &Solved,
-    misfits: &[(usize, usize)],
 ) {
     let mut unplaced: Vec<usize> = (0..scans.len()).filter(|&k| scans[k].state == ScanState::Unplaced).collect();
     unplaced.sort_by_key(|&k| order[k]);
@@ -528,16 +630,33 @@ fn say(
     {
         report.messages.push(format!("{:?} and {:?} hold the same samples: leave one out", names[a], names[b]));
     }
-    if let Some(&(a, b)) = misfits.first() {
-        let worst = solved.links.iter().filter(|looked| misfits.contains(&(looked.link.a, looked.link.b)));
-        let worst = worst.max_by(|x, y| x.verdict.mean_square.total_cmp(&y.verdict.mean_square));
-        let (a, b, off) =
-            worst.map_or((a, b, 0.0), |looked| (looked.link.a, looked.link.b, looked.verdict.mean_square.sqrt()));
-        report.messages.push(format!(
-            "{} of the pairs that touch do not fit exactly, {:?} and {:?} least: they lie {} apart, which noise does not explain; something moved, or the scans are warped",
-            misfits.len(), names[a], names[b], Shown::digits(off, 2)
-        ));
+    if solved.is_turned && solved.table.is_none() {
+        report.messages.push(
+            "the turntable's axis was not found, since no two pairs of scans are sure by themselves and turn about the same one: give the axis"
+                .to_owned(),
+        );
     }
+    if let Some(group) = solved.groups.first() {
+        let causes = group.members.par_iter().map(|&(k, pose)| {
+            let scan = Placed { view: &views[k], world_from_local: pose };
+            cause(&scan, &beside(views, solved, group, k), &solved.limits).map(|cause| (k, cause))
+        });
+        let mut causes: Vec<(usize, Cause)> = causes.collect::<Vec<_>>().into_iter().flatten().collect();
+        causes.sort_by_key(|(k, _)| order[*k]);
+        for (k, cause) in causes {
+            report.messages.push(format!("{:?} does not fit the others exactly: {}", names[k], because(cause)));
+        }
+    }
+}
+
+/// The scans of a group that touch one of it.
+fn beside<'v>(views: &'v [View], solved: &Solved, group: &SolvedGroup, k: usize) -> Vec<Placed<'v>> {
+    let others = solved.links.iter().filter_map(|looked| match looked.link {
+        Link { a, b } if a == k => Some(b),
+        Link { a, b } if b == k => Some(a),
+        _ => None,
+    });
+    others.filter_map(|scan| Some(Placed { view: &views[scan], world_from_local: group.pose(scan)? })).collect()
 }
 
 /// At most five names.

@@ -1,17 +1,19 @@
 //! Pairs are searched until all scans are joined: the likeliest first, then those between groups, then these thoroughly.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::assemble::{Group, Standing, apart_at_first, assemble};
-use crate::constraints::Inside;
+use crate::constraints::{Inside, Told};
 use crate::finding::{Finding, Limits};
 use crate::linear::{Horn, apart};
 use crate::pair::{Effort, Pair};
 use crate::params::{AlignParams, Start};
 use crate::retrieve::likeness;
+use crate::turntable::Table;
 use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
@@ -29,6 +31,8 @@ pub(crate) struct Found {
     pub pairs: Vec<Pair>,
     pub standings: Vec<Standing>,
     pub groups: Vec<Group>,
+    /// The turntable, where there was one and it was found.
+    pub table: Option<Table>,
 }
 
 struct Search<'a, 'p> {
@@ -39,12 +43,14 @@ struct Search<'a, 'p> {
     pairs: BTreeMap<[usize; 2], Pair>,
     /// Those that were searched thoroughly.
     thorough: BTreeSet<[usize; 2]>,
+    table: Option<Table>,
 }
 
 /// Finds pairs and joins them to groups.
 pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Found> {
     let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
-    let mut search = Search { views, inside, limits, progress, pairs: BTreeMap::new(), thorough: BTreeSet::new() };
+    let mut search =
+        Search { views, inside, limits, progress, pairs: BTreeMap::new(), thorough: BTreeSet::new(), table: None };
     let likeness = likeness(views, progress)?;
     let count = views.len();
     progress.stage(1, (count * (count - 1) / 2).min(count * OF_GROUP) as u64);
@@ -53,6 +59,9 @@ pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, prog
         search.near(params)?;
     }
     let alone: Vec<usize> = (0..count).collect();
+    if let Some(told) = &inside.turned {
+        search.turned(told, &likeness)?;
+    }
     search.round(likeliest(&likeness, &alone, FIRST, |_| true), Effort::Quick)?;
     let mut found = search.joined();
     for effort in [Effort::Quick, Effort::Thorough] {
@@ -72,7 +81,7 @@ pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, prog
         }
     }
     let (groups, standings) = found;
-    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups })
+    Ok(Found { pairs: search.pairs.into_values().collect(), standings, groups, table: search.table })
 }
 
 /// Pairs of scans of different groups: of each group the likeliest with any other.
@@ -102,6 +111,20 @@ fn likeliest(
     wanted
 }
 
+/// Of each scan on a turntable those that were taken just before and after.
+fn neighbours(angles: &[f64]) -> Vec<[usize; 2]> {
+    let turn = |k: usize| angles[k].rem_euclid(TAU);
+    let mut order: Vec<usize> = (0..angles.len()).collect();
+    order.sort_by(|&a, &b| turn(a).total_cmp(&turn(b)).then(a.cmp(&b)));
+    let count = order.len();
+    let beside = |k: usize| (1..=2).map(move |by| (k, (k + by) % count));
+    let pairs = (0..count).flat_map(beside).map(|(x, y)| [order[x].min(order[y]), order[x].max(order[y])]);
+    let mut pairs: Vec<[usize; 2]> = pairs.filter(|[a, b]| a != b).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
 fn numbers(groups: &[Group], count: usize) -> Vec<usize> {
     let mut group_of = vec![0; count];
     for (number, group) in groups.iter().enumerate() {
@@ -114,7 +137,12 @@ impl Search<'_, '_> {
     fn round(&mut self, wanted: Vec<[usize; 2]>, effort: Effort) -> Result<()> {
         let (views, limits) = (self.views, self.limits);
         let wanted: Vec<[usize; 2]> = wanted.into_iter().filter(|pair| self.is_new(*pair, effort)).collect();
-        self.add(&wanted, |a, b| Some(Pair::search(views, a, b, effort, &limits)))?;
+        let table = self.table.clone();
+        let search = |a: usize, b: usize| match &table {
+            Some(table) => table.pair(views, a, b, &limits),
+            None => Pair::search(views, a, b, effort, &limits),
+        };
+        self.add(&wanted, |a, b| Some(search(a, b)))?;
         if effort == Effort::Thorough {
             self.thorough.extend(wanted);
         }
@@ -128,6 +156,7 @@ impl Search<'_, '_> {
             Some(found) => {
                 let is_told = self.inside.is_trusted(pair[0], pair[1]);
                 effort == Effort::Thorough
+                    && self.table.is_none()
                     && found.finding != Finding::Sure
                     && !is_told
                     && !self.thorough.contains(&pair)
@@ -167,6 +196,30 @@ impl Search<'_, '_> {
         self.add(&told, |a, b| Some(picked(views, inside, a, b, &limits)))
     }
 
+    /// Finds the turntable's axis where it is not given, by pairs that need none, and takes these for what they are on it.
+    fn turned(&mut self, told: &Told, likeness: &[Vec<f64>]) -> Result<()> {
+        let alone: Vec<usize> = (0..self.views.len()).collect();
+        for most in [FIRST, OF_GROUP] {
+            if told.axis.is_none() {
+                self.round(likeliest(likeness, &alone, most, |_| true), Effort::Quick)?;
+            }
+            let pairs: Vec<&Pair> = self.pairs.values().collect();
+            self.table = Table::find(told, self.views, &pairs);
+            if self.table.is_some() {
+                break;
+            }
+        }
+        let Some(table) = self.table.clone() else { return Ok(()) };
+        let (views, inside, limits) = (self.views, self.inside, self.limits);
+        let is_told = |pair: &Pair| inside.is_trusted(pair.a, pair.b);
+        // What lies elsewhere is no turn; what was not found, or not for sure, may be found on the table.
+        self.pairs.retain(|_, pair| is_told(pair) || (pair.finding == Finding::Sure && table.is_on(views, pair)));
+        let neighbours = table.angles.as_deref().map(|angles| neighbours(angles)).unwrap_or_default();
+        let wanted: Vec<[usize; 2]> =
+            neighbours.into_iter().filter(|pair| self.pairs.get(pair).is_none_or(|pair| !is_told(pair))).collect();
+        self.add(&wanted, |a, b| Some(table.pair(views, a, b, &limits)))
+    }
+
     /// Pairs that touch, or nearly do, where the scans lie as they are given.
     fn near(&mut self, params: &AlignParams) -> Result<()> {
         let views = self.views;
@@ -194,7 +247,7 @@ impl Search<'_, '_> {
 }
 
 /// By default rough poses are off by this share of a scan's radius.
-const ROUGH_REACH: f64 = 0.2;
+pub(crate) const ROUGH_REACH: f64 = 0.2;
 /// What was found near a rough pose may lie so many reaches from it.
 const STRAY: f64 = 3.0;
 /// Picks are exact to so many coarse cells.

@@ -15,6 +15,7 @@ use crate::params::AlignParams;
 use crate::refine::Both;
 use crate::relax::{Link, Net, Start, contacts};
 use crate::search::{Found, search};
+use crate::turntable::Table;
 use crate::uncertainty::covariances;
 use crate::view::View;
 use base::error::Result;
@@ -29,6 +30,9 @@ pub(crate) struct Solved {
     pub limits: Limits,
     pub inside: Vec<bool>,
     pub rejected: Vec<[usize; 2]>,
+    /// Whether there was a turntable, and where, if it was found.
+    pub is_turned: bool,
+    pub table: Option<Table>,
 }
 
 /// Scans in one frame.
@@ -57,6 +61,15 @@ impl Looked {
     }
 }
 
+/// What groups are settled by.
+#[derive(Clone, Copy)]
+struct Known<'a> {
+    views: &'a [View],
+    inside: &'a Inside,
+    limits: &'a Limits,
+    table: Option<&'a Table>,
+}
+
 /// A group in its frame, and those of its scans that touch.
 type Settled = (SolvedGroup, Vec<(Link, Verdict)>);
 
@@ -67,14 +80,15 @@ const FEW: usize = 300;
 const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
-    let Found { pairs, standings, groups } = search(views, params, inside, progress)?;
+    let Found { pairs, standings, groups, table } = search(views, params, inside, progress)?;
     let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+    let known = Known { views, inside, limits: &limits, table: table.as_ref() };
     progress.stage(2, views.len() as u64);
     let mut solved = Vec::new();
     let mut looked = Vec::new();
     for group in groups {
         progress.reach(looked.len() as u64);
-        for (group, links) in held(views, inside, &limits, &group, progress)? {
+        for (group, links) in held(&known, &group, progress)? {
             solved.push(group);
             looked.extend(links);
         }
@@ -97,18 +111,15 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         limits,
         inside: inside.is_fixed.clone(),
         rejected: inside.rejected.clone(),
+        is_turned: inside.turned.is_some(),
+        table,
     })
 }
 
 /// A group settled; what falls apart, because pairs that joined it don't fit beside the others, as several.
-fn held(
-    views: &[View],
-    inside: &Inside,
-    limits: &Limits,
-    group: &Group,
-    progress: &Progress<'_>,
-) -> Result<Vec<Settled>> {
-    let (solved, links) = settle(views, inside, group, progress)?;
+fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec<Settled>> {
+    let Known { views, inside, limits, .. } = *known;
+    let (solved, links) = settle(known, group, progress)?;
     let holds = |(link, verdict): &&(Link, Verdict)| {
         let finding = fits([&views[link.a], &views[link.b]], verdict, limits);
         inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Slides)
@@ -131,24 +142,23 @@ fn held(
         parts.entry(part[scan]).or_default().push((scan, pose));
     }
     if parts.len() == 1 {
-        return held_tight(views, inside, limits, solved, links, progress);
+        return held_tight(known, solved, links, progress);
     }
     let mut all = Vec::new();
     for members in parts.into_values() {
-        all.extend(held(views, inside, limits, &Group { members }, progress)?);
+        all.extend(held(known, &Group { members }, progress)?);
     }
     Ok(all)
 }
 
 /// A group without those of its scans that may be so far off that it is not known where they are.
 fn held_tight(
-    views: &[View],
-    inside: &Inside,
-    limits: &Limits,
+    known: &Known<'_>,
     solved: SolvedGroup,
     links: Vec<(Link, Verdict)>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Settled>> {
+    let Known { views, inside, .. } = *known;
     let is_told = |scan: usize| {
         inside.trusted.iter().chain(inside.picks.iter().map(|pick| &pick.scans)).any(|pair| pair.contains(&scan))
     };
@@ -164,10 +174,10 @@ fn held_tight(
         return Ok(vec![(solved, links)]);
     }
     let rest = solved.members.iter().filter(|(scan, _)| adrift.iter().all(|other| other.0 != *scan));
-    let mut all = held(views, inside, limits, &Group { members: rest.copied().collect() }, progress)?;
+    let mut all = held(known, &Group { members: rest.copied().collect() }, progress)?;
     for (scan, deviation) in adrift {
         let alone = Group { members: vec![(scan, views[scan].reduced.world_from_local())] };
-        let (group, links) = settle(views, inside, &alone, progress)?;
+        let (group, links) = settle(known, &alone, progress)?;
         all.push((SolvedGroup { adrift: Some(deviation), ..group }, links));
     }
     Ok(all)
@@ -177,7 +187,8 @@ fn held_tight(
 const ADRIFT: f64 = 3.0;
 
 /// All scans of a group at once: which of them touch, poses that fit all of these, twice.
-fn settle(views: &[View], inside: &Inside, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
+fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
+    let Known { views, inside, table, .. } = *known;
     let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
     // Numbers rise as areas fall.
     let frame = group.members.iter().map(|member| member.0).min().expect("no group is empty");
@@ -194,12 +205,13 @@ fn settle(views: &[View], inside: &Inside, group: &Group, progress: &Progress<'_
         is_fixed[frame] = true;
         poses[frame] = Some(views[frame].reduced.world_from_local());
     }
-    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks: &inside.picks };
-    let members: Vec<usize> = {
-        let mut members: Vec<usize> = group.members.iter().map(|member| member.0).collect();
-        members.sort_unstable();
-        members
-    };
+    let mut members: Vec<usize> = group.members.iter().map(|member| member.0).collect();
+    members.sort_unstable();
+    let mut picks = inside.picks.clone();
+    if let Some(table) = table {
+        picks.extend(table.picks(views, &members, frame));
+    }
+    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks };
     let mut near = touching(&net, &members, inside, progress)?;
     for start in [Start::Near, Start::Settled] {
         let found = links(&net, &near, FEW, progress)?;
@@ -300,7 +312,7 @@ const GLANCE: usize = 150;
 pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> Option<f64> {
     let mut poses = vec![None; views.len()];
     group.members.iter().for_each(|&(scan, pose)| poses[scan] = Some(pose));
-    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: &[] };
+    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: Vec::new() };
     let (mut sum, mut weight) = (0.0, 0.0);
     for link in links {
         for contact in contacts(&net, *link, MANY, 1.5) {

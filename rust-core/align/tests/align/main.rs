@@ -1,6 +1,11 @@
 //! Scans made by the virtual scanner, whose poses are known: what is placed is placed rightly, what can't be placed is not.
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs)]
 
+mod by_hand;
+mod misfit;
+mod scans;
+mod turntable;
+
 use base::error::Error;
 use base::progress::Progress;
 use geom::bvh::Bvh;
@@ -9,94 +14,9 @@ use image::RangeImage;
 use mesh::TriMesh;
 use mesh::shapes::Shape;
 use proptest::prelude::*;
-use scan::{Camera, ScanParams, scan, sculpture::sculpture};
+use scan::{Camera, ScanParams, scan};
+use scans::{PIXELS, aligned, around, errors, look, placed, sources, statue, without_poses};
 use surfrecon_align::{AlignParams, Alignment, Constraints, PairState, Pick, ScanSource, ScanState, Start, run};
-
-const PIXELS: usize = 140;
-
-/// What a pinhole camera sees from a direction; the samples are in the sensor's frame.
-fn look(mesh: &TriMesh, from: DVec3, roll: f64, noise: f64) -> RangeImage {
-    let (lo, hi) = mesh::measure::bounds(&mesh.positions).unwrap();
-    let (centre, size) = (lo.midpoint(hi), (hi - lo).length());
-    let direction = from.normalize();
-    let up = DQuat::from_axis_angle(direction, roll) * direction.any_orthonormal_vector();
-    let eye = centre + 2.5 * size * direction;
-    let camera = Camera::pinhole(PIXELS, PIXELS, 2.0 * 0.2_f64.atan(), eye, centre, up).unwrap();
-    let params = ScanParams {
-        noise: noise * size / PIXELS as f64,
-        seed: (roll * 1000.0) as _,
-        threads: 1,
-        ..ScanParams::default()
-    };
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
-    let mut image = scan(mesh, &bvh, &camera, &params, &Progress::none()).unwrap();
-    image.name = format!("from {:.2} {:.2} {:.2}", direction.x, direction.y, direction.z);
-    image
-}
-
-fn around(mesh: &TriMesh, count: usize, noise: f64) -> Vec<RangeImage> {
-    let from = |k: usize| {
-        let turn = std::f64::consts::TAU * k as f64 / count as f64;
-        look(
-            mesh,
-            DVec3::new(turn.cos(), turn.sin(), if k.is_multiple_of(2) { 0.2 } else { 0.9 }),
-            0.3 * k as f64 + 0.1,
-            noise,
-        )
-    };
-    (0..count).map(from).collect()
-}
-
-/// About 1 high.
-fn statue() -> &'static TriMesh {
-    static STATUE: std::sync::OnceLock<TriMesh> = std::sync::OnceLock::new();
-    STATUE.get_or_init(|| {
-        let TriMesh { positions, triangles, .. } = sculpture(2.0, 0, &Progress::none()).unwrap();
-        let (lo, hi) = mesh::measure::bounds(&positions).unwrap();
-        let (middle, scale) = (lo.midpoint(hi), 1.0 / (hi - lo).max_element());
-        TriMesh {
-            positions: positions.iter().map(|&p| scale * (p - middle)).collect(),
-            triangles,
-            ..TriMesh::default()
-        }
-    })
-}
-
-fn sources(images: &[RangeImage]) -> Vec<&dyn ScanSource> {
-    images.iter().map(|image| image as &dyn ScanSource).collect()
-}
-
-fn aligned(images: &[RangeImage], constraints: &Constraints) -> Alignment {
-    run(&sources(images), &AlignParams::default(), constraints, &Progress::none()).unwrap()
-}
-
-fn placed(image: &RangeImage, world_from_sensor: DAffine3) -> RangeImage {
-    let mut image = image.clone();
-    image.world_from_sensor = world_from_sensor;
-    image
-}
-
-/// Throws the poses away, all but how the sensor looks at things: each scan lies where its sensor was the origin.
-fn without_poses(images: &[RangeImage]) -> Vec<RangeImage> {
-    images.iter().map(|image| placed(image, DAffine3::IDENTITY)).collect()
-}
-
-/// Largest distance of a sample of each placed scan from where it belongs, in the distances of samples, where the scan that was kept
-/// is right.
-fn errors(images: &[RangeImage], alignment: &Alignment) -> Vec<Option<f64>> {
-    let kept = alignment.report.scans.iter().position(|scan| scan.state == ScanState::Kept).unwrap();
-    let truth_from_found = images[kept].world_from_sensor * alignment.world_from_scan[kept].unwrap().inverse();
-    let error = |(image, found): (&RangeImage, &Option<DAffine3>)| {
-        found.map(|found| {
-            let points = image.oriented_points(&Progress::none()).unwrap();
-            let off = |p: &DVec3| {
-                (truth_from_found * found).transform_point3(*p).distance(image.world_from_sensor.transform_point3(*p))
-            };
-            points.positions.iter().map(off).fold(0.0, f64::max) / points.spacing
-        })
-    };
-    images.iter().zip(&alignment.world_from_scan).map(error).collect()
-}
 
 #[test]
 fn scans_around_a_statue_find_their_places() {
