@@ -61,19 +61,30 @@ fn contradicts(views: &[View], first: &Group, second: &Group, motion: &DAffine3)
     })
 }
 
-/// Joins `groups` by the pairs that are sure or trusted, the best first. Returns the groups, and what became of each pair.
+/// Groups while pairs join them.
+struct Assembly<'a> {
+    views: &'a [View],
+    pairs: &'a [Pair],
+    groups: Vec<Option<Group>>,
+    group_of: Vec<usize>,
+    standings: Vec<Standing>,
+}
+
+/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak where two say the same.
+/// Returns the groups, and what became of each pair.
 pub(crate) fn assemble(
     views: &[View],
     pairs: &[Pair],
     groups: Vec<Group>,
     is_trusted: impl Fn(&Pair) -> bool,
 ) -> (Vec<Group>, Vec<Standing>) {
-    let mut groups: Vec<Option<Group>> = groups.into_iter().map(Some).collect();
     let mut group_of = vec![0; views.len()];
     for (number, group) in groups.iter().enumerate() {
-        group.iter().flat_map(|group| &group.members).for_each(|member| group_of[member.0] = number);
+        group.members.iter().for_each(|member| group_of[member.0] = number);
     }
-    let mut standings = vec![Standing::Unused; pairs.len()];
+    let standings = vec![Standing::Unused; pairs.len()];
+    let groups = groups.into_iter().map(Some).collect();
+    let mut assembly = Assembly { views, pairs, groups, group_of, standings };
     let mut order: Vec<(bool, f64, usize)> = Vec::new();
     for (k, pair) in pairs.iter().enumerate() {
         let trusted = is_trusted(pair) && !pair.modes.is_empty();
@@ -83,42 +94,104 @@ pub(crate) fn assemble(
     }
     order.sort_by(|x, y| y.0.cmp(&x.0).then(y.1.total_cmp(&x.1)).then(x.2.cmp(&y.2)));
     for (trusted, _, k) in order {
-        let pair = &pairs[k];
-        let a_from_b = pair.modes[0].a_from_b;
-        let pose = |group: &Option<Group>, scan| {
-            group.as_ref().and_then(|group| group.pose(scan)).expect("scans are in their groups")
-        };
-        let (ga, gb) = (group_of[pair.a], group_of[pair.b]);
-        let (pose_a, pose_b) = (pose(&groups[ga], pair.a), pose(&groups[gb], pair.b));
-        if ga == gb {
-            let radius = views[pair.a].reduced.radius.min(views[pair.b].reduced.radius);
-            let cell = views[pair.a].coarse.cell.max(views[pair.b].coarse.cell);
-            let is_same = apart(&(pose_a.inverse() * pose_b), &a_from_b, radius) < AGREE * cell;
-            standings[k] = if is_same { Standing::Agrees } else { Standing::Disagrees };
-            continue;
+        assembly.join(k, trusted);
+    }
+    let mut weak: Vec<(f64, usize)> = (0..pairs.len())
+        .filter(|&k| pairs[k].finding == Finding::Weak && !is_trusted(&pairs[k]))
+        .map(|k| (pairs[k].modes[0].verdict.score(), k))
+        .collect();
+    weak.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+    let weak: Vec<usize> = weak.into_iter().map(|(_, k)| k).collect();
+    while let Some(k) = assembly.confirmed(&weak) {
+        assembly.join(k, false);
+    }
+    for &k in &weak {
+        if assembly.are_together(k) {
+            assembly.join(k, false);
         }
-        let (Some(first), Some(second)) = (groups[ga].take(), groups[gb].take()) else {
-            unreachable!("both were looked into")
-        };
-        let motion = pose_a * a_from_b * pose_b.inverse();
-        if !trusted && contradicts(views, &first, &second, &motion) {
-            standings[k] = Standing::SeenThrough;
-            (groups[ga], groups[gb]) = (Some(first), Some(second));
-            continue;
+    }
+    (assembly.groups.into_iter().flatten().collect(), assembly.standings)
+}
+
+impl Assembly<'_> {
+    fn group(&self, scan: usize) -> &Group {
+        self.groups[self.group_of[scan]].as_ref().expect("scans are in their groups")
+    }
+
+    fn pose(&self, scan: usize) -> DAffine3 {
+        self.group(scan).pose(scan).expect("scans are in their groups")
+    }
+
+    fn are_together(&self, k: usize) -> bool {
+        self.group_of[self.pairs[k].a] == self.group_of[self.pairs[k].b]
+    }
+
+    /// The motion of the second scan's group to the first's by which a pair would join them.
+    fn motion(&self, k: usize) -> DAffine3 {
+        let Pair { a, b, modes, .. } = &self.pairs[k];
+        self.pose(*a) * modes[0].a_from_b * self.pose(*b).inverse()
+    }
+
+    /// Joins the groups of a pair's scans, unless sensors speak against it; says whether it agrees with what is joined.
+    fn join(&mut self, k: usize, trusted: bool) {
+        let Pair { a, b, ref modes, .. } = self.pairs[k];
+        if self.are_together(k) {
+            let both = [&self.views[a], &self.views[b]];
+            let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+            let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+            let a_from_b = self.pose(a).inverse() * self.pose(b);
+            let is_same = apart(&a_from_b, &modes[0].a_from_b, radius) < AGREE * cell;
+            self.standings[k] = if is_same { Standing::Agrees } else { Standing::Disagrees };
+            return;
         }
-        standings[k] = Standing::Joins;
+        let motion = self.motion(k);
+        if !trusted && contradicts(self.views, self.group(a), self.group(b), &motion) {
+            self.standings[k] = Standing::SeenThrough;
+            return;
+        }
+        self.standings[k] = Standing::Joins;
         // The frame of fixed scans, which come first, stays.
-        let (keep, moved, motion) = if gb < ga { (second, first, motion.inverse()) } else { (first, second, motion) };
-        let (kept, gone) = (ga.min(gb), ga.max(gb));
-        let mut joined = keep;
+        let (first, second) = (self.group_of[a], self.group_of[b]);
+        let (kept, gone, motion) =
+            if second < first { (second, first, motion.inverse()) } else { (first, second, motion) };
+        let moved = self.groups[gone].take().expect("scans are in their groups");
+        let joined = self.groups[kept].as_mut().expect("scans are in their groups");
         for (scan, pose) in moved.members {
-            group_of[scan] = kept;
+            self.group_of[scan] = kept;
             joined.members.push((scan, motion * pose));
         }
-        groups[kept] = Some(joined);
-        groups[gone] = None;
     }
-    (groups.into_iter().flatten().collect(), standings)
+
+    /// The best of the weak pairs whose word another one of the same two groups confirms.
+    fn confirmed(&self, weak: &[usize]) -> Option<usize> {
+        struct Word {
+            pair: usize,
+            groups: [usize; 2],
+            /// From the group of the higher number to the other.
+            motion: DAffine3,
+        }
+        let word = |&pair: &usize| {
+            let [a, b] = [self.pairs[pair].a, self.pairs[pair].b].map(|scan| self.group_of[scan]);
+            let motion = self.motion(pair);
+            Word { pair, groups: [a.min(b), a.max(b)], motion: if a < b { motion } else { motion.inverse() } }
+        };
+        let is_open = |&&pair: &&usize| self.standings[pair] == Standing::Unused && !self.are_together(pair);
+        let words: Vec<Word> = weak.iter().filter(is_open).map(word).collect();
+        let is_confirmed = |one: &&Word| {
+            let Pair { a, b, .. } = self.pairs[one.pair];
+            let both = [&self.views[a], &self.views[b]];
+            let radius = both[0].reduced.radius.min(both[1].reduced.radius);
+            let cell = both[0].coarse.cell.max(both[1].coarse.cell);
+            let at = self.pose(if self.group_of[a] == one.groups[1] { a } else { b });
+            let confirms = |other: &Word| {
+                other.pair != one.pair
+                    && other.groups == one.groups
+                    && apart(&(one.motion * at), &(other.motion * at), radius) < AGREE * cell
+            };
+            words.iter().any(confirms)
+        };
+        words.iter().find(is_confirmed).map(|word| word.pair)
+    }
 }
 
 /// Each scan by itself, but for those that are fixed: these are one group, the first.

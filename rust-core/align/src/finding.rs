@@ -1,6 +1,7 @@
 //! Whether a motion may join two scans: overlap, closeness, lines of sight, balance and uniqueness must all pass.
 
 use crate::judge::{Mode, Verdict};
+use crate::params::AlignParams;
 use crate::view::View;
 
 /// What was found of two scans.
@@ -20,6 +21,8 @@ pub(crate) enum Finding {
     Slides,
     /// They fit in several places.
     Ambiguous,
+    /// They fit, in this place alone, but hold each other so little that another pair must say the same.
+    Weak,
     /// They fit, in this place alone.
     Sure,
 }
@@ -31,14 +34,25 @@ pub(crate) struct Limits {
     pub min_overlap: f64,
     /// Largest root mean square of the distances between surfaces that touch; by default from cell and noise.
     pub tolerance: Option<f64>,
+    /// Whether tints may decide where shape does not.
+    pub use_colour: bool,
+}
+
+impl Limits {
+    pub fn of(params: &AlignParams) -> Self {
+        let AlignParams { min_overlap, tolerance, use_colour, .. } = *params;
+        Limits { min_overlap, tolerance, use_colour }
+    }
 }
 
 /// Root mean square distance of surfaces that coincide, at most, by that of a scan's own neighbours.
 pub(crate) const APART: f64 = 0.82;
 /// Share of what sensors can tell that may speak against a motion.
 const THROUGH: f64 = 0.03;
-/// Least eigenvalue of what holds a scan, where six equal ones are 1.
+/// Least eigenvalue of what holds a scan, where six equal ones are 1: enough by itself, and with another pair that says the same.
+/// The slack that noise has left to slide through grows as it falls: at 0.0013 a pair of coarse scans was placed 6 samples off.
 pub(crate) const BALANCE: f64 = 0.002;
+pub(crate) const FREE: f64 = 0.0003;
 /// A direction in which a pose may be off by so many cells is not held.
 const SLIP: f64 = 2.0;
 /// A motion is in doubt if another has this share of its score.
@@ -65,8 +79,10 @@ pub(crate) fn fits(views: [&View; 2], verdict: &Verdict, limits: &Limits) -> Fin
         Finding::Loose
     } else if verdict.contradiction() > THROUGH {
         Finding::SeenThrough
-    } else if verdict.hold.balance() < BALANCE || verdict.slip(cell) > SLIP * cell {
+    } else if verdict.hold.balance() < FREE || verdict.slip(cell) > SLIP * cell {
         Finding::Slides
+    } else if verdict.hold.balance() < BALANCE {
+        Finding::Weak
     } else {
         Finding::Sure
     }
@@ -81,7 +97,7 @@ pub(crate) fn find(views: [&View; 2], modes: &[Mode], limits: &Limits) -> Findin
 pub(crate) fn find_where(modes: &[Mode], fits: impl Fn(&Verdict) -> Finding) -> Finding {
     let Some(first) = modes.first() else { return Finding::Nothing };
     let finding = fits(&first.verdict);
-    if finding != Finding::Sure {
+    if !matches!(finding, Finding::Sure | Finding::Weak) {
         return finding;
     }
     let is_rival = |mode: &Mode| {
@@ -91,5 +107,5 @@ pub(crate) fn find_where(modes: &[Mode], fits: impl Fn(&Verdict) -> Finding) -> 
                 Finding::Nothing | Finding::Little | Finding::Loose | Finding::SeenThrough
             )
     };
-    if modes[1..].iter().any(is_rival) { Finding::Ambiguous } else { Finding::Sure }
+    if modes[1..].iter().any(is_rival) { Finding::Ambiguous } else { finding }
 }

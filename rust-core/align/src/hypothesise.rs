@@ -8,6 +8,7 @@
 use glam::{DAffine3, DVec3};
 
 use crate::correspond::Match;
+use crate::features::Features;
 use crate::linear::{Horn, apart};
 use crate::view::View;
 
@@ -31,7 +32,11 @@ pub(crate) struct Like {
 
 impl Like {
     pub fn of(views: [&View; 2], m: &Match) -> Self {
-        let [i, j] = [views[0].features.points[m.a as usize] as usize, views[1].features.points[m.b as usize] as usize];
+        Like::of_features(views, views.map(|view| &view.features), m)
+    }
+
+    pub fn of_features(views: [&View; 2], features: [&Features; 2], m: &Match) -> Self {
+        let [i, j] = [features[0].points[m.a as usize] as usize, features[1].points[m.b as usize] as usize];
         let [a, b] = views.map(|view| &view.coarse);
         Like { points: [a.points[i], b.points[j]], normals: [a.normals[i], b.normals[j]] }
     }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::level::Level;
 use crate::linear::{Matrix6, Vector6, eigen};
-use crate::refine::Both;
+use crate::refine::{Both, Contact};
 use crate::sight::Seen;
 use crate::view::View;
 
@@ -171,6 +171,13 @@ pub(crate) struct Touch {
     /// Along the normal.
     pub distance: f64,
     pub area: f64,
+}
+
+impl Touch {
+    pub fn of(contact: &Contact) -> Self {
+        let Contact { normals, area, .. } = *contact;
+        Touch { place: 0.5 * (contact.a + contact.b), normals, distance: contact.distance(), area }
+    }
 }
 
 /// A motion that may join two scans.

@@ -3,6 +3,7 @@
 use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
+use crate::coloured::{Tint, Tints};
 use geom::neighbours::KdTree;
 
 /// Cells around a point within which its neighbours are looked for.
@@ -24,12 +25,13 @@ pub(crate) struct Level {
     /// How far points lie off the surface, as a standard deviation: by noise, and by what bends between samples.
     pub noise: f64,
     pub tree: KdTree,
+    pub tints: Tints,
 }
 
 impl Level {
-    /// Points and their vector areas, averaged in cells. O(n).
-    pub fn new(points: &[DVec3], areas: &[DVec3], cell: f64) -> Self {
-        let (points, areas) = averaged(points, areas, cell);
+    /// Points and their vector areas, averaged in cells, with their tints, if any. O(n).
+    pub fn new(points: &[DVec3], areas: &[DVec3], tints: Option<&[Tint]>, cell: f64) -> Self {
+        let (points, areas, tints) = averaged(points, areas, tints, cell);
         let mut level = Level { cell, tree: KdTree::new(&points), ..Level::default() };
         let grid = Neighbours::new(&points, RING * cell);
         let mut near = Vec::new();
@@ -44,6 +46,9 @@ impl Level {
         }
         level.points = points;
         level.noise = level.own_distance(&grid);
+        if let Some(tints) = tints {
+            level.tints = Tints::new(tints, &level, &grid);
+        }
         level
     }
 
@@ -92,24 +97,43 @@ fn ends(here: DVec3, normal: DVec3, neighbours: impl Iterator<Item = DVec3>) -> 
     around > GAP || angles.windows(2).any(|pair| pair[1] - pair[0] > GAP)
 }
 
-/// Means of points, and sums of their vector areas, over the cells of a grid.
-fn averaged(points: &[DVec3], areas: &[DVec3], cell: f64) -> (Vec<DVec3>, Vec<DVec3>) {
+/// Means of points and tints, and sums of vector areas, over the cells of a grid.
+fn averaged(
+    points: &[DVec3],
+    areas: &[DVec3],
+    tints: Option<&[Tint]>,
+    cell: f64,
+) -> (Vec<DVec3>, Vec<DVec3>, Option<Vec<Tint>>) {
+    #[derive(Default)]
+    struct Sum {
+        point: DVec3,
+        area: DVec3,
+        tint: Tint,
+        weight: f64,
+    }
     let mut places: FxHashMap<IVec3, u32> = FxHashMap::default();
-    let mut sums: Vec<(DVec3, DVec3, f64)> = Vec::new();
-    for (&point, &area) in points.iter().zip(areas) {
+    let mut sums: Vec<Sum> = Vec::new();
+    for (k, (&point, &area)) in points.iter().zip(areas).enumerate() {
         let key = (point / cell).floor().as_ivec3();
         let place = *places.entry(key).or_insert_with(|| {
-            sums.push((DVec3::ZERO, DVec3::ZERO, 0.0));
+            sums.push(Sum::default());
             sums.len() as u32 - 1
         });
-        let (sum, normal, weight) = &mut sums[place as usize];
+        let sum = &mut sums[place as usize];
         let share = area.length();
-        *sum += share * point;
-        *normal += area;
-        *weight += share;
+        sum.point += share * point;
+        sum.area += area;
+        sum.weight += share;
+        if let Some(tints) = tints {
+            sum.tint += share * tints[k];
+        }
     }
-    sums.retain(|(_, normal, weight)| *weight > 0.0 && normal.length() > 0.1 * weight);
-    sums.into_iter().map(|(sum, normal, weight)| (sum / weight, normal)).unzip()
+    sums.retain(|sum| sum.weight > 0.0 && sum.area.length() > 0.1 * sum.weight);
+    (
+        sums.iter().map(|sum| sum.point / sum.weight).collect(),
+        sums.iter().map(|sum| sum.area).collect(),
+        tints.map(|_| sums.iter().map(|sum| sum.tint / sum.weight).collect()),
+    )
 }
 
 /// Points found by place: all within a radius.

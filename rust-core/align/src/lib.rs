@@ -2,7 +2,8 @@
 //!
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
-//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`), on a turntable about its axis (`turntable`); groups
+//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`), on a turntable about its axis (`turntable`), by colours
+//! where shape leaves it open (`coloured`); groups
 //! (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is
 //! said (`report`). One scan alone, by hand: `snap`.
 //!
@@ -11,6 +12,7 @@
 
 mod assemble;
 mod blocks;
+mod coloured;
 mod constraints;
 mod correspond;
 mod features;
@@ -163,7 +165,7 @@ impl Prepared {
         let stays: Vec<snap::Stays<'_>> = stays.collect();
         let view = &self.views[inside];
         let reach = params.reach.unwrap_or(search::ROUGH_REACH * view.reduced.radius);
-        let limits = finding::Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+        let limits = finding::Limits::of(params);
         let pool = base::threads::pool(params.threads)?;
         progress.run(&pool, || snap::snap(view, &start, &stays, reach, &limits, progress))
     }

@@ -2,6 +2,7 @@
 
 use glam::DAffine3;
 
+use crate::coloured;
 use crate::correspond::correspond;
 use crate::finding::{Finding, Limits, find};
 use crate::hypothesise::{Like, hypothesise};
@@ -72,7 +73,7 @@ impl Pair {
         let both = [&views[a], &views[b]];
         let mut pair = Pair { a, b, modes: exact(both, &rough), finding: Finding::Nothing };
         pair.finding = find(both, &pair.modes, limits);
-        if pair.finding == Finding::Sure {
+        if matches!(pair.finding, Finding::Sure | Finding::Weak) {
             // A scan that fits itself elsewhere fits others elsewhere, too.
             let best = pair.modes[0].a_from_b;
             let [of_a, of_b] = both.map(|view| view.symmetries.get_or_init(|| symmetries(view)));
@@ -84,8 +85,11 @@ impl Pair {
                 pair.finding = find(both, &pair.modes, limits);
             }
         }
-        if pair.finding == Finding::Sure && stands_still(both, &pair.modes[0]) {
+        if matches!(pair.finding, Finding::Sure | Finding::Weak) && stands_still(both, &pair.modes[0]) {
             pair.finding = Finding::Background;
+        }
+        if limits.use_colour && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous) && coloured::can_tell(both) {
+            pair = coloured::pair(views, pair, limits);
         }
         pair
     }

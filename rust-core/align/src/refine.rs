@@ -6,6 +6,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
+use crate::coloured;
 use crate::level::Level;
 use crate::linear::{Sums, rigid, solve};
 
@@ -18,16 +19,24 @@ const RIDGE: f64 = 1e-5;
 pub(crate) struct Both<'a> {
     pub levels: [&'a Level; 2],
     pub samples: [Vec<u32>; 2],
+    /// Whether steps go by tints as well.
+    pub by_colour: bool,
 }
 
 /// Points of both scans near each other, in the first's frame.
+#[derive(Clone, Copy)]
 pub(crate) struct Contact {
+    /// Their indices in the levels.
+    pub indices: [u32; 2],
     pub a: DVec3,
     pub b: DVec3,
+    /// Unit normals; of a contact by colour gradients of a tint, in deviations of distance a deviation of tint.
     pub normals: [DVec3; 2],
-    /// Unit: the mean of both.
+    /// The mean of both.
     pub normal: DVec3,
     pub area: f64,
+    /// What is added to the distance: 0, but for contacts by colour.
+    pub offset: f64,
 }
 
 impl Contact {
@@ -38,12 +47,12 @@ impl Contact {
             b: by.transform_point3(self.b),
             normals: self.normals.map(|normal| by.transform_vector3(normal)),
             normal: by.transform_vector3(self.normal),
-            area: self.area,
+            ..*self
         }
     }
 
     pub fn distance(&self) -> f64 {
-        (self.b - self.a).dot(self.normal)
+        (self.b - self.a).dot(self.normal) + self.offset
     }
 }
 
@@ -53,7 +62,7 @@ fn mean([a, b]: [DVec3; 2]) -> DVec3 {
 
 impl<'a> Both<'a> {
     pub fn new(a: &'a Level, b: &'a Level, samples: usize) -> Self {
-        Both { levels: [a, b], samples: [a.spread(samples), b.spread(samples)] }
+        Both { levels: [a, b], samples: [a.spread(samples), b.spread(samples)], by_colour: false }
     }
 
     /// Calls `visit` with every sample's nearest point closer than `distance` that faces the same way and lies on no border.
@@ -68,7 +77,8 @@ impl<'a> Both<'a> {
             let normal = a_from_b.transform_vector3(b.normals[k]);
             if !a.is_border[n] && a.normals[n].dot(normal) > COSINE {
                 let normals = [a.normals[n], normal];
-                visit(Contact { a: a.points[n], b: at, normals, normal: mean(normals), area: b.areas[k] });
+                let indices = [n as u32, k as u32];
+                visit(Contact { indices, a: a.points[n], b: at, normals, normal: mean(normals), area: b.areas[k], offset: 0.0 });
             }
         }
         for &k in &self.samples[0] {
@@ -81,7 +91,8 @@ impl<'a> Both<'a> {
             if !b.is_border[n] && a.normals[k].dot(normal) > COSINE {
                 let normals = [a.normals[k], normal];
                 let at = a_from_b.transform_point3(b.points[n]);
-                visit(Contact { a: a.points[k], b: at, normals, normal: mean(normals), area: a.areas[k] });
+                let indices = [k as u32, n as u32];
+                visit(Contact { indices, a: a.points[k], b: at, normals, normal: mean(normals), area: a.areas[k], offset: 0.0 });
             }
         }
     }
@@ -90,6 +101,9 @@ impl<'a> Both<'a> {
     fn step(&self, a_from_b: &DAffine3, reach: f64, scale: f64, radius: f64) -> Option<(DAffine3, f64)> {
         let mut contacts = Vec::new();
         self.contacts(a_from_b, reach, |contact| contacts.push(contact));
+        if self.by_colour {
+            contacts.extend(coloured::contacts(self, a_from_b, &contacts));
+        }
         let (step, by) = step(&contacts, scale, radius)?;
         Some((rigid(&(step * *a_from_b)), by))
     }

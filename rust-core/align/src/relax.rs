@@ -3,10 +3,13 @@
 //! Joint point-to-plane ICP over all pairs (Neugebauer 1997): contacts of all pairs give one system of normal equations, six
 //! unknowns a scan; matches are renewed at each step. Fixed scans aren't among the unknowns.
 
+use std::collections::BTreeSet;
+
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::blocks::{BlockSystem, Factor};
+use crate::coloured;
 use crate::constraints::Pick;
 use crate::judge::tolerance;
 use crate::linear::{Matrix6, Vector6, motion, rigid};
@@ -42,6 +45,8 @@ pub(crate) struct Net<'v> {
     pub is_fixed: Vec<bool>,
     pub links: Vec<Link>,
     pub picks: Vec<Pick>,
+    /// The links that tints hold as well.
+    pub coloured: BTreeSet<Link>,
 }
 
 /// The contacts of a link, in the world.
@@ -51,10 +56,12 @@ pub(crate) fn contacts(net: &Net<'_>, link: Link, samples: usize, reach: f64) ->
     let width = tolerance([a, b]);
     let both = Both::new(a.fine(), b.fine(), samples);
     let mut found = Vec::new();
-    both.contacts(&(pose_a.inverse() * pose_b), reach * width, |contact| {
-        found.push(contact.moved(&pose_a));
-    });
-    found
+    let a_from_b = pose_a.inverse() * pose_b;
+    both.contacts(&a_from_b, reach * width, |contact| found.push(contact));
+    if net.coloured.contains(&link) {
+        found.extend(coloured::contacts(&both, &a_from_b, &found));
+    }
+    found.iter().map(|contact| contact.moved(&pose_a)).collect()
 }
 
 /// What a contact counts: its area, less the farther the surfaces lie apart; `scale` in tolerances of the pair.

@@ -376,9 +376,9 @@ fn state_of(pair: &Pair, standing: Standing) -> PairState {
         (_, Standing::SeenThrough) => PairState::SeenThrough,
         (_, Standing::Disagrees) => PairState::Disagrees,
         (Finding::Ambiguous, _) => PairState::Ambiguous,
-        (Finding::Slides, _) => PairState::Slides,
+        (Finding::Sure, _) | (Finding::Weak, Standing::Joins | Standing::Agrees) => PairState::Fits,
+        (Finding::Slides | Finding::Weak, _) => PairState::Slides,
         (Finding::Background, _) => PairState::Background,
-        (Finding::Sure, _) => PairState::Fits,
         _ => PairState::Nothing,
     }
 }
@@ -443,7 +443,7 @@ fn places(views: &[View], pair: &Pair, limits: &Limits) -> usize {
     let both = [&views[pair.a], &views[pair.b]];
     let least = RIVAL * pair.modes[0].verdict.score();
     let fitting = |mode: &&Mode| {
-        mode.verdict.score() >= least && matches!(fits(both, &mode.verdict, limits), Finding::Sure | Finding::Slides)
+        mode.verdict.score() >= least && matches!(fits(both, &mode.verdict, limits), Finding::Sure | Finding::Weak | Finding::Slides)
     };
     pair.modes.iter().filter(fitting).count()
 }
@@ -517,6 +517,9 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
         Finding::Ambiguous => Some(format!(
             "it fits {other:?} in {} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
             places(views, pair, &solved.limits)
+        )),
+        Finding::Weak => Some(format!(
+            "it fits {other:?}, but so little holds it that another scan must say the same, and none does: scan more around it"
         )),
         Finding::Slides => {
             let free = freedoms(&verdict.hold, &views[pair.a].reduced.world_from_local());

@@ -48,7 +48,7 @@ struct Search<'a, 'p> {
 
 /// Finds pairs and joins them to groups.
 pub(crate) fn search(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Found> {
-    let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+    let limits = Limits::of(params);
     let mut search =
         Search { views, inside, limits, progress, pairs: BTreeMap::new(), thorough: BTreeSet::new(), table: None };
     let likeness = likeness(views, progress)?;
@@ -213,7 +213,7 @@ impl Search<'_, '_> {
         let (views, inside, limits) = (self.views, self.inside, self.limits);
         let is_told = |pair: &Pair| inside.is_trusted(pair.a, pair.b);
         // What lies elsewhere is no turn; what was not found, or not for sure, may be found on the table.
-        self.pairs.retain(|_, pair| is_told(pair) || (pair.finding == Finding::Sure && table.is_on(views, pair)));
+        self.pairs.retain(|_, pair| is_told(pair) || (matches!(pair.finding, Finding::Sure | Finding::Weak) && table.is_on(views, pair)));
         let neighbours = table.angles.as_deref().map(|angles| neighbours(angles)).unwrap_or_default();
         let wanted: Vec<[usize; 2]> =
             neighbours.into_iter().filter(|pair| self.pairs.get(pair).is_none_or(|pair| !is_told(pair))).collect();
@@ -241,7 +241,7 @@ impl Search<'_, '_> {
             let radius = views[a].reduced.radius.min(views[b].reduced.radius);
             let stayed =
                 pair.modes.first().is_some_and(|mode| apart(&mode.a_from_b, &start, radius) < STRAY * reach(a, b));
-            (stayed && pair.finding == Finding::Sure).then_some(pair)
+            (stayed && matches!(pair.finding, Finding::Sure | Finding::Weak)).then_some(pair)
         })
     }
 }

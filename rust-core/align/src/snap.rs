@@ -170,13 +170,7 @@ fn judged(view: &View, start: &DAffine3, pose: DAffine3, others: &[&Stays<'_>], 
     let weight = all.touching().max(f64::MIN_POSITIVE);
     (all.mean_square, all.expected) = (all.mean_square / weight, expected / weight);
     let width = |other: &Stays<'_>| tolerance([other.view, view]);
-    let held = contacts(view, &pose, others, View::fine, width, samples).into_iter().map(|contact| Touch {
-        place: contact.b,
-        normals: contact.normals,
-        distance: contact.distance(),
-        area: contact.area,
-    });
-    let held: Vec<Touch> = held.collect();
+    let held: Vec<Touch> = contacts(view, &pose, others, View::fine, width, samples).iter().map(Touch::of).collect();
     if !held.is_empty() {
         all.hold = Hold::of(&held, held.iter().map(|touch| touch.area).sum(), view.reduced.radius);
     }

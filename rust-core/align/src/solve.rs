@@ -1,13 +1,14 @@
 //! The steps from views to poses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 use rayon::prelude::*;
 
 use crate::assemble::{Group, Standing};
+use crate::coloured;
 use crate::constraints::Inside;
-use crate::finding::{Finding, Limits, closest, fits};
+use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::judge::{Verdict, judge, tolerance};
 use crate::linear::{Matrix6, eigen};
 use crate::pair::Pair;
@@ -81,7 +82,7 @@ const MANY: usize = 1000;
 
 pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progress: &Progress<'_>) -> Result<Solved> {
     let Found { pairs, standings, groups, table } = search(views, params, inside, progress)?;
-    let limits = Limits { min_overlap: params.min_overlap, tolerance: params.tolerance };
+    let limits = Limits::of(params);
     let known = Known { views, inside, limits: &limits, table: table.as_ref() };
     progress.stage(2, views.len() as u64);
     let mut solved = Vec::new();
@@ -122,7 +123,7 @@ fn held(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Vec
     let (solved, links) = settle(known, group, progress)?;
     let holds = |(link, verdict): &&(Link, Verdict)| {
         let finding = fits([&views[link.a], &views[link.b]], verdict, limits);
-        inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Slides)
+        inside.is_trusted(link.a, link.b) || matches!(finding, Finding::Sure | Finding::Weak | Finding::Slides)
     };
     let mut part: Vec<usize> = (0..views.len()).collect();
     let mut join = |a: usize, b: usize| {
@@ -188,7 +189,7 @@ const ADRIFT: f64 = 3.0;
 
 /// All scans of a group at once: which of them touch, poses that fit all of these, twice.
 fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<Settled> {
-    let Known { views, inside, table, .. } = *known;
+    let Known { views, inside, limits, table } = *known;
     let has_fixed = group.members.iter().any(|member| inside.is_fixed[member.0]);
     // Numbers rise as areas fall.
     let frame = group.members.iter().map(|member| member.0).min().expect("no group is empty");
@@ -211,16 +212,18 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
     if let Some(table) = table {
         picks.extend(table.picks(views, &members, frame));
     }
-    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks };
+    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks, coloured: BTreeSet::new() };
     let mut near = touching(&net, &members, inside, progress)?;
     for start in [Start::Near, Start::Settled] {
         let found = links(&net, &near, FEW, progress)?;
         near = found.iter().map(|(link, _)| *link).collect();
         net.links = strongest(&found);
+        net.coloured = coloured(views, &found, limits);
         net.relax(start, progress)?;
     }
     let links = links(&net, &near, MANY, progress)?;
     net.links = strongest(&links);
+    net.coloured = coloured(views, &links, limits);
     let covariances = covariances(&net, progress)?;
     let group = SolvedGroup {
         covariances: members.iter().map(|&scan| covariances[scan]).collect(),
@@ -302,6 +305,22 @@ fn strongest(links: &[(Link, Verdict)]) -> Vec<Link> {
     most_of_each(links.iter().map(|(link, verdict)| (verdict.touching(), *link)), STRONGEST)
 }
 
+/// The links that tints are to hold as well: those of scans that none holds by shape.
+fn coloured(views: &[View], links: &[(Link, Verdict)], limits: &Limits) -> BTreeSet<Link> {
+    if !limits.use_colour {
+        return BTreeSet::new();
+    }
+    let is_held = |scan: usize| {
+        let holds = |(link, verdict): &(Link, Verdict)| {
+            (link.a == scan || link.b == scan) && verdict.hold.balance() >= BALANCE
+        };
+        links.iter().any(holds)
+    };
+    let all = links.iter().map(|(link, _)| *link);
+    all.filter(|link| coloured::can_tell([&views[link.a], &views[link.b]]) && !(is_held(link.a) && is_held(link.b)))
+        .collect()
+}
+
 /// Links of each scan that hold it, and that are looked at.
 const STRONGEST: usize = 8;
 const LOOKED_AT: usize = 24;
@@ -312,7 +331,7 @@ const GLANCE: usize = 150;
 pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> Option<f64> {
     let mut poses = vec![None; views.len()];
     group.members.iter().for_each(|&(scan, pose)| poses[scan] = Some(pose));
-    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: Vec::new() };
+    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: Vec::new(), coloured: BTreeSet::new() };
     let (mut sum, mut weight) = (0.0, 0.0);
     for link in links {
         for contact in contacts(&net, *link, MANY, 1.5) {

@@ -73,7 +73,7 @@ impl Table {
             let direction = axis.direction.normalize();
             return Some(Table { point: axis.point, direction, angles: told.angles.clone() });
         }
-        let sure = |pair: &&&Pair| pair.finding == Finding::Sure;
+        let sure = |pair: &&&Pair| matches!(pair.finding, Finding::Sure | Finding::Weak);
         let motions: Vec<(&Pair, DAffine3)> = pairs
             .iter()
             .filter(sure)
@@ -182,7 +182,7 @@ impl Table {
         let mut modes: Vec<Mode> = angles.into_iter().map(mode).collect();
         modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
         let fit = |verdict: &Verdict| match fits(both, verdict, limits) {
-            Finding::Slides if self.holds(both[0], &verdict.hold) => Finding::Sure,
+            Finding::Slides | Finding::Weak if self.holds(both[0], &verdict.hold) => Finding::Sure,
             finding => finding,
         };
         Pair { a, b, finding: find_where(&modes, fit), modes }

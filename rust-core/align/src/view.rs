@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
+use crate::coloured::tints;
 use crate::features::Features;
 use crate::level::Level;
 use crate::sight::DepthMap;
@@ -36,6 +37,8 @@ pub(crate) struct Reduced {
     pub radius: f64,
     /// The same for the same samples.
     pub content: u64,
+    /// Whether its tints are colours; else they are intensities, if there are any.
+    pub has_chroma: bool,
     /// Where its sensor stood, in the scan's own frame.
     pub eye: Option<DVec3>,
     fine: Level,
@@ -48,8 +51,9 @@ impl Reduced {
     /// # Errors
     /// What reading can meet; cancelled.
     pub fn read(source: &dyn ScanSource, progress: &Progress<'_>) -> Result<Self> {
-        let OrientedPoints { mut positions, areas, viewing, spacing, world_from_points, .. } =
+        let OrientedPoints { mut positions, areas, viewing, spacing, world_from_points, colour, intensity } =
             source.oriented_points(progress)?;
+        let tints = tints(colour.as_deref(), intensity.as_deref());
         if !is_rigid(&world_from_points) {
             return Err(Error::input(format!(
                 "scan {:?} is scaled, sheared or mirrored by its pose: apply its scale first, since alignment turns and shifts only",
@@ -59,6 +63,7 @@ impl Reduced {
         let mut hasher = FxHasher::default();
         hasher.write(bytemuck::cast_slice(&positions));
         hasher.write(bytemuck::cast_slice(&areas));
+        hasher.write(bytemuck::cast_slice(colour.as_deref().unwrap_or_default()));
         let area: f64 = areas.iter().map(|a| a.length()).sum();
         let middle = positions.iter().sum::<DVec3>() / positions.len().max(1) as f64;
         positions.iter_mut().for_each(|p| *p -= middle);
@@ -72,11 +77,11 @@ impl Reduced {
         });
         progress.check()?;
         let cell = (area / FINE).sqrt().max(FINEST * spacing);
-        let mut fine = if area > 0.0 { Level::new(&positions, &areas, cell) } else { Level::default() };
+        let mut fine = if area > 0.0 { Level::new(&positions, &areas, tints.as_deref(), cell) } else { Level::default() };
         // Means over cells twice as wide are off by half as much, in cells by a quarter.
         let wider = (fine.noise / (QUIET * cell)).sqrt();
         if wider > 1.2 {
-            fine = Level::new(&positions, &areas, wider.min(3.0) * cell);
+            fine = Level::new(&positions, &areas, tints.as_deref(), wider.min(3.0) * cell);
         }
         Ok(Reduced {
             middle,
@@ -86,6 +91,7 @@ impl Reduced {
             area,
             radius: positions.iter().map(|p| p.length()).fold(0.0, f64::max),
             content: hasher.finish(),
+            has_chroma: colour.is_some(),
             sight: DepthMap::new(&positions, &areas, spacing, viewing),
             fine,
         })
@@ -112,6 +118,8 @@ pub(crate) struct View {
     pub features: Features,
     /// Motions that lay the scan on itself; found when first asked for.
     pub symmetries: OnceLock<Vec<DAffine3>>,
+    /// What is coloured alike; found when first asked for.
+    pub colour_features: OnceLock<Features>,
 }
 
 impl View {
@@ -119,9 +127,10 @@ impl View {
         let cell = cell.max(reduced.fine.cell);
         let fine = &reduced.fine;
         let areas: Vec<DVec3> = fine.normals.iter().zip(&fine.areas).map(|(&n, &a)| n * a).collect();
-        let coarse = Level::new(&fine.points, &areas, cell);
+        let tints = (!fine.tints.is_empty()).then_some(&fine.tints.values[..]);
+        let coarse = Level::new(&fine.points, &areas, tints, cell);
         let features = Features::new(&coarse);
-        View { reduced, coarse, features, symmetries: OnceLock::new() }
+        View { reduced, coarse, features, symmetries: OnceLock::new(), colour_features: OnceLock::new() }
     }
 
     pub fn fine(&self) -> &Level {

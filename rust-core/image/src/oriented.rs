@@ -22,6 +22,8 @@ pub struct OrientedPoints {
     pub areas: Vec<DVec3>,
     /// sRGB with straight alpha, one a point.
     pub colour: Option<Vec<[u8; 4]>>,
+    /// Strength of the returned signal, one a point, in the sensor's own unit.
+    pub intensity: Option<Vec<f32>>,
     /// From where they were seen, if that is known.
     pub viewing: Option<Viewing>,
     /// Median distance of neighbours.
@@ -51,6 +53,7 @@ impl OrientedPoints {
             spacing,
             world_from_points: image.world_from_sensor,
             colour: image.colour.as_ref().map(|_| Vec::new()),
+            intensity: image.intensity.as_ref().map(|_| Vec::new()),
             ..OrientedPoints::default()
         };
         for block in progress.ranges(grid.len()) {
@@ -74,6 +77,9 @@ impl OrientedPoints {
                 if let (Some(all), Some(colour)) = (&mut points.colour, &image.colour) {
                     all.push(colour[grid.pixels[k] as usize]);
                 }
+                if let (Some(all), Some(intensity)) = (&mut points.intensity, &image.intensity) {
+                    all.push(intensity[grid.pixels[k] as usize]);
+                }
             }
         }
         Ok(points)
@@ -96,10 +102,15 @@ impl OrientedPoints {
             Some(AttributeData::Colour(colour)) => Some(colour),
             _ => None,
         };
+        let intensity = match mesh.vertex_attribute("intensity") {
+            Some(AttributeData::F32(intensity)) => Some(intensity),
+            _ => None,
+        };
         let used = |v: &usize| areas[*v] != DVec3::ZERO;
         Ok(OrientedPoints {
             positions: (0..areas.len()).filter(used).map(|v| mesh.positions[v]).collect(),
             colour: colour.map(|colour| (0..areas.len()).filter(used).map(|v| colour[v]).collect()),
+            intensity: intensity.map(|intensity| (0..areas.len()).filter(used).map(|v| intensity[v]).collect()),
             areas: areas.iter().copied().filter(|&area| area != DVec3::ZERO).collect(),
             viewing: None,
             spacing: mesh.median_edge(),
@@ -126,6 +137,7 @@ impl OrientedPoints {
             positions: used.iter().map(|&k| cloud.positions[k]).collect(),
             areas: used.iter().map(|&k| normal(k)).collect(),
             colour: cloud.colour.as_ref().map(|colour| used.iter().map(|&k| colour[k]).collect()),
+            intensity: cloud.intensity.as_ref().map(|intensity| used.iter().map(|&k| intensity[k]).collect()),
             viewing: None,
             spacing,
             world_from_points,

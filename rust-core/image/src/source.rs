@@ -17,7 +17,7 @@ use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
-use mesh::{AttributeData, TriMesh};
+use mesh::{Attribute, AttributeData, TriMesh};
 
 /// What a scan is loaded for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -57,7 +57,13 @@ pub trait ScanSource: Sync {
             return named(self.name(), OrientedPoints::of_image(&image, progress));
         }
         let surface = self.load(&Loading::default(), progress)?;
-        let mesh = TriMesh { positions: surface.positions, triangles: surface.triangles, ..TriMesh::default() };
+        let colour = surface.colour.map(|colour| Attribute { name: "colour".to_owned(), data: AttributeData::Colour(colour) });
+        let mesh = TriMesh {
+            positions: surface.positions,
+            triangles: surface.triangles,
+            vertex_attributes: colour.into_iter().collect(),
+            ..TriMesh::default()
+        };
         named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
     }
 
