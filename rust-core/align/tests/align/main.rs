@@ -3,6 +3,7 @@
 
 mod by_hand;
 mod misfit;
+mod naive;
 mod painted;
 mod scans;
 mod turntable;
