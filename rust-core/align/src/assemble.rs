@@ -1,5 +1,7 @@
 //! From pairs to groups: the surest pairs first, and no join that any sensor speaks against \[HH03\].
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::DAffine3;
 
 use crate::finding::Finding;
@@ -162,35 +164,40 @@ impl Assembly<'_> {
         }
     }
 
-    /// The best of the weak pairs whose word another one of the same two groups confirms.
+    /// The best of the weak pairs whose word is confirmed: by another one of the same two groups, or by two that lead through a third
+    /// group.
     fn confirmed(&self, weak: &[usize]) -> Option<usize> {
-        struct Word {
-            pair: usize,
-            groups: [usize; 2],
-            /// From the group of the higher number to the other.
-            motion: DAffine3,
-        }
-        let word = |&pair: &usize| {
+        let is_open = |&&pair: &&usize| self.standings[pair] == Standing::Unused && !self.are_together(pair);
+        let open: Vec<usize> = weak.iter().filter(is_open).copied().collect();
+        // Both ways: from the second group to the first.
+        let mut words: BTreeMap<[usize; 2], Vec<(usize, DAffine3)>> = BTreeMap::new();
+        let mut beside: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+        for &pair in &open {
             let [a, b] = [self.pairs[pair].a, self.pairs[pair].b].map(|scan| self.group_of[scan]);
             let motion = self.motion(pair);
-            Word { pair, groups: [a.min(b), a.max(b)], motion: if a < b { motion } else { motion.inverse() } }
-        };
-        let is_open = |&&pair: &&usize| self.standings[pair] == Standing::Unused && !self.are_together(pair);
-        let words: Vec<Word> = weak.iter().filter(is_open).map(word).collect();
-        let is_confirmed = |one: &&Word| {
-            let Pair { a, b, .. } = self.pairs[one.pair];
+            words.entry([a, b]).or_default().push((pair, motion));
+            words.entry([b, a]).or_default().push((pair, motion.inverse()));
+            beside.entry(a).or_default().insert(b);
+            beside.entry(b).or_default().insert(a);
+        }
+        let is_confirmed = |&pair: &usize| {
+            let Pair { a, b, .. } = self.pairs[pair];
             let both = [&self.views[a], &self.views[b]];
             let radius = both[0].reduced.radius.min(both[1].reduced.radius);
             let cell = both[0].coarse.cell.max(both[1].coarse.cell);
-            let at = self.pose(if self.group_of[a] == one.groups[1] { a } else { b });
-            let confirms = |other: &Word| {
-                other.pair != one.pair
-                    && other.groups == one.groups
-                    && apart(&(one.motion * at), &(other.motion * at), radius) < AGREE * cell
+            let (first, second) = (self.group_of[a], self.group_of[b]);
+            let (at, own) = (self.pose(b), self.motion(pair));
+            let is_same = |motion: &DAffine3| apart(&(own * at), &(*motion * at), radius) < AGREE * cell;
+            let direct = words[&[first, second]].iter().any(|(other, motion)| *other != pair && is_same(motion));
+            let through = |third: &usize| {
+                let (Some(one), Some(two)) = (words.get(&[first, *third]), words.get(&[*third, second])) else {
+                    return false;
+                };
+                one.iter().any(|(_, one)| two.iter().any(|(_, two)| is_same(&(*one * *two))))
             };
-            words.iter().any(confirms)
+            direct || beside[&first].intersection(&beside[&second]).any(through)
         };
-        words.iter().find(is_confirmed).map(|word| word.pair)
+        open.iter().copied().find(is_confirmed)
     }
 }
 

@@ -1,8 +1,7 @@
-//! Colour and intensity, where shape lets scans turn or slide, or fits in several places.
+//! The place where colours or intensities agree, of scans that may turn or slide by shape, or fit in several places.
 //!
-//! Tints are compared where surfaces lie on each other: their gradients give equations as normals do (Park, Zhou, Koltun, "Colored
-//! Point Cloud Registration Revisited", ICCV 2017, equation 8; here symmetric, and each tint in deviations of its own noise), and how
-//! well they agree tells places apart. What is coloured alike is found by means and deviations over rings around a point.
+//! What is coloured alike is found by means and deviations over rings around a point; how well tints agree where surfaces lie on
+//! each other tells places apart.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,95 +9,12 @@ use crate::correspond::correspond;
 use crate::features::{Descriptor, Features, LENGTH};
 use crate::finding::{BALANCE, Finding, Limits, fits};
 use crate::hypothesise::{Like, hypothesise};
-use crate::judge::{Hold, Mode, Touch, expected, judge, tolerance};
-use crate::level::{Level, Neighbours};
+use crate::judge::{Hold, Mode, Touch, judge, tolerance};
+use crate::level::Level;
 use crate::linear::apart;
-use crate::pair::{Effort, Pair};
+use crate::neighbours::Neighbours;
 use crate::refine::{Both, Contact, Reach};
 use crate::view::View;
-
-/// Brightness, and red and blue against the others, 0 to 1 and -1 to 1; of intensities the first alone.
-pub(crate) type Tint = DVec3;
-
-/// Tints of samples, where there are colours or intensities.
-pub(crate) fn tints(colour: Option<&[[u8; 4]]>, intensity: Option<&[f32]>) -> Option<Vec<Tint>> {
-    if let Some(colour) = colour {
-        let tint = |[r, g, b, _]: &[u8; 4]| {
-            let [r, g, b] = [r, g, b].map(|x| f64::from(*x) / 255.0);
-            let bright = (r + g + b) / 3.0;
-            DVec3::new(bright, r - bright, b - bright)
-        };
-        return Some(colour.iter().map(tint).collect());
-    }
-    let intensity = intensity?;
-    let finite = |x: &&f32| x.is_finite() && **x >= 0.0;
-    let sum: f64 = intensity.iter().filter(finite).map(|x| f64::from(*x)).sum();
-    let mean = sum / intensity.iter().filter(finite).count().max(1) as f64;
-    let tint = |x: &f32| match (finite(&x), mean > 0.0) {
-        (true, true) => DVec3::new((0.5 * f64::from(*x) / mean).min(1.0), 0.0, 0.0),
-        _ => DVec3::new(0.5, 0.0, 0.0),
-    };
-    Some(intensity.iter().map(tint).collect())
-}
-
-/// The tints of a level's points; empty where the scan has none.
-#[derive(Default)]
-pub(crate) struct Tints {
-    pub values: Vec<Tint>,
-    /// How each of the three changes along the surface.
-    pub gradients: Vec<[DVec3; 3]>,
-    /// What neighbours differ by that gradients don't explain, as a deviation.
-    pub noise: f64,
-    /// Mean square of the differences from the mean.
-    pub variance: f64,
-}
-
-/// Tints are never known better.
-const LEAST_NOISE: f64 = 0.01;
-/// Cells around a point that its gradient is of.
-const AROUND: f64 = 1.8;
-
-impl Tints {
-    pub fn new(values: Vec<Tint>, level: &Level, grid: &Neighbours) -> Self {
-        let mut near = Vec::new();
-        let mut gradients = Vec::with_capacity(values.len());
-        let (mut unexplained, mut count) = (0.0, 0.0);
-        for (k, &here) in level.points.iter().enumerate() {
-            grid.within(here, AROUND * level.cell, &mut near);
-            let normal = level.normals[k];
-            // Ridge: what neighbours say of a direction that none lies in is nothing.
-            let ridge = 0.1 * level.cell * level.cell;
-            let mut squares = glam::DMat3::from_diagonal(DVec3::splat(ridge));
-            let mut right = [DVec3::ZERO; 3];
-            for &n in near.iter().filter(|&&n| n as usize != k) {
-                let along = (level.points[n as usize] - here).reject_from(normal);
-                squares += glam::DMat3::from_cols(along * along.x, along * along.y, along * along.z);
-                let by = values[n as usize] - values[k];
-                for (right, by) in right.iter_mut().zip(by.to_array()) {
-                    *right += by * along;
-                }
-            }
-            let inverse = squares.inverse();
-            let gradient = right.map(|right| inverse * right);
-            for &n in near.iter().filter(|&&n| n as usize != k) {
-                let along = level.points[n as usize] - here;
-                let by = values[n as usize] - values[k];
-                let off = by - DVec3::from(gradient.map(|gradient| gradient.dot(along)));
-                unexplained += off.length_squared();
-                count += 1.0;
-            }
-            gradients.push(gradient);
-        }
-        let mean = values.iter().sum::<DVec3>() / values.len().max(1) as f64;
-        let variance = values.iter().map(|v| v.distance_squared(mean)).sum::<f64>() / values.len().max(1) as f64;
-        let noise = (0.5 * unexplained / f64::max(count, 1.0)).sqrt().max(LEAST_NOISE);
-        Tints { values, gradients, noise, variance }
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.values.is_empty()
-    }
-}
 
 /// Whether two scans' tints can be compared, and say anything.
 pub(crate) fn can_tell([a, b]: [&View; 2]) -> bool {
@@ -112,44 +28,10 @@ pub(crate) fn can_tell([a, b]: [&View; 2]) -> bool {
 /// Tints that differ by less of their noise say nothing.
 const PAINTED: f64 = 1.5;
 
-/// Mean difference of the tints where surfaces touch: another exposure, another lamp.
-fn exposure(both: &Both<'_>, contacts: &[Contact]) -> Tint {
-    let [a, b] = both.levels.map(|level| &level.tints.values);
-    let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-    for contact in contacts {
-        let [i, j] = contact.indices.map(|k| k as usize);
-        sum += contact.area * (b[j] - a[i]);
-        weight += contact.area;
-    }
-    sum / f64::max(weight, f64::MIN_POSITIVE)
-}
-
-/// The equations that tints give at contacts, three each.
-pub(crate) fn contacts(both: &Both<'_>, a_from_b: &DAffine3, contacts: &[Contact]) -> Vec<Contact> {
-    let [a, b] = both.levels.map(|level| &level.tints);
-    if a.is_empty() || b.is_empty() {
-        return Vec::new();
-    }
-    let exposure = exposure(both, contacts);
-    // A deviation of tint counts as much as one of distance.
-    let unit = expected(both.levels) / a.noise.hypot(b.noise);
-    let mut found = Vec::with_capacity(3 * contacts.len());
-    for contact in contacts {
-        let [i, j] = contact.indices.map(|k| k as usize);
-        let by = (b.values[j] - a.values[i] - exposure).to_array();
-        for (channel, by) in by.into_iter().enumerate() {
-            let normals = [a.gradients[i][channel], a_from_b.transform_vector3(b.gradients[j][channel])].map(|g| unit * g);
-            let normal = 0.5 * (normals[0] + normals[1]);
-            found.push(Contact { normals, normal, offset: -unit * by, ..*contact });
-        }
-    }
-    found
-}
-
 /// How well tints agree where surfaces touch: 1 at best, about 0 in a wrong place.
 fn agreement(both: &Both<'_>, contacts: &[Contact]) -> f64 {
     let [a, b] = both.levels.map(|level| &level.tints.values);
-    let exposure = exposure(both, contacts);
+    let exposure = both.exposure(contacts);
     let (mut off, mut weight) = (0.0, 0.0);
     let mut means = [DVec3::ZERO; 2];
     let mut squares = 0.0;
@@ -175,7 +57,8 @@ fn agreement(both: &Both<'_>, contacts: &[Contact]) -> f64 {
 const AGREES: f64 = 0.6;
 /// Another place whose tints agree by so much of the best one's leaves it in doubt.
 const RIVAL: f64 = 0.75;
-/// Hypotheses that are looked at, and of these made exact.
+/// Pivots that are tried, hypotheses that are looked at, and of these made exact.
+const PIVOTS: usize = 400;
 const ROUGH: usize = 24;
 const WHOLE: usize = 8;
 const FEW: usize = 400;
@@ -194,18 +77,18 @@ impl Coloured {
     }
 }
 
-/// Two scans that fit by their shape, but not in one place alone: the place where their tints agree, if there is one alone.
-pub(crate) fn pair(views: &[View], by_shape: Pair, limits: &Limits) -> Pair {
-    let (a, b) = (by_shape.a, by_shape.b);
-    let both = [&views[a], &views[b]];
+/// Of two scans that fit by their shape, but not in one place alone, the place where their tints agree, if there is one alone;
+/// places by shape are looked at as well.
+pub(crate) fn place(both: [&View; 2], by_shape: &[Mode], limits: &Limits) -> Option<Mode> {
     let cell = both[0].coarse.cell.max(both[1].coarse.cell);
     let radius = both[0].reduced.radius.min(both[1].reduced.radius);
     let [of_a, of_b] = both.map(|view| view.colour_features.get_or_init(|| features(&view.coarse)));
     let likes: Vec<Like> = correspond(of_a, of_b).iter().map(|m| Like::of_features(both, [of_a, of_b], m)).collect();
-    let hypotheses = hypothesise(&likes, cell, radius, Effort::Thorough as usize);
-    let starts = hypotheses.iter().take(ROUGH).map(|h| h.a_from_b).chain(by_shape.modes.iter().map(|m| m.a_from_b));
+    let hypotheses = hypothesise(&likes, cell, radius, PIVOTS);
+    let starts = hypotheses.iter().take(ROUGH).map(|h| h.a_from_b).chain(by_shape.iter().map(|m| m.a_from_b));
     let coarse = Both { by_colour: true, ..Both::new(&both[0].coarse, &both[1].coarse, FEW) };
-    let reach = |by: f64, cell: f64| Reach { distance: by * cell, scale: 0.5 * by * cell, steps: 8, enough: 0.02 * cell };
+    let reach =
+        |by: f64, cell: f64| Reach { distance: by * cell, scale: 0.5 * by * cell, steps: 8, enough: 0.02 * cell };
     let mut rough: Vec<(f64, DAffine3)> = Vec::new();
     for start in starts {
         let Some(motion) = coarse.refine(&start, &[reach(2.0, cell), reach(1.2, cell)], radius) else { continue };
@@ -225,16 +108,15 @@ pub(crate) fn pair(views: &[View], by_shape: Pair, limits: &Limits) -> Pair {
         let contacts = touching(&fine, &a_from_b, width);
         let agreement = agreement(&fine, &contacts);
         let area: f64 = contacts.iter().map(|contact| contact.area).sum();
-        let of_tints = self::contacts(&fine, &a_from_b, &contacts);
+        let of_tints = fine.by_tints(&a_from_b, &contacts);
         let touches: Vec<Touch> = contacts.iter().chain(&of_tints).map(Touch::of).collect();
         let hold = if touches.is_empty() { Hold::default() } else { Hold::of(&touches, area, radius) };
         Some(Coloured { mode: Mode { a_from_b, verdict }, agreement, hold })
     };
     let mut found: Vec<Coloured> = rough.iter().filter_map(exact).collect();
     found.sort_by(|x, y| y.score().total_cmp(&x.score()));
-    let Some(best) = found.first() else { return by_shape };
-    let fits_by_shape =
-        |one: &Coloured| {
+    let best = found.first()?;
+    let fits_by_shape = |one: &Coloured| {
         matches!(fits(both, &one.mode.verdict, limits), Finding::Sure | Finding::Weak | Finding::Slides)
     };
     let is_other = |other: &Coloured| {
@@ -247,12 +129,9 @@ pub(crate) fn pair(views: &[View], by_shape: Pair, limits: &Limits) -> Pair {
         && best.agreement > AGREES
         && best.hold.balance() > BALANCE
         && !found[1..].iter().any(is_other);
-    if !is_sure {
-        return by_shape;
-    }
     let mut mode = best.mode;
     mode.verdict.hold = best.hold;
-    Pair { finding: Finding::Sure, modes: vec![mode], ..by_shape }
+    is_sure.then_some(mode)
 }
 
 fn touching(both: &Both<'_>, a_from_b: &DAffine3, width: f64) -> Vec<Contact> {

@@ -6,7 +6,8 @@
 
 use glam::{DVec3, Vec3};
 
-use crate::level::{Level, Neighbours};
+use crate::level::Level;
+use crate::neighbours::Neighbours;
 
 /// Radii of the neighbourhoods in cells of the level.
 const RADII: [f64; 2] = [3.0, 6.0];

@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 
-use crate::level::Level;
+use crate::level::expected;
 use crate::linear::{Matrix6, Vector6, eigen};
 use crate::refine::{Both, Contact};
 use crate::sight::Seen;
@@ -67,9 +67,6 @@ impl Verdict {
     }
 }
 
-/// Scanners' steady errors, which neighbours share, may part surfaces by so many cells: real ones' by 0.12, and different
-/// surfaces lie 0.22 apart or more.
-const STEADY: f64 = 0.2;
 /// Beyond so many times what is expected, surfaces are not the same.
 const FAR: f64 = 1.2;
 /// Surfaces are never closer than so many cells, by what lies between points.
@@ -106,11 +103,6 @@ pub(crate) fn glance(views: [&View; 2], samples: [&[u32]; 2], a_from_b: &DAffine
         }
     }
     Some(verdict)
-}
-
-/// What surfaces may lie apart that are the same, as a deviation: as a scan's own neighbours do, of both scans.
-pub(crate) fn expected([first, second]: [&Level; 2]) -> f64 {
-    first.noise.hypot(second.noise).max(STEADY * first.cell.max(second.cell))
 }
 
 /// The whole look, at one level: by nearest points with normals, and depths.

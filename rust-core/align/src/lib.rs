@@ -3,9 +3,9 @@
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
 //! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
 //! made exact (`refine`), judged (`judge`) and found sure or not (`finding`), on a turntable about its axis (`turntable`), by colours
-//! where shape leaves it open (`coloured`); groups
+//! where shape leaves it open (`tint`, `coloured`); groups
 //! (`assemble`); all poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is
-//! said (`report`). One scan alone, by hand: `snap`.
+//! said (`report`: `summary`, `words`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
@@ -22,6 +22,7 @@ mod judge;
 mod level;
 mod linear;
 mod misfit;
+mod neighbours;
 mod pair;
 mod params;
 mod refine;
@@ -32,9 +33,12 @@ mod search;
 mod sight;
 mod snap;
 mod solve;
+mod summary;
+mod tint;
 mod turntable;
 mod uncertainty;
 mod view;
+mod words;
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -51,8 +55,12 @@ use base::progress::{Plan, Progress};
 use image::range_image::is_rigid;
 use view::{Reduced, View, coarse_cell};
 
-/// Stages with their shares of the time.
+/// Stages with their shares of the time: of the whole, and of its parts by themselves.
 const PLAN: Plan = &[("reading scans", 0.3), ("comparing scans", 0.5), ("fitting all scans", 0.2)];
+const READING: Plan = &[("reading scans", 1.0)];
+const ALIGNING: Plan = &[("reading scans", 0.0), ("comparing scans", 0.7), ("fitting all scans", 0.3)];
+const SNAPPING: Plan = &[("placing the scan", 1.0)];
+const MEASURING: Plan = &[("measuring the misfit", 1.0)];
 /// Bytes that a scan's points and features take, and a pair that is looked at.
 const BYTES_A_SCAN: f64 = 2.5e6;
 
@@ -71,7 +79,8 @@ pub fn run(
 ) -> Result<Alignment> {
     params.validate()?;
     constraints.validate(sources.len())?;
-    Prepared::read(sources, params.threads, progress)?.align(params, constraints, progress)
+    progress.plan(PLAN);
+    Prepared::new(sources, params.threads, progress)?.aligned(params, constraints, progress)
 }
 
 /// Scans made ready to be aligned, as often as wanted. Of their samples nothing is kept: 1 to 2.5 MB a scan.
@@ -90,11 +99,15 @@ impl Prepared {
     /// # Errors
     /// Fewer than two scans; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
     pub fn read(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+        progress.plan(READING);
+        Prepared::new(sources, threads, progress)
+    }
+
+    fn new(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         if sources.len() < 2 {
             return Err(Error::input(format!("aligning takes at least two scans, got {}", sources.len())));
         }
         base::memory::foresee(sources.len(), BYTES_A_SCAN, "aligning", "scans")?;
-        progress.plan(PLAN);
         let pool = base::threads::pool(threads)?;
         let read = progress.run(&pool, || {
             progress.stage(0, sources.len() as u64);
@@ -127,12 +140,17 @@ impl Prepared {
     pub fn align(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         params.validate()?;
         constraints.validate(self.len())?;
-        progress.plan(PLAN);
+        progress.plan(ALIGNING);
+        self.aligned(params, constraints, progress)
+    }
+
+    fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
+        progress.stage(1, 1);
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
-            Ok(report::alignment(&self.names, &self.views, &self.order, solved))
+            Ok(summary::alignment(&self.names, &self.views, &self.order, solved))
         });
         alignment.or_else(|error| progress.check().and(Err(error)))
     }
@@ -166,6 +184,7 @@ impl Prepared {
         let view = &self.views[inside];
         let reach = params.reach.unwrap_or(search::ROUGH_REACH * view.reduced.radius);
         let limits = finding::Limits::of(params);
+        progress.plan(SNAPPING);
         let pool = base::threads::pool(params.threads)?;
         progress.run(&pool, || snap::snap(view, &start, &stays, reach, &limits, progress))
     }
@@ -190,9 +209,10 @@ impl Prepared {
             return Err(Error::input(format!("scan {scan} has no pose, so that nothing can be said of how it fits")));
         };
         let others: Vec<misfit::Placed<'_>> = (0..self.len()).filter(|&k| k != inside).filter_map(placed).collect();
+        progress.plan(MEASURING);
         let pool = base::threads::pool(self.threads)?;
         progress.run(&pool, || {
-            let map = misfit::Map::new(&placed_scan, &others);
+            let map = misfit::Map::new(&placed_scan, &others, usize::MAX);
             let middle = self.views[inside].reduced.middle;
             let at = |point: &DVec3| {
                 progress.check()?;

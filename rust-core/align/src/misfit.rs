@@ -4,9 +4,10 @@ use glam::{DAffine3, DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
 use crate::finding::{APART, Limits};
-use crate::judge::{PIECE, expected, tolerance};
-use crate::level::Neighbours;
+use crate::judge::{PIECE, tolerance};
+use crate::level::expected;
 use crate::linear::solve;
+use crate::neighbours::Neighbours;
 use crate::refine::{Both, Contact};
 use crate::view::View;
 
@@ -74,7 +75,8 @@ pub(crate) fn cause(scan: &Placed<'_>, others: &[Placed<'_>], limits: &Limits) -
     let before = mean_square(&contacts);
     // What stays in any case, by noise and by what lies between samples.
     let floor = (FLOOR * expected).powi(2);
-    if let Some((scale, after)) = scaled(scan, others)
+    if before > floor
+        && let Some((scale, after)) = scaled(scan, others)
         && before - after > EXPLAINED * (before - floor).max(LEAST_GAIN * before)
     {
         return Some(Cause::Scale(scale));
@@ -182,9 +184,11 @@ pub(crate) struct Map {
 const SMOOTH: f64 = 2.5;
 
 impl Map {
-    pub fn new(scan: &Placed<'_>, others: &[Placed<'_>]) -> Self {
+    /// By about so many points of the scan.
+    pub fn new(scan: &Placed<'_>, others: &[Placed<'_>], samples: usize) -> Self {
         let level = scan.view.fine();
         let (mut sums, mut counts) = (vec![0.0; level.len()], vec![0.0; level.len()]);
+        let chosen = level.spread(samples);
         for other in others {
             let other_from_scan = other.world_from_local.inverse() * scan.world_from_local;
             let far = scan.view.reduced.radius + other.view.reduced.radius;
@@ -192,7 +196,7 @@ impl Map {
                 continue;
             }
             let (there, reach) = (other.view.fine(), REACH * tolerance([scan.view, other.view]));
-            for k in (0..level.len()).filter(|&k| !level.is_border[k]) {
+            for k in chosen.iter().map(|&k| k as usize) {
                 let at = other_from_scan.transform_point3(level.points[k]);
                 let Some((n, _)) = there.tree.nearest_within(at, reach) else { continue };
                 let (n, normal) = (n as usize, other_from_scan.transform_vector3(level.normals[k]));

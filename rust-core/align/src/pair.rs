@@ -4,7 +4,7 @@ use glam::DAffine3;
 
 use crate::coloured;
 use crate::correspond::correspond;
-use crate::finding::{Finding, Limits, find};
+use crate::finding::{Finding, Limits, RIVAL, find, fits};
 use crate::hypothesise::{Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
 use crate::linear::apart;
@@ -69,6 +69,17 @@ impl Pair {
         Pair { a, b, finding: find(both, &modes, limits), modes }
     }
 
+    /// Places in which one fits the other.
+    pub fn places(&self, views: &[View], limits: &Limits) -> usize {
+        let both = [&views[self.a], &views[self.b]];
+        let least = RIVAL * self.modes[0].verdict.score();
+        let fitting = |mode: &&Mode| {
+            mode.verdict.score() >= least
+                && matches!(fits(both, &mode.verdict, limits), Finding::Sure | Finding::Weak | Finding::Slides)
+        };
+        self.modes.iter().filter(fitting).count()
+    }
+
     fn judged(views: &[View], a: usize, b: usize, rough: Vec<DAffine3>, limits: &Limits) -> Self {
         let both = [&views[a], &views[b]];
         let mut pair = Pair { a, b, modes: exact(both, &rough), finding: Finding::Nothing };
@@ -88,8 +99,13 @@ impl Pair {
         if matches!(pair.finding, Finding::Sure | Finding::Weak) && stands_still(both, &pair.modes[0]) {
             pair.finding = Finding::Background;
         }
-        if limits.use_colour && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous) && coloured::can_tell(both) {
-            pair = coloured::pair(views, pair, limits);
+        if limits.use_colour
+            && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous)
+            && coloured::can_tell(both)
+        {
+            if let Some(mode) = coloured::place(both, &pair.modes, limits) {
+                (pair.modes, pair.finding) = (vec![mode], Finding::Sure);
+            }
         }
         pair
     }

@@ -40,7 +40,8 @@ base::params! {
             .from_data("a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it").above(0.0),
         /// Scans fit only if one of them lies on the other with at least this share of its surface.
         min_overlap: f64 = ratio("Min overlap (share)").default(0.03).at_most(1.0),
-        /// Where shape lets scans turn or slide, or fits in several places, their colours decide, if both have them.
-        use_colour: bool = flag("Use colour").on(),
+        /// Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide.
+        use_colour: bool = flag("Use colour").on()
+            .off("shape alone counts"),
     }
 }

@@ -6,9 +6,9 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use crate::coloured;
-use crate::level::Level;
+use crate::level::{Level, expected};
 use crate::linear::{Sums, rigid, solve};
+use crate::tint::Tint;
 
 /// Least cosine between normals of matched points.
 const COSINE: f64 = 0.6;
@@ -78,7 +78,15 @@ impl<'a> Both<'a> {
             if !a.is_border[n] && a.normals[n].dot(normal) > COSINE {
                 let normals = [a.normals[n], normal];
                 let indices = [n as u32, k as u32];
-                visit(Contact { indices, a: a.points[n], b: at, normals, normal: mean(normals), area: b.areas[k], offset: 0.0 });
+                visit(Contact {
+                    indices,
+                    a: a.points[n],
+                    b: at,
+                    normals,
+                    normal: mean(normals),
+                    area: b.areas[k],
+                    offset: 0.0,
+                });
             }
         }
         for &k in &self.samples[0] {
@@ -92,9 +100,53 @@ impl<'a> Both<'a> {
                 let normals = [a.normals[k], normal];
                 let at = a_from_b.transform_point3(b.points[n]);
                 let indices = [k as u32, n as u32];
-                visit(Contact { indices, a: a.points[k], b: at, normals, normal: mean(normals), area: a.areas[k], offset: 0.0 });
+                visit(Contact {
+                    indices,
+                    a: a.points[k],
+                    b: at,
+                    normals,
+                    normal: mean(normals),
+                    area: a.areas[k],
+                    offset: 0.0,
+                });
             }
         }
+    }
+
+    /// Mean difference of the tints where surfaces touch: another exposure, another lamp.
+    pub fn exposure(&self, contacts: &[Contact]) -> Tint {
+        let [a, b] = self.levels.map(|level| &level.tints.values);
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        for contact in contacts {
+            let [i, j] = contact.indices.map(|k| k as usize);
+            sum += contact.area * (b[j] - a[i]);
+            weight += contact.area;
+        }
+        sum / f64::max(weight, f64::MIN_POSITIVE)
+    }
+
+    /// The equations that tints give at contacts, three each: gradients are to tints what normals are to distances (Park, Zhou, Koltun,
+    /// "Colored Point Cloud Registration Revisited", ICCV 2017, equation 8; here symmetric, and a deviation of a tint's noise counts
+    /// as much as one of distance).
+    pub fn by_tints(&self, a_from_b: &DAffine3, contacts: &[Contact]) -> Vec<Contact> {
+        let [a, b] = self.levels.map(|level| &level.tints);
+        if a.is_empty() || b.is_empty() {
+            return Vec::new();
+        }
+        let exposure = self.exposure(contacts);
+        let unit = expected(self.levels) / a.noise.hypot(b.noise);
+        let mut found = Vec::with_capacity(3 * contacts.len());
+        for contact in contacts {
+            let [i, j] = contact.indices.map(|k| k as usize);
+            let by = (b.values[j] - a.values[i] - exposure).to_array();
+            for (channel, by) in by.into_iter().enumerate() {
+                let gradients = [a.gradients[i][channel], a_from_b.transform_vector3(b.gradients[j][channel])];
+                let normals = gradients.map(|gradient| unit * gradient);
+                let normal = 0.5 * (normals[0] + normals[1]);
+                found.push(Contact { normals, normal, offset: -unit * by, ..*contact });
+            }
+        }
+        found
     }
 
     /// One step: the motion after it, and how far it moved points at distance `radius` from the middle of the contacts.
@@ -102,7 +154,7 @@ impl<'a> Both<'a> {
         let mut contacts = Vec::new();
         self.contacts(a_from_b, reach, |contact| contacts.push(contact));
         if self.by_colour {
-            contacts.extend(coloured::contacts(self, a_from_b, &contacts));
+            contacts.extend(self.by_tints(a_from_b, &contacts));
         }
         let (step, by) = step(&contacts, scale, radius)?;
         Some((rigid(&(step * *a_from_b)), by))

@@ -9,7 +9,6 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::blocks::{BlockSystem, Factor};
-use crate::coloured;
 use crate::constraints::Pick;
 use crate::judge::tolerance;
 use crate::linear::{Matrix6, Vector6, motion, rigid};
@@ -20,7 +19,9 @@ use base::progress::Progress;
 
 const RIDGE: f64 = 1e-6;
 /// Points of each scan that look for their nearest in each other one.
-pub(crate) const SAMPLES: usize = 600;
+const SAMPLES: usize = 600;
+/// In sets of more scans half as many do: each has more neighbours.
+const MANY_SCANS: usize = 40;
 /// What a pick counts, as a share of the smaller scan's area.
 const PICK: f64 = 0.01;
 const STEPS: usize = 12;
@@ -59,7 +60,7 @@ pub(crate) fn contacts(net: &Net<'_>, link: Link, samples: usize, reach: f64) ->
     let a_from_b = pose_a.inverse() * pose_b;
     both.contacts(&a_from_b, reach * width, |contact| found.push(contact));
     if net.coloured.contains(&link) {
-        found.extend(coloured::contacts(&both, &a_from_b, &found));
+        found.extend(both.by_tints(&a_from_b, &found));
     }
     found.iter().map(|contact| contact.moved(&pose_a)).collect()
 }
@@ -145,26 +146,24 @@ impl Net<'_> {
         (0..self.views.len()).map(unknown).collect()
     }
 
+    /// Points of each scan that look for their nearest in each other one.
+    pub fn samples(&self) -> usize {
+        if self.poses.iter().flatten().count() > MANY_SCANS { SAMPLES / 2 } else { SAMPLES }
+    }
+
     pub fn gauges(&self) -> Vec<Option<Gauge>> {
         self.views.iter().zip(&self.poses).map(|(view, pose)| pose.map(|pose| Gauge::of(view, &pose))).collect()
     }
 
     /// The normal equations at the poses as they are; `scale`: residuals beyond so many cells weigh less than a third.
-    pub fn equations(
-        &self,
-        samples: usize,
-        reach: f64,
-        scale: f64,
-        purpose: Use,
-        progress: &Progress<'_>,
-    ) -> Result<BlockSystem> {
+    pub fn equations(&self, reach: f64, scale: f64, purpose: Use, progress: &Progress<'_>) -> Result<BlockSystem> {
         let unknowns = self.unknowns();
         let gauges = self.gauges();
         let share = |link: &Link| {
             progress.check()?;
             let mut share = Share { aa: [[0.0; 6]; 6], bb: [[0.0; 6]; 6], ba: [[0.0; 6]; 6], a: [0.0; 6], b: [0.0; 6] };
             let (Some(of_a), Some(of_b)) = (&gauges[link.a], &gauges[link.b]) else { return Ok(share) };
-            for contact in contacts(self, *link, samples, reach) {
+            for contact in contacts(self, *link, self.samples(), reach) {
                 let residual = contact.distance();
                 let weight = weight_of(self, *link, &contact, scale);
                 let middle = 0.5 * (contact.a + contact.b);
@@ -251,7 +250,7 @@ impl Net<'_> {
         let wide = if start == Start::Near { 3 } else { 0 };
         for step in 0..STEPS {
             let (reach, scale) = if step < wide { WIDE } else { NARROW };
-            let system = self.equations(SAMPLES, reach, scale, Use::Step, progress)?;
+            let system = self.equations(reach, scale, Use::Step, progress)?;
             let Some(factor) = system.factor() else { return Ok(()) };
             let by = self.moved(&factor, &system.right);
             if step >= wide && by < ENOUGH {

@@ -213,8 +213,10 @@ impl Search<'_, '_> {
         let (views, inside, limits) = (self.views, self.inside, self.limits);
         let is_told = |pair: &Pair| inside.is_trusted(pair.a, pair.b);
         // What lies elsewhere is no turn; what was not found, or not for sure, may be found on the table.
-        self.pairs.retain(|_, pair| is_told(pair) || (matches!(pair.finding, Finding::Sure | Finding::Weak) && table.is_on(views, pair)));
-        let neighbours = table.angles.as_deref().map(|angles| neighbours(angles)).unwrap_or_default();
+        self.pairs.retain(|_, pair| {
+            is_told(pair) || (matches!(pair.finding, Finding::Sure | Finding::Weak) && table.is_on(views, pair))
+        });
+        let neighbours = table.angles.as_deref().map(neighbours).unwrap_or_default();
         let wanted: Vec<[usize; 2]> =
             neighbours.into_iter().filter(|pair| self.pairs.get(pair).is_none_or(|pair| !is_told(pair))).collect();
         self.add(&wanted, |a, b| Some(table.pair(views, a, b, &limits)))

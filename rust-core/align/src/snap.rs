@@ -22,7 +22,7 @@ pub struct Snap {
     pub world_from_scan: DAffine3,
     /// Whether it fits there, and if not, why: one of `Fits`, `Misfit`, `Slides`, `SeenThrough` and `Nothing`.
     pub state: PairState,
-    /// Numbers of the scans that it touches.
+    /// Numbers of the scans that it touches, the nearest first.
     pub touches: Vec<usize>,
     /// Share of its surface that lies on the scan that shares most with it.
     pub overlap: f64,
@@ -32,7 +32,7 @@ pub struct Snap {
     pub balance: f64,
     /// Of what the sensors can tell, the share that speaks against it.
     pub seen_through: f64,
-    /// How far its points moved, at most.
+    /// How far its points moved, no more than.
     pub moved: f64,
     /// Ways that it may turn or slide.
     pub free: Vec<Freedom>,

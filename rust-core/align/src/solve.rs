@@ -11,6 +11,7 @@ use crate::constraints::Inside;
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::judge::{Verdict, judge, tolerance};
 use crate::linear::{Matrix6, eigen};
+use crate::misfit::Placed;
 use crate::pair::Pair;
 use crate::params::AlignParams;
 use crate::refine::Both;
@@ -46,6 +47,37 @@ pub(crate) struct SolvedGroup {
     pub frame: usize,
     /// Of a scan by itself that was joined, but is not held: how far it may be off.
     pub adrift: Option<f64>,
+}
+
+impl Solved {
+    /// The scans of a group that touch one of it most.
+    pub fn beside<'v>(&self, views: &'v [View], group: &SolvedGroup, scan: usize) -> Vec<Placed<'v>> {
+        let mut others: Vec<(f64, usize)> = self
+            .links
+            .iter()
+            .filter_map(|looked| match looked.link {
+                Link { a, b } if a == scan => Some((looked.verdict.touching(), b)),
+                Link { a, b } if b == scan => Some((looked.verdict.touching(), a)),
+                _ => None,
+            })
+            .collect();
+        others.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
+        others.truncate(STRONGEST);
+        others
+            .into_iter()
+            .filter_map(|(_, k)| Some(Placed { view: &views[k], world_from_local: group.pose(k)? }))
+            .collect()
+    }
+}
+
+impl SolvedGroup {
+    pub fn pose(&self, scan: usize) -> Option<DAffine3> {
+        self.members.iter().find(|member| member.0 == scan).map(|member| member.1)
+    }
+
+    pub fn has(&self, scan: usize) -> bool {
+        self.members.iter().any(|member| member.0 == scan)
+    }
 }
 
 /// Two scans of a group that touch, as they lie in the end.
@@ -311,9 +343,8 @@ fn coloured(views: &[View], links: &[(Link, Verdict)], limits: &Limits) -> BTree
         return BTreeSet::new();
     }
     let is_held = |scan: usize| {
-        let holds = |(link, verdict): &(Link, Verdict)| {
-            (link.a == scan || link.b == scan) && verdict.hold.balance() >= BALANCE
-        };
+        let holds =
+            |(link, verdict): &(Link, Verdict)| (link.a == scan || link.b == scan) && verdict.hold.balance() >= BALANCE;
         links.iter().any(holds)
     };
     let all = links.iter().map(|(link, _)| *link);
@@ -331,7 +362,14 @@ const GLANCE: usize = 150;
 pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> Option<f64> {
     let mut poses = vec![None; views.len()];
     group.members.iter().for_each(|&(scan, pose)| poses[scan] = Some(pose));
-    let net = Net { views, poses, is_fixed: vec![false; views.len()], links: Vec::new(), picks: Vec::new(), coloured: BTreeSet::new() };
+    let net = Net {
+        views,
+        poses,
+        is_fixed: vec![false; views.len()],
+        links: Vec::new(),
+        picks: Vec::new(),
+        coloured: BTreeSet::new(),
+    };
     let (mut sum, mut weight) = (0.0, 0.0);
     for link in links {
         for contact in contacts(&net, *link, MANY, 1.5) {

@@ -154,7 +154,9 @@ impl Table {
         let turn = |pose: &DAffine3| {
             let first_from_scan = first.expect("there is a pose").inverse() * *pose;
             let turn = DQuat::from_mat3(&first_from_scan.matrix3).normalize();
-            (-2.0 * turn.xyz().dot(self.direction).atan2(turn.w)).rem_euclid(TAU)
+            // What is a little less than none would be a whole turn.
+            let angle = (-2.0 * turn.xyz().dot(self.direction).atan2(turn.w)).rem_euclid(TAU);
+            if TAU - angle < 1e-9 { 0.0 } else { angle }
         };
         world_from_scan.iter().map(|pose| pose.as_ref().map(turn)).collect()
     }

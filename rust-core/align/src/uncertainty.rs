@@ -9,14 +9,14 @@ use rustc_hash::FxHashMap;
 
 use crate::judge::PIECE;
 use crate::linear::{Matrix6, Vector6};
-use crate::relax::{NARROW, Net, SAMPLES, Use, contacts, weight_of};
+use crate::relax::{NARROW, Net, Use, contacts, weight_of};
 use base::error::Result;
 use base::progress::Progress;
 
 /// Covariances of the scans that have unknowns, in their gauges; zero for the others.
 pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<Matrix6>> {
     let (reach, scale) = NARROW;
-    let factor = |purpose| Ok(net.equations(SAMPLES, reach, scale, purpose, progress)?.factor());
+    let factor = |purpose| Ok(net.equations(reach, scale, purpose, progress)?.factor());
     let factor = match factor(Use::Response)? {
         Some(factor) => Some(factor),
         None => factor(Use::Step)?,
@@ -30,7 +30,7 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
     for link in &net.links {
         progress.check()?;
         let (Some(of_a), Some(of_b)) = (&gauges[link.a], &gauges[link.b]) else { continue };
-        for contact in contacts(net, *link, SAMPLES, reach) {
+        for contact in contacts(net, *link, net.samples(), reach) {
             let residual = contact.distance();
             let weight = weight_of(net, *link, &contact, scale);
             let middle = 0.5 * (contact.a + contact.b);

@@ -6,10 +6,10 @@ use std::sync::OnceLock;
 use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
-use crate::coloured::tints;
 use crate::features::Features;
 use crate::level::Level;
 use crate::sight::DepthMap;
+use crate::tint::tints;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::oriented::OrientedPoints;
@@ -77,7 +77,8 @@ impl Reduced {
         });
         progress.check()?;
         let cell = (area / FINE).sqrt().max(FINEST * spacing);
-        let mut fine = if area > 0.0 { Level::new(&positions, &areas, tints.as_deref(), cell) } else { Level::default() };
+        let mut fine =
+            if area > 0.0 { Level::new(&positions, &areas, tints.as_deref(), cell) } else { Level::default() };
         // Means over cells twice as wide are off by half as much, in cells by a quarter.
         let wider = (fine.noise / (QUIET * cell)).sqrt();
         if wider > 1.2 {

@@ -57,7 +57,8 @@ pub trait ScanSource: Sync {
             return named(self.name(), OrientedPoints::of_image(&image, progress));
         }
         let surface = self.load(&Loading::default(), progress)?;
-        let colour = surface.colour.map(|colour| Attribute { name: "colour".to_owned(), data: AttributeData::Colour(colour) });
+        let colour =
+            surface.colour.map(|colour| Attribute { name: "colour".to_owned(), data: AttributeData::Colour(colour) });
         let mesh = TriMesh {
             positions: surface.positions,
             triangles: surface.triangles,

@@ -82,7 +82,9 @@ fn best(scans: &[Scan; 2], size: f64) -> DAffine3 {
             let across = DVec3::new(by(shift % (2 * shifts + 1)), by(shift / (2 * shifts + 1)), 0.0);
             for along in [-0.15, 0.0, 0.15] {
                 let to = scans[0].middle + across + DVec3::Z * along * size;
-                let motion = DAffine3::from_translation(to) * DAffine3::from_quat(turn) * DAffine3::from_translation(-scans[1].middle);
+                let motion = DAffine3::from_translation(to)
+                    * DAffine3::from_quat(turn)
+                    * DAffine3::from_translation(-scans[1].middle);
                 found.push((score(scans, &motion, 97, 0.04 * size), motion));
             }
         }

@@ -29,8 +29,7 @@ fn right(images: &[RangeImage]) {
     let off = errors(images, &alignment);
     assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.5)), "{off:?} {}", alignment.report.lines().join("\n"));
     let by_shape = AlignParams { use_colour: false, ..AlignParams::default() };
-    let alone =
-        run(&sources(&without_poses(images)), &by_shape, &Constraints::default(), &Progress::none()).unwrap();
+    let alone = run(&sources(&without_poses(images)), &by_shape, &Constraints::default(), &Progress::none()).unwrap();
     assert_eq!(alone.report.placed(), 0, "{:?}", alone.report.lines());
 }
 

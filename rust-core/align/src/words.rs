@@ -1,0 +1,246 @@
+//! Why scans are not placed, and what the user should know, in sentences.
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+
+use crate::assemble::Standing;
+use crate::finding::Finding;
+use crate::judge::Mode;
+use crate::misfit::{Cause, Placed, cause};
+use crate::pair::Pair;
+use crate::report::{AlignReport, AlignedScan, Freedom, ScanState, freedoms};
+use crate::snap::{Snap, Stays, snap};
+use crate::solve::Solved;
+use crate::view::View;
+use base::error::Shown;
+use base::progress::Progress;
+
+/// A scan so many times larger or smaller than the median is in another unit.
+const OTHER_UNIT: f64 = 30.0;
+
+fn median_radius(views: &[View]) -> f64 {
+    let mut radii: Vec<f64> = views.iter().map(|view| view.reduced.radius).filter(|r| *r > 0.0).collect();
+    radii.sort_by(f64::total_cmp);
+    radii.get(radii.len() / 2).copied().unwrap_or(0.0)
+}
+
+pub(crate) fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[AlignedScan], k: usize) -> String {
+    let reduced = &views[k].reduced;
+    if reduced.area <= 0.0 {
+        return "it has no surface: no sample has neighbours".to_owned();
+    }
+    let median = median_radius(views);
+    if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {
+        let [own, usual] = [2.0 * reduced.radius, 2.0 * median].map(|size| Shown::digits(size, 2));
+        return format!(
+            "it is {own} large where others are {usual}: is it in another unit? Scale it, or say its unit when it is read"
+        );
+    }
+    if views[k].fine().len() < TOO_FEW {
+        return format!(
+            "it has too little surface: {} points of it are left where samples are averaged",
+            views[k].fine().len()
+        );
+    }
+    let apart = scans[k].state == ScanState::Apart;
+    let joined = |text: String| if apart { format!("its group fits nothing else; {text}") } else { text };
+    let of_scan = || solved.pairs.iter().filter(|pair| (pair.a == k || pair.b == k) && !pair.modes.is_empty());
+    let other = |pair: &Pair| names[if pair.a == k { pair.b } else { pair.a }];
+    let most = |x: &&Pair, y: &&Pair| touching(x).total_cmp(&touching(y));
+    let adrift =
+        solved.groups.iter().find(|group| group.frame == k && group.members.len() == 1).and_then(|group| group.adrift);
+    let sure = of_scan().filter(|pair| pair.finding == Finding::Sure).max_by(most);
+    if let (Some(deviation), Some(pair)) = (adrift, sure) {
+        return format!(
+            "it fits {:?}, but where is known to no better than {}: too little holds it; scan more of what both show",
+            other(pair),
+            Shown::digits(deviation, 2)
+        );
+    }
+    if let Some(text) = nearly(views, solved, names, k) {
+        return joined(text);
+    }
+    let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
+    if let Some((_, text)) = telling.max_by(|(x, _), (y, _)| most(x, y)) {
+        return joined(text);
+    }
+    let standings = solved.pairs.iter().zip(&solved.standings);
+    let is_through =
+        |(pair, standing): &(&Pair, &Standing)| (pair.a == k || pair.b == k) && **standing == Standing::SeenThrough;
+    if let Some((pair, _)) = standings.into_iter().find(is_through) {
+        return joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair)));
+    }
+    joined("no place was found where it fits another scan: scan so that neighbours share a third of what they see, or give it a rough pose".to_owned())
+}
+
+fn touching(pair: &Pair) -> f64 {
+    pair.modes[0].verdict.touching()
+}
+
+/// Why a scan `k` is not joined to `other` by a pair of both; `None` if they plainly have nothing to do with each other.
+fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<String> {
+    let verdict = &pair.modes[0].verdict;
+    match pair.finding {
+        Finding::Ambiguous => Some(format!(
+            "it fits {other:?} in {} places, and no other scan decides: give it a rough pose, or a pair of points that both show",
+            pair.places(views, &solved.limits)
+        )),
+        Finding::Weak => Some(format!(
+            "it fits {other:?}, but so little holds it that another scan must say the same, and none does: scan more around it"
+        )),
+        Finding::Slides => {
+            let free = freedoms(&verdict.hold, &views[pair.a].reduced.world_from_local());
+            Some(format!(
+                "it fits {other:?} but can {}: give pairs of points that both show, or scan more around it",
+                ways(&free)
+            ))
+        }
+        Finding::Background => Some(format!(
+            "most of what it shares with {other:?} stands still before the sensor while the rest moved: remove the background or the stage"
+        )),
+        _ => None,
+    }
+}
+
+/// What keeps a scan `k` that nearly fits the first group from fitting it; `None` where it isn't near, or nothing does.
+fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<String> {
+    let group = solved.groups.first().filter(|group| !group.has(k))?;
+    let stays = |&(scan, pose): &(usize, DAffine3)| Stays { number: scan, view: &views[scan], world_from_local: pose };
+    let others: Vec<Stays<'_>> = group.members.iter().map(stays).collect();
+    let of_pair = |pair: &Pair| {
+        let (other, flips) = if pair.a == k { (pair.b, true) } else { (pair.a, false) };
+        let there = group.pose(other).filter(|_| pair.a == k || pair.b == k);
+        let pose = move |mode: &Mode| {
+            let other_from_k = if flips { mode.a_from_b.inverse() } else { mode.a_from_b };
+            there.map(|there| (mode.verdict.touching(), there * other_from_k))
+        };
+        pair.modes.iter().filter_map(pose).collect::<Vec<_>>()
+    };
+    let mut starts: Vec<(f64, DAffine3)> = solved.pairs.iter().flat_map(of_pair).collect();
+    starts.sort_by(|x, y| y.0.total_cmp(&x.0));
+    starts.truncate(TRIED);
+    let drawn = |(_, start): &(f64, DAffine3)| {
+        let reach = 3.0 * views[k].coarse.cell;
+        snap(&views[k], start, &others, reach, &solved.limits, &Progress::none()).ok()
+    };
+    let snaps: Vec<Snap> = starts.par_iter().filter_map(drawn).collect();
+    let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH);
+    let best = snaps.into_iter().max_by(|x, y| score(x).total_cmp(&score(y)))?;
+    if best.overlap < NEARLY || best.seen_through > THROUGH {
+        return None;
+    }
+    let scan = Placed {
+        view: &views[k],
+        world_from_local: best.world_from_scan * DAffine3::from_translation(views[k].reduced.middle),
+    };
+    let beside: Vec<Placed<'_>> = others
+        .iter()
+        .filter(|other| best.touches.contains(&other.number))
+        .map(|other| Placed { view: other.view, world_from_local: other.world_from_local })
+        .collect();
+    let cause = cause(&scan, &beside, &solved.limits)?;
+    let beside: Vec<&str> = best.touches.iter().map(|&other| names[other]).collect();
+    let remedy = match cause {
+        Cause::Scale(_) => "scale it",
+        Cause::Moved { .. } => "cut off what moved",
+        Cause::Warp => "check the scanner's calibration, or place it by pairs of points",
+    };
+    Some(format!("it nearly fits {}, but {}: {remedy}", quoted(&beside), because(cause)))
+}
+
+/// Motions of which a scan's may be the one.
+const TRIED: usize = 12;
+/// Least share of a scan that lies on the others if it nearly fits them, and most that may speak against it.
+const NEARLY: f64 = 0.3;
+const THROUGH: f64 = 0.25;
+
+fn because(cause: Cause) -> String {
+    match cause {
+        Cause::Scale(scale) => format!("it would fit better if it were {} times as large", Shown::digits(scale, 3)),
+        Cause::Moved { middle, share } => {
+            let [x, y, z] = middle.to_array().map(|x| Shown::digits(x, 3).to_string());
+            format!(
+                "a part of it has moved, near ({x}, {y}, {z}): {:.0} % of what others show",
+                (100.0 * share).max(1.0)
+            )
+        }
+        Cause::Warp => "it is bent: it lies further off than noise explains".to_owned(),
+    }
+}
+
+/// Points below which nothing can be compared.
+const TOO_FEW: usize = 30;
+
+pub(crate) fn say(
+    report: &mut AlignReport,
+    views: &[View],
+    order: &[usize],
+    names: &[&str],
+    scans: &[AlignedScan],
+    solved: &Solved,
+) {
+    let mut unplaced: Vec<usize> = (0..scans.len()).filter(|&k| scans[k].state == ScanState::Unplaced).collect();
+    unplaced.sort_by_key(|&k| order[k]);
+    let unplaced: Vec<&str> = unplaced.into_iter().map(|k| names[k]).collect();
+    if !unplaced.is_empty() {
+        report.messages.push(match unplaced.len() {
+            1 => format!("{:?} is not placed", unplaced[0]),
+            n => format!("{n} scans are not placed: {}", quoted(&unplaced)),
+        });
+    }
+    if report.groups.len() > 1 {
+        report.messages.push(format!(
+            "nothing joins {} groups of scans: give rough poses, or a pair of points that two of them show",
+            report.groups.len()
+        ));
+    }
+    let same = (0..views.len()).flat_map(|a| (a + 1..views.len()).map(move |b| (a, b)));
+    for (a, b) in
+        same.filter(|&(a, b)| views[a].reduced.content == views[b].reduced.content && views[a].reduced.area > 0.0)
+    {
+        report.messages.push(format!("{:?} and {:?} hold the same samples: leave one out", names[a], names[b]));
+    }
+    if solved.is_turned && solved.table.is_none() {
+        report.messages.push(
+            "the turntable's axis was not found, since no two pairs of scans are sure by themselves and turn about the same one: give the axis"
+                .to_owned(),
+        );
+    }
+    if let Some(group) = solved.groups.first() {
+        let causes = group.members.par_iter().map(|&(k, pose)| {
+            let scan = Placed { view: &views[k], world_from_local: pose };
+            cause(&scan, &solved.beside(views, group, k), &solved.limits).map(|cause| (k, cause))
+        });
+        let mut causes: Vec<(usize, Cause)> = causes.collect::<Vec<_>>().into_iter().flatten().collect();
+        causes.sort_by_key(|(k, _)| order[*k]);
+        for (k, cause) in causes {
+            report.messages.push(format!("{:?} does not fit the others exactly: {}", names[k], because(cause)));
+        }
+    }
+}
+
+/// The ways in words: "turn about the axis (0, 0, 1)".
+fn ways(free: &[Freedom]) -> String {
+    let direction = |d: DVec3| {
+        let d = if d.to_array().into_iter().find(|x| x.abs() > 0.01).is_some_and(|x| x < 0.0) { -d } else { d };
+        let [x, y, z] = d.to_array().map(|x| (100.0 * x).round() / 100.0 + 0.0);
+        format!("({x}, {y}, {z})")
+    };
+    let turns: Vec<&Freedom> = free.iter().filter(|freedom| freedom.turns).collect();
+    let slides: Vec<&Freedom> = free.iter().filter(|freedom| !freedom.turns).collect();
+    match (turns.len(), slides.len()) {
+        (3.., _) => "turn in any direction, as a ball does".to_owned(),
+        (_, 2..) => "slide along its flat side".to_owned(),
+        (1.., 1) => format!("turn about and slide along the direction {}", direction(slides[0].direction)),
+        (1.., _) => format!("turn about an axis along {}", direction(turns[0].direction)),
+        (0, 1) => format!("slide along the direction {}", direction(slides[0].direction)),
+        (0, 0) => "turn or slide".to_owned(),
+    }
+}
+
+/// At most five names.
+fn quoted(names: &[&str]) -> String {
+    let shown: Vec<String> = names.iter().take(5).map(|name| format!("{name:?}")).collect();
+    let rest = names.len().saturating_sub(5);
+    if rest > 0 { format!("{} and {rest} more", shown.join(", ")) } else { shown.join(", ") }
+}
