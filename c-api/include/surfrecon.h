@@ -226,6 +226,16 @@ typedef enum {
   SRF_START_ROUGH = 2,
 } srf_start;
 
+// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+typedef enum {
+  // No, or not known.
+  SRF_TURNTABLE_NO = 1,
+  // By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.
+  SRF_TURNTABLE_TURNED = 2,
+  // A whole turn in equal steps, in the order of the scans.
+  SRF_TURNTABLE_EQUAL = 3,
+} srf_turntable;
+
 // What became of a scan.
 typedef enum {
   // It has no place: srf_alignment_reason() says why.
@@ -261,7 +271,8 @@ typedef enum {
 } srf_pair_state;
 
 // An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
-// numbered from 0 in the order of adding. Released with srf_aligner_free().
+// numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs
+// them; what these compare is kept, 1 to 2.5 MB a scan, until scans are added. Released with srf_aligner_free().
 typedef struct srf_aligner srf_aligner;
 
 // What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
@@ -468,11 +479,17 @@ typedef struct {
   uint64_t start;
   // With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
   double reach;
+  // Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for. A
+  // value of srf_turntable, default SRF_TURNTABLE_NO.
+  uint64_t turntable;
   // Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
   // distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.
   double tolerance;
   // Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
   double min_overlap;
+  // Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide. Off: shape
+  // alone counts. 1 or 0, default 1.
+  uint64_t use_colour;
 } srf_align_params;
 
 // A point that two scans show. Starts with its size; prepared by srf_pick_init().
@@ -514,6 +531,18 @@ typedef struct {
   double residual;
 } srf_align_report;
 
+// A way that a scan may move without leaving the surfaces it lies on: a turn about an axis, or a slide.
+typedef struct {
+  // 1 for a turn, 0 for a slide.
+  uint32_t turns;
+  // 0.
+  uint32_t reserved;
+  // Unit direction of the axis, or of the slide, in the world.
+  double direction[3];
+  // A point of the axis, in the world.
+  double point[3];
+} srf_freedom;
+
 // What was found of a scan. Lengths are in the unit of the scans. Starts with its size; prepared by srf_aligned_scan_init().
 typedef struct {
   // Bytes of this struct.
@@ -522,7 +551,7 @@ typedef struct {
   uint32_t state;
   // Number of its group: 0 is the one that is placed. UINT32_MAX where it is joined with none.
   uint32_t group;
-  // Ways, at most 6, that it may turn or slide and nothing holds it.
+  // Ways that it may turn or slide and nothing holds it.
   uint32_t free_ways;
   // Its pose in its group, rigid: of the first group the result; scans of others lie together where the largest of them was given.
   // All 0 where it has no group.
@@ -533,10 +562,15 @@ typedef struct {
   double middle[3];
   // One standard deviation of the place of its points: the largest over the scan.
   double deviation;
+  // The free ways; 0 behind them.
+  srf_freedom freedoms[6];
   // Share of its surface that lies on the scan that shares most with it.
   double overlap;
   // Root mean square distance to the surfaces of others, along normals; 0 where there are none.
   double residual;
+  // Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
+  // Bending within a few samples counts as well, so that some of it is always there. srf_aligner_misfit() says where.
+  double misfit;
   // Median distance of its samples.
   double spacing;
 } srf_aligned_scan;
@@ -553,6 +587,8 @@ typedef struct {
   uint32_t places;
   // Ways that one may turn or slide on the other.
   uint32_t free_ways;
+  // The free ways; 0 behind them.
+  srf_freedom freedoms[6];
   // Share of either surface that lies on the other.
   double overlap[2];
   // Root mean square distance of the surfaces where they touch, along normals, in the unit of the scans.
@@ -562,6 +598,33 @@ typedef struct {
   // Of what the sensors can tell, the share that speaks against it.
   double seen_through;
 } srf_aligned_pair;
+
+// Where a scan was drawn to. Lengths are in the unit of the scans. Starts with its size; prepared by srf_snap_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Whether it fits there, and if not, why: SRF_PAIR_FITS, SRF_PAIR_MISFIT, SRF_PAIR_SLIDES, SRF_PAIR_SEEN_THROUGH or
+  // SRF_PAIR_NOTHING.
+  uint32_t state;
+  // Scans that it touches.
+  uint32_t touches;
+  // Ways that it may turn or slide, where it slides.
+  uint32_t free_ways;
+  // Where it was drawn to; where it was if it touches nothing.
+  srf_pose world_from_scan;
+  // The free ways; 0 behind them.
+  srf_freedom freedoms[6];
+  // Share of its surface that lies on the scan that shares most with it.
+  double overlap;
+  // Root mean square distance to the surfaces of the others, along normals.
+  double residual;
+  // How well it is held against turning and sliding: 1 at best, 0 where it may.
+  double balance;
+  // Of what the sensors can tell, the share that speaks against it.
+  double seen_through;
+  // How far its points moved, at most.
+  double moved;
+} srf_snap;
 
 // How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
 // defaults by srf_merge_params_init().
@@ -1584,11 +1647,19 @@ srf_status srf_aligner_add_mesh(srf_aligner *aligner,
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_add_cloud(srf_aligner *aligner, const srf_cloud *cloud, const char *name);
 
-// Adds all scans of a set; they are read when the alignment runs, one a thread at a time, and not kept.
+// Adds all scans of a set; they are read once, when they are first needed, one a thread at a time, and their samples are not kept.
+// What becomes of the files afterwards is not noticed until scans are added.
 // aligner    not NULL
 // scans      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-srf_status srf_aligner_add_scans(srf_aligner *aligner, const srf_scans *scans);
+srf_status srf_aligner_add_scans(srf_aligner *aligner,
+                                 const srf_scans *scans);
+
+// How many scans were added.
+// aligner    not NULL
+// out_scans  not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_count(const srf_aligner *aligner, size_t *out_scans);
 
 // Says that a scan stays where it is. Where none is fixed the largest one stays.
 // aligner    not NULL
@@ -1614,6 +1685,21 @@ srf_status srf_aligner_trust(srf_aligner *aligner, size_t a, size_t b);
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_reject(srf_aligner *aligner, size_t a, size_t b);
 
+// Says how a table turned the object before a sensor that stood still: then only turns about its axis are looked for, whatever the
+// parameter turntable says. Replaces what was said of it before.
+// aligner    not NULL
+// point      3 doubles: a point of the axis, in the frame that all scans were taken in; NULL where the axis is to be found
+// direction  3 doubles: its direction, of any length but 0; NULL if point is
+// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
+//            the viewer, either way round without an axis; NULL where that is not known
+// count      scans that were added, 0 if angles is NULL
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_turn(srf_aligner *aligner,
+                            const double *point,
+                            const double *direction,
+                            const double *angles,
+                            size_t count);
+
 // Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
 // is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
 // where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
@@ -1621,9 +1707,9 @@ srf_status srf_aligner_reject(srf_aligner *aligner, size_t a, size_t b);
 // params         NULL for the defaults
 // progress       NULL for none
 // out_alignment  receives a new handle on SRF_OK only; not NULL
-// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid or a pair that is both
-//                trusted and rejected, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
-//                SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid, a pair that is both
+//                trusted and rejected or angles for another number of scans, SRF_ERR_FORMAT, SRF_ERR_IO,
+//                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_aligner_run(const srf_aligner *aligner,
                            const srf_align_params *params,
                            const srf_progress *progress,
@@ -1678,6 +1764,21 @@ srf_status srf_alignment_scan(const srf_alignment *alignment, size_t index, srf_
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_aligned_pair *out_pair);
 
+// The turntable that the object stood on.
+// alignment      not NULL
+// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
+// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
+// out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
+// out_angles     receives a view that stays until the alignment is freed, an SRF_F64 a scan: by how much it was turned then, from 0 to
+//                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
+//                are not. NULL if not wanted
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_alignment_turntable(const srf_alignment *alignment,
+                                   uint32_t *out_found,
+                                   double *out_point,
+                                   double *out_direction,
+                                   srf_array *out_angles);
+
 // Why a scan is not placed, and what to do.
 // alignment   not NULL
 // index       number of the scan, in the order of adding
@@ -1700,6 +1801,59 @@ srf_status srf_alignment_message(const srf_alignment *alignment, size_t index, c
 // out_line   receives a text that stays until the alignment is freed, on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_alignment_line(const srf_alignment *alignment, size_t index, const char **out_line);
+
+// Prepares a struct for srf_aligner_snap(). Call srf_snap_init(snap), which adds the size that this header knows.
+// snap     not NULL
+// size     sizeof(srf_snap): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_snap_init_sized(srf_snap *snap,
+                               size_t size);
+#define srf_snap_init(snap) srf_snap_init_sized((snap), sizeof(srf_snap))
+
+// Draws one scan, from a rough pose, to others, which stay: for placing by hand. What was said of the scans is not asked. The same to
+// the bit for any number of threads. Some tens of milliseconds for any number of scans, once these were read: the first call does so.
+// aligner          not NULL
+// scan             number of a scan that was added
+// world_from_scan  a pose a scan, in the order of adding, rigid: that of the scan itself is where it starts. All 0, as
+//                  srf_alignment_scan() has it of scans without a group, for those that it is not drawn to. NULL for the poses that they were added with
+// count            scans that were added, 0 if world_from_scan is NULL
+// params           its reach, by default a tenth of the scan's size, is how far it is drawn, about; tolerance, min_overlap and threads
+//                  count too; NULL for the defaults
+// progress         NULL for none
+// out_snap         initialized by srf_snap_init(); not NULL
+// out_touches      room for a byte a scan that was added: 1 if the scan touches that one, else 0; NULL if not wanted
+// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
+//                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
+//                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_aligner_snap(const srf_aligner *aligner,
+                            size_t scan,
+                            const srf_pose *world_from_scan,
+                            size_t count,
+                            const srf_align_params *params,
+                            const srf_progress *progress,
+                            srf_snap *out_snap,
+                            uint8_t *out_touches);
+
+// How far points of a scan lie outside of the surfaces of others, along normals: a mean over a few samples, so that warp and what
+// moved shows. On as many threads as the scans were read with; the same to the bit for any number. O(points + scans).
+// aligner          not NULL
+// scan             number of a scan that was added
+// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid; all 0 for scans that are left out. NULL for the
+//                  poses that they were added with
+// count            scans that were added, 0 if world_from_scan is NULL
+// points           3 SRF_F64 or SRF_F32 a point, in the scan's own frame; not NULL
+// progress         NULL for none
+// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite; not NULL
+// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
+//                  not rigid or none of the scan itself, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY,
+//                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_aligner_misfit(const srf_aligner *aligner,
+                              size_t scan,
+                              const srf_pose *world_from_scan,
+                              size_t count,
+                              const srf_array *points,
+                              const srf_progress *progress,
+                              double *out_distances);
 
 // Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
 // params   not NULL

@@ -13,6 +13,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -224,11 +225,37 @@ struct AlignReport : srf_align_report {
 struct AlignedScan : srf_aligned_scan {
     AlignedScan() { check(srf_aligned_scan_init(this)); }
     bool has_place() const noexcept { return state == SRF_SCAN_PLACED || state == SRF_SCAN_KEPT; }
+    // Ways that nothing holds it.
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
 };
 
 // What an alignment found of two scans.
 struct AlignedPair : srf_aligned_pair {
     AlignedPair() { check(srf_aligned_pair_init(this)); }
+    // Ways that one may turn or slide on the other.
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
+};
+
+// Where a scan was drawn to.
+struct Snap : srf_snap {
+    Snap() { check(srf_snap_init(this)); }
+    // Numbers of the scans that it touches.
+    std::vector<std::size_t> touched;
+    // Ways that it may turn or slide.
+    std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
+};
+
+// The axis of a turntable, in the frame that scans were taken in.
+struct Axis {
+    std::array<double, 3> point{};
+    std::array<double, 3> direction{};
+};
+
+// A turntable as it was found.
+struct Turntable {
+    Axis axis;
+    // By how much it was turned at each scan; NaN at those that have no place.
+    std::vector<double> angles;
 };
 
 // What files do not say themselves.
@@ -962,6 +989,19 @@ public:
         return pair;
     }
 
+    // The turntable, where there was one and it was found.
+    std::optional<Turntable> turntable() const
+    {
+        std::uint32_t found = 0;
+        Turntable table;
+        srf_array angles{};
+        check(srf_alignment_turntable(get(), &found, table.axis.point.data(), table.axis.direction.data(), &angles));
+        if (found == 0) return std::nullopt;
+        const View<double> view(angles);
+        table.angles.assign(view.data(), view.data() + view.size());
+        return table;
+    }
+
     // Why a scan is not placed, and what to do; empty if it is.
     std::string reason(std::size_t scan) const
     {
@@ -988,7 +1028,8 @@ private:
     }
 };
 
-// An alignment being put together; scans are numbered from 0 in the order of adding.
+// An alignment being put together; scans are numbered from 0 in the order of adding. What it compares of them is kept from the first
+// run(), snap() or misfit() until scans are added.
 class Aligner : public detail::Handle<srf_aligner, srf_aligner_free> {
 public:
     Aligner() : Handle(make()) {}
@@ -1007,6 +1048,21 @@ public:
     // The scans touch, or must not be compared.
     void trust(std::size_t a, std::size_t b) { check(srf_aligner_trust(get(), a, b)); }
     void reject(std::size_t a, std::size_t b) { check(srf_aligner_reject(get(), a, b)); }
+    // The object turned on a table, about that axis and by these angles, where they are known.
+    void turn(const std::optional<Axis> &axis, const std::vector<double> &angles = {})
+    {
+        const double *point = axis ? axis->point.data() : nullptr;
+        const double *direction = axis ? axis->direction.data() : nullptr;
+        check(srf_aligner_turn(get(), point, direction, angles.data(), angles.size()));
+    }
+
+    // How many scans were added.
+    std::size_t size() const
+    {
+        std::size_t count = 0;
+        check(srf_aligner_count(get(), &count));
+        return count;
+    }
 
     Alignment run(const AlignParams &params = {}, const ProgressFunction &progress = {}) const
     {
@@ -1016,7 +1072,37 @@ public:
         return Alignment(alignment);
     }
 
+    // One scan drawn to the others. Poses: one a scan, srf_pose{} leaves it out; none at all for those of adding.
+    Snap snap(std::size_t scan, const std::vector<srf_pose> &world_from_scan = {}, const AlignParams &params = {},
+              const ProgressFunction &progress = {}) const
+    {
+        Snap snap;
+        std::vector<std::uint8_t> touches(size());
+        detail::Watcher watcher(progress);
+        watcher.check(srf_aligner_snap(get(), scan, poses(world_from_scan), world_from_scan.size(), &params, watcher.get(),
+                                       &snap, touches.data()));
+        for (std::size_t other = 0; other < touches.size(); ++other) {
+            if (touches[other] == 1) snap.touched.push_back(other);
+        }
+        return snap;
+    }
+
+    // How far points of a scan, in its own frame, lie outside of the others; NaN where none is near. Poses as for snap().
+    template <typename Real>
+    std::vector<double> misfit(std::size_t scan, View<Real, 3> points, const std::vector<srf_pose> &world_from_scan = {},
+                               const ProgressFunction &progress = {}) const
+    {
+        const srf_array array = points.array();
+        std::vector<double> distances(points.size());
+        detail::Watcher watcher(progress);
+        watcher.check(srf_aligner_misfit(get(), scan, poses(world_from_scan), world_from_scan.size(), &array, watcher.get(),
+                                         distances.data()));
+        return distances;
+    }
+
 private:
+    static const srf_pose *poses(const std::vector<srf_pose> &given) { return given.empty() ? nullptr : given.data(); }
+
     static srf_aligner *make()
     {
         srf_aligner *aligner = nullptr;

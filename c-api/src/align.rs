@@ -1,8 +1,11 @@
 //! Aligning scans whose poses are unknown or rough: one pose each, in one frame.
 
 use std::ffi::c_char;
+use std::sync::Arc;
 
-use surfrecon::align::{self, Constraints, Pick};
+use glam::{DAffine3, DVec3};
+use surfrecon::Progress;
+use surfrecon::align::{AlignParams, Axis, Constraints, Pick, Prepared};
 
 use crate::alignment::srf_alignment;
 use crate::cloud::srf_cloud;
@@ -12,7 +15,7 @@ use crate::handle::{self, handle};
 use crate::image::srf_image;
 use crate::mesh::srf_mesh;
 use crate::params::align::srf_align_params;
-use crate::pose::srf_pose;
+use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::sources::{self, Source};
 use crate::status::{Failure, srf_status, srf_status::*};
@@ -23,10 +26,59 @@ use crate::{params, pointer, sized};
 pub struct Aligner {
     sources: Vec<Source>,
     constraints: Constraints,
+    ready: Option<Ready>,
+}
+
+/// The scans made ready.
+#[derive(Clone)]
+struct Ready {
+    scans: Arc<Prepared>,
+    /// That did so. In one that was forked from it, a lock within may be held by a thread that does not exist there.
+    process: u32,
+}
+
+impl Aligner {
+    /// The scans made ready, where this process has done so.
+    fn ready(&self) -> Option<Arc<Prepared>> {
+        self.ready.as_ref().filter(|ready| ready.process == std::process::id()).map(|ready| ready.scans.clone())
+    }
+
+    /// The poses that a caller hands over, or those of adding; none of scans that are left out.
+    pub fn poses(&self, given: *const srf_pose, count: usize) -> Result<Vec<Option<DAffine3>>, Failure> {
+        if given.is_null() && count == 0 {
+            return Ok(self.sources.iter().map(|source| Some(source.world_from_scan())).collect());
+        }
+        pose::read_all("world_from_scan", given, count, self.sources.len())
+    }
+}
+
+/// The scans of an aligner made ready: by a call before, or now, to be kept for the next one. No call waits for another that reads,
+/// which might be below it, on the same thread: then both read.
+pub fn prepared(
+    handle: *const srf_aligner,
+    aligner: &Aligner,
+    threads: usize,
+    progress: &Progress<'_>,
+) -> Result<Arc<Prepared>, Failure> {
+    if let Some(scans) = aligner.ready() {
+        return Ok(scans);
+    }
+    let scans = Arc::new(Prepared::read(&sources::borrowed(&aligner.sources), threads, progress)?);
+    let keep = |now: &mut Aligner| {
+        // Scans are added and never taken away: as many are the same ones.
+        if now.sources.len() == aligner.sources.len() && now.ready().is_none() {
+            now.ready = Some(Ready { scans: scans.clone(), process: std::process::id() });
+        }
+        Ok(())
+    };
+    // One that was freed meanwhile keeps nothing.
+    let _ = handle::change("aligner", handle, keep);
+    Ok(scans)
 }
 
 /// An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
-/// numbered from 0 in the order of adding. Released with srf_aligner_free().
+/// numbered from 0 in the order of adding. They are read when srf_aligner_run(), srf_aligner_snap() or srf_aligner_misfit() first needs
+/// them; what these compare is kept, 1 to 2.5 MB a scan, until scans are added. Released with srf_aligner_free().
 #[allow(non_camel_case_types)]
 pub struct srf_aligner {
     _opaque: [u8; 0],
@@ -90,8 +142,11 @@ fn change(aligner: *mut srf_aligner, change: impl FnOnce(&mut Aligner) -> Result
 }
 
 fn add(aligner: *mut srf_aligner, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
+    let mut outdated = None;
+    // Megabytes are given back after the handle is free for others again.
     change(aligner, |aligner| {
         aligner.sources.extend(added);
+        outdated = aligner.ready.take();
         Ok(())
     })
 }
@@ -135,7 +190,8 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
     guard(|| add(aligner, [Source::of_cloud(cloud, name)?]))
 }
 
-/// Adds all scans of a set; they are read when the alignment runs, one a thread at a time, and not kept.
+/// Adds all scans of a set; they are read once, when they are first needed, one a thread at a time, and their samples are not kept.
+/// What becomes of the files afterwards is not noticed until scans are added.
 /// aligner    not NULL
 /// scans      not NULL
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -144,8 +200,17 @@ pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans:
     guard(|| add(aligner, Source::of_scans(scans)?))
 }
 
+/// How many scans were added.
+/// aligner    not NULL
+/// out_scans  not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_count(aligner: *const srf_aligner, out_scans: *mut usize) -> srf_status {
+    guard(|| pointer::write("out_scans", out_scans, handle::get("aligner", aligner)?.sources.len()))
+}
+
 /// Refuses a number that no scan has.
-fn known(aligner: &Aligner, name: &str, scan: usize) -> Result<usize, Failure> {
+pub fn known(aligner: &Aligner, name: &str, scan: usize) -> Result<usize, Failure> {
     let count = aligner.sources.len();
     if scan < count {
         return Ok(scan);
@@ -207,14 +272,14 @@ fn pick_of(aligner: &Aligner, given: &srf_pick) -> Result<Pick, Failure> {
     if !given.points.as_flattened().iter().all(|x| x.is_finite()) {
         return refused("pick.points has a number that is not finite".to_owned());
     }
-    let normals = (given.has_normals == 1).then(|| given.normals.map(glam::DVec3::from));
+    let normals = (given.has_normals == 1).then(|| given.normals.map(DVec3::from));
     if normals.is_some_and(|normals| normals.iter().any(|n| !(n.is_finite() && n.length() > 0.0))) {
         return refused("pick.normals must be finite and not 0".to_owned());
     }
     if !(given.weight.is_finite() && given.weight > 0.0) {
         return refused(format!("pick.weight must be a finite number > 0, got {}", given.weight));
     }
-    Ok(Pick { scans, points: given.points.map(glam::DVec3::from), normals, weight: given.weight })
+    Ok(Pick { scans, points: given.points.map(DVec3::from), normals, weight: given.weight })
 }
 
 /// Says that two scans touch: what fits them best is used, even if it is not sure.
@@ -247,6 +312,43 @@ pub unsafe extern "C" fn srf_aligner_reject(aligner: *mut srf_aligner, a: usize,
     })
 }
 
+/// Says how a table turned the object before a sensor that stood still: then only turns about its axis are looked for, whatever the
+/// parameter turntable says. Replaces what was said of it before.
+/// aligner    not NULL
+/// point      3 doubles: a point of the axis, in the frame that all scans were taken in; NULL where the axis is to be found
+/// direction  3 doubles: its direction, of any length but 0; NULL if point is
+/// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
+///            the viewer, either way round without an axis; NULL where that is not known
+/// count      scans that were added, 0 if angles is NULL
+/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_turn(
+    aligner: *mut srf_aligner,
+    point: *const f64,
+    direction: *const f64,
+    angles: *const f64,
+    count: usize,
+) -> srf_status {
+    guard(|| {
+        let axis = match (point.is_null(), direction.is_null()) {
+            (true, true) => None,
+            _ => Some(Axis { point: triple("point", point)?, direction: triple("direction", direction)? }),
+        };
+        let angles = pointer::numbers("angles", angles, count)?;
+        change(aligner, |aligner| {
+            let told = Constraints { axis, angles, ..Constraints::default() };
+            told.validate(aligner.sources.len())?;
+            (aligner.constraints.axis, aligner.constraints.angles) = (told.axis, told.angles);
+            Ok(())
+        })
+    })
+}
+
+/// The 3 doubles behind a pointer.
+fn triple(name: &str, numbers: *const f64) -> Result<DVec3, Failure> {
+    Ok(DVec3::from_array(pointer::read(name, numbers.cast::<[f64; 3]>())?))
+}
+
 /// Brings what was added to one frame: that of the fixed scans, or of the largest one. A scan is placed only where overlap, how it
 /// is held and uniqueness are sure; the others are told with the reason. Poses the scans have are used where they are fixed and
 /// where start says that they are rough. The same to the bit for any number of threads and any order of adding. Blocks.
@@ -254,9 +356,9 @@ pub unsafe extern "C" fn srf_aligner_reject(aligner: *mut srf_aligner, a: usize,
 /// params         NULL for the defaults
 /// progress       NULL for none
 /// out_alignment  receives a new handle on SRF_OK only; not NULL
-/// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid or a pair that is both
-///                trusted and rejected, SRF_ERR_FORMAT, SRF_ERR_IO, SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
-///                SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+/// returns        SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, a pose that is not rigid, a pair that is both
+///                trusted and rejected or angles for another number of scans, SRF_ERR_FORMAT, SRF_ERR_IO,
+///                SRF_ERR_OUT_OF_MEMORY, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_run(
     aligner: *const srf_aligner,
@@ -266,10 +368,12 @@ pub unsafe extern "C" fn srf_aligner_run(
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_alignment", out_alignment)?;
-        let aligner = handle::get("aligner", aligner)?;
-        let params = params::read("params", params)?;
-        let sources = sources::borrowed(&aligner.sources);
-        let found = align::run(&sources, &params, &aligner.constraints, &watched(progress))?;
+        let told = handle::get("aligner", aligner)?;
+        let params: AlignParams = params::read("params", params)?;
+        told.constraints.validate(told.sources.len())?;
+        let progress = watched(progress);
+        let scans = prepared(aligner, &told, params.threads, &progress)?;
+        let found = scans.align(&params, &told.constraints, &progress)?;
         handle::give("out_alignment", out_alignment, found.report.into())
     })
 }

@@ -2,8 +2,9 @@
 
 use std::ffi::{CString, c_char};
 
-use surfrecon::align::{AlignReport, AlignedPair, AlignedScan, PairState, ScanState};
+use surfrecon::align::{AlignReport, AlignedPair, AlignedScan, Freedom, PairState, ScanState};
 
+use crate::array::{self, srf_array};
 use crate::files::at;
 use crate::guard::guard;
 use crate::handle::{self, handle};
@@ -19,6 +20,8 @@ pub struct Aligned {
     reasons: Vec<CString>,
     messages: Vec<CString>,
     lines: Vec<CString>,
+    /// By how much the turntable was turned, NaN where that is not known.
+    angles: Vec<f64>,
 }
 
 impl From<AlignReport> for Aligned {
@@ -27,6 +30,7 @@ impl From<AlignReport> for Aligned {
             reasons: report.scans.iter().map(|scan| c_text(&scan.reason)).collect(),
             messages: report.messages.iter().map(|message| c_text(message)).collect(),
             lines: report.lines().iter().map(|line| c_text(line)).collect(),
+            angles: report.turntable.iter().flat_map(|table| &table.angles).map(|a| a.unwrap_or(f64::NAN)).collect(),
             report,
         }
     }
@@ -107,6 +111,38 @@ impl From<PairState> for srf_pair_state {
     }
 }
 
+/// A way that a scan may move without leaving the surfaces it lies on: a turn about an axis, or a slide.
+#[allow(non_camel_case_types)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct srf_freedom {
+    /// 1 for a turn, 0 for a slide.
+    pub turns: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Unit direction of the axis, or of the slide, in the world.
+    pub direction: [f64; 3],
+    /// A point of the axis, in the world.
+    pub point: [f64; 3],
+}
+
+/// Ways to move that a pose has.
+const WAYS: usize = 6;
+
+/// Ways to move as the caller gets them: how many, then each.
+pub fn ways(free: &[Freedom]) -> (u32, [srf_freedom; WAYS]) {
+    let mut all: [srf_freedom; WAYS] = bytemuck::Zeroable::zeroed();
+    for (way, freedom) in all.iter_mut().zip(free) {
+        *way = srf_freedom {
+            turns: freedom.turns.into(),
+            reserved: 0,
+            direction: freedom.direction.to_array(),
+            point: freedom.point.to_array(),
+        };
+    }
+    (free.len().min(WAYS) as u32, all)
+}
+
 /// Figures of an alignment. Starts with its size; prepared by srf_align_report_init().
 #[allow(non_camel_case_types)]
 #[repr(C)]
@@ -161,7 +197,7 @@ pub struct srf_aligned_scan {
     pub state: u32,
     /// Number of its group: 0 is the one that is placed. UINT32_MAX where it is joined with none.
     pub group: u32,
-    /// Ways, at most 6, that it may turn or slide and nothing holds it.
+    /// Ways that it may turn or slide and nothing holds it.
     pub free_ways: u32,
     /// Its pose in its group, rigid: of the first group the result; scans of others lie together where the largest of them was given.
     /// All 0 where it has no group.
@@ -172,27 +208,35 @@ pub struct srf_aligned_scan {
     pub middle: [f64; 3],
     /// One standard deviation of the place of its points: the largest over the scan.
     pub deviation: f64,
+    /// The free ways; 0 behind them.
+    pub freedoms: [srf_freedom; 6],
     /// Share of its surface that lies on the scan that shares most with it.
     pub overlap: f64,
     /// Root mean square distance to the surfaces of others, along normals; 0 where there are none.
     pub residual: f64,
+    /// Root mean square of how far it lies from the others where noise is averaged out: what no rigid pose explains, such as warp.
+    /// Bending within a few samples counts as well, so that some of it is always there. srf_aligner_misfit() says where.
+    pub misfit: f64,
     /// Median distance of its samples.
     pub spacing: f64,
 }
 
 impl From<&AlignedScan> for srf_aligned_scan {
     fn from(scan: &AlignedScan) -> Self {
+        let (free_ways, freedoms) = ways(&scan.free);
         srf_aligned_scan {
             struct_size: size_of::<Self>() as u32,
             state: srf_scan_state::from(scan.state) as u32,
             group: scan.group.map_or(u32::MAX, |group| group as u32),
-            free_ways: scan.free.len() as u32,
+            free_ways,
             world_from_scan: scan.world_from_scan.map_or_else(bytemuck::Zeroable::zeroed, pose::pose),
             covariance: scan.covariance,
             middle: scan.middle.to_array(),
             deviation: scan.deviation,
+            freedoms,
             overlap: scan.overlap,
             residual: scan.residual,
+            misfit: scan.misfit,
             spacing: scan.spacing,
         }
     }
@@ -213,6 +257,8 @@ pub struct srf_aligned_pair {
     pub places: u32,
     /// Ways that one may turn or slide on the other.
     pub free_ways: u32,
+    /// The free ways; 0 behind them.
+    pub freedoms: [srf_freedom; 6],
     /// Share of either surface that lies on the other.
     pub overlap: [f64; 2],
     /// Root mean square distance of the surfaces where they touch, along normals, in the unit of the scans.
@@ -225,12 +271,14 @@ pub struct srf_aligned_pair {
 
 impl From<&AlignedPair> for srf_aligned_pair {
     fn from(pair: &AlignedPair) -> Self {
+        let (free_ways, freedoms) = ways(&pair.free);
         srf_aligned_pair {
             struct_size: size_of::<Self>() as u32,
             state: srf_pair_state::from(pair.state) as u32,
             scans: pair.scans.map(|scan| scan as u32),
             places: pair.places as u32,
-            free_ways: pair.free.len() as u32,
+            free_ways,
+            freedoms,
             overlap: pair.overlap,
             residual: pair.residual,
             balance: pair.balance,
@@ -317,6 +365,39 @@ pub unsafe extern "C" fn srf_alignment_pair(
     guard(|| {
         let aligned = handle::get("alignment", alignment)?;
         sized::write("out_pair", out_pair, srf_aligned_pair::from(at(&aligned.report.pairs, index)?))
+    })
+}
+
+/// The turntable that the object stood on.
+/// alignment      not NULL
+/// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
+/// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
+/// out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
+/// out_angles     receives a view that stays until the alignment is freed, an SRF_F64 a scan: by how much it was turned then, from 0 to
+///                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
+///                are not. NULL if not wanted
+/// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_alignment_turntable(
+    alignment: *const srf_alignment,
+    out_found: *mut u32,
+    out_point: *mut f64,
+    out_direction: *mut f64,
+    out_angles: *mut srf_array,
+) -> srf_status {
+    guard(|| {
+        pointer::writable("out_found", out_found)?;
+        let aligned = handle::get("alignment", alignment)?;
+        let Some(table) = &aligned.report.turntable else { return pointer::write("out_found", out_found, 0) };
+        let numbers =
+            [("out_point", out_point, table.axis.point), ("out_direction", out_direction, table.axis.direction)];
+        for (name, out, value) in numbers.into_iter().filter(|(_, out, _)| !out.is_null()) {
+            pointer::copy_out(name, out, &value.to_array())?;
+        }
+        if !out_angles.is_null() {
+            pointer::write("out_angles", out_angles, array::values(&aligned.angles))?;
+        }
+        pointer::write("out_found", out_found, 1)
     })
 }
 

@@ -8,7 +8,7 @@
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
-//! | `formats`, `files`, `write`, `align`, `alignment`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `text` | texts as C wants them |
@@ -53,6 +53,7 @@ mod scan;
 mod sculpt;
 mod settings;
 mod sized;
+mod snap;
 mod sources;
 mod spline;
 mod status;

@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use crate::pointer;
-use crate::status::Failure;
+use crate::status::{Failure, srf_status::SRF_ERR_INPUT};
 
 /// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
 #[allow(non_camel_case_types)]
@@ -16,11 +16,12 @@ pub struct srf_pose {
 
 /// The transform behind a pointer; NULL is the identity.
 pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
-    use crate::status::srf_status::SRF_ERR_INPUT;
-    if pose.is_null() {
-        return Ok(DAffine3::IDENTITY);
-    }
-    let m = pointer::read(name, pose)?.matrix;
+    if pose.is_null() { Ok(DAffine3::IDENTITY) } else { transform(name, &pointer::read(name, pose)?) }
+}
+
+/// What the caller's numbers stand for.
+fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
+    let m = pose.matrix;
     if m.iter().any(|x| !x.is_finite()) {
         return Err(Failure::new(SRF_ERR_INPUT, format!("{name} has a number that is not finite")));
     }
@@ -36,14 +37,38 @@ pub fn read(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
 
 /// The pose of a sensor behind a pointer: a rotation and a translation; NULL is the identity.
 pub fn read_rigid(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
-    let transform = read(name, pose)?;
+    rigid(name, read(name, pose)?)
+}
+
+/// The poses of `scans` scans behind a pointer, rigid; `None` for those that are all 0.
+pub fn read_all(
+    name: &str,
+    poses: *const srf_pose,
+    count: usize,
+    scans: usize,
+) -> Result<Vec<Option<DAffine3>>, Failure> {
+    if count != scans {
+        let text = format!("{name}: {count} poses for {scans} scans: give one a scan, all 0 for those left out");
+        return Err(Failure::new(SRF_ERR_INPUT, text));
+    }
+    let one = |(index, pose): (usize, &srf_pose)| {
+        if pose.matrix == [0.0; 16] {
+            return Ok(None);
+        }
+        let name = format!("{name}[{index}]");
+        rigid(&name, transform(&name, pose)?).map(Some)
+    };
+    pointer::numbers(name, poses, count)?.iter().enumerate().map(one).collect()
+}
+
+fn rigid(name: &str, transform: DAffine3) -> Result<DAffine3, Failure> {
     if surfrecon::range_image::is_rigid(&transform) {
         return Ok(transform);
     }
     let text = format!(
         "{name} must be rigid (a rotation and a translation only); apply scale and shear to the samples instead"
     );
-    Err(Failure::new(crate::status::srf_status::SRF_ERR_INPUT, text))
+    Err(Failure::new(SRF_ERR_INPUT, text))
 }
 
 /// A transform as the caller gets it.

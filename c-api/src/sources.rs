@@ -70,6 +70,16 @@ impl Source {
         let set = handle::get("scans", scans)?;
         Ok((0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }).collect())
     }
+
+    /// Its pose as it was added.
+    pub fn world_from_scan(&self) -> DAffine3 {
+        match self {
+            Source::Image(image) => image.image.world_from_sensor,
+            Source::Mesh(mesh) => mesh.world_from_mesh,
+            Source::Cloud { cloud, .. } => cloud.world_from_cloud,
+            Source::Scan { set, index } => set.set.scans[*index].world_from_sensor,
+        }
+    }
 }
 
 /// A cloud as the core takes it.

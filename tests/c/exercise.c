@@ -41,6 +41,41 @@ static srf_image *height_map(void)
     return image;
 }
 
+/* One scan drawn to the others, and what it lies off them. */
+static void draw(const srf_aligner *aligner, const srf_align_params *params, const srf_cloud *cloud)
+{
+    srf_snap snap;
+    srf_pose poses[3];
+    srf_array points;
+    srf_progress watcher;
+    uint8_t touches[3];
+    size_t count = 0, i;
+    int asked = 0;
+    double *off;
+
+    must(srf_aligner_count(aligner, &count) == SRF_OK && count == 3 && srf_snap_init(&snap) == SRF_OK, "init");
+    memset(poses, 0, sizeof poses);
+    for (i = 0; i < 2; ++i) {
+        poses[i].matrix[0] = poses[i].matrix[5] = poses[i].matrix[10] = poses[i].matrix[15] = 1;
+    }
+    poses[1].matrix[14] = 0.2;
+    watcher.report = cancel;
+    watcher.user = &asked;
+    must(srf_aligner_snap(aligner, 1, poses, 3, params, &watcher, &snap, NULL) == SRF_ERR_CANCELLED && asked > 0, "cancel");
+    must(srf_aligner_snap(aligner, 1, poses, 3, params, NULL, &snap, touches) == SRF_OK, "snap");
+    must(snap.state == SRF_PAIR_FITS && snap.touches == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
+    must(snap.moved > 0.1 && fabs(snap.world_from_scan.matrix[14]) < 0.01, "it is drawn there");
+    must(snap.free_ways <= 6 && snap.freedoms[5].reserved == 0, "ways");
+    must(srf_aligner_snap(aligner, 2, poses, 3, NULL, NULL, &snap, NULL) == SRF_ERR_INPUT, "no pose to start from");
+    must(srf_aligner_snap(aligner, 1, NULL, 0, NULL, NULL, &snap, NULL) == SRF_OK && snap.touches == 2, "as added");
+    must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK, "points");
+    off = malloc(points.count * sizeof *off);
+    must(srf_aligner_misfit(aligner, 1, poses, 3, &points, NULL, off) == SRF_OK, "misfit");
+    for (i = 0, count = 0; i < points.count; ++i) count += off[i] > 0.05 && off[i] < 0.5;
+    must(count > points.count / 2, "it lies above");
+    free(off);
+}
+
 /* An alignment of a scan with itself: all that was found is looked at. */
 static void align(const srf_image *image, const srf_mesh *surface, const srf_cloud *cloud)
 {
@@ -52,7 +87,11 @@ static void align(const srf_image *image, const srf_mesh *surface, const srf_clo
     srf_aligned_pair pair;
     srf_pick pick;
     srf_progress watcher;
+    const double at[3] = {0, 0, 0}, up[3] = {0, 0, 1}, turned[3] = {0, 0, 0};
+    double point[3], direction[3];
     const char *text = NULL;
+    srf_array angles;
+    uint32_t found = 0;
     size_t i;
     int asked = 0;
 
@@ -69,15 +108,26 @@ static void align(const srf_image *image, const srf_mesh *surface, const srf_clo
     watcher.user = &asked;
     must(srf_aligner_run(aligner, &params, &watcher, &alignment) == SRF_ERR_CANCELLED && alignment == NULL, "cancel");
     must(srf_aligner_run(aligner, &params, NULL, &alignment) == SRF_OK && asked > 0, "align");
+    must(srf_alignment_turntable(alignment, &found, point, direction, &angles) == SRF_OK && found == 0, "no turntable");
+    must(srf_alignment_free(alignment) == SRF_OK, "free");
+    draw(aligner, &params, cloud);
+    must(srf_aligner_turn(aligner, at, up, turned, 2) == SRF_ERR_INPUT, "an angle too few");
+    must(srf_aligner_turn(aligner, at, up, turned, 3) == SRF_OK, "turn");
+    params.turntable = SRF_TURNTABLE_TURNED;
+    must(srf_aligner_run(aligner, &params, NULL, &alignment) == SRF_OK, "align");
+    must(srf_alignment_turntable(alignment, &found, point, direction, &angles) == SRF_OK && found == 1, "turntable");
+    must(direction[2] == 1.0 && angles.count == 3 && cos(((const double *)angles.data)[2]) > 0.999, "as it was given");
     must(srf_aligner_free(aligner) == SRF_OK && srf_aligner_free(NULL) == SRF_OK, "free");
     must(srf_alignment_report(alignment, &report) == SRF_OK && report.scans == 3 && report.lines >= 4, "report");
     for (i = 0; i < report.scans; ++i) {
-        must(srf_alignment_scan(alignment, i, &scan) == SRF_OK && scan.spacing > 0, "scan");
+        must(srf_alignment_scan(alignment, i, &scan) == SRF_OK && scan.spacing > 0 && scan.misfit >= 0, "scan");
+        must(scan.free_ways <= 6 && scan.freedoms[5].turns <= 1, "ways of a scan");
         must(srf_alignment_reason(alignment, i, &text) == SRF_OK && (scan.group == 0) == (strlen(text) == 0), "reason");
     }
     must(scan.state == SRF_SCAN_KEPT && scan.world_from_scan.matrix[0] == 1.0, "the fixed one stays");
     for (i = 0; i < report.pairs; ++i) {
         must(srf_alignment_pair(alignment, i, &pair) == SRF_OK && pair.scans[0] < pair.scans[1], "pair");
+        must(pair.free_ways <= 6 && pair.freedoms[5].turns <= 1, "ways of a pair");
     }
     for (i = 0; i < report.messages; ++i) must(srf_alignment_message(alignment, i, &text) == SRF_OK && strlen(text) > 0, "message");
     for (i = 0; i < report.lines; ++i) must(srf_alignment_line(alignment, i, &text) == SRF_OK && strlen(text) > 0, "line");

@@ -1,6 +1,7 @@
 /* A program that forks: after a call, and while other threads are in the middle of calls and at the tables of handles. Every
    child goes on with what it has; one that hangs is ended by its alarm, and that is a failure. */
 #define _DEFAULT_SOURCE
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -11,6 +12,8 @@
 #include "surfrecon.h"
 
 static atomic_int at_an_end;
+/* An alignment that a thread runs, whose scans were read. */
+static _Atomic(srf_aligner *) running;
 
 static void must(int holds, const char *what)
 {
@@ -54,6 +57,61 @@ static void *merging(void *mesh)
     return NULL;
 }
 
+enum { SIDE = 40 };
+
+/* A piece of bumpy ground. */
+static srf_mesh *ground(int from)
+{
+    static double points[SIDE * SIDE][3];
+    static uint32_t sides[2 * (SIDE - 1) * (SIDE - 1)][3];
+    const srf_array positions = {points, SIDE * SIDE, 0, SRF_F64, 3}, triangles = {sides, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_U32, 3};
+    srf_mesh *mesh = NULL;
+    uint32_t i, n = 0;
+
+    for (i = 0; i < SIDE * SIDE; ++i) {
+        const double x = (double)(i % SIDE) + from, y = i / SIDE;
+        points[i][0] = x;
+        points[i][1] = y;
+        points[i][2] = 3 * sin(0.31 * x) * cos(0.23 * y) + 2 * sin(0.17 * x + 0.4 * y) + 0.02 * x * y;
+        if (i % SIDE == SIDE - 1 || i / SIDE == SIDE - 1) continue;
+        sides[n][0] = sides[n + 1][2] = i;
+        sides[n][1] = i + 1;
+        sides[n][2] = sides[n + 1][0] = i + SIDE + 1;
+        sides[n + 1][1] = i + SIDE;
+        n += 2;
+    }
+    must(srf_mesh_create(&positions, &triangles, &mesh) == SRF_OK, "mesh");
+    return mesh;
+}
+
+static srf_status align(const srf_aligner *aligner)
+{
+    srf_alignment *alignment = NULL;
+    const srf_status status = srf_aligner_run(aligner, NULL, NULL, &alignment);
+
+    srf_alignment_free(alignment);
+    return status;
+}
+
+static void *aligning(void *nothing)
+{
+    srf_mesh *pieces[2] = {ground(0), ground(8)};
+    srf_aligner *aligner = NULL, *before = NULL;
+    srf_snap snap;
+
+    must(srf_snap_init(&snap) == SRF_OK, "init");
+    while (!at_an_end) {
+        must(srf_aligner_create(&aligner) == SRF_OK && srf_aligner_add_mesh(aligner, pieces[0], NULL, "a") == SRF_OK, "add");
+        must(srf_aligner_add_mesh(aligner, pieces[1], NULL, "b") == SRF_OK, "add");
+        must(srf_aligner_snap(aligner, 0, NULL, 0, NULL, NULL, &snap, NULL) == SRF_OK, "snap");
+        running = aligner;
+        must(align(aligner) == SRF_OK && srf_aligner_free(before) == SRF_OK, "align");
+        before = aligner;
+    }
+    must(srf_aligner_free(before) == SRF_OK && srf_mesh_free(pieces[0]) == SRF_OK && srf_mesh_free(pieces[1]) == SRF_OK, "free");
+    return nothing;
+}
+
 static void *at_the_table(void *mesh)
 {
     while (!at_an_end) {
@@ -75,6 +133,7 @@ static void child(const srf_mesh *mesh, size_t expected)
         alarm(20);
         if (expected) {
             must(merge(mesh) == expected, "the child merges otherwise");
+            must(running == NULL || align(running) == SRF_OK, "the parent's alignment");
         } else {
             srf_mesh *own = octahedron();
             srf_array positions;
@@ -92,15 +151,16 @@ int main(void)
 {
     srf_mesh *mesh = octahedron();
     const size_t expected = merge(mesh);
-    pthread_t threads[3];
+    pthread_t threads[4];
     int i;
 
     child(mesh, expected);
     must(pthread_create(&threads[0], NULL, merging, mesh) == 0, "thread");
     for (i = 1; i < 3; ++i) must(pthread_create(&threads[i], NULL, at_the_table, mesh) == 0, "thread");
+    must(pthread_create(&threads[3], NULL, aligning, NULL) == 0, "thread");
     for (i = 0; i < 2000; ++i) child(mesh, i % 100 == 0 ? expected : 0);
     at_an_end = 1;
-    for (i = 0; i < 3; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
+    for (i = 0; i < 4; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
     must(srf_mesh_free(mesh) == SRF_OK, "free");
     puts("fine");
     return 0;

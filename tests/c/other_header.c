@@ -70,6 +70,7 @@ int main(void)
     HELD(srf_align_report) aligned;
     HELD(srf_aligned_scan) aligned_scan;
     HELD(srf_aligned_pair) aligned_pair;
+    HELD(srf_snap) snap;
     const double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
     srf_array points, corners;
@@ -99,6 +100,7 @@ int main(void)
     FILL(aligned, srf_align_report_init);
     FILL(aligned_scan, srf_aligned_scan_init);
     FILL(aligned_pair, srf_aligned_pair_init);
+    FILL(snap, srf_snap_init);
 
     memset(&points, 0, sizeof(points));
     points.data = positions;

@@ -17,6 +17,19 @@ pub enum srf_start {
     SRF_START_ROUGH = 2,
 }
 
+/// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+#[allow(non_camel_case_types, dead_code)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum srf_turntable {
+    /// No, or not known.
+    SRF_TURNTABLE_NO = 1,
+    /// By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.
+    SRF_TURNTABLE_TURNED = 2,
+    /// A whole turn in equal steps, in the order of the scans.
+    SRF_TURNTABLE_EQUAL = 3,
+}
+
 /// How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
 /// srf_align_params_init().
 #[allow(non_camel_case_types)]
@@ -32,11 +45,17 @@ pub struct srf_align_params {
     pub start: u64,
     /// With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
     pub reach: f64,
+    /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for. A
+    /// value of srf_turntable, default SRF_TURNTABLE_NO.
+    pub turntable: u64,
     /// Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
     /// distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.
     pub tolerance: f64,
     /// Scans fit only if one of them lies on the other with at least this share of its surface. 0 to 1, default 0.03.
     pub min_overlap: f64,
+    /// Where shape lets scans turn or slide, or fits in several places, their colours or intensities decide. Off: shape
+    /// alone counts. 1 or 0, default 1.
+    pub use_colour: u64,
 }
 
 impl Fields for srf_align_params {
@@ -46,8 +65,10 @@ impl Fields for srf_align_params {
             threads: 0,
             start: 1,
             reach: SRF_FROM_DATA,
+            turntable: 1,
             tolerance: SRF_FROM_DATA,
             min_overlap: 0.03,
+            use_colour: 1,
         }
     }
 
@@ -56,8 +77,10 @@ impl Fields for srf_align_params {
             ("threads", Given::Threads(self.threads)),
             ("start", Given::Whole(self.start)),
             ("reach", Given::Double(self.reach)),
+            ("turntable", Given::Whole(self.turntable)),
             ("tolerance", Given::Double(self.tolerance)),
             ("min_overlap", Given::Double(self.min_overlap)),
+            ("use_colour", Given::Whole(self.use_colour)),
         ]
     }
 }

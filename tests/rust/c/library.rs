@@ -110,10 +110,11 @@ impl<const N: usize> Sized<N> {
     }
 }
 
-pub type AlignParams = Sized<4>;
+pub type AlignParams = Sized<6>;
 pub type AlignReport = Sized<5>;
-pub type AlignedScan = Sized<60>;
-pub type AlignedPair = Sized<7>;
+pub type AlignedScan = Sized<103>;
+pub type AlignedPair = Sized<49>;
+pub type Snap = Sized<64>;
 pub type Pick = Sized<14>;
 pub type MergeParams = Sized<6>;
 pub type MergeReport = Sized<19>;
@@ -326,6 +327,8 @@ functions! {
     srf_aligner_pick(aligner: Handle, pick: *const Pick) -> i32;
     srf_aligner_trust(aligner: Handle, a: usize, b: usize) -> i32;
     srf_aligner_reject(aligner: Handle, a: usize, b: usize) -> i32;
+    srf_aligner_count(aligner: Handle, out: *mut usize) -> i32;
+    srf_aligner_turn(aligner: Handle, point: *const f64, direction: *const f64, angles: *const f64, count: usize) -> i32;
     srf_aligner_run(aligner: Handle, params: *const AlignParams, progress: *const Watch, out: *mut Handle) -> i32;
     srf_align_report_init_sized(report: *mut AlignReport, size: usize) -> i32;
     srf_aligned_scan_init_sized(scan: *mut AlignedScan, size: usize) -> i32;
@@ -334,6 +337,10 @@ functions! {
     srf_alignment_report(alignment: Handle, out: *mut AlignReport) -> i32;
     srf_alignment_scan(alignment: Handle, index: usize, out: *mut AlignedScan) -> i32;
     srf_alignment_pair(alignment: Handle, index: usize, out: *mut AlignedPair) -> i32;
+    srf_alignment_turntable(alignment: Handle, found: *mut u32, point: *mut f64, direction: *mut f64, angles: *mut Array) -> i32;
+    srf_snap_init_sized(snap: *mut Snap, size: usize) -> i32;
+    srf_aligner_snap(aligner: Handle, scan: usize, poses: *const [f64; 16], count: usize, params: *const AlignParams, progress: *const Watch, out: *mut Snap, touches: *mut u8) -> i32;
+    srf_aligner_misfit(aligner: Handle, scan: usize, poses: *const [f64; 16], count: usize, points: *const Array, progress: *const Watch, distances: *mut f64) -> i32;
     srf_alignment_reason(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_alignment_message(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_alignment_line(alignment: Handle, index: usize, out: *mut *const c_char) -> i32;

@@ -23,6 +23,7 @@ const CHAPTERS: &[&str] = &[
     "params/align",
     "align",
     "alignment",
+    "snap",
     "params/merge",
     "merge",
     "params/sculpt",

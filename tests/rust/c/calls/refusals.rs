@@ -134,6 +134,19 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         wrong(13, 0.0, 0, "pick.weight must be a finite number > 0, got 0");
         wrong(13, 1.0, 1, "pick.normals must be finite and not 0");
         wrong(13, 1.0, 2, "pick.has_normals must be 0 or 1, got 2");
+        let (point, direction, angles) = ([0.0_f64; 3], [0.0, 0.0, 2.0_f64], [0.0, f64::INFINITY, 2.0]);
+        let (at, along, none) = (point.as_ptr(), direction.as_ptr(), std::ptr::null());
+        let turn = |point, direction, angles, count, status, part: &str| {
+            api.refused((api.srf_aligner_turn)(aligner, point, direction, angles, count), status, part);
+        };
+        turn(at, none, none, 0, NULL, "direction must not be NULL");
+        turn(none, along, none, 0, NULL, "point must not be NULL");
+        turn(at, at, none, 0, INPUT, "axis has a direction of 0");
+        turn(angles.as_ptr(), along, none, 0, INPUT, "a number that is not finite");
+        turn(at, along, none, 2, NULL, "angles must not be NULL");
+        turn(none, none, angles.as_ptr(), 3, INPUT, "3 angles of the turntable are given for 2 scans: give one a scan");
+        turn(none, none, angles.as_ptr(), 2, INPUT, "angle of scan 1 is not finite");
+        turn(none, none, angles.as_ptr(), usize::MAX, INPUT, "more than there can be");
         let mut params = AlignParams::ZERO;
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
         params.numbers[0] = 3;
@@ -160,8 +173,77 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         }
         let answer = (api.srf_aligner_run)(other, std::ptr::null(), std::ptr::null(), &mut alignment);
         api.refused(answer, INPUT, "\"twice\" is scaled, sheared or mirrored");
+        // Angles that were one a scan, and a scan more.
+        api.ok((api.srf_aligner_turn)(other, none, none, point.as_ptr(), 2));
+        api.ok((api.srf_aligner_add_mesh)(other, mesh, std::ptr::null(), c"c".as_ptr()));
+        let answer = (api.srf_aligner_run)(other, std::ptr::null(), std::ptr::null(), &mut alignment);
+        api.refused(answer, INPUT, "2 angles of the turntable are given for 3 scans");
         assert!(alignment == Handle::NULL, "written in spite of the error");
         for end in [(api.srf_aligner_free)(aligner), (api.srf_aligner_free)(other), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
+}
+
+#[test]
+pub(super) fn poses_to_draw_a_scan_from_are_refused_where_they_can_not_be() {
+    let api = api();
+    let mesh = octahedron();
+    let (mut aligner, mut snap, null) = (Handle::NULL, Snap::ZERO, std::ptr::null());
+    let placed: [f64; 16] = std::array::from_fn(|i| if i % 5 == 0 { 1.0 } else { 0.0 });
+    let with = |index: usize, number: f64| {
+        let mut pose = placed;
+        pose[index] = number;
+        pose
+    };
+    let mut distances = [9.0];
+    let points = [[0.0, 0.0, 3.0_f64]];
+    let points = Array::of(&points, F64, 3);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_aligner_create)(&mut aligner));
+        api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), c"a".as_ptr()));
+        let draw = |scan: usize, poses: &[[f64; 16]], params: *const AlignParams, snap: &mut Snap| {
+            let (poses, count) = if poses.is_empty() { (std::ptr::null(), 0) } else { (poses.as_ptr(), poses.len()) };
+            (api.srf_aligner_snap)(aligner, scan, poses, count, params, std::ptr::null(), snap, std::ptr::null_mut())
+        };
+        api.refused(draw(0, &[], null, &mut snap), STRUCT_SIZE, "out_snap.struct_size is 0");
+        api.ok((api.srf_snap_init_sized)(&mut snap, size_of_val(&snap)));
+        let before = snap;
+        api.refused(draw(0, &[], null, &mut snap), INPUT, "aligning takes at least two scans, got 1");
+        api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), c"b".as_ptr()));
+        api.refused(draw(2, &[], null, &mut snap), PARAMETER, "scan must be < 2, the number of scans added, got 2");
+        let mut params = AlignParams::ZERO;
+        api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
+        params.set_f64(1, -2.0);
+        api.refused(draw(0, &[], &params, &mut snap), PARAMETER, "reach must be a finite number > 0, got -2");
+        let mut refused = |poses: &[[f64; 16]], part: &str| {
+            api.refused(draw(0, poses, null, &mut snap), INPUT, part);
+            assert!(snap == before, "written in spite of the error");
+            let out = distances.as_mut_ptr();
+            let (of, count) = (poses.as_ptr(), poses.len());
+            let part = part.replace("scan 0 is to be drawn to the others, but has no pose", "scan 0 has no pose");
+            let answer = (api.srf_aligner_misfit)(aligner, 0, of, count, &points, std::ptr::null(), out);
+            api.refused(answer, INPUT, &part);
+            assert_eq!(distances, [9.0], "written in spite of the error");
+        };
+        refused(&[placed], "world_from_scan: 1 poses for 2 scans: give one a scan, all 0 for those left out");
+        refused(&[placed, with(7, 1.0)], "world_from_scan[1]: the last row must be 0 0 0 1, got 0 1 0 1");
+        refused(&[with(12, f64::NAN), placed], "world_from_scan[0] has a number that is not finite");
+        refused(&[placed, with(0, 2.0)], "world_from_scan[1] must be rigid");
+        refused(&[[0.0; 16], placed], "scan 0 is to be drawn to the others, but has no pose");
+        let out = distances.as_mut_ptr();
+        let misfit = |scan, poses, count, points: *const Array, out| {
+            (api.srf_aligner_misfit)(aligner, scan, poses, count, points, std::ptr::null(), out)
+        };
+        let none = std::ptr::null();
+        api.refused(misfit(0, none, 2, &points, out), NULL, "world_from_scan must not be NULL");
+        api.refused(misfit(5, none, 0, &points, out), PARAMETER, "scan must be < 2");
+        api.refused(misfit(0, none, 0, none.cast(), out), NULL, "points must not be NULL");
+        api.refused(misfit(0, none, 0, &points, std::ptr::null_mut()), NULL, "out_distances must not be NULL");
+        let whole = Array { kind: I32, ..points };
+        api.refused(misfit(0, none, 0, &whole, out), INPUT, "points: type must be SRF_F64 or SRF_F32, got SRF_I32");
+        for end in [(api.srf_aligner_free)(aligner), (api.srf_mesh_free)(mesh)] {
             api.ok(end);
         }
     }

@@ -49,7 +49,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 19] = [
+    let all: [fn(); 20] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -64,6 +64,7 @@ fn every_call_from_eight_threads_at_once() {
         an_image_becomes_a_quad_grid_and_a_surface,
         a_mesh_is_clustered_and_so_is_a_chain,
         what_is_said_of_scans_that_are_not_there_is_refused,
+        poses_to_draw_a_scan_from_are_refused_where_they_can_not_be,
         what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
         files_go_out_and_come_back,
@@ -75,6 +76,46 @@ fn every_call_from_eight_threads_at_once() {
             scope.spawn(move || (0..all.len()).for_each(|i| all[(first + i) % all.len()]()));
         }
     });
+}
+
+#[test]
+fn eight_threads_at_once_draw_a_scan_of_one_aligner() {
+    let api = api();
+    let mesh = octahedron();
+    let image = scan(mesh);
+    let mut aligner = Handle::NULL;
+    // SAFETY: as the header wants it.
+    let found: Vec<(Snap, [u8; 8])> = unsafe {
+        api.ok((api.srf_aligner_create)(&mut aligner));
+        api.ok((api.srf_aligner_add_mesh)(aligner, mesh, std::ptr::null(), c"octahedron".as_ptr()));
+        api.ok((api.srf_aligner_add_image)(aligner, image));
+        let work = || {
+            let mut snap = Snap::ZERO;
+            api.ok((api.srf_snap_init_sized)(&mut snap, size_of_val(&snap)));
+            let (none, out, mut distance) = (std::ptr::null(), std::ptr::null_mut(), 9.0);
+            let null = std::ptr::null();
+            let (points, poses) = ([[0.0, 0.0, 3.0_f64]], std::ptr::null());
+            let points = Array::of(&points, F64, 3);
+            for scan in 0..8 {
+                // What is said of it meanwhile keeps nobody from going on.
+                api.ok((api.srf_aligner_fix)(aligner, scan % 2));
+                api.ok((api.srf_aligner_snap)(aligner, 1, poses, 0, null, none, &mut snap, out));
+                api.ok((api.srf_aligner_misfit)(aligner, 1, poses, 0, &points, none, &mut distance));
+            }
+            (snap, distance.to_ne_bytes())
+        };
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = (0..8).map(|_| scope.spawn(work)).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        })
+    };
+    assert!(found.iter().all(|each| *each == found[0]));
+    // SAFETY: as the header wants it.
+    unsafe {
+        for end in [(api.srf_aligner_free)(aligner), (api.srf_image_free)(image), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
 }
 
 #[test]
