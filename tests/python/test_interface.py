@@ -84,6 +84,13 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
     assert set(keyword_options(surfrecon.merge)) == {*merge, "measure", "progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
+    align = {p.name for p in surfrecon.parameters("align")}
+    known = {"fixed", "picks", "trusted", "rejected", "axis", "angles"}
+    assert set(keyword_options(surfrecon.align)) == align | known | {"progress"}
+    assert set(keyword_options(surfrecon.Aligner.align)) == align | known | {"progress"}
+    assert set(keyword_options(surfrecon.Job.align)) == align | known
+    assert set(keyword_options(surfrecon.Aligner)) == {"threads", "progress"}
+    assert set(keyword_options(surfrecon.Job.aligner)) == {"threads"}
     sculpt = [p.name for p in surfrecon.parameters("sculpt") + surfrecon.parameters("triangulate")]
     assert set(keyword_options(surfrecon.sculpt)) == {*sculpt, "progress"}
     assert set(keyword_options(surfrecon.Sculptor)) == {*sculpt, "progress"} - {"tolerance", "relative_tolerance"}
@@ -107,6 +114,11 @@ def test_options_are_those_of_the_table():
 @pytest.mark.parametrize(
     "operation, function",
     [
+        ("align", surfrecon.align),
+        ("align", surfrecon.Aligner),
+        ("align", surfrecon.Aligner.align),
+        ("align", surfrecon.Aligner.snap),
+        ("align", surfrecon.Job.align),
         ("merge", surfrecon.merge),
         ("merge", surfrecon.Job.merge),
         ("triangulate", surfrecon.RangeImage.triangulate),

@@ -36,11 +36,17 @@ job = surfrecon.Job.sculptor(image, effort=1)
 one: surfrecon.RangeImage = surfrecon.virtual_scan(merged.mesh, surfrecon.turntable(merged.mesh)[0])
 many: list[surfrecon.RangeImage] = surfrecon.virtual_scan(merged.mesh, surfrecon.turntable(merged.mesh))
 held: int = surfrecon.memory_in_use()
+pick = surfrecon.Pick(0, 1, (0, 0, 0), np.zeros(3), normals=((0, 0, 1), (0, 0, 1)))
+aligner = surfrecon.Aligner(scans, threads=1)
+aligned = aligner.align(picks=[pick, (0, 1, (0, 0, 0), (0, 0, 0))], axis=((0, 0, 0), (0, 0, 1)), angles=np.zeros(9))
+snap: surfrecon.Snap = aligner.snap(1, np.eye(4), poses=aligned.world_from_scan)
+shown = aligned.misfit(1) if aligned.report.turntable is None else np.array(aligned.report.turntable.axis)
 """
 WRONG = (
     'surfrecon.merge([], voxel="small")',
     'surfrecon.open("a")[0].write("b")',
     "surfrecon.linear_colours()",
+    "surfrecon.Aligner([]).snap(0)",
     'surfrecon.sculpture().write("a.glb", up="x")',
     "class Own(surfrecon.Mesh): ...",
 )

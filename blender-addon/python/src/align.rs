@@ -1,21 +1,23 @@
-//! Scans without poses to one frame.
+//! Scans without poses to one frame, at once or read once and as often as wanted.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
-use numpy::PyArray2;
-use pyo3::exceptions::PyTypeError;
+use glam::DAffine3;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use surfrecon::align::{AlignParams, Alignment as Core, Constraints, Pick};
+use surfrecon::Progress;
+use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
 use surfrecon::export::{PlacedFile, write_poses};
-use surfrecon::{Progress, align as core};
 
+use crate::align_report::{AlignReport, Snap};
 use crate::arrays;
+use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
-use crate::params::params;
+use crate::params::{params, params_only};
 use crate::progress::Watch;
-use crate::sources::{Clouds, Source, as_dyn, sources};
+use crate::ready::{ReadCall, Ready};
+use crate::sources::Source;
 
 /// Brings scans to one frame: finds where each lies from what overlaps, in any order and from any poses.
 ///
@@ -23,17 +25,27 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// placed is left out, with the reason in words. Lines of sight of range images count as evidence: no scan is put where
 /// another's sensor saw through. The same scans give the same poses to the bit, in any order and with any number of threads.
 ///
+/// It is ``Aligner(scans).align()``: make an ``Aligner`` to align the same scans again without reading them again, or to place some
+/// by hand.
+///
 /// Args:
 ///     scans: a ``ScanSet``, or a list of ``Scan``, ``RangeImage``, ``PointCloud`` (with normals), ``Mesh``, ``(Mesh, world_from_mesh)`` or
 ///         ``(Mesh, world_from_mesh, name)``; at least two.
 ///     fixed: numbers of scans that stay where they are. Without any, the largest scan of the largest group stays.
-///     picks: points that two scans show: ``(a, b, point_a, point_b)`` or ``(a, b, point_a, point_b, weight)``, with the numbers of the
-///         scans and the points in the scans' own frames. Three for a pair place it even where it may turn.
+///     picks: points that two scans show: ``Pick``, ``(a, b, point_a, point_b)`` or ``(a, b, point_a, point_b, weight)``, with the numbers
+///         of the scans and the points in the scans' own frames. Three for a pair place it even where it may turn; with normals,
+///         which ``Pick`` takes, two do.
 ///     trusted: pairs ``(a, b)`` of scans that touch: what fits them best is used, even if it is not sure.
 ///     rejected: pairs that must not be compared.
+///     axis: of a turntable: ``(point, direction)``, (3,) each, in the frame that all scans were taken in; the direction of any length
+///         but 0. Found where ``turntable`` says that there was one and it is not given.
+///     angles: by how much the turntable was turned when each scan was taken: (n,) in radians, one a scan in the order given,
+///         counter-clockwise where the axis points to the viewer; either way round if the axis is not given.
 #[doc = include_str!("params/align.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
+///
+/// Options that are ``None`` take their defaults. Giving ``axis`` or ``angles`` means ``turntable="turned"``.
 ///
 /// Returns:
 ///     An ``Alignment``: poses, the scans that were placed, ready for ``merge``, and a report.
@@ -41,97 +53,95 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// Raises:
 ///     ParameterError: an option out of its range.
 ///     InputError, FormatError, FileError: fewer than two scans, one that can't be used or read, one that is scaled, a number that
-///         is no scan's.
+///         is no scan's, arrays of another shape, other numbers than finite ones, another number of angles than scans.
+///     TypeError: what is no scan, no pick or no number.
 ///     OutOfMemoryError: more scans than memory holds.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: align
-#[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, progress = None, **options), text_signature = "(scans, *, start='unknown', reach=None, tolerance=None, min_overlap=0.03, threads=0, fixed=None, picks=None, trusted=None, rejected=None, progress=None)")]
+#[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "(scans, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn align(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,
-    fixed: Option<Vec<usize>>,
-    picks: Option<Vec<Bound<'_, PyAny>>>,
-    trusted: Option<Vec<[usize; 2]>>,
-    rejected: Option<Vec<[usize; 2]>>,
+    fixed: Option<&Bound<'_, PyAny>>,
+    picks: Option<&Bound<'_, PyAny>>,
+    trusted: Option<&Bound<'_, PyAny>>,
+    rejected: Option<&Bound<'_, PyAny>>,
+    axis: Option<&Bound<'_, PyAny>>,
+    angles: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Alignment> {
-    let call = AlignCall::new(scans, fixed, picks, trusted, rejected, options)?;
-    let found = Watch::new(progress).run(py, |progress| call.run(progress))?;
-    Ok(Alignment { sources: call.sources, found })
+    let call = AlignCall::new(options, || constraints(fixed, picks, trusted, rejected, axis, angles))?;
+    let scans = call.scans(scans)?;
+    Watch::new(progress).run_parts(py, |watch| {
+        call.check(&scans)?;
+        let ready = scans.run(&watch.span(0.0, READING))?;
+        call.run(ready, &watch.span(READING, 1.0))
+    })
 }
 
-/// An alignment with all it needs, free of Python.
+/// Share of the time that reading the scans takes.
+pub const READING: f64 = 0.3;
+
+/// What is asked of scans that are to be aligned, free of Python.
 pub struct AlignCall {
-    sources: Vec<Source>,
     params: AlignParams,
     constraints: Constraints,
 }
 
 impl AlignCall {
-    /// Checks and takes the arguments of Python's `align`.
+    /// Checks and takes the arguments of Python's `align` but the scans.
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`, `InputError`.
     pub fn new(
-        scans: &Bound<'_, PyAny>,
-        fixed: Option<Vec<usize>>,
-        picks: Option<Vec<Bound<'_, PyAny>>>,
-        trusted: Option<Vec<[usize; 2]>>,
-        rejected: Option<Vec<[usize; 2]>>,
         options: Option<&Bound<'_, PyDict>>,
+        constraints: impl FnOnce() -> PyResult<Constraints>,
     ) -> PyResult<Self> {
-        let params = params("align", options)?;
-        let picks =
-            picks.iter().flatten().enumerate().map(|(number, pick)| picked(number, pick)).collect::<PyResult<_>>()?;
-        let constraints = Constraints {
-            fixed: fixed.unwrap_or_default(),
-            picks,
-            trusted: trusted.unwrap_or_default(),
-            rejected: rejected.unwrap_or_default(),
-        };
-        Ok(AlignCall { sources: sources(scans, Clouds::Taken)?, params, constraints })
+        Ok(AlignCall { params: params("align", options)?, constraints: constraints()? })
+    }
+
+    /// Takes the scans.
+    ///
+    /// # Errors
+    /// `TypeError`.
+    pub fn scans(&self, scans: &Bound<'_, PyAny>) -> PyResult<ReadCall> {
+        ReadCall::new(scans, self.params.threads)
+    }
+
+    /// Refuses what can't be asked of these scans, before they are read.
+    ///
+    /// # Errors
+    /// See [`Constraints::validate`].
+    pub fn check(&self, scans: &ReadCall) -> surfrecon::Result<()> {
+        self.constraints.validate(scans.count())
     }
 
     /// Aligns.
     ///
     /// # Errors
-    /// See [`surfrecon::align::run`].
-    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Core> {
-        core::run(&as_dyn(&self.sources), &self.params, &self.constraints, progress)
-    }
-
-    /// The result for Python.
-    pub fn finish(self, found: Core) -> Alignment {
-        Alignment { sources: self.sources, found }
+    /// See [`surfrecon::align::Prepared::align`].
+    pub fn run(&self, ready: Arc<Ready>, progress: &Progress<'_>) -> surfrecon::Result<Alignment> {
+        let found = ready.prepared.align(&self.params, &self.constraints, progress)?;
+        Ok(Alignment { ready, found })
     }
 }
 
-fn picked(number: usize, pick: &Bound<'_, PyAny>) -> PyResult<Pick> {
-    type WithWeight<'py> = (usize, usize, Bound<'py, PyAny>, Bound<'py, PyAny>, f64);
-    let (a, b, point_a, point_b, weight): WithWeight<'_> = pick
-        .extract()
-        .or_else(|_| pick.extract().map(|(a, b, point_a, point_b)| (a, b, point_a, point_b, 1.0)))
-        .map_err(|_| {
-            PyTypeError::new_err(format!(
-                "pick {number} must be (a, b, point_a, point_b) or (a, b, point_a, point_b, weight), got {pick}"
-            ))
-        })?;
-    let point = |value: &Bound<'_, PyAny>, of: &str| -> PyResult<DVec3> {
-        let (entries, _) = arrays::floats(value, &format!("{of} of pick {number}"), &[Some(3)])?;
-        Ok(DVec3::from_slice(&entries))
-    };
-    let points = [point(&point_a, "point_a")?, point(&point_b, "point_b")?];
-    Ok(Pick { scans: [a, b], points, normals: None, weight })
-}
-
-/// Where scans lie in one frame, and how well that is known.
+/// Where scans lie in one frame, and how well that is known. It holds what was made ready of the scans, 1 to 2.5 MB each.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Alignment {
-    sources: Vec<Source>,
+    ready: Arc<Ready>,
     found: Core,
+}
+
+impl Alignment {
+    /// The scans that have a pose, with it.
+    fn placed(&self) -> impl Iterator<Item = (&Source, DAffine3)> {
+        let poses = self.ready.sources.iter().zip(&self.found.world_from_scan);
+        poses.filter_map(|(source, pose)| pose.map(|pose| (source, pose)))
+    }
 }
 
 #[pymethods]
@@ -147,8 +157,7 @@ impl Alignment {
     /// out.
     #[getter]
     fn scans<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let placed = self.sources.iter().zip(&self.found.world_from_scan);
-        let scans = placed.filter_map(|(source, pose)| pose.map(|pose| source.placed(py, pose)));
+        let scans = self.placed().map(|(source, pose)| source.placed(py, pose));
         PyList::new(py, scans.collect::<PyResult<Vec<_>>>()?)
     }
 
@@ -156,6 +165,42 @@ impl Alignment {
     #[getter]
     fn report(&self) -> AlignReport {
         AlignReport { report: self.found.report.clone() }
+    }
+
+    /// The scans as they were made ready: to align them again, with more constraints, or to place by hand what is not placed.
+    #[getter]
+    fn aligner(&self) -> Aligner {
+        Aligner::from(self.ready.clone())
+    }
+
+    /// How far a scan lies outside of the others' surfaces, along normals: what no rigid pose explains, such as warp and what moved. A
+    /// mean over a few samples, nearly free of noise; below 0 where the scan lies inside.
+    ///
+    /// Args:
+    ///     scan: its number, counted from 0.
+    ///     points: (n, 3) or (rows, cols, 3) real numbers in the scan's own frame. Default: all samples of the scan, which is read again if
+    ///         it is on disk.
+    ///     progress: as for ``align``.
+    ///
+    /// Returns:
+    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``; without them (rows, cols) for a range image, one a
+    ///     vertex for a mesh, one a point for a cloud. NaN where no other scan is near, and where there is no sample. Time grows with
+    ///     points and with scans.
+    ///
+    /// Raises:
+    ///     InputError: no such scan, or one that is not placed; points of another shape.
+    ///     FormatError, FileError: the scan can't be read again.
+    ///     TypeError: points that aren't real numbers.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (scan, points = None, *, progress = None))]
+    fn misfit<'py>(
+        &self,
+        py: Python<'py>,
+        scan: &Bound<'py, PyAny>,
+        points: Option<&Bound<'py, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        self.ready.misfit(py, scan, &self.found.world_from_scan, points, progress)
     }
 
     /// Writes where the files of the placed scans lie: ``.conf`` (VRIP), ``.mlp`` or ``.aln`` (MeshLab), or ``.tum`` (TUM's trajectory,
@@ -169,10 +214,8 @@ impl Alignment {
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let is_list = path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("tum"));
-        let placed = self.sources.iter().zip(&self.found.world_from_scan);
-        let placed: Vec<PlacedFile> = placed
-            .filter_map(|(source, pose)| pose.map(|pose| file_of(source, pose, &path, is_list)))
-            .collect::<PyResult<_>>()?;
+        let files = self.placed().map(|(source, pose)| file_of(source, pose, &path, is_list));
+        let placed: Vec<PlacedFile> = files.collect::<PyResult<_>>()?;
         py.detach(|| write_poses(&path, &placed)).map_err(|error| to_python(&error))
     }
 
@@ -201,219 +244,147 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, i
     Ok(PlacedFile { file, world_from_file })
 }
 
-/// What was found by ``align``: each scan, each pair, and what the user should know. Lengths in the unit of the scans.
+/// Scans that are read once and aligned, drawn to others by hand or compared as often as wanted.
+///
+/// Of their samples nothing is kept in memory but what comes from the caller: 1 to 2.5 MB a scan. A result does not depend on calls before;
+/// calls may run at once, on several threads.
+///
+/// Args:
+///     scans: as for ``align``; at least two. Changing them later changes nothing here.
+///     threads: worker threads for reading and ``misfit``, 0 for one a core.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Raises:
+///     ParameterError: ``threads`` out of its range.
+///     InputError, FormatError, FileError: fewer than two scans, one that can't be used or read, one that is scaled.
+///     OutOfMemoryError: more scans than memory holds.
+///     Cancelled: ``progress`` returned ``False``.
 #[pyclass(frozen, module = "surfrecon")]
-pub struct AlignReport {
-    report: core::AlignReport,
+pub struct Aligner {
+    ready: Arc<Ready>,
+}
+
+impl From<Arc<Ready>> for Aligner {
+    fn from(ready: Arc<Ready>) -> Self {
+        Aligner { ready }
+    }
 }
 
 #[pymethods]
-impl AlignReport {
-    /// Each scan, in the order given.
-    #[getter]
-    fn scans(&self) -> Vec<AlignedScan> {
-        self.report.scans.iter().map(|scan| AlignedScan { scan: scan.clone() }).collect()
+impl Aligner {
+    #[new]
+    // options: align only threads
+    #[pyo3(signature = (scans, *, progress = None, **options), text_signature = "(scans, *, threads=0, progress=None)")]
+    fn new(
+        py: Python<'_>,
+        scans: &Bound<'_, PyAny>,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = ReadCall::with_options(scans, options)?;
+        Watch::new(progress).run(py, |progress| call.run(progress)).map(Aligner::from)
     }
 
-    /// The pairs of scans of which anything was found.
-    #[getter]
-    fn pairs(&self) -> Vec<AlignedPair> {
-        self.report.pairs.iter().map(|pair| AlignedPair { pair: pair.clone() }).collect()
+    /// Brings the scans to one frame; arguments, result and errors as of ``surfrecon.align``.
+    // options: $self align
+    #[pyo3(signature = (*, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, progress = None, **options), text_signature = "($self, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None, progress=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
+    fn align(
+        &self,
+        py: Python<'_>,
+        fixed: Option<&Bound<'_, PyAny>>,
+        picks: Option<&Bound<'_, PyAny>>,
+        trusted: Option<&Bound<'_, PyAny>>,
+        rejected: Option<&Bound<'_, PyAny>>,
+        axis: Option<&Bound<'_, PyAny>>,
+        angles: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Alignment> {
+        let call = AlignCall::new(options, || constraints(fixed, picks, trusted, rejected, axis, angles))?;
+        Watch::new(progress).run(py, |progress| call.run(self.ready.clone(), progress))
     }
 
-    /// Numbers of the scans that are joined, a list a group; the first is the one that is placed.
-    #[getter]
-    fn groups(&self) -> Vec<Vec<usize>> {
-        self.report.groups.clone()
+    /// Draws one scan, from a rough pose, to the others, which stay: for placing by hand. Some tens of milliseconds, however many
+    /// scans there are and however large they are.
+    ///
+    /// Args:
+    ///     scan: its number, counted from 0.
+    ///     world_from_scan: 4 x 4, rigid: where it starts.
+    ///     poses: where the others lie: a list of 4 x 4, rigid, one a scan, ``None`` for those that it must not be drawn to; that of the
+    ///         scan itself does not count. Default: the poses that the scans have. ``alignment.world_from_scan`` fits.
+    ///     reach: how far it is drawn, about, in the unit of the scans, > 0. Default: a tenth of its size.
+    ///     tolerance, min_overlap, threads: as for ``align``.
+    ///     progress: as for ``align``.
+    ///
+    /// Returns:
+    ///     A ``Snap``: where it was drawn to, whether it fits there, and if not, why.
+    ///
+    /// Raises:
+    ///     ParameterError: an option out of its range.
+    ///     InputError: no such scan, another number of poses than scans, a pose that is no rigid 4 x 4 matrix.
+    ///     Cancelled: ``progress`` returned ``False``.
+    // options: $self align only reach tolerance min_overlap threads
+    #[pyo3(signature = (scan, world_from_scan, *, poses = None, progress = None, **options), text_signature = "($self, scan, world_from_scan, *, reach=None, tolerance=None, min_overlap=0.03, threads=0, poses=None, progress=None)")]
+    fn snap(
+        &self,
+        py: Python<'_>,
+        scan: &Bound<'_, PyAny>,
+        world_from_scan: &Bound<'_, PyAny>,
+        poses: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Snap> {
+        let params: AlignParams = params_only(&["reach", "tolerance", "min_overlap", "threads"], "snap", options)?;
+        let scan = self.ready.number(scan)?;
+        let start = arrays::rigid(world_from_scan, "world_from_scan")?;
+        let mut poses = self.ready.poses(poses)?;
+        poses[scan] = Some(start);
+        let call = |progress: &Progress<'_>| self.ready.prepared.snap(scan, &poses, &params, progress);
+        Ok(Snap { snap: Watch::new(progress).run(py, call)? })
     }
 
-    /// Scans that have a pose.
-    #[getter]
-    fn placed(&self) -> usize {
-        self.report.placed()
+    /// How far a scan lies outside of the others' surfaces, along normals, where the scans lie as ``poses`` says: what no rigid
+    /// pose explains, such as warp and what moved. A mean over a few samples, nearly free of noise; below 0 where the scan lies inside.
+    ///
+    /// Args:
+    ///     scan: its number, counted from 0.
+    ///     poses: a list of 4 x 4, rigid, one a scan, ``None`` for those that don't count. Default: the poses that the scans have.
+    ///         ``Alignment.misfit`` takes those that were found.
+    ///     points: (n, 3) or (rows, cols, 3) real numbers in the scan's own frame. Default: all samples of the scan, which is read again if
+    ///         it is on disk.
+    ///     progress: as for ``align``.
+    ///
+    /// Returns:
+    ///     float64 in the unit of the scans: (n,) or (rows, cols) like ``points``; without them (rows, cols) for a range image, one a
+    ///     vertex for a mesh, one a point for a cloud. NaN where no other scan is near, and where there is no sample. Time grows with
+    ///     points and with scans.
+    ///
+    /// Raises:
+    ///     InputError: no such scan, or no pose of it; another number of poses than scans, a pose that is no rigid 4 x 4 matrix, points of
+    ///         another shape.
+    ///     FormatError, FileError: the scan can't be read again.
+    ///     TypeError: points that aren't real numbers.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (scan, poses = None, points = None, *, progress = None))]
+    fn misfit<'py>(
+        &self,
+        py: Python<'py>,
+        scan: &Bound<'py, PyAny>,
+        poses: Option<&Bound<'py, PyAny>>,
+        points: Option<&Bound<'py, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let poses = self.ready.poses(poses)?;
+        self.ready.misfit(py, scan, &poses, points, progress)
     }
 
-    /// Pairs that were compared.
-    #[getter]
-    fn compared(&self) -> usize {
-        self.report.compared
-    }
-
-    /// Root mean square distance of the surfaces of all pairs that touch, along normals; ``None`` where none do.
-    #[getter]
-    fn residual(&self) -> Option<f64> {
-        self.report.residual
-    }
-
-    /// What the user should know, a sentence each.
-    #[getter]
-    fn messages(&self) -> Vec<String> {
-        self.report.messages.clone()
-    }
-
-    fn __str__(&self) -> String {
-        self.report.lines().join("\n")
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<AlignReport: {}>", self.report.lines()[0])
-    }
-}
-
-/// What was found of a scan.
-#[pyclass(frozen, module = "surfrecon")]
-pub struct AlignedScan {
-    scan: core::AlignedScan,
-}
-
-#[pymethods]
-impl AlignedScan {
-    /// Its name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.scan.name
-    }
-
-    /// ``"placed"``, ``"kept"`` (its pose is as given), ``"apart"`` (joined with others, but these with nothing) or ``"unplaced"``.
-    #[getter]
-    fn state(&self) -> &'static str {
-        self.scan.state.name()
-    }
-
-    /// Why it is not placed, and what to do; empty if it is.
-    #[getter]
-    fn reason(&self) -> &str {
-        &self.scan.reason
-    }
-
-    /// Number of its group: 0 is the one that is placed; ``None`` if it is in none.
-    #[getter]
-    fn group(&self) -> Option<usize> {
-        self.scan.group
-    }
-
-    /// 4 x 4 float64, its pose in its group, or ``None``. Scans of a group that is not placed lie together where the largest of
-    /// them was given.
-    #[getter]
-    fn world_from_scan<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyAny>> {
-        self.scan.world_from_scan.as_ref().map(|pose| arrays::matrix(py, pose))
-    }
-
-    /// 6 x 6 float64: covariance of a small motion of it in the world, a turn about ``middle`` (radians), then a shift. Zero for
-    /// scans that are kept.
-    #[getter]
-    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let rows: Vec<Vec<f64>> = self.scan.covariance.iter().map(|row| row.to_vec()).collect();
-        Ok(PyArray2::from_vec2(py, &rows).expect("rows of equal length").into_any())
-    }
-
-    /// The middle of its points, in the world.
-    #[getter]
-    fn middle(&self) -> [f64; 3] {
-        self.scan.middle.to_array()
-    }
-
-    /// One standard deviation of the place of its points, where it is largest.
-    #[getter]
-    fn deviation(&self) -> f64 {
-        self.scan.deviation
-    }
-
-    /// Ways that nothing holds it: ``("turn" or "slide", direction, point of the axis)``.
-    #[getter]
-    fn free(&self) -> Vec<Free> {
-        self.scan.free.iter().map(free).collect()
-    }
-
-    /// Share of its surface that lies on the scan that shares most with it.
-    #[getter]
-    fn overlap(&self) -> f64 {
-        self.scan.overlap
-    }
-
-    /// Root mean square distance to the surfaces of others, along normals.
-    #[getter]
-    fn residual(&self) -> f64 {
-        self.scan.residual
-    }
-
-    /// Median distance of its samples.
-    #[getter]
-    fn spacing(&self) -> f64 {
-        self.scan.spacing
+    fn __len__(&self) -> usize {
+        self.ready.sources.len()
     }
 
     fn __repr__(&self) -> String {
-        let reason = if self.scan.reason.is_empty() { String::new() } else { format!(": {}", self.scan.reason) };
-        format!("<AlignedScan {:?} {}{reason}>", self.scan.name, self.state())
-    }
-}
-
-type Free = (&'static str, [f64; 3], [f64; 3]);
-
-fn free(freedom: &core::Freedom) -> Free {
-    (if freedom.turns { "turn" } else { "slide" }, freedom.direction.to_array(), freedom.point.to_array())
-}
-
-/// What was found of two scans.
-#[pyclass(frozen, module = "surfrecon")]
-pub struct AlignedPair {
-    pair: core::AlignedPair,
-}
-
-#[pymethods]
-impl AlignedPair {
-    /// Their numbers, the smaller first.
-    #[getter]
-    fn scans(&self) -> (usize, usize) {
-        self.pair.scans.into()
-    }
-
-    /// ``"fits"``, ``"misfit"`` (they overlap, but further apart than noise explains), or why the pair was not used: ``"slides"``,
-    /// ``"ambiguous"``, ``"background"``, ``"seen_through"``, ``"disagrees"``, ``"rejected"``.
-    #[getter]
-    fn state(&self) -> &'static str {
-        self.pair.state.name()
-    }
-
-    /// Share of either surface that lies on the other.
-    #[getter]
-    fn overlap(&self) -> (f64, f64) {
-        self.pair.overlap.into()
-    }
-
-    /// Root mean square distance of the surfaces where they touch, along normals.
-    #[getter]
-    fn residual(&self) -> f64 {
-        self.pair.residual
-    }
-
-    /// How well it is held against turning and sliding: 1 at best, 0 where it may.
-    #[getter]
-    fn balance(&self) -> f64 {
-        self.pair.balance
-    }
-
-    /// Of what the sensors can tell, the share that speaks against it.
-    #[getter]
-    fn seen_through(&self) -> f64 {
-        self.pair.seen_through
-    }
-
-    /// Places in which one fits the other.
-    #[getter]
-    fn places(&self) -> usize {
-        self.pair.places
-    }
-
-    /// Ways that it may turn or slide: ``("turn" or "slide", direction, point of the axis)``.
-    #[getter]
-    fn free(&self) -> Vec<Free> {
-        self.pair.free.iter().map(free).collect()
-    }
-
-    fn __repr__(&self) -> String {
-        let [a, b] = self.pair.scans;
-        format!("<AlignedPair {a}, {b} {}>", self.state())
+        format!("<Aligner of {} scans>", self.ready.sources.len())
     }
 }

@@ -17,8 +17,9 @@ use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
 use surfrecon::{Progress, Tick, memory};
 
-use crate::align::AlignCall;
+use crate::align::{AlignCall, Aligner, Alignment, READING};
 use crate::cluster::{ClusterCall, Clustered};
+use crate::constraints::constraints;
 use crate::errors::{input_error, internal_error, to_python};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
 use crate::merge::{Measured, MergeCall, MergeResult};
@@ -26,6 +27,7 @@ use crate::mesh::Mesh;
 
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
+use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::scan::{ScanCall, scanned};
 use crate::scans::{Scan, to_object};
@@ -33,7 +35,8 @@ use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
-    Aligned(Box<(AlignCall, surfrecon::align::Alignment)>),
+    Aligned(Box<Alignment>),
+    Ready(Aligner),
     Merged(Box<Measured>),
     Distances(Vec<f64>),
     Certified(Box<Certified>),
@@ -52,7 +55,7 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.align``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
@@ -146,23 +149,41 @@ impl Job {
     /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
     ///
     /// Raises:
-    ///     ParameterError, TypeError: like ``align``, at once. Other errors are raised by ``result``.
+    ///     ParameterError, TypeError: like ``align``, at once; InputError for arrays of another shape. Other errors are raised by
+    ///     ``result``.
     #[staticmethod]
     // options: align
-    #[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, **options), text_signature = "(scans, *, start='unknown', reach=None, tolerance=None, min_overlap=0.03, threads=0, fixed=None, picks=None, trusted=None, rejected=None)")]
+    #[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, **options), text_signature = "(scans, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn align(
         scans: &Bound<'_, PyAny>,
-        fixed: Option<Vec<usize>>,
-        picks: Option<Vec<Bound<'_, PyAny>>>,
-        trusted: Option<Vec<[usize; 2]>>,
-        rejected: Option<Vec<[usize; 2]>>,
+        fixed: Option<&Bound<'_, PyAny>>,
+        picks: Option<&Bound<'_, PyAny>>,
+        trusted: Option<&Bound<'_, PyAny>>,
+        rejected: Option<&Bound<'_, PyAny>>,
+        axis: Option<&Bound<'_, PyAny>>,
+        angles: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = AlignCall::new(scans, fixed, picks, trusted, rejected, options)?;
-        Job::start(move |progress| {
-            let found = call.run(progress)?;
-            Ok(Made::Aligned(Box::new((call, found))))
+        let call = AlignCall::new(options, || constraints(fixed, picks, trusted, rejected, axis, angles))?;
+        let scans = call.scans(scans)?;
+        Job::start_calls(&[READING, 1.0 - READING], move |calls| {
+            call.check(&scans)?;
+            let ready = scans.run(calls.begin(0))?;
+            Ok(Made::Aligned(Box::new(call.run(ready, calls.begin(1))?)))
         })
+    }
+
+    /// Starts ``surfrecon.Aligner`` with the same arguments but ``progress``: the result is one.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``Aligner``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: align only threads
+    #[pyo3(signature = (scans, **options), text_signature = "(scans, *, threads=0)")]
+    fn aligner(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = ReadCall::with_options(scans, options)?;
+        Job::start(move |progress| Ok(Made::Ready(call.run(progress)?.into())))
     }
 
     /// Starts ``surfrecon.merge`` with the same arguments but ``progress``.
@@ -367,10 +388,8 @@ impl Job {
             py.detach(|| std::thread::sleep(std::time::Duration::from_millis(2)));
         }
         match py.detach(|| thread.join()) {
-            Ok(Ok(Ok(Made::Aligned(aligned)))) => {
-                let (call, found) = *aligned;
-                Ok(Bound::new(py, call.finish(found))?.into_any())
-            }
+            Ok(Ok(Ok(Made::Aligned(aligned)))) => Ok(Bound::new(py, *aligned)?.into_any()),
+            Ok(Ok(Ok(Made::Ready(aligner)))) => Ok(Bound::new(py, aligner)?.into_any()),
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),
             Ok(Ok(Ok(Made::Reconstructed(made)))) => Ok(Bound::new(py, Reconstructed::new(py, *made)?)?.into_any()),
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),

@@ -11,6 +11,8 @@
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans` | opening and reading files |
 //! | `sources` | scans as Python hands them over |
+//! | `constraints` | what the caller knows of scans that are aligned |
+//! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
 //! | `align` | scans without poses to one frame |
 //! | `merge` | the merge and its report |
 //! | `sculpt` | a range image to few triangles |
@@ -22,9 +24,11 @@
 //! | `job` | a long call on a thread of its own, for hosts |
 
 mod align;
+mod align_report;
 mod allocator;
 mod arrays;
 mod cluster;
+mod constraints;
 mod errors;
 mod job;
 mod measure;
@@ -35,6 +39,7 @@ mod point_cloud;
 mod progress;
 mod quads;
 mod range_image;
+mod ready;
 mod reconstruct;
 mod scan;
 mod scans;
@@ -49,11 +54,15 @@ mod _native {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::align::{AlignReport, AlignedPair, AlignedScan, Alignment, align};
+    use crate::align::{Aligner, Alignment, align};
+    #[pymodule_export]
+    use crate::align_report::{AlignReport, AlignedPair, AlignedScan, Snap, TurntableFound};
     #[pymodule_export]
     use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
     #[pymodule_export]
     use crate::cluster::{Clustered, cluster, cluster_levels};
+    #[pymodule_export]
+    use crate::constraints::Pick;
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]

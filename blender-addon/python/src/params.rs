@@ -165,6 +165,20 @@ pub fn params_but<P: Params + std::default::Default>(
     Ok(params)
 }
 
+/// Like [`params`] where the function takes a few of them.
+///
+/// # Errors
+/// As [`params`].
+pub fn params_only<P: Params + std::default::Default>(
+    only: &[&str],
+    function: &str,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<P> {
+    let rows = P::rows();
+    let but: Vec<&str> = rows.iter().map(|row| row.name).filter(|name| !only.contains(name)).collect();
+    params_but(&but, function, options)
+}
+
 /// A value of Python in the form that the table knows.
 enum Taken {
     None,

@@ -99,6 +99,16 @@ impl ScanSource for Source {
 }
 
 impl Source {
+    /// The pose that it has.
+    pub fn world_from_scan(&self) -> DAffine3 {
+        match self {
+            Source::File(scan) => scan.world_from_sensor,
+            Source::Image(image) => image.world_from_sensor,
+            Source::Mesh { world_from_mesh, .. } => *world_from_mesh,
+            Source::Cloud { cloud, .. } => cloud.world_from_cloud,
+        }
+    }
+
     /// The same scan elsewhere, as a Python object.
     ///
     /// # Errors

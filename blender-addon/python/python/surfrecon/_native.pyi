@@ -11,6 +11,7 @@ __all__ = [
     "AlignReport",
     "AlignedPair",
     "AlignedScan",
+    "Aligner",
     "Alignment",
     "Camera",
     "Clustered",
@@ -19,6 +20,7 @@ __all__ = [
     "MergeResult",
     "Mesh",
     "Parameter",
+    "Pick",
     "PointCloud",
     "QuadGrid",
     "RangeImage",
@@ -28,7 +30,9 @@ __all__ = [
     "ScanSet",
     "Sculpted",
     "Sculptor",
+    "Snap",
     "Spline",
+    "TurntableFound",
     "__version__",
     "adaptive_quads",
     "align",
@@ -65,7 +69,8 @@ _PathLike: TypeAlias = str | Path
 _Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
 _Attributes: TypeAlias = dict[str, NDArray[Any]]
 _Alignable: TypeAlias = Scan | RangeImage | PointCloud | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
-_Pick: TypeAlias = tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int, ArrayLike, ArrayLike, float]
+_Pick: TypeAlias = Pick | tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int, ArrayLike, ArrayLike, float]
+_Poses: TypeAlias = Iterable[ArrayLike | None]
 _Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 _Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
 _Progress: TypeAlias = Callable[[str, float], bool | None]
@@ -265,6 +270,8 @@ class AlignedScan:
     @property
     def residual(self) -> float: ...
     @property
+    def misfit(self) -> float: ...
+    @property
     def spacing(self) -> float: ...
 
 @final
@@ -287,6 +294,13 @@ class AlignedPair:
     def free(self) -> list[_Free]: ...
 
 @final
+class TurntableFound:
+    @property
+    def axis(self) -> tuple[list[float], list[float]]: ...
+    @property
+    def angles(self) -> list[float | None]: ...
+
+@final
 class AlignReport:
     @property
     def scans(self) -> list[AlignedScan]: ...
@@ -301,6 +315,8 @@ class AlignReport:
     @property
     def residual(self) -> float | None: ...
     @property
+    def turntable(self) -> TurntableFound | None: ...
+    @property
     def messages(self) -> list[str]: ...
 
 @final
@@ -311,7 +327,113 @@ class Alignment:
     def scans(self) -> list[Any]: ...
     @property
     def report(self) -> AlignReport: ...
+    @property
+    def aligner(self) -> Aligner: ...
+    def misfit(
+        self, scan: int, points: ArrayLike | None = None, *, progress: _Progress | None = None
+    ) -> NDArray[np.float64]: ...
     def write(self, path: _PathLike) -> None: ...
+
+@final
+class Pick:
+    def __new__(
+        cls,
+        a: int,
+        b: int,
+        point_a: ArrayLike,
+        point_b: ArrayLike,
+        *,
+        normals: tuple[ArrayLike, ArrayLike] | None = None,
+        weight: float = 1.0,
+    ) -> Pick: ...
+    @property
+    def a(self) -> int: ...
+    @property
+    def b(self) -> int: ...
+    @property
+    def point_a(self) -> list[float]: ...
+    @property
+    def point_b(self) -> list[float]: ...
+    @property
+    def normals(self) -> tuple[list[float], list[float]] | None: ...
+    @property
+    def weight(self) -> float: ...
+
+@final
+class Snap:
+    @property
+    def world_from_scan(self) -> _Matrix: ...
+    @property
+    def state(self) -> Literal["fits", "misfit", "slides", "seen_through", "nothing"]: ...
+    @property
+    def touches(self) -> list[int]: ...
+    @property
+    def overlap(self) -> float: ...
+    @property
+    def residual(self) -> float: ...
+    @property
+    def balance(self) -> float: ...
+    @property
+    def seen_through(self) -> float: ...
+    @property
+    def moved(self) -> float: ...
+    @property
+    def free(self) -> list[_Free]: ...
+
+@final
+class Aligner:
+    def __new__(
+        cls,
+        scans: Iterable[_Alignable],
+        *,
+        # options: align only threads
+        threads: int | None = 0,
+        # end
+        progress: _Progress | None = None,
+    ) -> Aligner: ...
+    def align(
+        self,
+        *,
+        # options: align
+        start: Literal["unknown", "rough"] | None = "unknown",
+        reach: float | None = None,
+        turntable: Literal["no", "turned", "equal"] | None = "no",
+        tolerance: float | None = None,
+        min_overlap: float | None = 0.03,
+        use_colour: bool | None = True,
+        threads: int | None = 0,
+        # end
+        fixed: Iterable[int] | None = None,
+        picks: Iterable[_Pick] | None = None,
+        trusted: Iterable[tuple[int, int]] | None = None,
+        rejected: Iterable[tuple[int, int]] | None = None,
+        axis: tuple[ArrayLike, ArrayLike] | None = None,
+        angles: ArrayLike | None = None,
+        progress: _Progress | None = None,
+    ) -> Alignment: ...
+    def snap(
+        self,
+        scan: int,
+        world_from_scan: ArrayLike,
+        *,
+        # options: align only reach tolerance min_overlap threads
+        reach: float | None = None,
+        tolerance: float | None = None,
+        min_overlap: float | None = 0.03,
+        threads: int | None = 0,
+        # end
+        poses: _Poses | None = None,
+        progress: _Progress | None = None,
+    ) -> Snap: ...
+    def misfit(
+        self,
+        scan: int,
+        poses: _Poses | None = None,
+        points: ArrayLike | None = None,
+        *,
+        progress: _Progress | None = None,
+    ) -> NDArray[np.float64]: ...
+    def __len__(self) -> int: ...
 
 @final
 class MergeReport:
@@ -379,14 +501,26 @@ class Job:
         # options: align
         start: Literal["unknown", "rough"] | None = "unknown",
         reach: float | None = None,
+        turntable: Literal["no", "turned", "equal"] | None = "no",
         tolerance: float | None = None,
         min_overlap: float | None = 0.03,
+        use_colour: bool | None = True,
         threads: int | None = 0,
         # end
-        fixed: Sequence[int] | None = None,
-        picks: Sequence[_Pick] | None = None,
-        trusted: Sequence[tuple[int, int]] | None = None,
-        rejected: Sequence[tuple[int, int]] | None = None,
+        fixed: Iterable[int] | None = None,
+        picks: Iterable[_Pick] | None = None,
+        trusted: Iterable[tuple[int, int]] | None = None,
+        rejected: Iterable[tuple[int, int]] | None = None,
+        axis: tuple[ArrayLike, ArrayLike] | None = None,
+        angles: ArrayLike | None = None,
+    ) -> Job: ...
+    @staticmethod
+    def aligner(
+        scans: Iterable[_Alignable],
+        *,
+        # options: align only threads
+        threads: int | None = 0,
+        # end
     ) -> Job: ...
     @staticmethod
     def merge(
@@ -580,14 +714,18 @@ def align(
     # options: align
     start: Literal["unknown", "rough"] | None = "unknown",
     reach: float | None = None,
+    turntable: Literal["no", "turned", "equal"] | None = "no",
     tolerance: float | None = None,
     min_overlap: float | None = 0.03,
+    use_colour: bool | None = True,
     threads: int | None = 0,
     # end
-    fixed: Sequence[int] | None = None,
-    picks: Sequence[_Pick] | None = None,
-    trusted: Sequence[tuple[int, int]] | None = None,
-    rejected: Sequence[tuple[int, int]] | None = None,
+    fixed: Iterable[int] | None = None,
+    picks: Iterable[_Pick] | None = None,
+    trusted: Iterable[tuple[int, int]] | None = None,
+    rejected: Iterable[tuple[int, int]] | None = None,
+    axis: tuple[ArrayLike, ArrayLike] | None = None,
+    angles: ArrayLike | None = None,
     progress: _Progress | None = None,
 ) -> Alignment: ...
 def merge(

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ._native import Alignment, Mesh, RangeImage, Sculpted
 
-__all__ = ["alignment", "error_image", "mesh", "range_image"]
+__all__ = ["alignment", "error_image", "mesh", "misfit", "range_image"]
 
 # Calm where the value is small; the same colours as the error map in Blender.
 RAMP = [
@@ -194,4 +194,32 @@ def alignment(result: Alignment, ax: Any = None) -> Any:
             if scan.state in ("unplaced", "apart"):
                 label.set_color((0.75, 0.1, 0.1))
     ax.set(title=f"{report.placed} of {count} scans placed", xlim=(-0.5, count - 0.5), ylim=(count - 0.5, -0.5))
+    return ax
+
+
+def misfit(result: Alignment, scan: int, ax: Any = None, unit: str = "") -> Any:
+    """How far each sample of a range image lies outside of the surfaces of the others, at its pixel: red, inside blue.
+
+    For a mesh, ``mesh(surface, abs(result.misfit(scan)))`` shows the same without the sides.
+
+    Args:
+        result: what ``align`` returned.
+        scan: number of the scan, counted from 0.
+        ax: matplotlib's axes, or ``None`` for new ones.
+        unit: unit of lengths, for the legend; 98 % of the samples lie within it.
+
+    Raises:
+        InputError: no such scan, or one that is not placed.
+        ValueError: the scan is no range image.
+    """
+    told = result.report
+    values = result.misfit(scan)
+    if values.ndim != 2:
+        raise ValueError(f"scan {scan} is no range image: show abs(result.misfit({scan})) on its mesh")
+    ax = _axes(ax)
+    limit = float(np.nanquantile(np.abs(values), 0.98)) if np.isfinite(values).any() else 1.0
+    shown = ax.imshow(values, cmap="RdBu_r", interpolation="nearest", vmin=-limit, vmax=limit)
+    ax.figure.colorbar(shown, ax=ax, label=f"outside of the others, {unit}" if unit else "outside of the others")
+    found = told.scans[scan]
+    ax.set(xlabel="column", ylabel="row", title=f"{found.name}, RMS {found.misfit:.3g}")
     return ax
