@@ -306,3 +306,18 @@ def test_who_does_not_stay_where_it_is_put_is_named(scans):
     scans[0].lock_location = scans[0].lock_rotation = (True, True, True)
     assert bpy.ops.surfrecon.align() == {"FINISHED"}
     assert lies(scans)[0] == before[0]
+
+
+def test_misfit_is_shown_as_colours(scans, images):
+    bent = scans[2].data
+    positions = np.array([v.co for v in bent.vertices])
+    # The upper part leans.
+    positions[:, 0] += np.where(positions[:, 1] > np.quantile(positions[:, 1], 0.8), 3 * spacing(images), 0)
+    bent.vertices.foreach_set("co", positions.astype(np.float32).ravel())
+    assert bpy.ops.surfrecon.align(show_misfit=True) == {"FINISHED"}
+    placed = [obj for obj in scans if "error" in obj.data.attributes]
+    assert len(placed) >= 5 and all("error" in obj.material_slots[0].material.name for obj in placed)
+    assert len({obj["surfrecon_error"]["limit"] for obj in placed}) == 1
+    figures_of = {obj: obj["surfrecon_error"]["p95"] for obj in placed}
+    if scans[2] in placed:
+        assert max(figures_of, key=figures_of.get) is scans[2]

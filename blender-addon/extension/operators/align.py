@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bring the selected scans to where they fit each other."""
 
+import re
+
 import bpy
 import numpy as np
 import surfrecon
@@ -12,6 +14,7 @@ from ..properties import draw_others, given, option
 from ..running import Refused, gathered
 from ..scene import put_back, put_forward, sources_of, whereabouts
 from ..words import number
+from . import error_map
 
 REPORT = "surfrecon_align"
 
@@ -29,7 +32,15 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
     bl_label = "Align Scans"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
 
-    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()} | {
+        "show_misfit": bpy.props.BoolProperty(
+            name="Show misfit",
+            description=(
+                "Colour the placed scans by how far each lies from the others where noise is averaged out:"
+                " warp, what moved, a wrong place"
+            ),
+        )
+    }
 
     @classmethod
     def poll(cls, context):
@@ -50,12 +61,15 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         row.active = self.start == "rough"
         row.prop(self, "reach")
         draw_others(layout, self, PARAMETERS, {"start", "reach"})
+        layout.prop(self, "show_misfit")
 
     def launch(self, context):
         """Gathers the selected scans, or those that the only selected object was merged from."""
         chosen = set(context.selected_objects)
         # A result lies where the scans that it was made from are, and would hold them there.
         objects = [obj for obj in context.selected_objects if chosen.isdisjoint(sources_of(obj))]
+        # Steps of a turntable go by names: Blender's order of what is selected is none.
+        objects.sort(key=lambda obj: natural(obj.name))
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
             self.result, objects = objects[0].name, sources_of(objects[0])
@@ -63,6 +77,8 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
             convert.movable(obj)
+            if self.show_misfit:
+                convert.writable(obj)
         self.before = {}
         scans = yield from gathered(context, objects, self.scan_of_object)
         fixed = [k for k, name in enumerate(self.before) if is_locked(bpy.data.objects[name])]
@@ -107,6 +123,8 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if context.object is None or context.object.name not in self.before:
             # The sidebar shows the report of the active object.
             context.view_layer.objects.active = objects[0]
+        if self.show_misfit:
+            map_misfit(context, objects, result)
         for scan in report.scans:
             if scan.reason:
                 self.report({"WARNING"}, f'"{scan.name}" is not placed: {scan.reason}')
@@ -115,6 +133,25 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             self.report({"INFO"}, text)
         else:
             self.report({"WARNING"}, f"{text}: see Report in the sidebar for the others")
+
+
+def map_misfit(context, objects, result):
+    """Colours the scans that have a place; what no other scan shows as if it fitted."""
+    found = {}
+    for k, (obj, pose) in enumerate(zip(objects, result.world_from_scan, strict=True)):
+        if pose is not None and len(obj.data.vertices):
+            found[obj] = np.abs(result.misfit(k, convert.positions(obj.data)))
+    known = np.concatenate([values[np.isfinite(values)] for values in found.values()] or [np.empty(0)])
+    limit = error_map.scale_of(known)
+    for obj, values in found.items():
+        error_map.map_onto(obj, np.nan_to_num(values, nan=0.0), limit)
+    if found:
+        error_map.show_materials(context)
+
+
+def natural(name):
+    """What sorts "scan 10" after "scan 9"."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"(\d+)", name)]
 
 
 def is_locked(obj):

@@ -84,26 +84,41 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         measured = bpy.data.objects.get(self.measured)
         if measured is None or len(measured.data.vertices) != len(distances):
             raise Refused(f'"{self.measured}" was changed meanwhile: try again')
-        limit = self.limit or round_up(np.quantile(distances, 0.95)) if len(distances) else 1.0
-        convert.store(measured.data, ATTRIBUTE, distances.astype(np.float32))
-        measured[FIGURES] = {
-            "mean": float(np.mean(distances)),
-            "rms": float(np.sqrt(np.mean(distances**2))),
-            "p95": float(np.quantile(distances, 0.95)),
-            "max": float(np.max(distances)),
-            "limit": float(limit),
-        }
-        show(measured, limit)
-        for area in context.screen.areas if context.screen else ():
-            if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
-                if context.scene.render.engine == "BLENDER_WORKBENCH":  # which has no view of materials
-                    area.spaces.active.shading.color_type = "VERTEX"
-                else:
-                    area.spaces.active.shading.type = "MATERIAL"
-                    SWITCHED.add(area.as_pointer())
+        limit = self.limit or scale_of(distances)
+        map_onto(measured, distances, limit)
+        show_materials(context)
         figures = measured[FIGURES]
         rms, most = (length(context, figures[name]) for name in ("rms", "max"))
         self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}')
+
+
+def scale_of(distances):
+    """The distance of the last colour."""
+    return round_up(np.quantile(distances, 0.95)) if len(distances) else 1.0
+
+
+def map_onto(obj, distances, limit):
+    """Stores the distances of the vertices, with their figures, and gives the object a material that shows them."""
+    convert.store(obj.data, ATTRIBUTE, distances.astype(np.float32))
+    obj[FIGURES] = {
+        "mean": float(np.mean(distances)),
+        "rms": float(np.sqrt(np.mean(distances**2))),
+        "p95": float(np.quantile(distances, 0.95)),
+        "max": float(np.max(distances)),
+        "limit": float(limit),
+    }
+    show(obj, limit)
+
+
+def show_materials(context):
+    """Lets views that show no materials do so."""
+    for area in context.screen.areas if context.screen else ():
+        if area.type == "VIEW_3D" and area.spaces.active.shading.type == "SOLID":
+            if context.scene.render.engine == "BLENDER_WORKBENCH":  # which has no view of materials
+                area.spaces.active.shading.color_type = "VERTEX"
+            else:
+                area.spaces.active.shading.type = "MATERIAL"
+                SWITCHED.add(area.as_pointer())
 
 
 def round_up(value):
