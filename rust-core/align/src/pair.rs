@@ -102,10 +102,9 @@ impl Pair {
         if limits.use_colour
             && matches!(pair.finding, Finding::Slides | Finding::Weak | Finding::Ambiguous)
             && coloured::can_tell(both)
+            && let Some(mode) = coloured::place(both, &pair.modes, limits)
         {
-            if let Some(mode) = coloured::place(both, &pair.modes, limits) {
-                (pair.modes, pair.finding) = (vec![mode], Finding::Sure);
-            }
+            (pair.modes, pair.finding) = (vec![mode], Finding::Sure);
         }
         pair
     }
