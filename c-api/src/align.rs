@@ -101,7 +101,7 @@ pub struct srf_pick {
     pub points: [[f64; 3]; 2],
     /// Outward normals there, in the scans' frames, of any length but 0.
     pub normals: [[f64; 3]; 2],
-    /// What it counts: at 1, the default, as much as a hundredth of the smaller scan's surface. > 0.
+    /// What it counts: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
     pub weight: f64,
 }
 

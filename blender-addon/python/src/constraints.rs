@@ -17,7 +17,7 @@ use crate::errors::input_error;
 ///     point_a, point_b: (3,) where each scan shows the point, in the scan's own frame.
 ///     normals: ``(normal_a, normal_b)``, (3,) each: which way is out of the surface there, in the scans' own frames, of any length
 ///         but 0; ``None`` where that is not known.
-///     weight: > 0; at 1 as much as a hundredth of the smaller scan's surface.
+///     weight: > 0; at 1 as much as a two-thousandth of the smaller scan's surface.
 ///
 /// Raises:
 ///     InputError: arrays of another shape, a number below 0. What else makes no sense is refused by ``align``.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::params::{AlignParams, Turntable};
 use crate::view::View;
-use base::error::{Error, Result};
+use base::error::{Error, Result, Shown};
 
 /// A point that two scans show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,9 +15,16 @@ pub struct Pick {
     pub points: [DVec3; 2],
     /// Outward normals there, in the scans' frames, where known: two picks with normals already give a pose.
     pub normals: Option<[DVec3; 2]>,
-    /// What it counts: at 1 as much as a hundredth of the smaller scan's surface.
+    /// What it counts: at 1 as much as a two-thousandth of the smaller scan's surface, so that it chooses a place, and shape where in it.
     pub weight: f64,
 }
+
+/// Weights of picks that make a difference and leave numbers sound.
+const WEIGHTS: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
+/// Most that a turntable may have been turned, in radians: degrees by mistake are more.
+const MOST_TURNED: f64 = 100.0;
+/// A pick lies no further from a scan, by its size.
+const ASTRAY: f64 = 2.0;
 
 /// The axis of a turntable, in the frame that all scans were taken in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,11 +90,9 @@ impl Constraints {
             if !pick.points.iter().all(|point| point.is_finite()) {
                 return Err(Error::input(format!("{what}: a coordinate is not finite")));
             }
-            if !(pick.weight > 0.0 && pick.weight.is_finite()) {
-                return Err(Error::input(format!(
-                    "{what}: its weight must be a finite number > 0, got {}",
-                    pick.weight
-                )));
+            if !WEIGHTS.contains(&pick.weight) {
+                let (least, most) = WEIGHTS.into_inner();
+                return Err(Error::input(format!("{what}: its weight must be {least} to {most}, got {}", pick.weight)));
             }
             if pick.normals.is_some_and(|normals| normals.iter().any(|n| !(n.length() > 0.0 && n.is_finite()))) {
                 return Err(Error::input(format!("{what}: a normal is zero or not finite")));
@@ -104,8 +109,38 @@ impl Constraints {
                 "{given} angles of the turntable are given for {count} scans: give one a scan"
             )));
         }
-        if let Some(place) = self.angles.iter().position(|angle| !angle.is_finite()) {
-            return Err(Error::input(format!("the turntable's angle of scan {place} is not finite")));
+        if let Some(place) = self.angles.iter().position(|angle| !(angle.abs() <= MOST_TURNED)) {
+            let angle = self.angles[place];
+            return Err(Error::input(format!(
+                "the turntable's angle of scan {place} must be a number of radians up to {MOST_TURNED}, got {angle}"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuses points that lie far from the scans that they are picked in.
+    pub(crate) fn lie_on(&self, order: &[usize], views: &[View]) -> Result<()> {
+        for (number, pick) in self.picks.iter().enumerate() {
+            for (scan, point) in pick.scans.into_iter().zip(pick.points) {
+                let inside = order.iter().position(|&number| number == scan).expect("the scan is there");
+                let (far, size) = (point.distance(views[inside].reduced.middle), 2.0 * views[inside].reduced.radius);
+                if far > ASTRAY * size {
+                    return Err(Error::input(format!(
+                        "pick {number}: its point in scan {scan} lies {} from the scan's middle, which is {} large: points are in the scan's own \
+                         frame",
+                        Shown::digits(far, 2),
+                        Shown::digits(size, 2)
+                    )));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses angles beside equal ones.
+    pub(crate) fn suits(&self, params: &AlignParams) -> Result<()> {
+        if !self.angles.is_empty() && params.turntable == Turntable::Equal {
+            return Err(Error::input("angles are given, and equal steps are asked for: choose one of them"));
         }
         Ok(())
     }
@@ -135,6 +170,10 @@ impl Constraints {
             pick.normals = pick.normals.map(|normals| normals.map(DVec3::normalize));
             picks.push(pick);
         }
+        // Sums must not depend on the order given.
+        let key =
+            |pick: &Pick| (pick.scans, pick.points.map(|p| p.to_array().map(f64::to_bits)), pick.weight.to_bits());
+        picks.sort_by_key(key);
         let mut trusted: Vec<[usize; 2]> = self.trusted.iter().map(pair).collect();
         let mut rejected: Vec<[usize; 2]> = self.rejected.iter().map(pair).collect();
         trusted.sort_unstable();

@@ -55,8 +55,9 @@ pub(crate) const BALANCE: f64 = 0.002;
 pub(crate) const FREE: f64 = 0.0003;
 /// A direction in which a pose may be off by so many cells is not held.
 const SLIP: f64 = 2.0;
-/// A motion is in doubt if another has this share of its score.
-pub(crate) const RIVAL: f64 = 0.7;
+/// A motion is in doubt if another that fits has this share of its score: of what repeats itself, the right place is often that of less
+/// overlap.
+pub(crate) const RIVAL: f64 = 0.35;
 /// Areas of the finer cell that must touch.
 const CONTACTS: f64 = 30.0;
 

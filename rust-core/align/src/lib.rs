@@ -51,6 +51,7 @@ pub use report::{AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, Pair
 pub use snap::Snap;
 
 use base::error::{Error, Result};
+use base::magnitude;
 use base::progress::{Plan, Progress};
 use image::range_image::is_rigid;
 use view::{Reduced, View, coarse_cell};
@@ -79,6 +80,7 @@ pub fn run(
 ) -> Result<Alignment> {
     params.validate()?;
     constraints.validate(sources.len())?;
+    constraints.suits(params)?;
     progress.plan(PLAN);
     Prepared::new(sources, params.threads, progress)?.aligned(params, constraints, progress)
 }
@@ -140,6 +142,7 @@ impl Prepared {
     pub fn align(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         params.validate()?;
         constraints.validate(self.len())?;
+        constraints.suits(params)?;
         progress.plan(ALIGNING);
         self.aligned(params, constraints, progress)
     }
@@ -147,6 +150,7 @@ impl Prepared {
     fn aligned(&self, params: &AlignParams, constraints: &Constraints, progress: &Progress<'_>) -> Result<Alignment> {
         let pool = base::threads::pool(params.threads)?;
         progress.stage(1, 1);
+        constraints.lie_on(&self.order, &self.views)?;
         let alignment = progress.run(&pool, || {
             let inside = constraints.renumbered(params, &self.order, &self.views);
             let solved = solve::solve(&self.views, params, &inside, progress)?;
@@ -237,6 +241,11 @@ impl Prepared {
         }
         if let Some(scan) = world_from_scan.iter().position(|pose| pose.is_some_and(|pose| !is_rigid(&pose))) {
             return Err(Error::input(format!("the pose of scan {scan} is not rigid: aligning turns and shifts only")));
+        }
+        for (scan, pose) in world_from_scan.iter().enumerate() {
+            if let Some(pose) = pose {
+                magnitude::place(&format!("the place of scan {scan}"), pose.translation)?;
+            }
         }
         let local = |(k, &number): (usize, &usize)| {
             world_from_scan[number].map(|pose| pose * DAffine3::from_translation(self.views[k].reduced.middle))

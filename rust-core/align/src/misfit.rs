@@ -35,6 +35,8 @@ const RIDGE: f64 = 1e-6;
 /// A change of size is the reason if it takes away so much of the mean square that is too much, and so much of all of it.
 const EXPLAINED: f64 = 0.6;
 const LEAST_GAIN: f64 = 0.4;
+/// Less is nobody's wrong unit or calibration.
+const LEAST_SCALE: f64 = 0.002;
 /// The same surfaces lie so far apart, by that of a scan's own neighbours.
 const FLOOR: f64 = 0.6;
 /// A part that moved is at most this share of the surface.
@@ -77,6 +79,7 @@ pub(crate) fn cause(scan: &Placed<'_>, others: &[Placed<'_>], limits: &Limits) -
     let floor = (FLOOR * expected).powi(2);
     if before > floor
         && let Some((scale, after)) = scaled(scan, others)
+        && (scale - 1.0).abs() > LEAST_SCALE
         && before - after > EXPLAINED * (before - floor).max(LEAST_GAIN * before)
     {
         return Some(Cause::Scale(scale));

@@ -209,20 +209,20 @@ fn symmetries(view: &View) -> Vec<DAffine3> {
         .iter()
         .map(|h| h.a_from_b)
         .filter(|motion| apart(motion, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell)
-        .take(2 * ROUGH);
+        .take(4 * ROUGH);
     let mut modes = refined_roughly([view, view], starts);
     modes.retain(|mode| {
         let is_other = apart(&mode.a_from_b, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell;
         is_other && mode.verdict.overlap()[0] > SELF_OVERLAP
     });
-    modes.truncate(ROUGH);
+    modes.truncate(2 * ROUGH);
     modes.into_iter().map(|mode| mode.a_from_b).collect()
 }
 
 /// Cells by which a scan must be moved so that it is a place of its own.
 const OTHER_PLACE: f64 = 4.0;
 /// Share of a scan that lies on itself after a symmetry.
-const SELF_OVERLAP: f64 = 0.3;
+const SELF_OVERLAP: f64 = 0.2;
 
 /// Whether two range images fit as they were taken, without moving: what both saw stood still before the sensor. Then each
 /// must have seen all that the other saw, unless something else has moved.

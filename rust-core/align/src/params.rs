@@ -33,7 +33,7 @@ base::params! {
         /// With rough poses, how far off they may be.
         reach: Option<f64> = length("Reach")
             .from_data("a tenth of the scan's size").above(0.0),
-        /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+        /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.
         turntable: Turntable = choice("Turntable", Turntable::CHOICES),
         /// Surfaces that lie further apart, as a root mean square, don't fit.
         tolerance: Option<f64> = length("Tolerance")

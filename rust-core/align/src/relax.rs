@@ -22,8 +22,9 @@ const RIDGE: f64 = 1e-6;
 const SAMPLES: usize = 600;
 /// In sets of more scans half as many do: each has more neighbours.
 const MANY_SCANS: usize = 40;
-/// What a pick counts, as a share of the smaller scan's area.
-const PICK: f64 = 0.01;
+/// What a pick counts, as a share of the smaller scan's area: little, so that it chooses a place, and shape where in it. Three picks half a
+/// millimetre off raised the residual of two bunny scans from 0.17 to 0.31 mm at a hundredth.
+const PICK: f64 = 0.0005;
 const STEPS: usize = 12;
 /// Steps that are smaller, in cells, end it.
 const ENOUGH: f64 = 0.004;
@@ -45,9 +46,17 @@ pub(crate) struct Net<'v> {
     pub poses: Vec<Option<DAffine3>>,
     pub is_fixed: Vec<bool>,
     pub links: Vec<Link>,
-    pub picks: Vec<Pick>,
+    pub ties: Vec<Tie>,
     /// The links that tints hold as well.
     pub coloured: BTreeSet<Link>,
+}
+
+/// Points of two scans that are held together.
+#[derive(Clone, Copy)]
+pub(crate) struct Tie {
+    pub pick: Pick,
+    /// How far they may be apart, as a deviation.
+    pub exact: f64,
 }
 
 /// The contacts of a link, in the world.
@@ -206,7 +215,7 @@ impl Net<'_> {
                 system.add(b, a, &share.ba);
             }
         }
-        self.add_picks(&mut system, &unknowns, &gauges);
+        self.add_ties(&mut system, &unknowns, &gauges);
         for block in &mut system.diagonal {
             let ridge = RIDGE * (0..6).map(|i| block[i][i]).sum::<f64>() + f64::MIN_POSITIVE;
             (0..6).for_each(|i| block[i][i] += ridge);
@@ -214,9 +223,14 @@ impl Net<'_> {
         Ok(system)
     }
 
+    pub fn weight_of_pick(&self, pick: &Pick) -> f64 {
+        let [a, b] = pick.scans.map(|scan| self.views[scan].reduced.area);
+        PICK * pick.weight * a.min(b)
+    }
+
     /// Points that the caller says are the same: three equations each.
-    fn add_picks(&self, system: &mut BlockSystem, unknowns: &[Option<usize>], gauges: &[Option<Gauge>]) {
-        for pick in &self.picks {
+    fn add_ties(&self, system: &mut BlockSystem, unknowns: &[Option<usize>], gauges: &[Option<Gauge>]) {
+        for Tie { pick, .. } in &self.ties {
             let [a, b] = pick.scans;
             let (Some(of_a), Some(of_b), Some(pose_a), Some(pose_b)) =
                 (&gauges[a], &gauges[b], self.poses[a], self.poses[b])
@@ -224,7 +238,7 @@ impl Net<'_> {
                 continue;
             };
             let places = [pose_a.transform_point3(pick.points[0]), pose_b.transform_point3(pick.points[1])];
-            let weight = PICK * pick.weight * self.views[a].reduced.area.min(self.views[b].reduced.area);
+            let weight = self.weight_of_pick(pick);
             for axis in DVec3::AXES {
                 let residual = (places[1] - places[0]).dot(axis);
                 let rows = [of_a.row(places[0], -axis), of_b.row(places[1], axis)];

@@ -80,7 +80,8 @@ pub struct AlignedScan {
     pub covariance: [[f64; 6]; 6],
     /// What it turns about there: the middle of its points, in the world.
     pub middle: DVec3,
-    /// One standard deviation of the place of its points: the largest over the scan.
+    /// One standard deviation of the place of its points: the largest over the scan. At least its size where nothing holds it; infinite
+    /// where it has no place.
     pub deviation: f64,
     /// Ways that nothing holds it.
     pub free: Vec<Freedom>,
@@ -175,10 +176,11 @@ impl AlignReport {
         lines
     }
 
-    /// Scans that lie in one frame: those that were placed, and those kept that they were placed by. 0 where none was placed.
+    /// Scans that lie in one frame: those that were placed, and those kept. 0 where a single one was kept for want of a place for others.
     pub fn placed(&self) -> usize {
         let count = |state| self.scans.iter().filter(|scan| scan.state == state).count();
-        if count(ScanState::Placed) == 0 { 0 } else { count(ScanState::Placed) + count(ScanState::Kept) }
+        let (placed, kept) = (count(ScanState::Placed), count(ScanState::Kept));
+        if placed == 0 && kept < 2 { 0 } else { placed + kept }
     }
 }
 

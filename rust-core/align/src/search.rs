@@ -200,9 +200,7 @@ impl Search<'_, '_> {
     fn turned(&mut self, told: &Told, likeness: &[Vec<f64>]) -> Result<()> {
         let alone: Vec<usize> = (0..self.views.len()).collect();
         for most in [FIRST, OF_GROUP] {
-            if told.axis.is_none() {
-                self.round(likeliest(likeness, &alone, most, |_| true), Effort::Quick)?;
-            }
+            self.round(likeliest(likeness, &alone, most, |_| true), Effort::Quick)?;
             let pairs: Vec<&Pair> = self.pairs.values().collect();
             self.table = Table::find(told, self.views, &pairs);
             if self.table.is_some() {
@@ -253,12 +251,15 @@ pub(crate) const ROUGH_REACH: f64 = 0.2;
 /// What was found near a rough pose may lie so many reaches from it.
 const STRAY: f64 = 3.0;
 /// Picks are exact to so many coarse cells.
-const PICKED: f64 = 6.0;
+pub(crate) const PICKED: f64 = 6.0;
 
 /// The motion of two scans that the caller joins: by picks where they give one, else the likeliest that agrees with them.
 fn picked(views: &[View], inside: &Inside, a: usize, b: usize, limits: &Limits) -> Pair {
     let picks: Vec<_> = inside.picks_of(a, b).collect();
     let cell = views[a].coarse.cell.max(views[b].coarse.cell);
+    let off = |motion: &DAffine3| {
+        picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
+    };
     let has_normals = picks.iter().filter(|pick| pick.normals.is_some()).count();
     if picks.len() >= 3 || (picks.len() == 2 && has_normals == 2) {
         let mut horn = Horn::new();
@@ -269,14 +270,15 @@ fn picked(views: &[View], inside: &Inside, a: usize, b: usize, limits: &Limits) 
             }
         }
         if let Some(start) = horn.solve() {
-            let pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
+            if off(&start) > PICKED * cell {
+                return Pair { a, b, modes: Vec::new(), finding: Finding::Nothing };
+            }
+            let mut pair = Pair::near(views, a, b, &start, PICKED * cell, limits);
+            pair.modes.retain(|mode| off(&mode.a_from_b) < PICKED * cell);
             return if pair.modes.is_empty() { Pair::given(views, a, b, &start, limits) } else { pair };
         }
     }
     let mut pair = Pair::search(views, a, b, Effort::Thorough, limits);
-    let off = |motion: &DAffine3| {
-        picks.iter().map(|pick| motion.transform_point3(pick.points[1]).distance(pick.points[0])).fold(0.0, f64::max)
-    };
     pair.modes.retain(|mode| picks.is_empty() || off(&mode.a_from_b) < PICKED * cell);
     if pair.modes.is_empty() {
         pair.finding = Finding::Nothing;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::assemble::{Group, Standing};
 use crate::coloured;
-use crate::constraints::Inside;
+use crate::constraints::{Inside, Pick};
 use crate::finding::{BALANCE, Finding, Limits, closest, fits};
 use crate::judge::{Verdict, judge, tolerance};
 use crate::linear::{Matrix6, eigen};
@@ -15,7 +15,7 @@ use crate::misfit::Placed;
 use crate::pair::Pair;
 use crate::params::AlignParams;
 use crate::refine::Both;
-use crate::relax::{Link, Net, Start, contacts};
+use crate::relax::{Link, Net, Start, Tie, contacts};
 use crate::search::{Found, search};
 use crate::turntable::Table;
 use crate::uncertainty::covariances;
@@ -32,6 +32,8 @@ pub(crate) struct Solved {
     pub limits: Limits,
     pub inside: Vec<bool>,
     pub rejected: Vec<[usize; 2]>,
+    pub trusted: Vec<[usize; 2]>,
+    pub picks: Vec<Pick>,
     /// Whether there was a turntable, and where, if it was found.
     pub is_turned: bool,
     pub table: Option<Table>,
@@ -47,6 +49,9 @@ pub(crate) struct SolvedGroup {
     pub frame: usize,
     /// Of a scan by itself that was joined, but is not held: how far it may be off.
     pub adrift: Option<f64>,
+    /// Links that tints hold as well, and scans that points hold which the caller picked.
+    pub coloured: BTreeSet<Link>,
+    pub tied: BTreeSet<usize>,
 }
 
 impl Solved {
@@ -144,6 +149,8 @@ pub(crate) fn solve(views: &[View], params: &AlignParams, inside: &Inside, progr
         limits,
         inside: inside.is_fixed.clone(),
         rejected: inside.rejected.clone(),
+        trusted: inside.trusted.clone(),
+        picks: inside.picks.clone(),
         is_turned: inside.turned.is_some(),
         table,
     })
@@ -240,11 +247,13 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
     }
     let mut members: Vec<usize> = group.members.iter().map(|member| member.0).collect();
     members.sort_unstable();
-    let mut picks = inside.picks.clone();
+    let cell = |pick: &Pick| pick.scans.iter().map(|&scan| views[scan].coarse.cell).fold(0.0, f64::max);
+    // Clicks are off by a cell.
+    let mut ties: Vec<Tie> = inside.picks.iter().map(|pick| Tie { pick: *pick, exact: cell(pick) }).collect();
     if let Some(table) = table {
-        picks.extend(table.picks(views, &members, frame));
+        ties.extend(table.ties(views, &members, frame));
     }
-    let mut net = Net { views, poses, is_fixed, links: Vec::new(), picks, coloured: BTreeSet::new() };
+    let mut net = Net { views, poses, is_fixed, links: Vec::new(), ties, coloured: BTreeSet::new() };
     let mut near = touching(&net, &members, inside, progress)?;
     for start in [Start::Near, Start::Settled] {
         let found = links(&net, &near, FEW, progress)?;
@@ -262,9 +271,18 @@ fn settle(known: &Known<'_>, group: &Group, progress: &Progress<'_>) -> Result<S
         members: members.iter().map(|&scan| (scan, net.poses[scan].expect("members have poses"))).collect(),
         frame,
         adrift: None,
+        coloured: net.coloured,
+        tied: members.into_iter().filter(|&scan| ties_of(inside, scan) >= HOLDING).collect(),
     };
     Ok((group, links))
 }
+
+fn ties_of(inside: &Inside, scan: usize) -> usize {
+    inside.picks.iter().filter(|pick| pick.scans.contains(&scan)).count()
+}
+
+/// So many points hold a scan.
+const HOLDING: usize = 3;
 
 /// Pairs of the scans that may touch as they lie: of each scan those that may touch it most, but for those that the caller
 /// forbids.
@@ -367,7 +385,7 @@ pub(crate) fn residual(views: &[View], group: &SolvedGroup, links: &[Link]) -> O
         poses,
         is_fixed: vec![false; views.len()],
         links: Vec::new(),
-        picks: Vec::new(),
+        ties: Vec::new(),
         coloured: BTreeSet::new(),
     };
     let (mut sum, mut weight) = (0.0, 0.0);

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::assemble::Standing;
 use crate::constraints::Axis;
-use crate::finding::Finding;
+use crate::finding::{FREE, Finding};
 use crate::judge::Verdict;
 use crate::linear::{Matrix6, eigen};
 use crate::misfit::{Map, Placed};
@@ -13,7 +13,7 @@ use crate::pair::Pair;
 use crate::report::{
     AlignReport, AlignedPair, AlignedScan, Alignment, Freedom, PairState, ScanState, TurntableFound, freedoms,
 };
-use crate::solve::{Looked, Solved, residual};
+use crate::solve::{Looked, Solved, SolvedGroup, residual};
 use crate::view::View;
 use crate::words::{reason, say};
 
@@ -49,6 +49,9 @@ pub(crate) fn alignment(names: &[String], views: &[View], order: &[usize], solve
             entry.middle = pose.translation;
             entry.placed(view, covariance);
             entry.touching(&links, k);
+            if entry.state == ScanState::Placed && solved.table.is_none() {
+                entry.slack(&links, k, views, group);
+            }
         }
         if is_first {
             let all: Vec<_> = links.iter().map(|looked| looked.link).collect();
@@ -99,6 +102,7 @@ fn scan(views: &[View], k: usize, name: &str) -> AlignedScan {
         name: name.to_owned(),
         middle: views[k].reduced.world_from_local().translation,
         spacing: views[k].reduced.spacing,
+        deviation: f64::INFINITY,
         ..AlignedScan::default()
     }
 }
@@ -118,6 +122,19 @@ impl AlignedScan {
             if value.max(0.0).sqrt() > HELD * view.fine().cell {
                 self.free.push(Freedom::of(vector, self.middle, radius));
             }
+        }
+    }
+
+    /// What is trusted, and holds by nothing: its covariance comes of noise alone.
+    fn slack(&mut self, links: &[&Looked], k: usize, views: &[View], group: &SolvedGroup) {
+        let of_scan = links.iter().filter(|looked| looked.link.a == k || looked.link.b == k);
+        let Some(best) = of_scan.max_by(|x, y| x.verdict.hold.balance().total_cmp(&y.verdict.hold.balance())) else {
+            return;
+        };
+        if best.verdict.hold.balance() < FREE && !group.tied.contains(&k) && !group.coloured.contains(&best.link) {
+            let Some(world_from_first) = group.pose(best.link.a) else { return };
+            self.free = freedoms(&best.verdict.hold, &world_from_first);
+            self.deviation = self.deviation.max(views[k].reduced.radius);
         }
     }
 

@@ -14,21 +14,30 @@ use crate::judge::{Hold, Mode, Verdict, judge, tolerance};
 use crate::linear::{apart, eigen};
 use crate::pair::Pair;
 use crate::refine::Both;
+use crate::relax::Tie;
 use crate::view::View;
 
 /// Samples that tell which angles are worth a look, and for steps and verdicts.
 const GLANCE: usize = 120;
 const FEW: usize = 400;
 const MANY: usize = 1000;
+/// Most angles that are looked at.
+const MOST_ANGLES: usize = 4000;
 /// Angles that are refined.
 const ROUGH: usize = 8;
 const STEPS: usize = 10;
 /// Motions turn about the same axis if a scan lies within so many coarse cells of the same place.
 const AGREE: f64 = 3.0;
+/// Share of the pairs that are sure by themselves that must turn as the table does: else it is another, or its angles are.
+const BELIEVED: f64 = 0.75;
+/// What shape alone doesn't hold must share so much: where the axis is wrong, slivers touch.
+const TOUCHES: f64 = 0.2;
 /// Turns by less say little of their axis.
 const LEAST_TURN: f64 = 0.1;
 /// What the axis counts in the poses of all scans, as a pick.
-const WEIGHT: f64 = 10.0;
+const WEIGHT: f64 = 200.0;
+/// How far the axis may be off, in cells, as a deviation.
+const EXACT: f64 = 0.1;
 
 /// The axis, and the angles if they are known, by the numbers inside.
 #[derive(Clone, Debug)]
@@ -67,40 +76,47 @@ fn about(point: DVec3, direction: DVec3, angle: f64) -> DAffine3 {
 }
 
 impl Table {
-    /// As the caller has it, or as the pairs that are sure say; `None` where they don't agree.
+    /// As the pairs that are sure say, near where the caller has it, if he does; as he has it where no pair says anything. `None` where
+    /// pairs don't agree with each other, with the angles, or with him.
     pub fn find(told: &Told, views: &[View], pairs: &[&Pair]) -> Option<Self> {
-        if let Some(axis) = told.axis {
-            let direction = axis.direction.normalize();
-            return Some(Table { point: axis.point, direction, angles: told.angles.clone() });
-        }
         let sure = |pair: &&&Pair| matches!(pair.finding, Finding::Sure | Finding::Weak);
-        let motions: Vec<(&Pair, DAffine3)> = pairs
-            .iter()
-            .filter(sure)
-            .map(|pair| (*pair, own(views, pair.a, pair.b, &pair.modes[0].a_from_b)))
-            .collect();
-        let mut best: Option<(usize, f64, Table)> = None;
-        for (_, motion) in &motions {
-            for sign in [1.0, -1.0] {
-                let Some(table) = Table::through(&[(motion, sign)], told) else { continue };
-                let agrees = |(pair, _): &&(&Pair, DAffine3)| table.is_on(views, pair);
-                let agreeing: Vec<&(&Pair, DAffine3)> = motions.iter().filter(agrees).collect();
-                let turned = |(_, motion): &&&(&Pair, DAffine3)| Turn::of(motion).angle > LEAST_TURN;
-                let score: f64 = agreeing.iter().map(|(pair, _)| pair.modes[0].verdict.touching()).sum();
-                // One motion has an axis always; angles that are known can belie it.
-                let enough = if told.angles.is_some() { 1 } else { 2 };
-                let count = agreeing.iter().filter(turned).count();
-                if count >= enough && best.as_ref().is_none_or(|(_, most, _)| score > *most) {
-                    let toward = |motion: &DAffine3| {
-                        if Turn::of(motion).direction.dot(table.direction) < 0.0 { -1.0 } else { 1.0 }
-                    };
-                    let all: Vec<(&DAffine3, f64)> =
-                        agreeing.iter().filter(turned).map(|(_, motion)| (motion, toward(motion))).collect();
-                    best = Table::through(&all, told).map(|table| (count, score, table)).or(best);
-                }
+        let motion = |pair: &&Pair| own(views, pair.a, pair.b, &pair.modes[0].a_from_b);
+        let motions: Vec<(&Pair, DAffine3)> = pairs.iter().filter(sure).map(|pair| (*pair, motion(pair))).collect();
+        let given = told.axis.map(|axis| Table {
+            point: axis.point,
+            direction: axis.direction.normalize(),
+            angles: told.angles.clone(),
+        });
+        let turned: Vec<&(&Pair, DAffine3)> =
+            motions.iter().filter(|(_, motion)| Turn::of(motion).angle > LEAST_TURN).collect();
+        let through = |(_, motion): &&(&Pair, DAffine3)| {
+            [1.0, -1.0].into_iter().filter_map(|sign| Table::through(&[(motion, sign)], told)).collect::<Vec<_>>()
+        };
+        let candidates: Vec<Table> = match &given {
+            Some(table) => vec![table.clone()],
+            None => turned.iter().flat_map(through).collect(),
+        };
+        let mut best: Option<(f64, Table)> = None;
+        for table in candidates {
+            let agrees = |(pair, _): &&&(&Pair, DAffine3)| table.is_on(views, pair);
+            let agreeing: Vec<&&(&Pair, DAffine3)> = turned.iter().filter(agrees).collect();
+            // One motion has an axis always; angles that are known can belie it.
+            let enough = if told.angles.is_some() { 1 } else { 2 };
+            let is_believed = agreeing.len() as f64 >= BELIEVED * turned.len() as f64;
+            let score: f64 = agreeing.iter().map(|(pair, _)| pair.modes[0].verdict.touching()).sum();
+            if agreeing.len() < enough || !is_believed || best.as_ref().is_some_and(|(most, _)| score <= *most) {
+                continue;
             }
+            let toward = |motion: &DAffine3| {
+                if Turn::of(motion).direction.dot(table.direction) < 0.0 { -1.0 } else { 1.0 }
+            };
+            let all: Vec<(&DAffine3, f64)> = agreeing.iter().map(|(_, motion)| (motion, toward(motion))).collect();
+            best = Table::through(&all, told).map(|table| (score, table)).or(best);
         }
-        best.map(|(_, _, table)| table)
+        match best {
+            Some((_, table)) => Some(table),
+            None => given.filter(|_| turned.is_empty()),
+        }
     }
 
     /// The axis that turns have in common, those of negative signs taken the other way round; `None` if there is none.
@@ -184,7 +200,12 @@ impl Table {
         let mut modes: Vec<Mode> = angles.into_iter().map(mode).collect();
         modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
         let fit = |verdict: &Verdict| match fits(both, verdict, limits) {
-            Finding::Slides | Finding::Weak if self.holds(both[0], &verdict.hold) => Finding::Sure,
+            Finding::Slides | Finding::Weak
+                if self.holds(both[0], &verdict.hold)
+                    && verdict.overlap().into_iter().fold(0.0, f64::max) > TOUCHES =>
+            {
+                Finding::Sure
+            }
             finding => finding,
         };
         Pair { a, b, finding: find_where(&modes, fit), modes }
@@ -199,7 +220,9 @@ impl Table {
         let cell = both[0].coarse.cell.max(both[1].coarse.cell);
         let away = (both[1].reduced.middle - self.point).reject_from(self.direction).length();
         let step = cell / (away + both[1].reduced.radius);
-        let count = (TAU / step).ceil() as usize;
+        // A surface far from the axis has a place in a few of them at most.
+        let count = ((TAU / step).ceil() as usize).clamp(8, MOST_ANGLES);
+        let step = TAU / count as f64;
         let glance = Both::new(&both[0].coarse, &both[1].coarse, GLANCE);
         let scores: Vec<f64> = (0..count)
             .map(|k| judge(both, &glance, &self.motion(views, a, b, k as f64 * step), 1.5 * cell).score())
@@ -267,15 +290,16 @@ impl Table {
     }
 
     /// What holds a group's scans to the axis: points of it that all of them share, and of what turned, where angles are known.
-    pub fn picks(&self, views: &[View], members: &[usize], frame: usize) -> Vec<Pick> {
+    pub fn ties(&self, views: &[View], members: &[usize], frame: usize) -> Vec<Tie> {
         let across = self.direction.any_orthonormal_vector();
-        let mut picks = Vec::new();
+        let mut ties = Vec::new();
         for &scan in members.iter().filter(|&&scan| scan != frame) {
             let [a, b] = [scan.min(frame), scan.max(frame)];
             let radius = views[frame].reduced.radius;
             let mut pick = |places: [DVec3; 2]| {
                 let points = [places[0] - views[a].reduced.middle, places[1] - views[b].reduced.middle];
-                picks.push(Pick { scans: [a, b], points, normals: None, weight: WEIGHT });
+                let pick = Pick { scans: [a, b], points, normals: None, weight: WEIGHT };
+                ties.push(Tie { pick, exact: EXACT * views[frame].fine().cell });
             };
             let along = (views[frame].reduced.middle - self.point).dot(self.direction);
             for end in [along - radius, along + radius] {
@@ -286,6 +310,6 @@ impl Table {
                 pick([a, b].map(|k| about(self.point, self.direction, angles[k]).transform_point3(at)));
             }
         }
-        picks
+        ties
     }
 }

@@ -4,12 +4,12 @@
 //! between samples, by warp. Each piece of space counts as one observation, however many samples there are. Sandwich of
 //! inverse normal matrices around the sum over pieces (Liang & Zeger 1986); white noise, which others assume, gives far too little.
 
-use glam::IVec3;
+use glam::{DVec3, IVec3};
 use rustc_hash::FxHashMap;
 
 use crate::judge::PIECE;
 use crate::linear::{Matrix6, Vector6};
-use crate::relax::{NARROW, Net, Use, contacts, weight_of};
+use crate::relax::{NARROW, Net, Tie, Use, contacts, weight_of};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -50,6 +50,21 @@ pub(crate) fn covariances(net: &Net<'_>, progress: &Progress<'_>) -> Result<Vec<
                     None => pieces[piece].push((unknown, push)),
                 }
             }
+        }
+    }
+    for Tie { pick, exact } in &net.ties {
+        let [a, b] = pick.scans;
+        let (Some(of_a), Some(of_b), Some(at_a), Some(at_b)) = (&gauges[a], &gauges[b], net.poses[a], net.poses[b])
+        else {
+            continue;
+        };
+        let places = [at_a.transform_point3(pick.points[0]), at_b.transform_point3(pick.points[1])];
+        let weight = net.weight_of_pick(pick);
+        for axis in DVec3::AXES {
+            let off = (places[1] - places[0]).dot(axis).hypot(*exact);
+            let push = |row: Vector6| row.map(|x| weight * off * x);
+            let sides = [(unknowns[a], of_a.row(places[0], -axis)), (unknowns[b], of_b.row(places[1], axis))];
+            pieces.push(sides.into_iter().filter_map(|(unknown, row)| Some((unknown?, push(row)))).collect());
         }
     }
     let count = unknowns.iter().flatten().count();

@@ -11,6 +11,7 @@ use crate::level::Level;
 use crate::sight::DepthMap;
 use crate::tint::tints;
 use base::error::{Error, Result};
+use base::magnitude;
 use base::progress::Progress;
 use image::oriented::OrientedPoints;
 use image::range_image::is_rigid;
@@ -60,6 +61,7 @@ impl Reduced {
                 source.name()
             )));
         }
+        magnitude::place(&format!("the place of scan {:?}", source.name()), world_from_points.translation)?;
         let mut hasher = FxHasher::default();
         hasher.write(bytemuck::cast_slice(&positions));
         hasher.write(bytemuck::cast_slice(&areas));

@@ -4,6 +4,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::assemble::Standing;
+use crate::constraints::Pick;
 use crate::finding::Finding;
 use crate::judge::Mode;
 use crate::misfit::{Cause, Placed, cause};
@@ -43,6 +44,10 @@ pub(crate) fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[A
         );
     }
     let apart = scans[k].state == ScanState::Apart;
+    let sure_one = || {
+        let fits = |pair: &&Pair| (pair.a == k || pair.b == k) && pair.finding == Finding::Sure;
+        solved.pairs.iter().filter(fits).max_by(|x, y| touching(x).total_cmp(&touching(y)))
+    };
     let joined = |text: String| if apart { format!("its group fits nothing else; {text}") } else { text };
     let of_scan = || solved.pairs.iter().filter(|pair| (pair.a == k || pair.b == k) && !pair.modes.is_empty());
     let other = |pair: &Pair| names[if pair.a == k { pair.b } else { pair.a }];
@@ -70,7 +75,15 @@ pub(crate) fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[A
     if let Some((pair, _)) = standings.into_iter().find(is_through) {
         return joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair)));
     }
-    joined("no place was found where it fits another scan: scan so that neighbours share a third of what they see, or give it a rough pose".to_owned())
+    if let Some(pair) = sure_one().filter(|_| apart) {
+        return format!(
+            "it fits {:?}, but nothing joins these with the first group: they are of something else, or share too little with it",
+            other(pair)
+        );
+    }
+    joined("no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
+         see); give it a rough pose, or pairs of points"
+            .to_owned())
 }
 
 fn touching(pair: &Pair) -> f64 {
@@ -143,7 +156,9 @@ fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<S
     let remedy = match cause {
         Cause::Scale(_) => "scale it",
         Cause::Moved { .. } => "cut off what moved",
-        Cause::Warp => "check the scanner's calibration, or place it by pairs of points",
+        Cause::Warp => {
+            "check the scanner's calibration, place it by pairs of points, or leave it out if it is of something else"
+        }
     };
     Some(format!("it nearly fits {}, but {}: {remedy}", quoted(&beside), because(cause)))
 }
@@ -156,7 +171,7 @@ const THROUGH: f64 = 0.25;
 
 fn because(cause: Cause) -> String {
     match cause {
-        Cause::Scale(scale) => format!("it would fit better if it were {} times as large", Shown::digits(scale, 3)),
+        Cause::Scale(scale) => format!("it would fit better if it were {} times as large", Shown::digits(scale, 4)),
         Cause::Moved { middle, share } => {
             let [x, y, z] = middle.to_array().map(|x| Shown::digits(x, 3).to_string());
             format!(
@@ -202,10 +217,13 @@ pub(crate) fn say(
     }
     if solved.is_turned && solved.table.is_none() {
         report.messages.push(
-            "the turntable's axis was not found, since no two pairs of scans are sure by themselves and turn about the same one: give the axis"
+            "the turntable was not found, and not used: pairs of scans that are sure by themselves must turn about the same axis, as given, by \
+             the angles given (radians, in the order of the scans, the object's turn counter-clockwise where the axis points to the viewer) \
+             or equal ones"
                 .to_owned(),
         );
     }
+    report.messages.extend(told(views, names, solved));
     if let Some(group) = solved.groups.first() {
         let causes = group.members.par_iter().map(|&(k, pose)| {
             let scan = Placed { view: &views[k], world_from_local: pose };
@@ -237,6 +255,75 @@ fn ways(free: &[Freedom]) -> String {
         (0, 0) => "turn or slide".to_owned(),
     }
 }
+
+/// Where what the caller says doesn't agree with the scans.
+fn told(views: &[View], names: &[&str], solved: &Solved) -> Vec<String> {
+    let mut said = Vec::new();
+    let group_of = |scan: usize| solved.groups.iter().find(|group| group.has(scan));
+    let pair_of = |a: usize, b: usize| solved.pairs.iter().find(|pair| [pair.a, pair.b] == [a.min(b), a.max(b)]);
+    let mut picked: Vec<[usize; 2]> = solved.picks.iter().map(|pick| pick.scans).collect();
+    picked.sort_unstable();
+    picked.dedup();
+    for [a, b] in picked {
+        let picks = || solved.picks.iter().filter(|pick| pick.scans == [a, b]);
+        if pair_of(a, b).is_some_and(|pair| pair.modes.is_empty()) {
+            said.push(format!(
+                "no place was found for the {} points picked in {:?} and {:?}: check that each is the same point of the surface, and that \
+                 they lie equally far apart in both",
+                picks().count(), names[a], names[b]
+            ));
+            continue;
+        }
+        let far = group_of(a).filter(|group| group.has(b)).and_then(|group| {
+            let off = |pick: &Pick| {
+                let [there, here] =
+                    [0, 1].map(|side| Some(group.pose(pick.scans[side])?.transform_point3(pick.points[side])));
+                Some(there?.distance(here?))
+            };
+            picks().filter_map(off).max_by(f64::total_cmp)
+        });
+        if let Some(far) = far.filter(|far| *far > FAR_PICK * views[a].coarse.cell.max(views[b].coarse.cell)) {
+            said.push(format!(
+                "points picked in {:?} and {:?} lie {} apart in the result",
+                names[a],
+                names[b],
+                Shown::digits(far, 2)
+            ));
+        }
+    }
+    for &[a, b] in &solved.trusted {
+        let link = solved.links.iter().find(|looked| [looked.link.a, looked.link.b] == [a, b]);
+        let what = match (pair_of(a, b).map(|pair| pair.finding), link) {
+            (None | Some(Finding::Nothing), _) | (_, None) => "do not touch",
+            (_, Some(link)) if link.is_off() => "do not fit exactly",
+            (Some(Finding::Ambiguous), _) => "fit in several places: the likeliest was taken",
+            (Some(Finding::Slides), _) => "may turn or slide on each other",
+            (Some(Finding::Loose | Finding::SeenThrough | Finding::Little | Finding::Background), _) => {
+                "fit badly: one of many places was taken"
+            }
+            _ => continue,
+        };
+        said.push(format!("{:?} and {:?} are trusted to touch, but {what}", names[a], names[b]));
+    }
+    if solved.inside.iter().filter(|fixed| **fixed).count() > 1 {
+        let others = solved
+            .pairs
+            .iter()
+            .zip(&solved.standings)
+            .filter(|(pair, standing)| pair.finding == Finding::Sure && **standing == Standing::Disagrees);
+        let others: Vec<&Pair> = others.map(|(pair, _)| pair).collect();
+        if let Some(first) = others.first() {
+            said.push(format!(
+                "scans that are fixed may not lie where they belong: {} that fit by themselves say otherwise, {:?} and {:?} for one",
+                if others.len() == 1 { "1 pair".to_owned() } else { format!("{} pairs", others.len()) }, names[first.a], names[first.b]
+            ));
+        }
+    }
+    said
+}
+
+/// Picked points that lie so many coarse cells apart in the end are not the same.
+const FAR_PICK: f64 = 3.0;
 
 /// At most five names.
 fn quoted(names: &[&str]) -> String {

@@ -6,6 +6,7 @@ mod misfit;
 mod naive;
 mod painted;
 mod scans;
+mod told;
 mod turntable;
 
 use base::error::Error;

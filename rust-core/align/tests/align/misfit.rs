@@ -42,7 +42,7 @@ fn lines(alignment: &Alignment) -> String {
 fn another_size_is_said() {
     let (meshes, _) = bent(2, |p| 1.03 * p);
     let text = lines(&aligned(&meshes));
-    assert!(text.contains("mesh 2: not placed") && text.contains("0.97 times as large"), "{text}");
+    assert!(text.contains("mesh 2: not placed") && text.contains("0.97"), "{text}");
 }
 
 #[test]

@@ -92,7 +92,40 @@ fn wrong_angles_place_nothing_wrongly() {
     let angles: Vec<f64> = (0..6).map(|k| TAU * f64::from(k) / 9.0).collect();
     let told = Constraints { axis: Some(axis), angles, ..Constraints::default() };
     let alignment = aligned(&images, Turntable::No, &told);
+    let off = errors(&images, &alignment);
+    assert!(off.iter().flatten().all(|off| *off < 1.5), "{off:?} {:?}", alignment.report.lines());
+    assert!(alignment.report.lines().join(" ").contains("turntable was not found"));
+}
+
+#[test]
+fn a_vase_by_wrong_angles_is_left_out() {
+    let (images, axis) = turned(&vase(), 6, 0.0);
+    let away = Axis { point: axis.point + 0.2 * axis.direction.any_orthonormal_vector(), ..axis };
+    let angles: Vec<f64> = (0..6).map(|k| TAU * f64::from(k) / 6.0).collect();
+    let alignment =
+        aligned(&images, Turntable::No, &Constraints { axis: Some(away), angles, ..Constraints::default() });
     assert_eq!(alignment.report.placed(), 0, "{:?}", alignment.report.lines());
+}
+
+#[test]
+fn scans_in_another_order_than_the_steps_are_not_put_by_them() {
+    let (mut images, _) = turned(statue(), 8, 0.0);
+    images.swap(1, 2);
+    let alignment = aligned(&images, Turntable::Equal, &Constraints::default());
+    let off = errors(&images, &alignment);
+    assert!(off.iter().flatten().all(|off| *off < 1.5), "{off:?} {}", alignment.report.lines().join("\n"));
+    assert!(alignment.report.lines().join(" ").contains("turntable was not found"));
+}
+
+#[test]
+fn an_axis_a_little_off_is_made_better() {
+    let (images, axis) = turned(statue(), 8, 0.0);
+    let rough = Axis { point: axis.point + DVec3::new(0.006, -0.004, 0.005), ..axis };
+    let told = Constraints { axis: Some(rough), ..Constraints::default() };
+    let alignment = aligned(&images, Turntable::Equal, &told);
+    right(&images, &alignment);
+    let found = alignment.report.turntable.unwrap().axis.point - axis.point;
+    assert!(found.reject_from(axis.direction.normalize()).length() < 0.003, "{found}");
 }
 
 #[test]

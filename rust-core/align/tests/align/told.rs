@@ -1,0 +1,87 @@
+//! What the caller says, and is wrong about.
+
+use base::progress::Progress;
+use glam::{DAffine3, DVec3};
+use image::RangeImage;
+use image::source::ScanSource as _;
+use mesh::shapes::Shape;
+use surfrecon_align::{AlignParams, Alignment, Constraints, Pick, Turntable, run};
+
+use crate::scans::{aligned, around, errors, look, placed, sources, statue, without_poses};
+
+fn lines(alignment: &Alignment) -> String {
+    alignment.report.lines().join("\n")
+}
+
+/// Points of the surface that both scans show, as their sensors have them.
+fn common(images: &[RangeImage], a: usize, b: usize, count: usize) -> Vec<Pick> {
+    let points = |k: usize| -> Vec<DVec3> {
+        let own = images[k].oriented_points(&Progress::none()).unwrap().positions;
+        own.iter().map(|p| images[k].world_from_sensor.transform_point3(*p)).collect()
+    };
+    let (first, second) = (points(a), points(b));
+    let spacing = 0.01;
+    let near = first.iter().filter(|p| p.is_finite()).step_by(37).filter_map(|p| {
+        let q = second.iter().filter(|q| q.is_finite()).min_by(|x, y| x.distance(*p).total_cmp(&y.distance(*p)))?;
+        (q.distance(*p) < spacing).then_some((*p, *q))
+    });
+    let near: Vec<(DVec3, DVec3)> = near.collect();
+    let own = |k: usize, at: DVec3| images[k].world_from_sensor.inverse().transform_point3(at);
+    (0..count)
+        .map(|k| near[k * (near.len() - 1) / (count - 1)])
+        .map(|(p, q)| Pick { scans: [a, b], points: [own(a, p), own(b, q)], normals: None, weight: 1.0 })
+        .collect()
+}
+
+#[test]
+fn picks_that_do_not_belong_together_place_nothing() {
+    let images = around(statue(), 5, 0.0)[..2].to_vec();
+    let mut picks = common(&images, 0, 1, 3);
+    picks[2].points[1] += DVec3::new(0.4, 0.2, 0.0);
+    let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+    assert_eq!(alignment.report.placed(), 0, "{}", lines(&alignment));
+    assert!(lines(&alignment).contains("3 points picked"), "{}", lines(&alignment));
+}
+
+#[test]
+fn picks_a_little_off_choose_the_place_and_shape_the_rest() {
+    let images = around(statue(), 6, 0.0)[..2].to_vec();
+    let mut picks = common(&images, 0, 1, 4);
+    picks.iter_mut().enumerate().for_each(|(k, pick)| pick.points[1] += 0.01 * DVec3::new(1.0, k as f64 % 2.0, -1.0));
+    let alignment = aligned(&without_poses(&images), &Constraints { picks, ..Constraints::default() });
+    let off = errors(&images, &alignment);
+    assert!(off.iter().all(|off| off.is_some_and(|off| off < 1.5)), "{off:?} {}", lines(&alignment));
+}
+
+#[test]
+fn trusting_what_may_turn_is_said() {
+    let ball = Shape::Sphere { radius: 1.0 }.mesh(64);
+    let images = [look(&ball, DVec3::new(1.0, 0.3, 0.5), 0.2, 0.0), look(&ball, DVec3::new(0.7, 0.8, 0.45), 1.3, 0.0)];
+    let trusted = Constraints { trusted: vec![[0, 1]], ..Constraints::default() };
+    let alignment = aligned(&without_poses(&images), &trusted);
+    let text = lines(&alignment);
+    assert!(text.contains("may turn or slide on each other"), "{text}");
+    let moved = alignment.report.scans.iter().find(|scan| scan.reason.is_empty() && !scan.free.is_empty());
+    assert!(moved.is_some_and(|scan| scan.free.len() == 3 && scan.deviation > 0.5), "{text}");
+}
+
+#[test]
+fn fixed_scans_that_contradict_each_other_are_named() {
+    let images = around(statue(), 6, 0.0);
+    let mut given = without_poses(&images);
+    for (k, shift) in [(0, 0.0), (3, 1.0)] {
+        let by = DAffine3::from_translation(DVec3::new(shift, 0.0, 0.0));
+        given[k] = placed(&images[k], by * images[k].world_from_sensor);
+    }
+    let alignment = aligned(&given, &Constraints { fixed: vec![0, 3], ..Constraints::default() });
+    assert!(lines(&alignment).contains("fixed may not lie where they belong"), "{}", lines(&alignment));
+}
+
+#[test]
+fn angles_beside_equal_steps_are_refused() {
+    let images = around(statue(), 3, 0.0);
+    let params = AlignParams { turntable: Turntable::Equal, ..AlignParams::default() };
+    let constraints = Constraints { angles: vec![0.0, 1.0, 2.0], ..Constraints::default() };
+    let error = run(&sources(&images), &params, &constraints, &Progress::none()).unwrap_err();
+    assert!(error.to_string().contains("choose one"), "{error}");
+}
