@@ -1,10 +1,15 @@
-"""Scans without poses to one frame: beside Open3D's two global registrations, with its ICP and pose graph.
+"""Scans without poses to one frame: beside Open3D's two searches and KISS-Matcher, with a pose graph.
 
 Every run is a fresh process on the same files, whose poses are anything; times include reading and the import of the
 package. Ours runs on one thread. A scan is `wrong` if it was placed and one of its samples is off by more than five
-distances of samples; on real scans beside the archive's poses, which are another program's.
+distances of samples; on real scans beside the archive's poses, which are another program's. Pairs are those that share
+a tenth of the smaller scan, and are found if one lies rightly to the other.
+
+Tools `*-rough` get poses that are off by a fiftieth of the scan's size and three degrees: small_gicp and MeshLab only
+refine. They run where the truth is known and all scans belong together, for they would place what they are given.
 """
 
+import importlib.util
 import json
 import sys
 import tempfile
@@ -14,163 +19,171 @@ import align_cases
 import measured
 import numpy as np
 import table
-from scipy.spatial import cKDTree
+from align_checks import Scans
 
 HERE = Path(__file__).resolve().parent
-TOOLS = ["surfrecon", "open3d-ransac", "open3d-fgr"]
-WRONG = 5.0
-FOUND = ["placed", "wrong", "reason_given", "worst_shift_spacings", "residual_mm", "residual_conf_mm", "nees"]
+# By tool, the packages that it needs.
+TOOLS = {
+    "surfrecon": [],
+    "surfrecon-rough": [],
+    "open3d-ransac": ["open3d"],
+    "open3d-fgr": ["open3d"],
+    "kiss-matcher": ["kiss_matcher", "small_gicp", "open3d"],
+    "small_gicp-rough": ["small_gicp", "open3d"],
+    "meshlab-rough": ["pymeshlab", "open3d"],
+}
+# A search of all pairs of more scans takes peers hours.
+MOST_FOR_PEERS = 40
+FOUND = ["placed", "wrong", "reason_given", "pairs_total", "pairs_found", "worst_shift_spacings"]
+FOUND += ["residual_mm", "residual_conf_mm", "nees", "snap_ms"]
 COLUMNS = ["case", "tool", "scans", "overlap_pct", "noise", "threads", "expected_refusal", *FOUND]
 COLUMNS += ["runs", "cpu_s", "wall_s", "peak_mb"]
-SHOWN = {"tool": "tool", "scans": "scans", "placed": "placed", "wrong": "wrong", "worst shift": "worst_shift_spacings"}
-SHOWN |= {
+SHOWN = {
+    "tool": "tool",
+    "scans": "scans",
+    "placed": "placed",
+    "wrong": "wrong",
+    "pairs": "pairs_total",
+    "found": "pairs_found",
+    "worst shift": "worst_shift_spacings",
     "residual mm": "residual_mm",
     "of .conf": "residual_conf_mm",
     "NEES / 6": "nees",
+    "snap ms": "snap_ms",
     "CPU s": "cpu_s",
     "MB": "peak_mb",
 }
 
 
-class Scans:
-    """Samples of a set, as the checker needs them."""
-
-    def __init__(self, place):
-        import surfrecon
-
-        self.truth = np.load(place / "truth.npy")
-        images = [scan.read() for scan in surfrecon.open(place / "scans.conf")]
-        meshes = [image.triangulate() for image in images]
-        self.points = [np.asarray(mesh.positions) for mesh in meshes]
-        self.normals = [normals(mesh) for mesh in meshes]
-        self.spacings = [np.median(cKDTree(p).query(p[::7], k=2)[0][:, 1]) for p in self.points]
-
-    def errors(self, poses):
-        """How far each placed scan is off, in spacings, where the scan fits that makes the worst least."""
-        placed = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
-        best = np.full(len(poses), np.nan)
-        for anchor in placed:
-            found = np.full(len(poses), np.nan)
-            truth_from_found = self.truth[anchor] @ np.linalg.inv(poses[anchor])
-            for k in placed:
-                off = moved(truth_from_found @ poses[k], self.points[k][::17]) - moved(
-                    self.truth[k], self.points[k][::17]
-                )
-                found[k] = np.linalg.norm(off, axis=1).max() / self.spacings[k]
-            if np.isnan(best).all() or np.nanmax(found) < np.nanmax(best):
-                best = found
-        return best
-
-    def squares(self, poses):
-        """Squared distances of samples along the normals of others' nearest samples, within two spacings."""
-        placed = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)))
-        points = {k: moved(poses[k], self.points[k]) for k in placed}
-        turned = {k: self.normals[k] @ poses[k][:3, :3].T for k in placed}
-        trees = {k: cKDTree(points[k]) for k in placed}
-        found = []
-        for a in placed:
-            for b in placed:
-                if a != b:
-                    some = points[b][::9]
-                    distance, nearest = trees[a].query(some, distance_upper_bound=2 * self.spacings[a])
-                    near = np.isfinite(distance)
-                    same = (turned[b][::9][near] * turned[a][nearest[near]]).sum(1) > 0.7
-                    off = ((some[near] - points[a][nearest[near]]) * turned[a][nearest[near]]).sum(1)
-                    found.append(off[same] ** 2)
-        return np.concatenate(found) if found else np.empty(0)
-
-
-def moved(pose, points):
-    """The points elsewhere."""
-    return points @ pose[:3, :3].T + pose[:3, 3]
-
-
-def normals(mesh):
-    """Unit normals of the vertices."""
-    corners = mesh.positions[mesh.triangles]
-    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    sums = np.zeros(mesh.positions.shape)
-    for i in range(3):
-        np.add.at(sums, mesh.triangles[:, i], faces)
-    return sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-300)
-
-
-def squared_errors(scans, poses, told):
-    """Squared errors of the poses by what their covariances say, over six."""
-    kept = next((k for k, c in enumerate(told["covariance"]) if not np.any(c) and np.isfinite(poses[k]).all()), None)
-    found = []
-    for k, covariance in enumerate(np.array(told["covariance"])):
-        if kept is None or k == kept or not np.isfinite(poses[k]).all() or not covariance.any():
-            continue
-        found_from_truth = poses[kept] @ np.linalg.inv(scans.truth[kept])
-        error = found_from_truth @ scans.truth[k] @ np.linalg.inv(poses[k])
-        middle = np.array(told["middle"][k])
-        turn = 0.5 * np.array([error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1]])
-        motion = np.concatenate([turn, moved(error, middle[None])[0] - middle])
-        size = np.ptp(scans.points[k], axis=0).max()
-        unit = np.array([size] * 3 + [1.0] * 3)
-        found.append((motion * unit) @ np.linalg.solve(covariance * np.outer(unit, unit), motion * unit) / 6)
-    return found
-
-
-def judge(case, sets, tool, made):
+def judge(case, sets, made):
     """What a tool's poses are worth."""
     poses_of, told = made
-    placed = wrong = 0
-    worst, squares, given, nees = [], [], [], []
-    for number, scans in enumerate(sets):
-        poses = poses_of[f"set{number:03}"]
-        errors = scans.errors(poses)
-        placed += int(np.isfinite(errors).sum())
-        wrong += int((errors > WRONG).sum()) if not case.refusal else 0
-        worst.append(np.nanmax(errors, initial=0.0))
-        squares.append(scans.squares(poses))
-        given.append(scans.squares(scans.truth))
-        if told[number] and case.known and not case.refusal:
-            nees += squared_errors(scans, poses, told[number])
-    rms = lambda found: case.mm * float(np.sqrt(np.concatenate(found).mean())) if sum(map(len, found)) else None  # noqa: E731
-    reasons = sum(len(said.get("reasons", ())) for said in told)
-    return {
+    poses = [poses_of[f"set{number:03}"] for number in range(len(sets))]
+    placed = int(sum(np.isfinite(of).all(axis=(1, 2)).sum() for of in poses))
+    found = {
         "placed": placed,
-        "wrong": placed if case.refusal else wrong,
-        "reason_given": reasons,
-        "worst_shift_spacings": float(max(worst)) if placed and not case.refusal else None,
-        "residual_mm": rms(squares),
-        "residual_conf_mm": None if case.known else rms(given),
+        "wrong": placed if case.refusal else None,
+        "reason_given": sum(len(said.get("reasons", ())) for said in told),
+        "pairs_total": None,
+        "pairs_found": None,
+        "worst_shift_spacings": None,
+        "residual_mm": rms(case, [scans.squares(of) for scans, of in zip(sets, poses, strict=True)]),
+        "residual_conf_mm": None,
+        "nees": None,
+    }
+    return found | (beside_truth(case, sets, poses, told) if case.truth else {})
+
+
+def beside_truth(case, sets, poses, told):
+    """What can be said where it is known where scans belong."""
+    both = list(zip(sets, poses, strict=True))
+    errors = np.concatenate([scans.errors(of) for scans, of in both])
+    nees = []
+    for (scans, of), said in zip(both, told, strict=True):
+        if said and case.truth == align_cases.EXACT and not case.refusal:
+            nees += scans.squared_errors(of, said)
+    given = case.truth == align_cases.OTHER
+    return {
+        "wrong": int((errors > sets[0].limit).sum()),
+        "pairs_total": sum(len(scans.pairs) for scans in sets),
+        "pairs_found": int(sum(scans.pairs_found(of) for scans, of in both)),
+        "worst_shift_spacings": float(np.nanmax(errors)) if np.isfinite(errors).any() else None,
+        "residual_conf_mm": rms(case, [scans.squares(scans.truth) for scans in sets]) if given else None,
         "nees": float(np.mean(nees)) if nees else None,
     }
 
 
+def rms(case, squares):
+    """The root of their mean, in millimetres."""
+    return case.mm * float(np.sqrt(np.concatenate(squares).mean())) if sum(map(len, squares)) else None
+
+
+def installed(record):
+    """Tools whose packages are there."""
+    found = []
+    for tool, packages in TOOLS.items():
+        lacking = [name for name in packages if importlib.util.find_spec(name) is None]
+        if lacking:
+            record.skip(f"{tool}: not installed: {', '.join(lacking)}")
+        else:
+            found.append(tool)
+    return found
+
+
+def unsuited(case, tool):
+    """Why a tool can't do the case; None if it can."""
+    ours, rough = tool.startswith("surfrecon"), tool.endswith("-rough")
+    if rough and case.refusal:
+        return "scans must be left out, and it places what it is given"
+    if rough and not case.truth:
+        return "there is no truth to start near"
+    if rough and ours and not case.ranges:
+        return "clouds take no poses"
+    if not ours and max(map(len, case.sets)) > MOST_FOR_PEERS:
+        return "so many scans take hours"
+    return None
+
+
+def suited(case, tools, record):
+    """Tools that can do the case; others are left out visibly, once for each reason."""
+    reasons = {tool: unsuited(case, tool) for tool in tools}
+    for tool, reason in reasons.items():
+        start = f"{tool}: {reason}: "
+        if reason and not any(text.startswith(start) for text in record.skipped):
+            record.skip(f"{start}{case.name}, and others of the kind")
+    return [tool for tool in tools if not reasons[tool]]
+
+
+def head(case, tool):
+    """What a row is of."""
+    threads = 1 if tool.startswith("surfrecon") else None
+    row = {"case": case.name, "tool": tool, "scans": case.count, "overlap_pct": case.overlap, "noise": case.noise}
+    return row | {"threads": threads, "expected_refusal": case.refusal}
+
+
+def once(tool, folder):
+    """Figures of a run, with poses and what the tool says of them."""
+    out = Path(folder) / "poses.npz"
+    figures, _ = measured.run([sys.executable, HERE / "peer_align.py", tool, folder, out])
+    with np.load(out) as poses:
+        return figures, (dict(poses), json.loads(Path(f"{out}.json").read_text()))
+
+
+def snap_ms(tool, folder, record):
+    """The median time of drawing a scan to the others, once they have poses; None for peers."""
+    if tool != "surfrecon":
+        return None
+    out = Path(folder) / "poses.npz"
+    try:
+        measured.run([sys.executable, HERE / "peer_align.py", "snap", folder, out])
+    except measured.Failed as failed:
+        record.skip(f"snap: {failed}")
+        return None
+    times = json.loads(Path(f"{out}.json").read_text())
+    return float(np.median(times)) if times else None
+
+
 def main(wanted, record):
     """Runs all cases, prints a table a case."""
+    tools = installed(record)
     for case in align_cases.cases(wanted, record):
         if not record.has_time_for(case.name):
             break
-        tools = wanted.tools(case.name, TOOLS)
-        count = sum(map(len, case.sets))
         with tempfile.TemporaryDirectory() as folder:
             align_cases.write(case, folder)
-            sets = [Scans(place) for place in sorted(Path(folder).glob("set*"))]
-            out = Path(folder) / "poses.npz"
+            sets = [Scans(place, case) for place in sorted(Path(folder).glob("set*"))]
 
-            def once(tool, folder=folder, out=out):
-                figures, printed = measured.run([sys.executable, HERE / "peer_align.py", tool, folder, out])
-                with np.load(out) as poses:
-                    return figures, (dict(poses), json.loads(printed.strip().splitlines()[-1]))
+            def worth(tool, made, case=case, sets=sets, folder=folder):
+                return judge(case, sets, made) | {"snap_ms": snap_ms(tool, folder, record)}
 
-            def head(tool, case=case, count=count):
-                told = {
-                    "case": case.name,
-                    "tool": tool,
-                    "scans": count,
-                    "overlap_pct": case.overlap,
-                    "noise": case.noise,
-                }
-                return told | {"threads": 1 if tool == "surfrecon" else None, "expected_refusal": case.refusal}
-
-            def worth(tool, made, case=case, sets=sets):
-                return judge(case, sets, tool, made)
-
-            rows = record.measure(tools, wanted.repeats, once, head, worth)
-        print(f"\n{case.name}" + (": nothing should be placed" if case.refusal else ""))
+            # Of pairs there are many in a run, and of scans that must be left out it is not asked how long that takes.
+            repeats = 1 if case.overlap or case.refusal else wanted.repeats
+            rows = record.measure(
+                suited(case, wanted.tools(case.name, tools), record),
+                repeats,
+                lambda tool, folder=folder: once(tool, folder),
+                lambda tool, case=case: head(case, tool),
+                worth,
+            )
+        print(f"\n{case.name}" + (": scans must be left out" if case.refusal else ""))
         table.show(rows, SHOWN)

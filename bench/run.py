@@ -10,7 +10,7 @@ import math
 import os
 import platform
 import sys
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from record import BUDGET_CPU_S, ONCE_CPU_S, Record
@@ -42,6 +42,8 @@ PEERS = [
     "laspy",
     "pye57",
     "gmsh",
+    "kiss-matcher",
+    "small_gicp",
     "pydelatin",
     "pymartini",
     "numpy",
@@ -49,6 +51,14 @@ PEERS = [
 ]
 # As other programs here say that what they need is not at hand.
 UNAVAILABLE = 3
+
+
+def installed(name):
+    """The version of a package; None without it: benchmarks say which peers they lack."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
 
 
 def machine():
@@ -62,7 +72,7 @@ def machine():
         "cores": os.cpu_count(),
         "load_at_start": os.getloadavg()[0],
         "system": platform.platform(),
-        "versions": {name: version(name) for name in PEERS} | {"python": platform.python_version()},
+        "versions": {name: installed(name) for name in PEERS} | {"python": platform.python_version()},
     }
 
 

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_PROGRAMS")
 # The peers that every machine which tests has, by benchmark; that of `blender` is a column.
 WITH = {
-    "align": {"open3d-ransac", "open3d-fgr"},
+    "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "delaunay": {"qhull"},
@@ -32,7 +32,7 @@ WITH = {
 }
 # Columns that are null where a case has nothing of the kind.
 NOT_OF_ALL = {
-    "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm"},
+    "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
