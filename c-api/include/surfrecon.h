@@ -226,7 +226,7 @@ typedef enum {
   SRF_START_ROUGH = 2,
 } srf_start;
 
-// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.
 typedef enum {
   // No, or not known.
   SRF_TURNTABLE_NO = 1,
@@ -479,8 +479,8 @@ typedef struct {
   uint64_t start;
   // With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
   double reach;
-  // Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for. A
-  // value of srf_turntable, default SRF_TURNTABLE_NO.
+  // Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for,
+  // unless none is found, which is said. A value of srf_turntable, default SRF_TURNTABLE_NO.
   uint64_t turntable;
   // Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
   // distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.
@@ -504,7 +504,7 @@ typedef struct {
   double points[2][3];
   // Outward normals there, in the scans' frames, of any length but 0.
   double normals[2][3];
-  // What it counts: at 1, the default, as much as a hundredth of the smaller scan's surface. > 0.
+  // What it counts: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
   double weight;
 } srf_pick;
 
@@ -560,7 +560,8 @@ typedef struct {
   double covariance[6][6];
   // The middle of its points, in the world.
   double middle[3];
-  // One standard deviation of the place of its points: the largest over the scan.
+  // One standard deviation of the place of its points: the largest over the scan; at least its size where nothing holds it, infinite
+  // where it has no place.
   double deviation;
   // The free ways; 0 behind them.
   srf_freedom freedoms[6];

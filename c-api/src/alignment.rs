@@ -206,7 +206,8 @@ pub struct srf_aligned_scan {
     pub covariance: [[f64; 6]; 6],
     /// The middle of its points, in the world.
     pub middle: [f64; 3],
-    /// One standard deviation of the place of its points: the largest over the scan.
+    /// One standard deviation of the place of its points: the largest over the scan; at least its size where nothing holds it, infinite
+    /// where it has no place.
     pub deviation: f64,
     /// The free ways; 0 behind them.
     pub freedoms: [srf_freedom; 6],

@@ -64,7 +64,7 @@ inline const Parameters align_parameters = {
      "With rough poses, how far off they may be.<br>0: a tenth of the scan's size.",
      true, 0, 0, unbounded, false, offsetof(srf_align_params, reach), {}},
     {Kind::choice, "turntable", "Turntable",
-     "Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.<br>No: No, or not known.<br>Turned: By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.<br>Turned by equal steps: A whole turn in equal steps, in the order of the scans.",
+     "Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.<br>No: No, or not known.<br>Turned: By angles that are found, or given, about an axis that is found, or given: the same one in the frames of all scans.<br>Turned by equal steps: A whole turn in equal steps, in the order of the scans.",
      false, 0, 0, 2, true, offsetof(srf_align_params, turntable), {"No", "Turned", "Turned by equal steps"}},
     {Kind::length, "tolerance", "Tolerance",
      "Surfaces that lie further apart, as a root mean square, don't fit.<br>0: a fifth of the distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.",

@@ -206,8 +206,11 @@ impl Alignment {
     /// Writes where the files of the placed scans lie: ``.conf`` (VRIP), ``.mlp`` or ``.aln`` (MeshLab), or ``.tum`` (TUM's trajectory,
     /// without names: a line a placed scan).
     ///
+    /// Read them with ``surfrecon.open(path)``, with ``allow_outside=True`` where files lie outside of its folder; a ``.tum`` with its scans,
+    /// in the order given here: ``surfrecon.open([*files, path])``.
+    ///
     /// Args:
-    ///     path: the list; names in it are relative to its folder.
+    ///     path: the list; names in it are relative to its folder, absolute for files outside of it.
     ///
     /// Raises:
     ///     InputError: another ending, or a scan that is no file of its own.
@@ -236,7 +239,7 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, i
         other if !is_list => other.name().to_owned(),
         other => {
             return Err(input_error(format!(
-                "{:?} is no file of its own, so that no list can place it: write the scans with surfrecon.write(), or the poses as .tum",
+                "{:?} is no file of its own, so that no list can place it: write each scan to a file with surfrecon.write() and align the files, or write the poses as .tum",
                 other.name()
             )));
         }

@@ -220,7 +220,8 @@ impl AlignedScan {
         self.scan.middle.to_array()
     }
 
-    /// One standard deviation of the place of its points, where it is largest.
+    /// One standard deviation of the place of its points, where it is largest; at least its size where nothing holds it, infinite where it has
+    /// no place.
     #[getter]
     fn deviation(&self) -> f64 {
         self.scan.deviation

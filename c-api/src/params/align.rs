@@ -17,7 +17,7 @@ pub enum srf_start {
     SRF_START_ROUGH = 2,
 }
 
-/// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for.
+/// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for, unless none is found, which is said.
 #[allow(non_camel_case_types, dead_code)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,8 +45,8 @@ pub struct srf_align_params {
     pub start: u64,
     /// With rough poses, how far off they may be. > 0. SRF_FROM_DATA, the default: a tenth of the scan's size.
     pub reach: f64,
-    /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for. A
-    /// value of srf_turntable, default SRF_TURNTABLE_NO.
+    /// Whether the object turned on a table while the sensor stood still: then only turns about one axis are looked for,
+    /// unless none is found, which is said. A value of srf_turntable, default SRF_TURNTABLE_NO.
     pub turntable: u64,
     /// Surfaces that lie further apart, as a root mean square, don't fit. > 0. SRF_FROM_DATA, the default: a fifth of the
     /// distance of the points that are compared, 8,000 to a scan, or more where noise asks for it.

@@ -72,7 +72,7 @@ struct Assembly<'a> {
     standings: Vec<Standing>,
 }
 
-/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak where two say the same.
+/// Joins `groups` by the pairs that are sure or trusted, the best first; then by pairs that are weak or doubted where two say the same.
 /// Returns the groups, and what became of each pair.
 pub(crate) fn assemble(
     views: &[View],
@@ -87,10 +87,11 @@ pub(crate) fn assemble(
     let standings = vec![Standing::Unused; pairs.len()];
     let groups = groups.into_iter().map(Some).collect();
     let mut assembly = Assembly { views, pairs, groups, group_of, standings };
+    let doubted = doubted(views.len(), pairs);
     let mut order: Vec<(bool, f64, usize)> = Vec::new();
     for (k, pair) in pairs.iter().enumerate() {
         let trusted = is_trusted(pair) && !pair.modes.is_empty();
-        if trusted || pair.finding == Finding::Sure {
+        if trusted || (pair.finding == Finding::Sure && !doubted[k]) {
             order.push((trusted, pair.modes[0].verdict.score(), k));
         }
     }
@@ -99,7 +100,7 @@ pub(crate) fn assemble(
         assembly.join(k, trusted);
     }
     let mut weak: Vec<(f64, usize)> = (0..pairs.len())
-        .filter(|&k| pairs[k].finding == Finding::Weak && !is_trusted(&pairs[k]))
+        .filter(|&k| (pairs[k].finding == Finding::Weak || doubted[k]) && !is_trusted(&pairs[k]))
         .map(|k| (pairs[k].modes[0].verdict.score(), k))
         .collect();
     weak.sort_by(|x, y| y.0.total_cmp(&x.0).then(x.1.cmp(&y.1)));
@@ -113,6 +114,22 @@ pub(crate) fn assemble(
         }
     }
     (assembly.groups.into_iter().flatten().collect(), assembly.standings)
+}
+
+/// Pairs that are sure of scans that fit most others in several places: what repeats itself is in one place alone by chance.
+fn doubted(count: usize, pairs: &[Pair]) -> Vec<bool> {
+    let mut balance = vec![0_i32; count];
+    for pair in pairs {
+        let by = match pair.finding {
+            Finding::Sure => 1,
+            Finding::Ambiguous => -1,
+            _ => 0,
+        };
+        balance[pair.a] += by;
+        balance[pair.b] += by;
+    }
+    let is_doubted = |pair: &Pair| pair.finding == Finding::Sure && balance[pair.a].min(balance[pair.b]) < 0;
+    pairs.iter().map(is_doubted).collect()
 }
 
 impl Assembly<'_> {

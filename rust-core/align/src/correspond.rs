@@ -1,5 +1,7 @@
 //! Which points of two scans look alike.
 
+use glam::DVec3;
+
 use crate::features::{Features, difference};
 
 /// Likest points kept of each.
@@ -64,3 +66,25 @@ pub(crate) fn correspond(a: &Features, b: &Features) -> Vec<Match> {
     matches.truncate(MOST);
     matches.into_iter().map(|m| m.1).collect()
 }
+
+/// Points of a scan that look like others of it, further away than `apart`: what repeats itself.
+pub(crate) fn repeats(features: &Features, places: &[DVec3], apart: f64) -> Vec<Match> {
+    let place = |k: usize| places[features.points[k] as usize];
+    let count = features.points.len();
+    let step = count.div_ceil(LOOKING).max(1);
+    let mut matches = Vec::new();
+    for i in (0..count).step_by(step) {
+        let mut list: Likest = [(u32::MAX, u32::MAX); LIKEST + 1];
+        for j in (0..count).filter(|&j| place(i).distance_squared(place(j)) > apart * apart) {
+            offer(&mut list, difference(&features.descriptors[i], &features.descriptors[j]), j as u32);
+        }
+        let found = list[..LIKEST].iter().filter(|entry| entry.1 != u32::MAX);
+        matches.extend(found.map(|&(d, j)| (d, Match { a: i as u32, b: j, ratio: 1.0 })));
+    }
+    matches.sort_by_key(|(d, m)| (*d, m.a, m.b));
+    matches.truncate(MOST);
+    matches.into_iter().map(|(_, m)| m).collect()
+}
+
+/// Points that look for others of the same scan.
+const LOOKING: usize = 400;

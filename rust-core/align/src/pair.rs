@@ -3,7 +3,7 @@
 use glam::DAffine3;
 
 use crate::coloured;
-use crate::correspond::correspond;
+use crate::correspond::{correspond, repeats};
 use crate::finding::{Finding, Limits, RIVAL, find, fits};
 use crate::hypothesise::{Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
@@ -198,11 +198,9 @@ fn symmetries(view: &View) -> Vec<DAffine3> {
     }
     let cell = view.coarse.cell;
     let radius = view.reduced.radius;
-    let likes: Vec<Like> = correspond(&view.features, &view.features)
+    let likes: Vec<Like> = repeats(&view.features, &view.coarse.points, OTHER_PLACE * cell)
         .iter()
-        .filter(|m| m.a != m.b)
         .map(|m| Like::of([view, view], m))
-        .filter(|like| like.points[0].distance(like.points[1]) > OTHER_PLACE * cell)
         .collect();
     let hypotheses = hypothesise(&likes, cell, radius, Effort::Quick as usize);
     let starts = hypotheses
