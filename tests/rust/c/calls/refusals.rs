@@ -145,7 +145,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         turn(angles.as_ptr(), along, none, 0, INPUT, "a number that is not finite");
         turn(at, along, none, 2, NULL, "angles must not be NULL");
         turn(none, none, angles.as_ptr(), 3, INPUT, "3 angles of the turntable are given for 2 scans: give one a scan");
-        turn(none, none, angles.as_ptr(), 2, INPUT, "angle of scan 1 is not finite");
+        turn(none, none, angles.as_ptr(), 2, INPUT, "angle of scan 1 must be a number of radians");
         turn(none, none, angles.as_ptr(), usize::MAX, INPUT, "more than there can be");
         let mut params = AlignParams::ZERO;
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
