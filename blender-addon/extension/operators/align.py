@@ -60,7 +60,8 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         row = layout.row()
         row.active = self.start == "rough"
         row.prop(self, "reach")
-        draw_others(layout, self, PARAMETERS, {"start", "reach"})
+        draw_others(layout, self, PARAMETERS, {"start", "reach", "turntable"})
+        layout.prop(self, "turntable")
         layout.prop(self, "show_misfit")
 
     def launch(self, context):
