@@ -74,6 +74,7 @@ try {
     aligner.trust(0, 1);
     Pick corner;
     corner.scans[1] = 1;
+    corner.points[0][2] = -5; // the sensor looks from above
     aligner.pick(corner);
     AlignParams rough;
     rough.start = SRF_START_ROUGH;
