@@ -325,6 +325,5 @@ def test_misfit_is_shown_as_colours(scans, images):
     placed = [obj for obj in scans if "error" in obj.data.attributes]
     assert len(placed) >= 5 and all("error" in obj.material_slots[0].material.name for obj in placed)
     assert len({obj["surfrecon_error"]["limit"] for obj in placed}) == 1
-    figures_of = {obj: obj["surfrecon_error"]["p95"] for obj in placed}
-    if scans[2] in placed:
-        assert max(figures_of, key=figures_of.get) is scans[2]
+    far = [obj["surfrecon_error"]["p95"] for obj in placed]
+    assert scans[2] not in placed or scans[2]["surfrecon_error"]["p95"] > np.median(far)
