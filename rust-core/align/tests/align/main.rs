@@ -286,6 +286,29 @@ fn a_scaled_mesh_is_refused() {
 }
 
 #[test]
+fn another_unit_is_named() {
+    let images = around(statue(), 4, 0.0);
+    let surface = images[0].load(&image::source::Loading::default(), &Progress::none()).unwrap();
+    for (scale, words) in [(1000.0, "large where others are"), (0.001, "is it in another unit?")] {
+        let positions = surface.positions.iter().map(|p| scale * *p).collect();
+        let mesh = TriMesh { positions, triangles: surface.triangles.clone(), ..TriMesh::default() };
+        let placed = image::source::PlacedMesh {
+            name: "other unit".to_owned(),
+            mesh: &mesh,
+            world_from_mesh: DAffine3::IDENTITY,
+        };
+        let given = without_poses(&images);
+        let mut all = sources(&given);
+        all.push(&placed);
+        let alignment = run(&all, &AlignParams::default(), &Constraints::default(), &Progress::none()).unwrap();
+        let scan = &alignment.report.scans[4];
+        assert!(scan.state == ScanState::Unplaced || scale > 1.0, "{scan:?}");
+        let lines = alignment.report.lines().join("\n");
+        assert!(lines.contains(words), "{lines}");
+    }
+}
+
+#[test]
 fn cancelling_ends_it() {
     let images = around(statue(), 3, 0.0);
     for checks in [0, 3, 20, 60] {
