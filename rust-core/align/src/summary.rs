@@ -16,9 +16,17 @@ use crate::report::{
 use crate::solve::{Looked, Solved, SolvedGroup, residual};
 use crate::view::View;
 use crate::words::{reason, say};
+use base::error::Result;
+use base::progress::Progress;
 
 /// The result by the caller's numbers: `order` gives the number of each scan inside, `names` their names.
-pub(crate) fn alignment(names: &[String], views: &[View], order: &[usize], solved: Solved) -> Alignment {
+pub(crate) fn alignment(
+    names: &[String],
+    views: &[View],
+    order: &[usize],
+    solved: Solved,
+    progress: &Progress<'_>,
+) -> Result<Alignment> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut report = AlignReport { compared: solved.pairs.len(), ..AlignReport::default() };
     let mut scans: Vec<AlignedScan> = (0..views.len()).map(|k| scan(views, k, names[k])).collect();
@@ -59,15 +67,15 @@ pub(crate) fn alignment(names: &[String], views: &[View], order: &[usize], solve
         }
     }
     report.pairs = pair_table(views, &solved, order, &scans);
-    for (scan, misfit) in scans.iter_mut().zip(misfits_of(views, &solved)) {
+    for (scan, misfit) in scans.iter_mut().zip(misfits_of(views, &solved, progress)?) {
         scan.misfit = misfit;
     }
     for k in 0..scans.len() {
         if matches!(scans[k].state, ScanState::Unplaced | ScanState::Apart) {
-            scans[k].reason = reason(views, &solved, &names, &scans, k);
+            scans[k].reason = reason(views, &solved, &names, &scans, k, progress)?;
         }
     }
-    say(&mut report, views, order, &names, &scans, &solved);
+    say(&mut report, views, order, &names, &scans, &solved, progress)?;
     let mut by_number: Vec<AlignedScan> = vec![AlignedScan::default(); scans.len()];
     for (entry, &number) in scans.into_iter().zip(order) {
         by_number[number] = entry;
@@ -78,23 +86,25 @@ pub(crate) fn alignment(names: &[String], views: &[View], order: &[usize], solve
         axis: Axis { point: table.point, direction: table.direction },
         angles: table.turns(&world_from_scan),
     });
-    Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } }
+    Ok(Alignment { world_from_scan, report: AlignReport { scans: by_number, turntable, ..report } })
 }
 
 /// Points of a scan that tell how far it lies from the others.
 const MISFIT_SAMPLES: usize = 2500;
 
 /// How far each scan lies from the others of its group, noise averaged out.
-fn misfits_of(views: &[View], solved: &Solved) -> Vec<f64> {
+fn misfits_of(views: &[View], solved: &Solved, progress: &Progress<'_>) -> Result<Vec<f64>> {
     let mut found = vec![0.0; views.len()];
     for group in &solved.groups {
         let of_scan = group.members.par_iter().map(|&(k, pose)| {
+            progress.check()?;
             let scan = Placed { view: &views[k], world_from_local: pose };
-            (k, Map::new(&scan, &solved.beside(views, group, k), MISFIT_SAMPLES).root_mean_square().unwrap_or(0.0))
+            let map = Map::new(&scan, &solved.beside(views, group, k), MISFIT_SAMPLES);
+            Ok((k, map.root_mean_square().unwrap_or(0.0)))
         });
-        of_scan.collect::<Vec<_>>().into_iter().for_each(|(k, misfit)| found[k] = misfit);
+        of_scan.collect::<Result<Vec<_>>>()?.into_iter().for_each(|(k, misfit)| found[k] = misfit);
     }
-    found
+    Ok(found)
 }
 
 fn scan(views: &[View], k: usize, name: &str) -> AlignedScan {
@@ -161,7 +171,8 @@ fn state_of(pair: &Pair, standing: Standing) -> PairState {
     match (pair.finding, standing) {
         (_, Standing::SeenThrough) => PairState::SeenThrough,
         (_, Standing::Disagrees) => PairState::Disagrees,
-        (Finding::Ambiguous, _) => PairState::Ambiguous,
+        // Sure by itself, but not believed: its scans fit most others in several places.
+        (Finding::Ambiguous, _) | (Finding::Sure, Standing::Unused) => PairState::Ambiguous,
         (Finding::Sure, _) | (Finding::Weak, Standing::Joins | Standing::Agrees) => PairState::Fits,
         (Finding::Slides | Finding::Weak, _) => PairState::Slides,
         (Finding::Background, _) => PairState::Background,

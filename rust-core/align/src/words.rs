@@ -13,7 +13,7 @@ use crate::report::{AlignReport, AlignedScan, Freedom, ScanState, freedoms};
 use crate::snap::{Snap, Stays, snap};
 use crate::solve::Solved;
 use crate::view::View;
-use base::error::Shown;
+use base::error::{Result, Shown};
 use base::progress::Progress;
 
 /// A scan so many times larger or smaller than the median is in another unit.
@@ -25,23 +25,31 @@ fn median_radius(views: &[View]) -> f64 {
     radii.get(radii.len() / 2).copied().unwrap_or(0.0)
 }
 
-pub(crate) fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[AlignedScan], k: usize) -> String {
+/// Why a scan has no place.
+pub(crate) fn reason(
+    views: &[View],
+    solved: &Solved,
+    names: &[&str],
+    scans: &[AlignedScan],
+    k: usize,
+    progress: &Progress<'_>,
+) -> Result<String> {
     let reduced = &views[k].reduced;
     if reduced.area <= 0.0 {
-        return "it has no surface: no sample has neighbours".to_owned();
+        return Ok("it has no surface: no sample has neighbours".to_owned());
     }
     let median = median_radius(views);
     if reduced.radius > OTHER_UNIT * median || OTHER_UNIT * reduced.radius < median {
         let [own, usual] = [2.0 * reduced.radius, 2.0 * median].map(|size| Shown::digits(size, 2));
-        return format!(
+        return Ok(format!(
             "it is {own} large where others are {usual}: is it in another unit? Scale it, or say its unit when it is read"
-        );
+        ));
     }
     if views[k].fine().len() < TOO_FEW {
-        return format!(
+        return Ok(format!(
             "it has too little surface: {} points of it are left where samples are averaged",
             views[k].fine().len()
-        );
+        ));
     }
     let apart = scans[k].state == ScanState::Apart;
     let sure_one = || {
@@ -56,34 +64,34 @@ pub(crate) fn reason(views: &[View], solved: &Solved, names: &[&str], scans: &[A
         solved.groups.iter().find(|group| group.frame == k && group.members.len() == 1).and_then(|group| group.adrift);
     let sure = of_scan().filter(|pair| pair.finding == Finding::Sure).max_by(most);
     if let (Some(deviation), Some(pair)) = (adrift, sure) {
-        return format!(
+        return Ok(format!(
             "it fits {:?}, but where is known to no better than {}: too little holds it; scan more of what both show",
             other(pair),
             Shown::digits(deviation, 2)
-        );
+        ));
     }
-    if let Some(text) = nearly(views, solved, names, k) {
-        return joined(text);
+    if let Some(text) = nearly(views, solved, names, k, progress)? {
+        return Ok(joined(text));
     }
     let telling = of_scan().filter_map(|pair| Some((pair, why_not(views, solved, pair, other(pair))?)));
     if let Some((_, text)) = telling.max_by(|(x, _), (y, _)| most(x, y)) {
-        return joined(text);
+        return Ok(joined(text));
     }
     let standings = solved.pairs.iter().zip(&solved.standings);
     let is_through =
         |(pair, standing): &(&Pair, &Standing)| (pair.a == k || pair.b == k) && **standing == Standing::SeenThrough;
     if let Some((pair, _)) = standings.into_iter().find(is_through) {
-        return joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair)));
+        return Ok(joined(format!("it fits {:?}, but other scans saw through where that would put it", other(pair))));
     }
     if let Some(pair) = sure_one().filter(|_| apart) {
-        return format!(
+        return Ok(format!(
             "it fits {:?}, but nothing joins these with the first group: they are of something else, or share too little with it",
             other(pair)
-        );
+        ));
     }
-    joined("no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
+    Ok(joined("no place was found where it fits another scan: it is of something else, or shares too little (neighbours should share a third of what they \
          see); give it a rough pose, or pairs of points"
-            .to_owned())
+            .to_owned()))
 }
 
 fn touching(pair: &Pair) -> f64 {
@@ -116,8 +124,14 @@ fn why_not(views: &[View], solved: &Solved, pair: &Pair, other: &str) -> Option<
 }
 
 /// What keeps a scan `k` that nearly fits the first group from fitting it; `None` where it isn't near, or nothing does.
-fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<String> {
-    let group = solved.groups.first().filter(|group| !group.has(k))?;
+fn nearly(
+    views: &[View],
+    solved: &Solved,
+    names: &[&str],
+    k: usize,
+    progress: &Progress<'_>,
+) -> Result<Option<String>> {
+    let Some(group) = solved.groups.first().filter(|group| !group.has(k)) else { return Ok(None) };
     let stays = |&(scan, pose): &(usize, DAffine3)| Stays { number: scan, view: &views[scan], world_from_local: pose };
     let others: Vec<Stays<'_>> = group.members.iter().map(stays).collect();
     let of_pair = |pair: &Pair| {
@@ -134,14 +148,14 @@ fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<S
     starts.truncate(TRIED);
     let drawn = |(_, start): &(f64, DAffine3)| {
         let reach = 3.0 * views[k].coarse.cell;
-        snap(&views[k], start, &others, reach, &solved.limits, &Progress::none()).ok()
+        snap(&views[k], start, &others, reach, &solved.limits, progress)
     };
-    let snaps: Vec<Snap> = starts.par_iter().filter_map(drawn).collect();
+    let snaps: Vec<Snap> = starts.par_iter().map(drawn).collect::<Result<_>>()?;
     let score = |snap: &Snap| snap.overlap * (1.0 - snap.seen_through / THROUGH);
-    let best = snaps.into_iter().max_by(|x, y| score(x).total_cmp(&score(y)))?;
-    if best.overlap < NEARLY || best.seen_through > THROUGH {
-        return None;
-    }
+    let best = snaps.into_iter().max_by(|x, y| score(x).total_cmp(&score(y)));
+    let Some(best) = best.filter(|best| best.overlap >= NEARLY && best.seen_through <= THROUGH) else {
+        return Ok(None);
+    };
     let scan = Placed {
         view: &views[k],
         world_from_local: best.world_from_scan * DAffine3::from_translation(views[k].reduced.middle),
@@ -151,7 +165,7 @@ fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<S
         .filter(|other| best.touches.contains(&other.number))
         .map(|other| Placed { view: other.view, world_from_local: other.world_from_local })
         .collect();
-    let cause = cause(&scan, &beside, &solved.limits)?;
+    let Some(cause) = cause(&scan, &beside, &solved.limits) else { return Ok(None) };
     let beside: Vec<&str> = best.touches.iter().map(|&other| names[other]).collect();
     let remedy = match cause {
         Cause::Scale(_) => "scale it",
@@ -160,7 +174,7 @@ fn nearly(views: &[View], solved: &Solved, names: &[&str], k: usize) -> Option<S
             "check the scanner's calibration, place it by pairs of points, or leave it out if it is of something else"
         }
     };
-    Some(format!("it nearly fits {}, but {}: {remedy}", quoted(&beside), because(cause)))
+    Ok(Some(format!("it nearly fits {}, but {}: {remedy}", quoted(&beside), because(cause))))
 }
 
 /// Motions of which a scan's may be the one.
@@ -186,6 +200,7 @@ fn because(cause: Cause) -> String {
 /// Points below which nothing can be compared.
 const TOO_FEW: usize = 30;
 
+/// What the user should know of all scans.
 pub(crate) fn say(
     report: &mut AlignReport,
     views: &[View],
@@ -193,7 +208,8 @@ pub(crate) fn say(
     names: &[&str],
     scans: &[AlignedScan],
     solved: &Solved,
-) {
+    progress: &Progress<'_>,
+) -> Result<()> {
     let mut unplaced: Vec<usize> = (0..scans.len()).filter(|&k| scans[k].state == ScanState::Unplaced).collect();
     unplaced.sort_by_key(|&k| order[k]);
     let unplaced: Vec<&str> = unplaced.into_iter().map(|k| names[k]).collect();
@@ -226,15 +242,17 @@ pub(crate) fn say(
     report.messages.extend(told(views, names, solved));
     if let Some(group) = solved.groups.first() {
         let causes = group.members.par_iter().map(|&(k, pose)| {
+            progress.check()?;
             let scan = Placed { view: &views[k], world_from_local: pose };
-            cause(&scan, &solved.beside(views, group, k), &solved.limits).map(|cause| (k, cause))
+            Ok(cause(&scan, &solved.beside(views, group, k), &solved.limits).map(|cause| (k, cause)))
         });
-        let mut causes: Vec<(usize, Cause)> = causes.collect::<Vec<_>>().into_iter().flatten().collect();
+        let mut causes: Vec<(usize, Cause)> = causes.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
         causes.sort_by_key(|(k, _)| order[*k]);
         for (k, cause) in causes {
             report.messages.push(format!("{:?} does not fit the others exactly: {}", names[k], because(cause)));
         }
     }
+    Ok(())
 }
 
 /// The ways in words: "turn about the axis (0, 0, 1)".
