@@ -1,10 +1,11 @@
 //! From a heap of scans without poses to one frame.
 //!
 //! Steps, each a file: a scan's surface by few points and by more (`level`), what its sensor saw through (`sight`); what looks like
-//! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`), made
-//! exact (`refine`), judged (`judge`) and found sure or not (`finding`), on a turntable about its axis (`turntable`), by colours where
-//! shape leaves it open (`tint`, `coloured`); groups (`assemble`); all poses at once (`relax`) and how far they may be off
-//! (`uncertainty`); what no pose explains (`misfit`); what is said (`report`: `summary`, `words`). One scan alone, by hand: `snap`.
+//! what (`features`, `correspond`); which scans may touch (`retrieve`); motions that many like points agree on (`hypothesise`),
+//! made exact (`refine`), judged (`judge`) and found sure or not (`finding`; not where a scan repeats itself, `symmetries`), on a
+//! turntable about its axis (`turntable`), by colours where shape leaves it open (`tint`, `coloured`); groups (`assemble`); all
+//! poses at once (`relax`) and how far they may be off (`uncertainty`); what no pose explains (`misfit`); what is said (`report`:
+//! `summary`, `words`). One scan alone, by hand: `snap`.
 //!
 //! A scan is placed only if overlap, balance and uniqueness pass: never guessed. Nothing is drawn at random, and scans are
 //! taken by size and content, so that results are the same bytes for any number of threads and any order of the scans.
@@ -33,6 +34,7 @@ mod sight;
 mod snap;
 mod solve;
 mod summary;
+mod symmetries;
 mod tint;
 mod turntable;
 mod uncertainty;

@@ -3,12 +3,13 @@
 use glam::DAffine3;
 
 use crate::coloured;
-use crate::correspond::{correspond, repeats};
+use crate::correspond::correspond;
 use crate::finding::{Finding, Limits, RIVAL, find, fits};
 use crate::hypothesise::{Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
 use crate::linear::apart;
 use crate::refine::{Both, Reach};
+use crate::symmetries::symmetries;
 use crate::view::View;
 
 /// Hypotheses refined roughly by a quick search, and of these refined wholly; a thorough one takes more of both.
@@ -140,7 +141,7 @@ fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
     modes.into_iter().map(|mode| mode.a_from_b).collect()
 }
 
-fn refined_roughly(both: [&View; 2], starts: impl Iterator<Item = DAffine3>) -> Vec<Mode> {
+pub(crate) fn refined_roughly(both: [&View; 2], starts: impl Iterator<Item = DAffine3>) -> Vec<Mode> {
     let cell = both[0].coarse.cell.max(both[1].coarse.cell);
     let radius = both[0].reduced.radius.min(both[1].reduced.radius);
     let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
@@ -190,37 +191,6 @@ fn rank(modes: &mut Vec<Mode>, both: [&View; 2]) {
     }
     *modes = kept;
 }
-
-/// Motions other than none that lay a scan on itself.
-fn symmetries(view: &View) -> Vec<DAffine3> {
-    if view.is_empty() {
-        return Vec::new();
-    }
-    let cell = view.coarse.cell;
-    let radius = view.reduced.radius;
-    let likes: Vec<Like> = repeats(&view.features, &view.coarse.points, OTHER_PLACE * cell)
-        .iter()
-        .map(|m| Like::of([view, view], m))
-        .collect();
-    let hypotheses = hypothesise(&likes, cell, radius, Effort::Quick as usize);
-    let starts = hypotheses
-        .iter()
-        .map(|h| h.a_from_b)
-        .filter(|motion| apart(motion, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell)
-        .take(4 * ROUGH);
-    let mut modes = refined_roughly([view, view], starts);
-    modes.retain(|mode| {
-        let is_other = apart(&mode.a_from_b, &DAffine3::IDENTITY, radius) > OTHER_PLACE * cell;
-        is_other && mode.verdict.overlap()[0] > SELF_OVERLAP
-    });
-    modes.truncate(2 * ROUGH);
-    modes.into_iter().map(|mode| mode.a_from_b).collect()
-}
-
-/// Cells by which a scan must be moved so that it is a place of its own.
-const OTHER_PLACE: f64 = 4.0;
-/// Share of a scan that lies on itself after a symmetry.
-const SELF_OVERLAP: f64 = 0.2;
 
 /// Whether two range images fit as they were taken, without moving: what both saw stood still before the sensor. Then each
 /// must have seen all that the other saw, unless something else has moved.

@@ -139,6 +139,28 @@ fn a_cube_fits_in_several_places() {
 }
 
 #[test]
+fn what_repeats_itself_is_placed_rightly_or_not_at_all() {
+    // A pillar of five lobes, wider here than there: after a fifth of a turn it fits itself.
+    let mut pillar = Shape::Cylinder { radius: 0.5, half_height: 1.0 }.mesh(240);
+    for p in &mut pillar.positions {
+        let wide = (1.0 + 0.12 * (5.0 * p.y.atan2(p.x)).cos()) * (1.0 + 0.2 * (2.5 * p.z).sin());
+        *p = DVec3::new(wide * p.x, wide * p.y, p.z);
+    }
+    for tilt in [0.1, 0.4] {
+        let seen = |k: u32| {
+            let turn = 0.9 * f64::from(k);
+            look(&pillar, DVec3::new(turn.cos(), turn.sin(), tilt), 0.4 * f64::from(k), 0.0)
+        };
+        let images: Vec<RangeImage> = (0..6).map(seen).collect();
+        let alignment = aligned(&without_poses(&images), &Constraints::default());
+        let off = if alignment.report.placed() > 0 { errors(&images, &alignment) } else { Vec::new() };
+        assert!(off.iter().flatten().all(|off| *off < 5.0), "{off:?} {}", alignment.report.lines().join("\n"));
+        let unused = alignment.report.pairs.iter().filter(|pair| pair.state == PairState::Ambiguous).count();
+        assert!(unused > 0 || alignment.report.placed() == 6, "{:?}", alignment.report.pairs);
+    }
+}
+
+#[test]
 fn two_objects_are_two_groups_or_left_out() {
     let mut images = around(statue(), 5, 0.0);
     let torus = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(64);
