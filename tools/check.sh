@@ -31,4 +31,9 @@ check "Python formatting" "$lint/ruff" format --no-cache --check .
 check "Python lints" "$lint/ruff" check --no-cache --quiet .
 check "tree" "$python" tools/check_tree.py
 check "licences and sources of dependencies" "$lint/python" tools/check_licences.py
+if command -v node >/dev/null && command -v npm >/dev/null; then
+    check "workflows" tools/check_workflows.sh
+else
+    echo "SKIPPED workflows: node or npm is missing"
+fi
 exit $((failed > 0))

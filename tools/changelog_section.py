@@ -1,0 +1,39 @@
+"""Prints what CHANGELOG.md says of a version: python tools/changelog_section.py VERSION [--release]
+
+With --release the version, given as it is or as its tag (v0.2.0), must be the one that this tree has.
+"""
+
+import argparse
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def section(changelog, version):
+    """The lines below the heading of a version, up to the next one; None without such a heading."""
+    heading = rf"^## \[?{re.escape(version)}\]?(?: .*)?$"
+    found = re.search(heading + r"\n(.*?)(?=^## |\Z)", changelog, re.M | re.S)
+    return found and found[1].strip()
+
+
+def main():
+    """Prints it, or says why there is none."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("version")
+    parser.add_argument("--release", action="store_true")
+    options = parser.parse_args()
+    version = options.version.removeprefix("v")
+    own = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+    if options.release and version != own:
+        sys.exit(f"{options.version} is not the version of this tree: Cargo.toml has {own}")
+    text = section((ROOT / "CHANGELOG.md").read_text(), version)
+    if not text:
+        sys.exit(f"CHANGELOG.md says nothing of {version}: it needs a heading `## {version}` with text below it")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
