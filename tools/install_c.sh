@@ -1,46 +1,136 @@
 #!/usr/bin/env bash
-# Installs the C library: shared and static library, headers, pkg-config and CMake files.
-# Usage: tools/install_c.sh PREFIX     DESTDIR is put before all paths, SURFRECON_PROFILE=dev takes another profile of cargo
+# Installs the C library: shared and static library, headers, licences, pkg-config and CMake files. The installed tree can be moved.
+# Usage: tools/install_c.sh PREFIX     In the environment:
+#   DESTDIR              is put before all paths
+#   SURFRECON_TARGET     the system it is for, by Rust's name; else this one. tools/cross.sh sets up what building for it takes
+#   SURFRECON_PROFILE    another profile of cargo than release: dev
+#   SURFRECON_BUILT      a folder with the libraries as cargo built them: then nothing is compiled
+#   SURFRECON_CC, LDFLAGS, SURFRECON_OBJCOPY    link the shared library for Linux, and take its debug information out
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 prefix=${1:?usage: tools/install_c.sh PREFIX}
 case $prefix in /*) ;; *) die "PREFIX must be an absolute path, got $prefix" ;; esac
 cd "$root"
 
-profile=${SURFRECON_PROFILE:-release}
-folder=target/$([ "$profile" = dev ] && echo debug || echo "$profile")
+host=$(rustc -vV | sed -n 's/^host: //p')
+target=${SURFRECON_TARGET:-$host}
 version=$(sed -n 's/^version = "\(.*\)"$/\1/p' Cargo.toml | head -1)
-# What programs ask for when they are loaded: versions that differ in it may be installed beside each other.
-compatible=${version%.*}
-if [ "$(uname)" = Darwin ]; then
-    file=libsurfrecon.$version.dylib named=libsurfrecon.$compatible.dylib plain=libsurfrecon.dylib
-    name=-Wl,-install_name,$prefix/lib/$named private="-lc -lm"
-else
-    file=libsurfrecon.so.$version named=libsurfrecon.so.$compatible plain=libsurfrecon.so
-    name=-Wl,-soname,$named private="-lgcc_s -lutil -lrt -lpthread -lm -ldl -lc"
+# What programs ask for when they are loaded: versions that differ in it may be installed beside each other. From 1.0 on a minor
+# version breaks nothing.
+compatible=${version%%.*}
+[ "$compatible" != 0 ] || compatible=${version%.*}
+
+# Private: what programs link besides that have the static library inside. What unwinds the stack is the C compiler's own choice.
+static=libsurfrecon.a
+case $target in
+    *-linux-*)
+        file=libsurfrecon.so.$version named=libsurfrecon.so.$compatible plain=libsurfrecon.so
+        private="-lutil -lrt -lpthread -lm -ldl -lc"
+        shared=lib/$file asked="IMPORTED_SONAME \"$named\""
+        ;;
+    *-apple-darwin)
+        file=libsurfrecon.$version.dylib named=libsurfrecon.$compatible.dylib plain=libsurfrecon.dylib
+        private="-framework IOKit -framework CoreFoundation -liconv -lSystem"
+        # Names of dylibs are paths; this one leaves the folder to the program.
+        shared=lib/$file asked="IMPORTED_SONAME \"@rpath/$named\""
+        ;;
+    *-windows-*)
+        file=surfrecon.dll named=libsurfrecon.dll.a
+        case $target in *-msvc) named=surfrecon.dll.lib static=surfrecon.lib ;; esac
+        private="-lkernel32 -lntdll -luserenv -lws2_32 -ldbghelp -ladvapi32 -lole32 -loleaut32 -lpdh -lpowrprof -lpsapi"
+        shared=bin/$file asked="IMPORTED_IMPLIB \"\${_surfrecon_prefix}/lib/$named\""
+        ;;
+    *) die "nobody has tried $target: teach tools/install_c.sh its names" ;;
+esac
+
+# For older systems than this one, and for others, zig links, where cross.sh has put it.
+cc=(${SURFRECON_CC:-cc}) cargo=(cargo) build=build for=$target unwinder=
+case $target in *-windows-*) ;; *)
+    if [ -n "${SURFRECON_TARGET:-}" ] && [ "$(uname)" = Linux ] && command -v cargo-zigbuild >/dev/null; then
+        cargo=(cargo-zigbuild) build=zigbuild
+        case $target in *-linux-gnu)
+            # The oldest that Blender's own builds support.
+            for=$target.2.28 unwinder=-lunwind
+            [ -n "${SURFRECON_CC:-}" ] || cc=(python-zig cc -target "${target/-unknown/}.2.28")
+        ;; esac
+    fi
+;; esac
+
+built=${SURFRECON_BUILT:-}
+if [ -z "$built" ]; then
+    profile=${SURFRECON_PROFILE:-release}
+    how=(--quiet --locked --profile "$profile" --package surfrecon-capi ${SURFRECON_TARGET:+--target "$for"})
+    case $target in
+        # The name is given here, not in each build: a library that is used where it was built has no links beside it.
+        *-apple-darwin) "${cargo[@]}" rustc "${how[@]}" -- -C link-arg=-Wl,-install_name,"@rpath/$named" -C strip=symbols ;;
+        *) "${cargo[@]}" "$build" "${how[@]}" ;;
+    esac
+    built=${CARGO_TARGET_DIR:-target}/${SURFRECON_TARGET:+$target/}${profile/#dev/debug}
 fi
-
-# The name is given here, not in each build: a library that is used where it was built has no links beside it.
-cargo rustc --quiet --locked --profile "$profile" --package surfrecon-capi -- -C link-arg="$name"
-
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
 to=${DESTDIR:-}$prefix
-install -d "$to/lib/pkgconfig" "$to/include" "$to/share/cmake/surfrecon"
-install -m 755 "$folder/$plain" "$to/lib/$file"
-ln -sf "$file" "$to/lib/$named"
-ln -sf "$file" "$to/lib/$plain"
-install -m 644 "$folder/libsurfrecon.a" "$to/lib/"
-install -m 644 c-api/include/* "$to/include/"
-install -m 644 c-api/cmake/* "$to/share/cmake/surfrecon/"
-cat >"$to/lib/pkgconfig/surfrecon.pc" <<END
-prefix=$prefix
-libdir=\${prefix}/lib
-includedir=\${prefix}/include
+install -d "$to/lib/pkgconfig" "$to/include" "$to/share/cmake/surfrecon" "$to/share/doc/surfrecon"
 
-Name: surfrecon
-Description: Surfaces from range scans
-Version: $version
-Libs: -L\${libdir} -lsurfrecon
-Libs.private: $private
-Cflags: -I\${includedir}
-END
-say "installed under $prefix; programs find it with pkg-config surfrecon or find_package(surfrecon)"
+# The shared library for Linux, from the static one. Cargo can't give symbols a version: rustc has a list of symbols of its own. Nor
+# the library its name: one that is used where it was built has no links beside it.
+link_for_linux() {
+    echo "SURFRECON_$compatible { global: srf_*; local: *; };" >"$scratch/symbols"
+    # shellcheck disable=SC2086 # several words
+    "${cc[@]}" -shared -o "$scratch/$file" -Wl,-soname,"$named" -Wl,--version-script="$scratch/symbols" -Wl,--build-id=sha1 \
+        -Wl,-z,relro,-z,now -Wl,--gc-sections -Wl,--as-needed -Wl,--whole-archive "$built/$static" -Wl,--no-whole-archive \
+        ${LDFLAGS:-} $private $unwinder ||
+        die "the shared library could not be linked: SURFRECON_CC must be a C compiler for $target"
+}
+
+# Puts debug information where debuggers and abidiff look for it, beside the library wherever that goes.
+separate_debug() {
+    local debug=$file.debug sysroot objcopy
+    sysroot=$(rustc --print sysroot)
+    # That of binutils is for its own processor; LLVM's, which comes with rustc, for all.
+    objcopy=(env "LD_LIBRARY_PATH=$sysroot/lib" "$sysroot/lib/rustlib/$host/bin/rust-objcopy")
+    [ "${target%%-*}" != "${host%%-*}" ] || objcopy=(objcopy)
+    [ -z "${SURFRECON_OBJCOPY:-}" ] || objcopy=("$SURFRECON_OBJCOPY")
+    install -d "$to/lib/.debug"
+    (cd "$scratch" && "${objcopy[@]}" --only-keep-debug "$file" "$debug" &&
+        "${objcopy[@]}" --strip-all --add-gnu-debuglink="$debug" "$file") ||
+        die "debug information could not be taken out: SURFRECON_OBJCOPY must be binutils' or LLVM's objcopy for $target"
+    install -m 644 "$scratch/$debug" "$to/lib/.debug/"
+}
+
+case $target in
+    *-windows-*)
+        install -d "$to/bin"
+        install -m 755 "$built/$file" "$to/bin/"
+        install -m 644 "$built/$named" "$to/lib/"
+        ;;
+    *)
+        case $target in
+            *-linux-*)
+                link_for_linux
+                separate_debug
+                ;;
+            *) cp "$built/$plain" "$scratch/$file" ;;
+        esac
+        install -m 755 "$scratch/$file" "$to/lib/"
+        ln -sf "$file" "$to/lib/$named"
+        ln -sf "$named" "$to/lib/$plain"
+        ;;
+esac
+install -m 644 "$built/$static" "$to/lib/"
+install -m 644 c-api/include/* "$to/include/"
+install -m 644 LICENSE-MIT LICENSE-APACHE "$to/share/doc/surfrecon/"
+if python=$(tools/python.sh 2>/dev/null || command -v python3); then
+    "$python" tools/third_party_licences.py "$to/share/doc/surfrecon/LICENSES-THIRD-PARTY.txt" --target "$target"
+else
+    say "the licences of what is linked inside are left out; do not hand on this library without them"
+fi
+# CMake takes names of libraries without -l, on any system.
+libraries=$(sed 's/ -/;-/g; s/-l//g' <<<"$private")
+for template in c-api/cmake/*.in; do
+    name=$(basename "$template" .in)
+    case $name in *.pc) name=lib/pkgconfig/$name ;; *) name=share/cmake/surfrecon/$name ;; esac
+    sed -e "s|@VERSION@|$version|; s|@COMPATIBLE@|$compatible|; s|@SHARED@|$shared|; s|@ASKED@|$asked|; s|@STATIC@|lib/$static|" \
+        -e "s|@PRIVATE@|$private|; s|@LIBRARIES@|$libraries|" "$template" >"$to/$name"
+done
+say "installed under $to; programs find it with pkg-config surfrecon or find_package(surfrecon)"

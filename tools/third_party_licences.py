@@ -50,25 +50,29 @@ def texts_in(folder):
     return [file.read_text(errors="replace") for file in files]
 
 
-def crates(package, target):
+def crates(package, target, packages):
     """The crates that cargo links into a package of ours for a system, without our own."""
     tree = ["cargo", "tree", "--locked", "--edges=normal,no-proc-macro", "--prefix=none", "--format={p}"]
     named = output(*tree, "--package", package, "--target", target).splitlines()
     linked = {tuple(line.split()[:2]) for line in named}
-    # Of the whole workspace, whose crates take more features of each other's dependencies than one of them alone.
-    described = json.loads(output("cargo", "metadata", "--format-version=1", "--locked", "--filter-platform", target))
-    for found in described["packages"]:
+    for found in packages:
         if found["source"] is not None and (found["name"], f"v{found['version']}") in linked:
             texts = texts_in(Path(found["manifest_path"]).parent)
             licence = (found["license"] or "").replace("/", " OR ")
             yield Linked(found["name"], found["version"], licence, found["authors"], texts)
 
 
-def standard_library():
+def standard_library(packages):
     """Rust's standard library and the crates inside it, as its own account of them says where the toolchain has one."""
     release = re.search(r"^release: (.*)$", output("rustc", "-vV"), re.MULTILINE)[1]
     documents = Path(output("rustc", "--print", "sysroot").strip()) / "share" / "doc" / "rust"
-    texts = [text.read_text() for text in sorted((documents / "licenses").glob("Unicode-*.txt"))]
+    # That of its tables of characters; it is also with the crate that every procedural macro needs.
+    unicode = sorted((documents / "licenses").glob("Unicode-*.txt")) or [
+        Path(found["manifest_path"]).parent / "LICENSE-UNICODE"
+        for found in packages
+        if found["name"] == "unicode-ident"
+    ]
+    texts = [text.read_text() for text in unicode]
     owners = ["The Rust Project Developers"]
     yield Linked("Rust's standard library", release, "(MIT OR Apache-2.0) AND Unicode-3.0", owners, texts)
     account = documents / "COPYRIGHT-library.html"
@@ -92,7 +96,12 @@ def main():
     options = parser.parse_args()
     target = options.target or re.search(r"^host: (.*)$", output("rustc", "-vV"), re.MULTILINE)[1]
 
-    linked = sorted([*crates(options.package, target), *standard_library()], key=lambda one: one.name.lower())
+    # Of the whole workspace, whose crates take more features of each other's dependencies than one of them alone.
+    described = json.loads(output("cargo", "metadata", "--format-version=1", "--locked", "--filter-platform", target))
+    packages = described["packages"]
+
+    linked = [*crates(options.package, target, packages), *standard_library(packages)]
+    linked.sort(key=lambda one: one.name.lower())
     unique = {}
     for one in linked:
         for text in one.texts:
