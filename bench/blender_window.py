@@ -1,17 +1,18 @@
 """Time from the button to the first progress drawn, in the window of a real Blender: `tools/test_gui.sh` runs it."""
 
-import importlib
 import json
 import os
 import statistics
 import sys
 import time
-import traceback
 
 import bpy
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "tests", "gui"))
-window = importlib.import_module("window")
+
+from bringing import installing  # noqa: E402 (the path is made above)
+from driver import drive, extension, run, until, view_selected  # noqa: E402
+from making import drawn  # noqa: E402
 
 # Samples of each scan: large enough that reading them takes a while.
 PIXELS, RUNS = 600, 5
@@ -19,45 +20,31 @@ PIXELS, RUNS = 600, 5
 
 def steps():
     """Scans, then merges that are stopped as soon as they show progress."""
-    yield from window.installing()
+    yield from installing()
     import surfrecon
 
-    extension = window.extension()
+    parts = extension()
     shape = surfrecon.sculpture(cell=4.0)
     images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=PIXELS))
     for k, image in enumerate(images):
-        obj = extension.convert.object_from_range_image(f"scan{k:02}", image, 0.001, True)
+        obj = parts.convert.object_from_range_image(f"scan{k:02}", image, 0.001, True)
         bpy.context.scene.collection.objects.link(obj)
         obj.select_set(True)
-    window.run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="scans")
-    window.view_selected()
+    run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="scans")
+    view_selected()
     yield 2.0
-    took, drawn = [], window.drawn()
+    took, times = [], drawn()
     for _ in range(RUNS):
-        drawn.clear()
+        times.clear()
         pressed = time.monotonic()
-        window.run(bpy.ops.surfrecon.merge, voxel=0.0003)
-        yield from window.until(lambda: drawn)
+        run(bpy.ops.surfrecon.merge, voxel=0.0003)
+        yield from until(lambda: times)
         # Blender's timers come after the window was drawn.
         took.append(1e3 * (time.monotonic() - pressed))
         bpy.ops.surfrecon.cancel()
-        yield from window.until(lambda: extension.job.Running.job is None)
+        yield from until(lambda: parts.job.Running.job is None)
         yield 1.0
     print(json.dumps({"first_progress_ms": statistics.median(took), "all": took}), flush=True)
 
 
-def tick():
-    """Called by Blender's timer."""
-    try:
-        return next(script)
-    except StopIteration:
-        status = 0
-    except BaseException:
-        traceback.print_exc()
-        status = 1
-    sys.stdout.flush()
-    os._exit(status)
-
-
-script = steps()
-bpy.app.timers.register(tick, first_interval=1.0)
+drive(steps())

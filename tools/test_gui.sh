@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the extension in the window of a real Blender, under a virtual display: tools/test_gui.sh [SCRIPT], a script of this
-# tree instead of the tests. Pictures: out/gui/.
+# Runs the extension in the window of a real Blender, under a virtual display: tools/test_gui.sh [SCRIPT...], scripts of
+# this tree instead of the tests. Pictures: out/gui/.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
@@ -8,12 +8,23 @@ cd "$root"
 folder=$(tools/gui_root.sh)
 zip=$(ls out/extension/surfrecon-*-linux-x64.zip 2>/dev/null | head -1)
 [ -n "$zip" ] || die "there is no extension in out/extension: run \`make extension\`"
-script=${1:-tests/gui/window.py}
-[ -n "${1:-}" ] || rm -rf out/gui
+[ $# -gt 0 ] || rm -rf out/gui
 mkdir -p out/gui
-timeout 900 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
-    BLENDER_USER_RESOURCES="/var/profile-$$" LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=llvmpipe \
-    SURFRECON_ZIP="/tree/$zip" SURFRECON_PICTURES=/tree/out/gui \
-    xvfb-run -a -s '-screen 0 1440x1000x24 -nolisten tcp' \
-    blender --enable-event-simulate --factory-startup --window-geometry 0 0 1440 1000 --python-exit-code 7 \
-    --python "/tree/$script"
+# What a server would have, for the test that installs from one.
+repository=target/gui-repository
+rm -rf $repository
+mkdir -p $repository
+cp out/extension/*.zip $repository/
+"$(tools/python.sh)" tools/extension_index.py $repository >/dev/null
+
+failed=0
+[ $# -gt 0 ] || set -- tests/gui/window.py tests/gui/repository.py
+for script in "$@"; do
+    timeout 900 tools/gui_enter.sh "$folder" env -i PATH=/usr/bin:/bin:/usr/games LANG=C.UTF-8 HOME=/root \
+        BLENDER_USER_RESOURCES="/var/profile-$$-$(basename "$script" .py)" LIBGL_ALWAYS_SOFTWARE=1 GALLIUM_DRIVER=llvmpipe \
+        SURFRECON_ZIP="/tree/$zip" SURFRECON_REPOSITORY="/tree/$repository" SURFRECON_PICTURES=/tree/out/gui \
+        xvfb-run -a -s '-screen 0 1440x1000x24 -nolisten tcp' \
+        blender --enable-event-simulate --factory-startup --window-geometry 0 0 1440 1000 --python-exit-code 7 \
+        --python "/tree/$script" || failed=1
+done
+exit $failed
