@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-gui check bench fuzz explore wheel extension meshlab-plugin install generate clean distclean
+.PHONY: help demo test test-gui test-windows test-arm64 release release-c check bench fuzz explore wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -26,6 +26,19 @@ test: ## Set up what is missing, then run all checks and tests (Rust, C, Python,
 
 test-gui: extension ## Run the extension in the window of a real Blender (Debian 13, as root): pictures in out/gui/
 	@tools/test_gui.sh
+
+test-windows: ## Run the tests of the core, C, Python and Blender as Windows' programs under Wine
+	@"$$(tools/python.sh)" tools/run_elsewhere.py windows
+
+test-arm64: ## Run the tests in Python on Linux for arm64 under qemu
+	@"$$(tools/python.sh)" tools/run_elsewhere.py arm64
+
+release: ## Build what a release consists of, for all systems: out/release/; PLATFORMS="windows-x64 ..." builds some
+	@tools/setup_apt.sh
+	@"$$(tools/python.sh)" tools/release.py $(PLATFORMS)
+
+release-c: ## The archive of the C library for this system alone, by its own compiler: out/release/
+	@"$$(tools/python.sh)" tools/release.py --only c --native
 
 check: ## Formatting, lints, documentation, licences of dependencies
 	@tools/check.sh

@@ -1,25 +1,45 @@
 #!/usr/bin/env bash
-# Builds the Python wheel into target/wheels/. Usage: tools/build_wheel.sh
+# Builds the Python wheel into target/wheels/. Usage: tools/build_wheel.sh [PLATFORM]     this one, or one of tools/platforms.py
 # On Linux it is linked by zig against glibc 2.28, the oldest that Blender's own builds support. Blender does not look at
 # the glibc number of a wheel: one that is too new is not refused, it only fails to load.
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 cd "$root"
 
-# maturin finds zig through the `python` on PATH.
-PATH=$("$root/tools/venv.sh" build)/bin:$PATH
+python=$("$root/tools/python.sh")
+triple=$("$python" tools/platforms.py "$@")
+options=()
+if [ $# = 0 ]; then
+    # maturin finds zig through the `python` on PATH.
+    PATH=$("$root/tools/venv.sh" build)/bin:$PATH
+else
+    environment=$(tools/cross.sh "$triple")
+    eval "$environment"
+    # What is built for others shares no folder: the flags differ, and so all would be compiled anew each time.
+    export CARGO_TARGET_DIR=target/cross
+    options+=(--target "$triple")
+fi
 mkdir -p target
 exec 9>target/wheel.lock   # this tree only: others build wheels of their own
 wait_for_lock wheel
-portable=()
-if [ "$(uname)" = Linux ]; then portable=(--zig --compatibility manylinux_2_28); fi
-rm -f target/wheels/surfrecon-*.whl
+# What has the old name or the old version is not taken for the new one.
+case $triple in
+    x86_64-*-linux-*) options+=(--zig --compatibility manylinux_2_28) tag='*linux*_x86_64' ;;
+    aarch64-*-linux-*) options+=(--zig --compatibility manylinux_2_28) tag='*linux*_aarch64' ;;
+    x86_64-*-windows-*) tag=win_amd64 ;;
+    aarch64-apple-*) tag='macosx*_arm64' ;;
+    x86_64-apple-*) tag='macosx*_x86_64' ;;
+esac
+case $triple in *-apple-*) [ "$(uname)" = Darwin ] || options+=(--zig) ;; esac
+# shellcheck disable=SC2086 # the tag is a pattern
+rm -f target/wheels/surfrecon-*-$tag.whl
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-[ -d target/release ] || say "compiling surfrecon for Python: some minutes the first time"
-maturin build --quiet --release "${portable[@]}" -i "$("$root/tools/python.sh")" \
+[ -d "${CARGO_TARGET_DIR:-target}/release" ] || say "compiling surfrecon for Python: some minutes the first time"
+maturin build --quiet --release --locked "${options[@]}" -i "$python" \
     --manifest-path blender-addon/python/Cargo.toml --out target/wheels >"$log" 2>&1 || {
     cat "$log" >&2
     die "maturin could not build the wheel, see above"
 }
-ls target/wheels/surfrecon-*.whl
+# shellcheck disable=SC2086
+ls target/wheels/surfrecon-*-$tag.whl

@@ -1,4 +1,4 @@
-"""Puts the files of the newest wheel where PYTHONPATH can name them, and prints that folder.
+"""Puts the files of this platform's wheel where PYTHONPATH can name them, and prints that folder.
 
 The prepared Python environments are shared and stay as they are, so the wheel is not installed into them.
 """
@@ -6,20 +6,21 @@ The prepared Python environments are shared and stay as they are, so the wheel i
 import shutil
 import sys
 import zipfile
-from pathlib import Path
 
-TARGET = Path(__file__).resolve().parent.parent / "target"
+import platforms
+
+TARGET = platforms.ROOT / "target"
 
 
-def unpack():
+def unpack(platform=None, folder=TARGET / "wheel-files"):
     """Returns the folder, freshly filled."""
-    wheels = sorted((TARGET / "wheels").glob("surfrecon-*.whl"), key=lambda path: path.stat().st_mtime)
-    if not wheels:
-        sys.exit("unpack_wheel.py: there is no wheel in target/wheels: run `make wheel`")
-    folder = TARGET / "wheel-files"
+    name = platform or platforms.here().name
+    wheel = platforms.wheels().get(name)
+    if wheel is None:
+        sys.exit(f"unpack_wheel.py: there is no wheel for {name} in target/wheels: run `make wheel`")
     shutil.rmtree(folder, ignore_errors=True)
-    with zipfile.ZipFile(wheels[-1]) as wheel:
-        wheel.extractall(folder)
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder)
     return folder
 
 

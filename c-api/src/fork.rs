@@ -39,6 +39,7 @@ fn watch() {
 #[cfg(not(unix))]
 fn watch() {}
 
+#[cfg_attr(not(unix), expect(dead_code, reason = "nothing forks there"))]
 extern "C" fn close() {
     CLOSED.with_borrow_mut(|closed| {
         if closed.is_none() {
@@ -47,6 +48,7 @@ extern "C" fn close() {
     });
 }
 
+#[cfg_attr(not(unix), expect(dead_code, reason = "nothing forks there"))]
 extern "C" fn open() {
     CLOSED.take();
 }

@@ -22,7 +22,8 @@ fn compiles() -> Option<bool> {
     let variable = |name| std::env::var_os(name);
     let mut compiler = Command::new(variable("RUSTC")?)
         .args(["--crate-name", "surfrecon_allocator", "--crate-type", "lib", "--emit", "metadata", "--target"])
-        .arg(variable("TARGET")?)
+        // Not the target: its standard library may be compiled only with this program.
+        .arg(variable("HOST")?)
         .arg("--out-dir")
         .arg(variable("OUT_DIR")?)
         .arg("-")

@@ -12,12 +12,15 @@ MODULE = "bl_ext.user_default.surfrecon"
 
 # Must be set before the first `import bpy`.
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="surfrecon-blender-")
-sys.path.append(str(ROOT / "tests" / "python"))
+sys.path += [str(ROOT / "tests" / "python"), str(ROOT / "tools")]
+
+import platforms  # noqa: E402 (the path is made above)
 
 
 def built_zip():
     """The zip to test: EXTENSION_ZIP, else what tools/build_extension.py built for this platform."""
-    return os.environ.get("EXTENSION_ZIP") or str(next((ROOT / "out" / "extension").glob("surfrecon-*-linux-x64.zip")))
+    zips = (ROOT / "out" / "extension").glob(f"surfrecon-*-{platforms.here().name}.zip")
+    return os.environ.get("EXTENSION_ZIP") or str(next(zips))
 
 
 @pytest.fixture

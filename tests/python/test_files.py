@@ -2,7 +2,6 @@
 
 import errno
 import os
-import resource
 from pathlib import Path
 
 import numpy as np
@@ -364,6 +363,7 @@ def test_an_image_may_change_while_a_call_uses_it(tmp_path):
 
 
 def test_errors_of_files_have_the_systems_number(tmp_path):
+    resource = pytest.importorskip("resource")
     image = seen_image()
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     for ending in ("ply", "ptx", "e57"):

@@ -11,6 +11,8 @@ import pytest
 import surfrecon
 from shapes import torus, torus_scans
 
+if "fork" not in multiprocessing.get_all_start_methods():
+    pytest.skip("this system has no fork", allow_module_level=True)
 FORK = multiprocessing.get_context("fork")
 # Seconds for a child's work of a fraction of one.
 LIMIT = 60

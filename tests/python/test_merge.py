@@ -1,7 +1,6 @@
 """The merge through Python: inputs, progress, cancelling, the interpreter lock, jobs."""
 
 import gc
-import os
 import re
 import signal
 import subprocess
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 import surfrecon
 from shapes import torus, torus_distance, torus_scans
+from system import resident
 
 VOXEL = 0.06
 
@@ -100,16 +100,10 @@ def test_other_threads_run_meanwhile(many):
     assert max(np.diff(times)) < 0.3 * (end - start)
 
 
-def memory():
-    """Bytes of this process in memory."""
-    with open("/proc/self/statm") as statm:
-        return int(statm.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
 def test_cancelling_at_every_tick_raises_and_leaves_nothing(many):
     surfrecon.merge(many, voxel=0.004)
     gc.collect()
-    before = memory()
+    before = resident()
     cancelled = 0
     for limit in range(8):
         # Asked once more after it said no, it would raise StopIteration.
@@ -122,7 +116,7 @@ def test_cancelling_at_every_tick_raises_and_leaves_nothing(many):
     assert cancelled >= 1
     gc.collect()
     # A leak of one call would show: a finished one holds tens of megabytes.
-    assert memory() - before < 200e6
+    assert resident() - before < 200e6
 
 
 def test_cancelling_answers_at_once(many):

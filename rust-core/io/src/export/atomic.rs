@@ -130,7 +130,7 @@ fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
     if metadata.permissions().readonly() {
         return Err(Error::io(path, std::io::Error::new(ErrorKind::PermissionDenied, "the file is read-only")));
     }
-    let names = names_of(&metadata);
+    let names = names_of(place, &metadata);
     if names > 1 {
         return Err(Error::input(format!(
             "{}: this file has {names} names (hard links), which writing would part: remove this name first, or write to \
@@ -143,12 +143,19 @@ fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
 
 /// How many names a file has.
 #[cfg(unix)]
-fn names_of(metadata: &Metadata) -> u64 {
+fn names_of(_: &Path, metadata: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::nlink(metadata)
 }
 
-#[cfg(not(unix))]
-fn names_of(_: &Metadata) -> u64 {
+/// How many names a file has; 1 where its folder's system does not say.
+#[cfg(windows)]
+fn names_of(place: &Path, _: &Metadata) -> u64 {
+    let asked = winapi_util::Handle::from_path_any(place).and_then(winapi_util::file::information);
+    asked.map_or(1, |of_file| of_file.number_of_links())
+}
+
+#[cfg(not(any(unix, windows)))]
+fn names_of(_: &Path, _: &Metadata) -> u64 {
     1
 }
 

@@ -1,0 +1,344 @@
+"""Runs the tests on another system, emulated: run_elsewhere.py windows (under Wine) | arm64 (under qemu)
+
+Each test must do what it does here, or be named with a reason in tests/elsewhere.toml, at most 20 of a system. The last
+line counts tests over all steps; an excused test counts as skipped.
+"""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections import Counter
+from pathlib import Path
+from xml.etree import ElementTree
+
+import platforms
+import run_tests
+from unpack_wheel import unpack
+
+ROOT = platforms.ROOT
+# Excused tests of a system.
+MOST = 20
+# The core. What remains of the workspace are the C library and the wheel, which are tested from outside.
+CORE = ["--workspace", "--exclude=surfrecon-tests", "--exclude=surfrecon-capi", "--exclude=surfrecon-python"]
+EXAMPLES = ROOT / "c-api" / "examples"
+
+
+def main():
+    """Runs all steps of a system."""
+    systems = {"windows": windows, "arm64": arm64}
+    if len(sys.argv) != 2 or sys.argv[1] not in systems:
+        sys.exit(__doc__)
+    os.environ.setdefault("CARGO_INCREMENTAL", "0")
+    os.environ.setdefault("PROPTEST_RNG_SEED", "1")
+    system = sys.argv[1]
+    excused = tomllib.loads((ROOT / "tests" / "elsewhere.toml").read_text()).get(system, {})
+    steps = {}
+    systems[system](steps)
+    unused = set(excused)
+    tally = run_tests.Tally()
+    rows = []
+    for title, (here, there, minutes) in steps.items():
+        compared = Compared(title, here, there, excused)
+        unused -= compared.excused
+        run_tests.show(f"\n== {title}: {compared}")
+        for line in compared.lines:
+            run_tests.show(line)
+        tally.add(compared.tally())
+        rows.append({"case": title, "minutes_cpu": minutes, **compared.row()})
+    for name in sorted(unused):
+        run_tests.show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
+    if len(excused) > MOST:
+        run_tests.show(f"FAILED: {len(excused)} tests are excused: at most {MOST} may be")
+    tally.add(run_tests.Tally(failed=len(unused) + int(len(excused) > MOST)))
+    out = ROOT / "out" / "elsewhere"
+    out.mkdir(parents=True, exist_ok=True)
+    (out / f"{system}.json").write_text(json.dumps(rows, indent=1) + "\n")
+    run_tests.show(f"\ntotal: {tally}")
+    return int(tally.failed > 0)
+
+
+class Compared:
+    """What tests do here and there, each a map from a test's name to passed, failed or skipped."""
+
+    def __init__(self, title, here, there, excused):
+        self.counts = Counter()
+        self.lines, self.excused = [], set()
+        for name in sorted({**here, **there}):
+            # What a system does not have is not compared: tests of its own, and what is skipped here as well.
+            expected, found = here.get(name), there.get(name, "missing")
+            if found == "passed" or found == expected:
+                self.counts[found] += 1
+                continue
+            full = f"{title}: {name}"
+            if full in excused:
+                self.excused.add(full)
+                self.counts["excused"] += 1
+                self.lines.append(f"EXCUSED {full}: {excused[full]}")
+            else:
+                self.counts["failed"] += 1
+                self.lines.append(f"FAILED: {full}: {found} there, {expected or 'missing'} here")
+        if not there:
+            self.counts["failed"] += 1
+            self.lines.append(f"FAILED: {title}: no test ran")
+
+    def __str__(self):
+        return ", ".join(f"{number} {what}" for what, number in sorted(self.counts.items()))
+
+    def tally(self):
+        """Counts as of any other run."""
+        return run_tests.Tally(
+            self.counts["passed"], self.counts["failed"], self.counts["skipped"] + self.counts["excused"]
+        )
+
+    def row(self):
+        """Counts for the benchmark's table."""
+        failed, excused = self.counts["failed"], self.counts["excused"]
+        return {"tests_passed": self.counts["passed"], "tests_failed": failed, "excused": excused, "ok": failed == 0}
+
+
+def measured(steps, title, here, there):
+    """Runs a step here and there, and keeps both."""
+    run_tests.show(f"\n== {title}, there")
+    started = time.process_time() + cpu_of_children()
+    found = there()
+    minutes = (time.process_time() + cpu_of_children() - started) / 60
+    run_tests.show(f"\n== {title}, here")
+    steps[title] = (here(), found, minutes)
+
+
+def cpu_of_children():
+    """Seconds of computing of the programs that were called."""
+    used = os.times()
+    return used.children_user + used.children_system
+
+
+class RustOutcomes:
+    """What `cargo test` says of each test, or `cargo test -- --list`."""
+
+    def __init__(self):
+        self.binary, self.found, self.test = "", {}, ""
+
+    def line(self, line):
+        """Takes the next line."""
+        running = re.search(r"Running .*\((?:.*[/\\])?([\w-]+)-[0-9a-f]{16}(?:\.exe)?\)", line)
+        if running:
+            self.binary = running[1]
+        outcome = re.match(r"test (.*?)(?: - should panic)? \.\.\. (ok|FAILED|ignored)", line)
+        listed = re.fullmatch(r"(.*): test", line)
+        words = {"ok": "passed", "FAILED": "failed", "ignored": "skipped"}
+        if outcome:
+            self.found[f"{self.binary} {outcome[1]}"] = words[outcome[2]]
+        elif listed:
+            self.found[f"{self.binary} {listed[1]}"] = "passed"
+        elif line.startswith("---- "):
+            self.test = f"{self.binary} {line.split()[1]}"
+        elif line.startswith("SKIPPED") and self.found.get(self.test) == "passed":
+            self.found[self.test] = "skipped"
+        if not outcome and not listed and not line.startswith("successes:"):
+            return
+        if outcome and outcome[2] == "FAILED":
+            run_tests.show(line)
+
+
+def rust(env, options):
+    """Outcomes of the core's tests."""
+    outcomes = RustOutcomes()
+    command = ["cargo", "test", *CORE, "--lib", "--tests", "--no-fail-fast", *options]
+    log = ROOT / "target" / "elsewhere.log"
+    process = subprocess.Popen(
+        command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
+    )
+    with log.open("w") as file:
+        for line in process.stdout:
+            file.write(line)
+            outcomes.line(line.rstrip("\n"))
+    process.wait()
+    if not outcomes.found:
+        run_tests.show(log.read_text()[-4000:])
+    return outcomes.found
+
+
+def pytest(command, env, folder):
+    """Outcomes of a folder of Python tests by a Python's command."""
+    with tempfile.NamedTemporaryFile(suffix=".xml", delete=False, dir=ROOT / "target") as report:
+        pass
+    try:
+        options = ["-q", "-p", "no:cacheprovider", f"--junitxml={Path(report.name).relative_to(ROOT).as_posix()}"]
+        log = ROOT / "target" / "elsewhere.log"
+        with log.open("w") as file:
+            process = subprocess.run(
+                [*command, "-m", "pytest", *options, folder],
+                cwd=ROOT,
+                env=env,
+                stdout=file,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                check=False,
+            )
+        text = Path(report.name).read_text()
+    finally:
+        Path(report.name).unlink()
+    if process.returncode != 0:
+        run_tests.show("\n".join(log.read_text(errors="replace").splitlines()[-60:]))
+    if not text:
+        return {}
+    outcomes = {}
+    for case in ElementTree.fromstring(text).iter("testcase"):
+        words = {child.tag for child in case}
+        outcome = "failed" if words & {"failure", "error"} else "skipped" if "skipped" in words else "passed"
+        file = case.get("classname", "").split(".")[-1]
+        outcomes[f"{file}::{case.get('name')}"] = outcome
+    return outcomes
+
+
+def environment(triple):
+    """What is set while something is built for a system."""
+    script = 'environment=$(tools/cross.sh "$1") && eval "$environment" && env -0'
+    made = subprocess.run(
+        ["bash", "-c", script, "bash", triple], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
+    )
+    if made.returncode != 0:
+        sys.exit(1)
+    found = dict(line.split("=", 1) for line in made.stdout.split("\0") if "=" in line)
+    return {**found, "CARGO_TARGET_DIR": "target/cross"}
+
+
+def prepared(*command):
+    """What a script prepares, by the path it prints; it says itself what is missing."""
+    made = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
+    return made.stdout.strip() if made.returncode == 0 else sys.exit(1)
+
+
+def wheel_files(platform):
+    """The files of a platform's wheel, built if there is none of today's sources."""
+    subprocess.run(["tools/build_wheel.sh", platform], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return unpack(platform, ROOT / "target" / f"wheel-files-{platform}")
+
+
+def python_here(folder, name, env):
+    """Outcomes of Python tests on this system."""
+    return pytest([f"{prepared('tools/venv.sh', name)}/bin/python"], {**os.environ, **env}, folder)
+
+
+def python_there(wine, python, folder, env):
+    """Outcomes of Python tests under Wine."""
+    return pytest([wine, f"{python}/python.exe"], {**os.environ, **env}, folder)
+
+
+def windows(steps):
+    """Under Wine: the core, programs in C, Python, Blender."""
+    wine = str(ROOT / "tools" / "wine.sh")
+    prepared(wine, "--prepare")
+    cross = environment("x86_64-pc-windows-gnu")
+    cross |= {
+        "CARGO_UNSTABLE_BUILD_STD": "std,panic_unwind,test",
+        "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER": wine,
+    }
+    target = ["--target", "x86_64-pc-windows-gnu"]
+    measured(
+        steps,
+        "Rust",
+        lambda: rust(os.environ, ["--", "--list"]),
+        lambda: rust(cross, [*target, "--", "--show-output"]),
+    )
+    measured(steps, "C", lambda: dict.fromkeys(c_programs(), "passed"), lambda: c_examples(wine))
+
+    python = prepared("tools/windows_python.sh", "python")
+    files = wheel_files("windows-x64")
+    here = unpack()
+    measured(
+        steps,
+        "Python",
+        lambda: python_here("tests/python", "python", {"PYTHONPATH": str(here)}),
+        lambda: pytest(
+            [wine, f"{python}/python.exe"], {**os.environ, "PYTHONPATH": windows_path(files)}, "tests/python"
+        ),
+    )
+
+    blender = prepared("tools/windows_python.sh", "blender-4.5")
+    subprocess.run([sys.executable, "tools/build_extension.py"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    zipped = next((ROOT / "out" / "extension").glob("surfrecon-*-windows-x64.zip"))
+    measured(
+        steps,
+        "Blender",
+        lambda: python_here("tests/blender", "blender-4.5", {}),
+        lambda: python_there(wine, blender, "tests/blender", {"EXTENSION_ZIP": windows_path(zipped)}),
+    )
+
+
+def windows_path(path):
+    """A path of this system as Windows' programs see it."""
+    return "Z:" + str(path).replace("/", "\\")
+
+
+def c_programs():
+    """The examples in C and C++."""
+    return sorted(path.stem for path in EXAMPLES.glob("*/*.c*") if path.suffix in (".c", ".cpp"))
+
+
+def c_examples(wine):
+    """Outcomes of the examples in C and C++: compiled against the installed library, and run."""
+    folder = ROOT / "target" / "c-windows"
+    shutil.rmtree(folder, ignore_errors=True)
+    env = {**environment("x86_64-pc-windows-gnu"), "SURFRECON_TARGET": "x86_64-pc-windows-gnu", "DESTDIR": str(folder)}
+    subprocess.run(["tools/install_c.sh", "/usr"], cwd=ROOT, env=env, check=True)
+    outcomes = {}
+    for source in sorted(EXAMPLES.glob("*/*.c*")):
+        if source.suffix not in (".c", ".cpp"):
+            continue
+        compiler = "x86_64-w64-mingw32-gcc" if source.suffix == ".c" else "x86_64-w64-mingw32-g++"
+        standard = "-std=c99" if source.suffix == ".c" else "-std=c++17"
+        program = folder / "usr" / "bin" / f"{source.stem}.exe"
+        flags = [
+            f"-I{folder}/usr/include",
+            str(source),
+            f"-L{folder}/usr/lib",
+            "-lsurfrecon",
+            "-static-libgcc",
+            "-static-libstdc++",
+        ]
+        made = subprocess.run([compiler, standard, "-o", str(program), *flags], cwd=ROOT, check=False)
+        ran = made.returncode == 0 and example_runs(wine, program)
+        outcomes[source.stem] = "passed" if ran else "failed"
+    return outcomes
+
+
+def example_runs(wine, program):
+    """Whether an example does its work on a scan of ours: it reads one, or says how to use it."""
+    arguments = {"list_scans": ["rust-core/fuzz/seeds/import_scan/points.laz"]}.get(program.stem, [])
+    done = subprocess.run(
+        [wine, windows_path(program), *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+    )
+    text = done.stdout.decode(errors="replace")
+    said = {"list_scans": "points: 8 points, at ", "live_tolerance": ""}.get(program.stem, "usage: ")
+    if said not in text or (program.stem in ("list_scans", "live_tolerance") and done.returncode != 0):
+        run_tests.show(f"{program.name} printed: {text}")
+        return False
+    return True
+
+
+def arm64(steps):
+    """Under qemu: Python."""
+    python = prepared("tools/arm64_python.sh", "python")
+    files = wheel_files("linux-arm64")
+    here = unpack()
+    measured(
+        steps,
+        "Python",
+        lambda: python_here("tests/python", "python", {"PYTHONPATH": str(here)}),
+        lambda: pytest([python], {**os.environ, "PYTHONPATH": str(files)}, "tests/python"),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
