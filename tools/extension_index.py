@@ -7,9 +7,16 @@ in it are relative: the folder works wherever it is put whole, on a server, as t
 import argparse
 import json
 import sys
+import zipfile
 from pathlib import Path
 
 from build_extension import blender_tool, call
+
+
+def is_extension(path):
+    """Whether a zip is one: a release's folder has others, too."""
+    with zipfile.ZipFile(path) as archive:
+        return "blender_manifest.toml" in archive.namelist()
 
 
 def main():
@@ -17,7 +24,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
-    zips = sorted(folder.glob("*.zip"))
+    zips = [path for path in sorted(folder.glob("*.zip")) if is_extension(path)]
     if not zips:
         sys.exit(f"{folder} has no extension: build them with tools/build_extension.py")
     index = folder / "index.json"
