@@ -1,5 +1,5 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
-dependencies with a reason, licences where they belong.
+dependencies with a reason, licences where they belong, workflows that call what there is.
 """
 
 import re
@@ -58,9 +58,28 @@ def dependency_problems():
             yield f"{where}: nothing uses {name}"
 
 
+def workflow_problems():
+    """Yields scripts and targets that a workflow calls and that are not there, and actions of no fixed version."""
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
+    for path in sorted((ROOT / ".github" / "workflows").glob("*.yml")):
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            where, code = f"{path.relative_to(ROOT)}:{number}", line.split("#")[0]
+            for script in re.findall(r"(?<![\w/])(?:tools|tests|\.ci)/[\w./-]+", code):
+                if not (ROOT / script).exists():
+                    yield f"{where}: there is no {script}"
+            for target in re.findall(r"\bmake ([a-z-]+)$", code):
+                if target not in targets and "name:" not in code:
+                    yield f"{where}: the Makefile has no target {target}"
+            used = re.search(r"uses: ([^.\s]\S*)", code)
+            # The one action that names its versions by branches.
+            if used and not re.fullmatch(r"\S+@(v\d+|[0-9a-f]{40})|pypa/\S+@release/v\d+", used[1]):
+                yield f"{where}: name a major version or a commit of {used[1].split('@')[0]}"
+
+
 def problems():
     """Yields one sentence for each thing wrong."""
     yield from dependency_problems()
+    yield from workflow_problems()
     for path in files():
         name = path.relative_to(ROOT)
         content = path.read_bytes()
