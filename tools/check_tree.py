@@ -8,6 +8,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import platforms
+
 ROOT = Path(__file__).resolve().parent.parent
 MACHINE_PATH = re.compile(rb"(?<![\w.$}\])-])/(?:work|root|home|Users|tmp|mnt)/[\w.]")
 LARGEST = 1 << 20
@@ -59,8 +61,11 @@ def dependency_problems():
 
 
 def workflow_problems():
-    """Yields scripts and targets that a workflow calls and that are not there, and actions of no fixed version."""
+    """Yields what a workflow calls and is not there, actions of no fixed version, and systems that none builds for."""
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
+    built = set(re.findall(r"name: ([\w-]+), runner:", (ROOT / ".github" / "workflows" / "test.yml").read_text()))
+    for name in built ^ {one.name for one in platforms.PLATFORMS}:
+        yield f"{name} is either built by test.yml or in tools/platforms.py, but not both"
     for path in sorted((ROOT / ".github" / "workflows").glob("*.yml")):
         for number, line in enumerate(path.read_text().splitlines(), 1):
             where, code = f"{path.relative_to(ROOT)}:{number}", line.split("#")[0]
