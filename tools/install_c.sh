@@ -5,7 +5,7 @@
 #   SURFRECON_TARGET     the system it is for, by Rust's name; else this one. tools/cross.sh sets up what building for it takes
 #   SURFRECON_PROFILE    another profile of cargo than release: dev
 #   SURFRECON_BUILT      a folder with the libraries as cargo built them: then nothing is compiled
-#   SURFRECON_CC, LDFLAGS, SURFRECON_OBJCOPY    link the shared library for Linux, and take its debug information out
+#   SURFRECON_CC, LDFLAGS, SURFRECON_OBJCOPY    link the shared library for Linux; take debug information out
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 prefix=${1:?usage: tools/install_c.sh PREFIX}
@@ -35,7 +35,7 @@ case $target in
         shared=lib/$file asked="IMPORTED_SONAME \"@rpath/$named\""
         ;;
     *-windows-*)
-        file=surfrecon.dll named=libsurfrecon.dll.a
+        file=surfrecon.dll named=libsurfrecon.dll.a plain=
         case $target in *-msvc) named=surfrecon.dll.lib static=surfrecon.lib ;; esac
         private="-lkernel32 -lntdll -luserenv -lws2_32 -ldbghelp -ladvapi32 -lole32 -loleaut32 -lpdh -lpowrprof -lpsapi"
         shared=bin/$file asked="IMPORTED_IMPLIB \"\${_surfrecon_prefix}/lib/$named\""
@@ -83,41 +83,55 @@ link_for_linux() {
         die "the shared library could not be linked: SURFRECON_CC must be a C compiler for $target"
 }
 
-# Puts debug information where debuggers and abidiff look for it, beside the library wherever that goes.
-separate_debug() {
-    local debug=$file.debug sysroot objcopy
-    sysroot=$(rustc --print sysroot)
-    # That of binutils is for its own processor; LLVM's, which comes with rustc, for all.
-    objcopy=(env "LD_LIBRARY_PATH=$sysroot/lib" "$sysroot/lib/rustlib/$host/bin/rust-objcopy")
-    [ "${target%%-*}" != "${host%%-*}" ] || objcopy=(objcopy)
-    [ -z "${SURFRECON_OBJCOPY:-}" ] || objcopy=("$SURFRECON_OBJCOPY")
-    install -d "$to/lib/.debug"
-    (cd "$scratch" && "${objcopy[@]}" --only-keep-debug "$file" "$debug" &&
-        "${objcopy[@]}" --strip-all --add-gnu-debuglink="$debug" "$file") ||
+objcopy() { # Binutils' is for its own system; LLVM's, which comes with rustc, for all.
+    local sysroot mingw=${target%%-*}-w64-mingw32-objcopy
+    if [ -n "${SURFRECON_OBJCOPY:-}" ]; then
+        "$SURFRECON_OBJCOPY" "$@"
+    elif [ "$target" = "$host" ]; then
+        command objcopy "$@"
+    elif [[ $target == *-windows-* ]] && command -v "$mingw" >/dev/null; then
+        "$mingw" "$@"
+    else
+        sysroot=$(rustc --print sysroot)
+        LD_LIBRARY_PATH=$sysroot/lib "$sysroot/lib/rustlib/$host/bin/rust-objcopy" "$@"
+    fi
+}
+
+# Debug information goes where debuggers and abidiff look for it, beside the shared library wherever that is moved; in the static one
+# it is ten times the code.
+install_stripped() {
+    local folder=$to/$(dirname "$shared") debug=$file.debug
+    (cd "$scratch" && objcopy --only-keep-debug "$file" "$debug" && objcopy --strip-all --add-gnu-debuglink="$debug" "$file") &&
+        objcopy --strip-debug "$built/$static" "$scratch/$static" ||
         die "debug information could not be taken out: SURFRECON_OBJCOPY must be binutils' or LLVM's objcopy for $target"
-    install -m 644 "$scratch/$debug" "$to/lib/.debug/"
+    install -d "$folder/.debug"
+    install -m 644 "$scratch/$debug" "$folder/.debug/"
+    install -m 755 "$scratch/$file" "$folder/"
+    install -m 644 "$scratch/$static" "$to/lib/"
 }
 
 case $target in
-    *-windows-*)
-        install -d "$to/bin"
-        install -m 755 "$built/$file" "$to/bin/"
-        install -m 644 "$built/$named" "$to/lib/"
+    *-linux-*)
+        link_for_linux
+        install_stripped
         ;;
+    *-windows-gnu*)
+        cp "$built/$file" "$scratch/"
+        install_stripped
+        ;;
+    *) # There no objcopy does: a dylib is stripped by rustc, and MSVC's debug information is a file of its own.
+        install -d "$to/$(dirname "$shared")"
+        install -m 755 "$built/${plain:-$file}" "$to/$shared"
+        install -m 644 "$built/$static" "$to/lib/"
+        ;;
+esac
+case $target in
+    *-windows-*) install -m 644 "$built/$named" "$to/lib/" ;;
     *)
-        case $target in
-            *-linux-*)
-                link_for_linux
-                separate_debug
-                ;;
-            *) cp "$built/$plain" "$scratch/$file" ;;
-        esac
-        install -m 755 "$scratch/$file" "$to/lib/"
         ln -sf "$file" "$to/lib/$named"
         ln -sf "$named" "$to/lib/$plain"
         ;;
 esac
-install -m 644 "$built/$static" "$to/lib/"
 install -m 644 c-api/include/* "$to/include/"
 install -m 644 LICENSE-MIT LICENSE-APACHE "$to/share/doc/surfrecon/"
 if python=$(tools/python.sh 2>/dev/null || command -v python3); then

@@ -114,9 +114,11 @@ END
 # Libraries that are only names: where each goes, and what CMake hears of it.
 installs_for_windows() {
     local built=$scratch/windows there=$scratch/for-windows file
-    mkdir "$built" && touch "$built/surfrecon.dll" "$built/libsurfrecon.dll.a" "$built/libsurfrecon.a" &&
-        SURFRECON_TARGET=x86_64-pc-windows-gnu SURFRECON_BUILT=$built tools/install_c.sh "$there" || return 1
-    for file in bin/surfrecon.dll lib/libsurfrecon.dll.a lib/libsurfrecon.a include/surfrecon.h lib/pkgconfig/surfrecon.pc; do
+    mkdir "$built" && touch "$built/surfrecon.dll" "$built/libsurfrecon.dll.a" "$built/libsurfrecon.a" || return 1
+    # Writes a file that there is nothing in.
+    printf '#!/bin/bash\ntouch "${@: -1}"\n' >"$built/objcopy" && chmod +x "$built/objcopy"
+    SURFRECON_OBJCOPY=$built/objcopy SURFRECON_TARGET=x86_64-pc-windows-gnu SURFRECON_BUILT=$built tools/install_c.sh "$there" || return 1
+    for file in bin/surfrecon.dll bin/.debug/surfrecon.dll.debug lib/libsurfrecon.dll.a lib/libsurfrecon.a include/surfrecon.h lib/pkgconfig/surfrecon.pc; do
         test -f "$there/$file" || return 1
     done
     grep 'LOCATION "${_surfrecon_prefix}/bin/surfrecon.dll"' "$there/share/cmake/surfrecon/surfreconConfig.cmake" &&
