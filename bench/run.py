@@ -30,6 +30,7 @@ BENCHMARKS = [
     "blender",
     "meshlab",
     "limits",
+    "install",
 ]
 # A module named io would be Python's own.
 MODULES = {"io": "files"}

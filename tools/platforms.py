@@ -2,6 +2,7 @@
 
 import platform
 import re
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,6 +59,12 @@ def wheels(where=WHEELS):
     """The newest wheel of each platform, by the platform's name."""
     oldest_first = sorted(where.glob("surfrecon-*.whl"), key=lambda path: path.stat().st_mtime)
     return {of_wheel(wheel).name: wheel for wheel in oldest_first}
+
+
+def commit():
+    """The commit that is checked out: what is kept of a run says of which it is."""
+    command = ["git", "rev-parse", "HEAD"]
+    return subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ def main():
         with timed(rows, "source", None) as files:
             files += sources()
     checksums()
-    (OUT.parent / "release.json").write_text(json.dumps(rows, indent=1) + "\n")
+    (OUT.parent / "release.json").write_text(json.dumps({"commit": platforms.commit(), "rows": rows}, indent=1) + "\n")
     for row in rows:
         print(f"{row['case']:10} {row['platform'] or '':12} {row['minutes_cpu']:5.1f} CPU minutes {row['mb']:6.1f} MB")
 

@@ -50,7 +50,7 @@ def main():
         for line in compared.lines:
             run_tests.show(line)
         tally.add(compared.tally())
-        rows.append({"case": title, "minutes_cpu": minutes, **compared.row()})
+        rows.append({"case": f"tests: {title}", "platform": system, "minutes_cpu": minutes, **compared.row()})
     for name in sorted(unused):
         run_tests.show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
     if len(excused) > MOST:
@@ -58,7 +58,7 @@ def main():
     tally.add(run_tests.Tally(failed=len(unused) + int(len(excused) > MOST)))
     out = ROOT / "out" / "elsewhere"
     out.mkdir(parents=True, exist_ok=True)
-    (out / f"{system}.json").write_text(json.dumps(rows, indent=1) + "\n")
+    (out / f"{system}.json").write_text(json.dumps({"commit": platforms.commit(), "rows": rows}, indent=1) + "\n")
     run_tests.show(f"\ntotal: {tally}")
     return int(tally.failed > 0)
 

@@ -29,6 +29,7 @@ WITH = {
     "blender": set(),
     "meshlab": {"vcg-filter"},
     "limits": set(),
+    "install": set(),
 }
 # Columns that are null where a case has nothing of the kind.
 NOT_OF_ALL = {
@@ -36,6 +37,7 @@ NOT_OF_ALL = {
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
+    "install": {"tests_passed", "tests_failed", "excused"},
 }
 
 needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")

@@ -1,6 +1,7 @@
 """The merge through Python: inputs, progress, cancelling, the interpreter lock, jobs."""
 
 import gc
+import os
 import re
 import signal
 import subprocess
