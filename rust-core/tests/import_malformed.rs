@@ -1,7 +1,7 @@
 //! The ways files are wrong, by accident or by design, each for every format it can happen in: what is said, and where.
 #![allow(clippy::unwrap_used)]
 
-use std::path::Path;
+use std::path::{MAIN_SEPARATOR, Path};
 
 use surfrecon::Progress;
 use surfrecon::import::{Content, ReadOptions, open_with};
@@ -264,7 +264,7 @@ fn said(folder: &Path, name: &str, content: &[u8]) -> String {
     opened.iter().chain([&folder.join(name)]).for_each(|path| drop(std::fs::remove_file(path)));
     match outcome {
         Ok(read) => format!("read as {}", format!("{read:?}").chars().take(60).collect::<String>()),
-        Err(error) => error.to_string().replace(&format!("{}/", folder.display()), ""),
+        Err(error) => error.to_string().replace(&format!("{}{MAIN_SEPARATOR}", folder.display()), ""),
     }
 }
 
