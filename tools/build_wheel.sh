@@ -15,12 +15,10 @@ if [ $# = 0 ]; then
 else
     environment=$(tools/cross.sh "$triple")
     eval "$environment"
-    # What is built for others shares no folder: the flags differ, and so all would be compiled anew each time.
-    export CARGO_TARGET_DIR=target/cross
     options+=(--target "$triple")
 fi
 mkdir -p target
-exec 9>target/wheel.lock   # this tree only: others build wheels of their own
+exec 9>"target/wheel-$triple.lock"   # this tree only: others build wheels of their own
 wait_for_lock wheel
 # What has the old name or the old version is not taken for the new one.
 case $triple in

@@ -138,3 +138,5 @@ case $triple in
     *-linux-gnu) zig_linker "$triple.2.28" ;;
 esac
 set_ PATH "$path:$PATH"
+# A folder each: several may be built at a time, and flags that differ would have all compiled anew each time.
+set_ CARGO_TARGET_DIR "$root/target/cross-$triple"

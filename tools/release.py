@@ -147,7 +147,7 @@ def c_library(platform, native):
     name = f"libsurfrecon-{VERSION}-{platform.name}"
     where = dict(os.environ)
     if not native:
-        where = {**environment(platform), "SURFRECON_TARGET": platform.cross_triple, "CARGO_TARGET_DIR": "target/cross"}
+        where = {**environment(platform), "SURFRECON_TARGET": platform.cross_triple}
     with tempfile.TemporaryDirectory() as scratch:
         # Everything in it names its neighbours from where it is, so it may be unpacked anywhere.
         output(BASH, "tools/install_c.sh", "/usr", env={**where, "DESTDIR": Path(scratch).as_posix()})

@@ -200,13 +200,8 @@ def pytest(command, env, folder):
 def environment(triple):
     """What is set while something is built for a system."""
     script = 'environment=$(tools/cross.sh "$1") && eval "$environment" && env -0'
-    made = subprocess.run(
-        ["bash", "-c", script, "bash", triple], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
-    )
-    if made.returncode != 0:
-        sys.exit(1)
-    found = dict(line.split("=", 1) for line in made.stdout.split("\0") if "=" in line)
-    return {**found, "CARGO_TARGET_DIR": "target/cross"}
+    printed = prepared("bash", "-c", script, "bash", triple)
+    return dict(line.split("=", 1) for line in printed.split("\0") if "=" in line)
 
 
 def prepared(*command):
