@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Prints what to set in a shell so that cargo builds for another system: eval "$(tools/cross.sh x86_64-pc-windows-gnu)"
+# For macOS and for Linux zig links: `cargo zigbuild`, `maturin --zig`.
 # Rust's standard library is taken where `rustup target add` has put it. Elsewhere it is compiled with the program, from the sources
 # that `rustup component add rust-src` or a Debian package of the compiler's version holds: good for testing, not supported upstream.
 set -euo pipefail
@@ -84,15 +85,6 @@ for package in json.load(sys.stdin)["packages"]:
     echo "$sdk"
 }
 
-# A linker for another system: zig, with what cargo-zigbuild knows of the arguments that it does not understand.
-zig_linker() {
-    local linker=$cache/cross/bin/$triple-cc
-    mkdir -p "$cache/cross/bin"
-    printf '#!/bin/sh\nexec cargo-zigbuild zig cc -- -target %s "$@"\n' "$1" >"$linker"
-    chmod +x "$linker"
-    set_ "CARGO_TARGET_${upper}_LINKER" "$linker"
-}
-
 # Writes the stub of a framework: its name, folders of crates that bind it, how its names begin.
 stub() {
     local folder=$sdk/System/Library/Frameworks/$1.framework names
@@ -129,13 +121,8 @@ case $triple in
         ;;
     *-apple-darwin)
         set_ MACOSX_DEPLOYMENT_TARGET 11.0
-        if [ "$(uname)" != Darwin ]; then
-            stubs=$(mac_stubs)
-            set_ SDKROOT "$stubs"
-            zig_linker "${triple%%-*}-macos.11.0 --sysroot=$stubs -F/System/Library/Frameworks -L/usr/lib"
-        fi
+        [ "$(uname)" = Darwin ] || set_ SDKROOT "$(mac_stubs)"
         ;;
-    *-linux-gnu) zig_linker "$triple.2.28" ;;
 esac
 set_ PATH "$path:$PATH"
 # A folder each: several may be built at a time, and flags that differ would have all compiled anew each time.
