@@ -64,6 +64,7 @@ def main():
     if not arguments.only:
         with timed(rows, "source", None) as files:
             files += sources()
+    look_into(sorted(OUT.glob("*macos*")))
     checksums()
     (OUT.parent / "release.json").write_text(json.dumps({"commit": platforms.commit(), "rows": rows}, indent=1) + "\n")
     for row in rows:
@@ -228,6 +229,14 @@ def bill_of_materials():
         target = OUT / f"surfrecon-{VERSION}.cyclonedx.json"
         target.write_bytes(built.read(bill))
     return target
+
+
+def look_into(files):
+    """Ends the release if something about libraries for macOS does not hold."""
+    if files:
+        python = f"{output(BASH, 'tools/venv.sh', 'release')}/bin/python"
+        if subprocess.run([python, "tools/check_macos.py", *files], cwd=ROOT, check=False).returncode != 0:
+            sys.exit("release.py: libraries for macOS are not as they should be, see above")
 
 
 def checksums():
