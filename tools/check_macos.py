@@ -1,8 +1,8 @@
 """Checks what can be checked of libraries for macOS without macOS: check_macos.py FILE...
 
 Each library in these wheels, zips, archives or dylibs: built for the processor that the file's name says, for macOS 11
-or older; links nothing but the system's own libraries and frameworks; if it is linked by name, it has one that leaves the
-folder to the program; its signature covers it whole and holds, page by page. Prints `ok: ...` or `FAILED: ...`.
+or older; links nothing but the system's own libraries and frameworks; if it is linked by name, it has one that leaves
+the folder to the program; its signature covers it whole and holds, page by page. Prints `ok: ...` or `FAILED: ...`.
 """
 
 import hashlib
