@@ -68,7 +68,8 @@ def align_lines(context, figures):
     figures = figures.to_dict()
     names, states, reasons = (figures[each].split("\n") for each in ("names", "states", "reasons"))
     yield "Scans placed", f"{figures['placed']} of {len(names)}"
-    yield "Groups", f"{figures['groups']}"
+    if figures["groups"] > 1:
+        yield "Groups", f"{figures['groups']}"
     if "residual" in figures:
         yield "Scans disagree by", length(context, figures["residual"])
     # What is not placed comes first, and a reason once below all that have it.
