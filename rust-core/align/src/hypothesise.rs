@@ -23,6 +23,13 @@ const INLIER: f64 = 1.5;
 /// Members of a clique that a motion is first fitted to.
 const CLIQUE: usize = 12;
 
+/// How many pivots are tried for a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    Quick = 64,
+    Thorough = 400,
+}
+
 /// Two oriented points of different scans.
 #[derive(Clone, Copy)]
 pub(crate) struct Like {

@@ -22,6 +22,7 @@ mod judge;
 mod level;
 mod linear;
 mod misfit;
+mod modes;
 mod neighbours;
 mod pair;
 mod params;

@@ -5,9 +5,10 @@ use glam::DAffine3;
 use crate::coloured;
 use crate::correspond::correspond;
 use crate::finding::{Finding, Limits, RIVAL, find, fits};
-use crate::hypothesise::{Like, hypothesise};
+use crate::hypothesise::{Effort, Like, hypothesise};
 use crate::judge::{Mode, glance, judge, tolerance};
 use crate::linear::apart;
+use crate::modes::{FEW, MANY, exact, last_rough, rank, refined_roughly};
 use crate::refine::{Both, Reach};
 use crate::symmetries::symmetries;
 use crate::view::View;
@@ -16,16 +17,6 @@ use crate::view::View;
 const ROUGH: usize = 6;
 const WHOLE: usize = 4;
 const THOROUGHLY: usize = 3;
-/// Samples of each scan for a look and for steps, and for the verdict.
-const FEW: usize = 400;
-const MANY: usize = 1000;
-
-/// How many pivots are tried for a motion: [`hypothesise`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effort {
-    Quick = 64,
-    Thorough = 400,
-}
 
 /// Two scans, and what was found of them: the likeliest mode first.
 #[derive(Clone, Debug)]
@@ -111,10 +102,6 @@ impl Pair {
     }
 }
 
-fn last_rough(cell: f64) -> Reach {
-    Reach { distance: 1.2 * cell, scale: 0.6 * cell, steps: 6, enough: 0.05 * cell }
-}
-
 /// Motions by what looks alike, refined at the coarser level, the best first.
 fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
     let [first, second] = both;
@@ -139,57 +126,6 @@ fn rough_modes(both: [&View; 2], effort: Effort) -> Vec<DAffine3> {
     let mut modes = refined_roughly(both, found.into_iter().map(|f| f.1));
     modes.truncate(times * WHOLE);
     modes.into_iter().map(|mode| mode.a_from_b).collect()
-}
-
-pub(crate) fn refined_roughly(both: [&View; 2], starts: impl Iterator<Item = DAffine3>) -> Vec<Mode> {
-    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
-    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
-    let coarse = Both::new(&both[0].coarse, &both[1].coarse, FEW);
-    let rough =
-        [3.0, 2.0].map(|by| Reach { distance: by * cell, scale: 0.5 * by * cell, steps: 6, enough: 0.05 * cell });
-    let schedule = [rough[0], rough[1], last_rough(cell)];
-    let mut modes: Vec<Mode> = Vec::new();
-    for start in starts {
-        let Some(a_from_b) = coarse.refine(&start, &schedule, radius) else { continue };
-        if modes.iter().all(|mode| apart(&mode.a_from_b, &a_from_b, radius) >= cell) {
-            modes.push(Mode { a_from_b, verdict: judge(both, &coarse, &a_from_b, 0.7 * cell) });
-        }
-    }
-    modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
-    modes
-}
-
-/// Motions made exact at the finer level.
-fn exact(both: [&View; 2], rough: &[DAffine3]) -> Vec<Mode> {
-    let [few, many] = [FEW, MANY].map(|samples| Both::new(both[0].fine(), both[1].fine(), samples));
-    let cell = both[0].fine().cell.max(both[1].fine().cell);
-    let width = tolerance(both);
-    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
-    let schedule = [2.5, 1.5, 1.0].map(|by| Reach {
-        distance: (by + 0.5) * width,
-        scale: 0.5 * by * width,
-        steps: 8,
-        enough: 0.02 * cell,
-    });
-    let refined = rough.iter().filter_map(|start| few.refine(start, &schedule, radius));
-    let mut modes: Vec<Mode> =
-        refined.map(|a_from_b| Mode { a_from_b, verdict: judge(both, &many, &a_from_b, tolerance(both)) }).collect();
-    rank(&mut modes, both);
-    modes
-}
-
-/// The best first; those that are the same once.
-fn rank(modes: &mut Vec<Mode>, both: [&View; 2]) {
-    let cell = both[0].coarse.cell.max(both[1].coarse.cell);
-    let radius = both[0].reduced.radius.min(both[1].reduced.radius);
-    modes.sort_by(|x, y| y.verdict.score().total_cmp(&x.verdict.score()));
-    let mut kept: Vec<Mode> = Vec::new();
-    for mode in modes.drain(..) {
-        if kept.iter().all(|other| apart(&other.a_from_b, &mode.a_from_b, radius) >= 1.5 * cell) {
-            kept.push(mode);
-        }
-    }
-    *modes = kept;
 }
 
 /// Whether two range images fit as they were taken, without moving: what both saw stood still before the sensor. Then each

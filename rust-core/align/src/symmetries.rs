@@ -8,10 +8,10 @@ use glam::{DAffine3, DVec3};
 
 use crate::correspond::repeats;
 use crate::finding::FREE;
-use crate::hypothesise::{Like, hypothesise};
+use crate::hypothesise::{Effort, Like, hypothesise};
 use crate::judge::{Hold, Mode, glance, judge};
 use crate::linear::{Vector6, apart};
-use crate::pair::{Effort, refined_roughly};
+use crate::modes::refined_roughly;
 use crate::refine::Both;
 use crate::view::View;
 
