@@ -4,6 +4,7 @@ use std::fs::{File, Metadata, Permissions};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::names;
 use super::temporary::Temporary;
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -44,7 +45,7 @@ pub(crate) struct Staged {
 impl Staged {
     /// Gives the file its name, replacing one that has it.
     pub(crate) fn keep(self) -> Result<()> {
-        self.temporary.persist(&self.path, folder_of(&self.path)).map_err(|e| Error::io(&self.path, e))
+        self.temporary.persist(&self.path, folder_of(&self.path)).map_err(|e| Error::io(&self.path, open_elsewhere(e)))
     }
 
     /// Closes the file: a set of files may be larger than the number of files that may be open.
@@ -52,6 +53,15 @@ impl Staged {
         let temporary = self.temporary.closed(folder_of(&self.path)).map_err(|e| Error::io(&self.path, e))?;
         Ok(Staged { temporary, path: self.path })
     }
+}
+
+/// On Windows a file that a program has open can't be replaced, and the system does not say why.
+fn open_elsewhere(error: std::io::Error) -> std::io::Error {
+    if cfg!(windows) && error.kind() == ErrorKind::PermissionDenied {
+        let words = format!("{error}: if another program has the file open, close it there, or choose another name");
+        return std::io::Error::new(ErrorKind::PermissionDenied, words);
+    }
+    error
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -89,6 +99,11 @@ pub(crate) fn stage(
     }
     // The file that a link leads to is what gets written, as with any program.
     let place = if path.is_symlink() { linked(path)? } else { path.to_owned() };
+    if cfg!(windows)
+        && let Some(why) = place.file_name().and_then(|name| name.to_str()).and_then(names::forbidden)
+    {
+        return Err(Error::input(format!("{}: {why}: choose another name", path.display())));
+    }
     let older = older(path, &place)?;
     let folder = folder_of(&place);
     if !folder.is_dir() {

@@ -12,6 +12,7 @@
 //! | `import::registry` | which formats hold what, and their endings |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary` | what it is until then, and what killed writers have left |
+//! | `names` | what Windows calls no file |
 
 pub(crate) mod atomic;
 mod by_ending;
@@ -19,6 +20,7 @@ mod conf;
 #[cfg(test)]
 mod faults;
 mod glb;
+mod names;
 mod obj;
 mod ply;
 mod poses;

@@ -35,6 +35,7 @@ pub(super) enum Temporary {
 impl Temporary {
     /// An empty one in a folder, with these permissions or those of any new file.
     pub(super) fn new(folder: &Path, permissions: Option<Permissions>) -> Result<Self> {
+        let folder = &of_any_length(folder);
         let made = match nameless(folder) {
             Some(file) => Temporary::Nameless(file),
             None => Temporary::named(folder)?,
@@ -65,6 +66,7 @@ impl Temporary {
 
     /// Closes the file: only so many may be open. It waits under a temporary name then.
     pub(super) fn closed(self, folder: &Path) -> Result<Self> {
+        let folder = &of_any_length(folder);
         Ok(Temporary::Closed(match self {
             Temporary::Nameless(file) => name(&file, folder)?,
             Temporary::Named(file) => file.into_temp_path(),
@@ -74,6 +76,8 @@ impl Temporary {
 
     /// Gives the file its name, replacing one in the same folder that has it.
     pub(super) fn persist(self, path: &Path, folder: &Path) -> Result<()> {
+        let folder = &of_any_length(folder);
+        let path = &path.file_name().map_or_else(|| path.to_owned(), |name| folder.join(name));
         let replace = |temporary: TempPath| temporary.persist(path).map_err(|e| e.error);
         match self {
             // Only a name can take the place of another.
@@ -82,6 +86,12 @@ impl Temporary {
             Temporary::Closed(temporary) => replace(temporary),
         }
     }
+}
+
+/// The folder, on Windows by the name that its functions take whatever the length of what is in it: else 260 characters are all.
+fn of_any_length(folder: &Path) -> PathBuf {
+    let long = if cfg!(windows) { folder.canonicalize().ok() } else { None };
+    long.unwrap_or_else(|| folder.to_owned())
 }
 
 fn builder() -> tempfile::Builder<'static, 'static> {
