@@ -33,7 +33,17 @@ mod tests {
         for name in ["a.", "a.ply ", "..."] {
             assert!(forbidden(name).is_some_and(|why| why.contains("don't end with")), "{name}");
         }
-        for name in ["console.ply", "nul_.ply", "com.ply", "com10.ply", "comet.ply", ".nul", "a nul.ply", "größe 測試 😀.ply", "a..b"] {
+        for name in [
+            "console.ply",
+            "nul_.ply",
+            "com.ply",
+            "com10.ply",
+            "comet.ply",
+            ".nul",
+            "a nul.ply",
+            "größe 測試 😀.ply",
+            "a..b",
+        ] {
             assert_eq!(forbidden(name), None, "{name}");
         }
     }
