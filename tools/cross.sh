@@ -125,5 +125,6 @@ case $triple in
         ;;
 esac
 set_ PATH "$path:$PATH"
+set_ RUSTFLAGS "$(without_paths)"
 # A folder each: several may be built at a time, and flags that differ would have all compiled anew each time.
 set_ CARGO_TARGET_DIR "$root/target/cross-$triple"

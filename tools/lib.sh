@@ -33,3 +33,11 @@ lock() {
     exec 9>"$cache/$1.lock"
     wait_for_lock "$1"
 }
+
+# Flags of rustc that keep folders of this machine out of what is compiled: they differ from build to build.
+without_paths() {
+    local sysroot
+    sysroot=$(rustc --print sysroot)
+    echo "--remap-path-prefix=$root=surfrecon --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" \
+        "--remap-path-prefix=$sysroot=rust --remap-path-prefix=$cache=cache"
+}

@@ -47,7 +47,8 @@ def main():
         chosen = [platforms.here()]
 
     os.environ["SOURCE_DATE_EPOCH"] = str(commit_time())
-    os.environ["RUSTFLAGS"] = without_paths()
+    if arguments.native:
+        os.environ["RUSTFLAGS"] = output(BASH, "-c", ". tools/lib.sh && without_paths")
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     rows = []
@@ -101,15 +102,6 @@ def commit_time():
     """Seconds of the commit: the time that files carry."""
     asked = os.environ.get("SOURCE_DATE_EPOCH")
     return int(asked or output("git", "log", "-1", "--format=%ct"))
-
-
-def without_paths():
-    """What keeps folders of this machine out of what is built: they differ from build to build."""
-    cargo = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
-    rust = Path(output("rustc", "--print", "sysroot"))
-    cache = Path(output(BASH, "-c", ". tools/lib.sh && echo $cache"))
-    folders = {ROOT: "surfrecon", cargo: "cargo", rust: "rust", cache: "cache"}
-    return " ".join(f"--remap-path-prefix={folder}={name}" for folder, name in folders.items())
 
 
 def output(*command, **options):
