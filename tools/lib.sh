@@ -36,8 +36,10 @@ lock() {
 
 # Flags of rustc that keep folders of this machine out of what is compiled: they differ from build to build.
 without_paths() {
-    local sysroot
-    sysroot=$(rustc --print sysroot)
-    echo "--remap-path-prefix=$root=surfrecon --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=cargo" \
-        "--remap-path-prefix=$sysroot=rust --remap-path-prefix=$cache=cache"
+    local pair flags=()
+    for pair in "$root=surfrecon" "${CARGO_HOME:-$HOME/.cargo}=cargo" "$(rustc --print sysroot)=rust" "$cache=cache"; do
+        # Bash on Windows has names of its own for folders.
+        flags+=("--remap-path-prefix=$(cygpath -w "${pair%=*}" 2>/dev/null || echo "${pair%=*}")=${pair##*=}")
+    done
+    echo "${flags[*]}"
 }
