@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def section(changelog, version):
     """The lines below the heading of a version, up to the next one; None without such a heading."""
-    heading = rf"^## \[?{re.escape(version)}\]?(?: .*)?$"
+    heading = rf"^## \[?{re.escape(version)}\]?(?: [^\n]*)?$"
     found = re.search(heading + r"\n(.*?)(?=^## |\Z)", changelog, re.M | re.S)
     return found and found[1].strip()
 
@@ -29,7 +29,10 @@ def main():
     own = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
     if options.release and version != own:
         sys.exit(f"{options.version} is not the version of this tree: Cargo.toml has {own}")
-    text = section((ROOT / "CHANGELOG.md").read_text(), version)
+    changelog = (ROOT / "CHANGELOG.md").read_text()
+    if options.release and f"## {version} (unreleased)\n" in changelog:
+        sys.exit(f"CHANGELOG.md calls {version} unreleased: see *Releases* in CONTRIBUTING.md")
+    text = section(changelog, version)
     if not text:
         sys.exit(f"CHANGELOG.md says nothing of {version}: it needs a heading `## {version}` with text below it")
     print(text)

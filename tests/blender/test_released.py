@@ -45,7 +45,7 @@ def test_writing_the_file_of_this_version(tmp_path):
 
 
 def test_each_released_version_has_a_file():
-    versions = re.findall(r"^## \[?(\d+\.\d+\.\d+)", (ROOT / "CHANGELOG.md").read_text(), re.M)
+    versions = re.findall(r"^## \[?(\d+\.\d+\.\d+)(?!.*unreleased)", (ROOT / "CHANGELOG.md").read_text(), re.M)
     assert not {f"{version}.blend" for version in versions} - {path.name for path in FOLDER.iterdir()}
 
 
