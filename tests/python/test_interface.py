@@ -4,11 +4,13 @@ import ast
 import errno
 import inspect
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 import surfrecon
+from shapes import torus_scans
 from surfrecon import _native
 
 STUB = ast.parse((Path(surfrecon.__file__).parent / "_native.pyi").read_text())
@@ -225,3 +227,28 @@ def test_what_cannot_be_merged_is_named():
         surfrecon.merge(3)
     with pytest.raises(surfrecon.InputError, match="world_from_mesh"):
         surfrecon.merge([(mesh, [[1, 2], [3, 4]])])
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+@pytest.mark.parametrize(
+    "call",
+    [
+        surfrecon.open,
+        surfrecon.merge,
+        lambda bad: surfrecon.write("a.ply", bad),
+        lambda bad: surfrecon.align(torus_scans(10), poses=bad),
+        lambda bad: surfrecon.align(torus_scans(10), fixed=[bad]),
+        lambda bad: surfrecon.sculpt(torus_scans(10)[0], triangles=bad),
+    ],
+)
+def test_ctrl_c_while_a_value_is_looked_at_stays_ctrl_c(call, error):
+    class Bad(Sequence):
+        """Where Ctrl-C is pressed, or memory ends, whatever is asked."""
+
+        def stop(self, *_):
+            raise error
+
+        __fspath__ = __index__ = __iter__ = __len__ = __getitem__ = stop
+
+    with pytest.raises(error):
+        call(Bad())

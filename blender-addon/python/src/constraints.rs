@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use surfrecon::align::{Axis, Constraints, Pick as Core};
 
 use crate::arrays;
-use crate::errors::input_error;
+use crate::errors::{input_error, reworded};
 
 /// A point that two scans show, for ``align(picks=...)``.
 ///
@@ -125,11 +125,15 @@ pub fn constraints(
 /// # Errors
 /// `TypeError` for what is no whole number, `InputError` below 0.
 pub fn scan_number(given: &Bound<'_, PyAny>, what: &str) -> PyResult<usize> {
-    let number = given
-        .call_method0("__index__")
-        .map_err(|_| PyTypeError::new_err(format!("{what} must name scans by whole numbers, got {}", shown(given))))?;
-    number.extract().map_err(|_| {
-        input_error(format!("{what} names scan {number}, but scans are counted from 0, up to how many there are"))
+    let number = given.call_method0("__index__").map_err(|error| {
+        reworded(error, || {
+            PyTypeError::new_err(format!("{what} must name scans by whole numbers, got {}", shown(given)))
+        })
+    })?;
+    number.extract().map_err(|error| {
+        reworded(error, || {
+            input_error(format!("{what} names scan {number}, but scans are counted from 0, up to how many there are"))
+        })
     })
 }
 
@@ -141,9 +145,9 @@ fn each<T>(
     take: impl Fn(usize, &Bound<'_, PyAny>) -> PyResult<T>,
 ) -> PyResult<Vec<T>> {
     let Some(given) = given else { return Ok(Vec::new()) };
-    let entries = given
-        .try_iter()
-        .map_err(|_| PyTypeError::new_err(format!("{what} must be a list of {of}, got {}", shown(given))))?;
+    let entries = given.try_iter().map_err(|error| {
+        reworded(error, || PyTypeError::new_err(format!("{what} must be a list of {of}, got {}", shown(given))))
+    })?;
     entries.enumerate().map(|(number, entry)| take(number, &entry?)).collect()
 }
 

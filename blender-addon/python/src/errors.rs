@@ -2,6 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use pyo3::exceptions::{PyException, PyMemoryError};
 use pyo3::prelude::*;
 use surfrecon::{Error, memory};
 
@@ -28,6 +29,14 @@ pub fn internal_error(panic: &(dyn std::any::Any + Send)) -> PyErr {
     let what = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
     let text = format!("internal error of surfrecon, please report it: {}", what.unwrap_or("no description"));
     exception("InternalError", &text)
+}
+
+/// What is said of a value of the wrong kind, instead of Python's own words; but Ctrl-C and a lack of memory, which may come while a
+/// value is looked at, stay what they are.
+pub fn reworded(error: PyErr, words: impl FnOnce() -> PyErr) -> PyErr {
+    let is_of_value =
+        Python::attach(|py| error.is_instance_of::<PyException>(py) && !error.is_instance_of::<PyMemoryError>(py));
+    if is_of_value { words() } else { error }
 }
 
 /// The exception of a core error.

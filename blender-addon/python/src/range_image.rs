@@ -14,7 +14,7 @@ use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
-use crate::errors::{guarded, input_error, parameter_error, to_python};
+use crate::errors::{guarded, input_error, parameter_error, reworded, to_python};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
@@ -95,9 +95,9 @@ fn keeps_detail(exact: &[f64], rounded: &[f32], cols: usize) -> PyResult<()> {
 /// "parallel" with a direction, or "from" an origin.
 fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
-    let (kind, vector) = value
-        .extract::<(String, Bound<'_, PyAny>)>()
-        .map_err(|_| input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()))?;
+    let (kind, vector) = value.extract::<(String, Bound<'_, PyAny>)>().map_err(|error| {
+        reworded(error, || input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()))
+    })?;
     match kind.as_str() {
         "parallel" => Ok(Viewing::Parallel(arrays::vector(&vector, "the viewing direction")?)),
         "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),

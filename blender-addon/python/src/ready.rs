@@ -13,7 +13,7 @@ use surfrecon::{Progress, RangeImage as CoreImage, memory};
 
 use crate::arrays;
 use crate::constraints::scan_number;
-use crate::errors::input_error;
+use crate::errors::{input_error, reworded};
 use crate::params::params_only;
 use crate::progress::Watch;
 use crate::sources::{Clouds, Source, as_dyn, sources};
@@ -81,8 +81,13 @@ impl Ready {
         let Some(given) = given else {
             return Ok(self.sources.iter().map(|source| Some(source.world_from_scan())).collect());
         };
-        let of_each = given.try_iter().map_err(|_| {
-            PyTypeError::new_err(format!("poses must be a list of 4 x 4 matrices or None, got {}", given.get_type()))
+        let of_each = given.try_iter().map_err(|error| {
+            reworded(error, || {
+                PyTypeError::new_err(format!(
+                    "poses must be a list of 4 x 4 matrices or None, got {}",
+                    given.get_type()
+                ))
+            })
         })?;
         let of_each: Vec<Bound<'_, PyAny>> = of_each.collect::<PyResult<_>>()?;
         if of_each.len() != self.sources.len() {

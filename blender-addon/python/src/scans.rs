@@ -9,7 +9,7 @@ use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::arrays;
-use crate::errors::input_error;
+use crate::errors::{input_error, reworded};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
@@ -45,8 +45,11 @@ pub fn open(
 ) -> PyResult<ScanSet> {
     let paths = match paths.extract::<PathBuf>() {
         Ok(path) => vec![path],
-        Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|_| {
-            PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
+        Err(error) if !error.is_instance_of::<PyTypeError>(py) => return Err(error),
+        Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|error| {
+            reworded(error, || {
+                PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
+            })
         })?,
     };
     let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
@@ -147,9 +150,11 @@ pub fn write(
         options.set_item("progress", progress)?;
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
-    let images = content.extract::<Vec<Bound<'_, RangeImage>>>().map_err(|_| {
+    let images = content.extract::<Vec<Bound<'_, RangeImage>>>().map_err(|error| {
         let given = content.get_type();
-        PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
+        reworded(error, || {
+            PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
+        })
     })?;
     write_scans(py, path, images, progress)
 }

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use surfrecon::sculpt::{SculptParams, Sculpted as Core, Sculptor as CoreSculptor, Tolerance};
 use surfrecon::{Progress, RangeImage as CoreImage};
 
-use crate::errors::{parameter_error, to_python};
+use crate::errors::{parameter_error, reworded, to_python};
 use crate::mesh::Mesh;
 use crate::params::{params, params_but};
 use crate::progress::Watch;
@@ -51,9 +51,11 @@ pub fn sculpt(
 
 /// A number of triangles; more than there can be are as good as any.
 fn number_of_triangles(given: &Bound<'_, PyAny>) -> PyResult<usize> {
-    let given = given.call_method0("__index__").map_err(|_| {
+    let given = given.call_method0("__index__").map_err(|error| {
         let kind = given.get_type().name().map_or_else(|_| "something else".to_owned(), |name| name.to_string());
-        pyo3::exceptions::PyTypeError::new_err(format!("triangles must be a whole number, got {kind}"))
+        reworded(error, || {
+            pyo3::exceptions::PyTypeError::new_err(format!("triangles must be a whole number, got {kind}"))
+        })
     })?;
     if given.lt(0)? {
         return Err(parameter_error(format!("triangles must be a whole number >= 0, got {given}")));

@@ -12,6 +12,7 @@ use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriMesh, import};
 
 use crate::arrays;
+use crate::errors::reworded;
 use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
@@ -143,9 +144,9 @@ impl Source {
 /// # Errors
 /// `TypeError` naming what is no scan.
 pub fn sources(scans: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Vec<Source>> {
-    let iterator = scans
-        .try_iter()
-        .map_err(|_| PyTypeError::new_err(format!("scans must be a ScanSet or a list, got {}", scans.get_type())))?;
+    let iterator = scans.try_iter().map_err(|error| {
+        reworded(error, || PyTypeError::new_err(format!("scans must be a ScanSet or a list, got {}", scans.get_type())))
+    })?;
     iterator.enumerate().map(|(i, item)| source(i, &item?, clouds)).collect()
 }
 
