@@ -38,7 +38,7 @@
 #define SRF_VERSION_MAJOR 0
 
 // Minor number. Before 1.0 it grows with every change that breaks programs.
-#define SRF_VERSION_MINOR 1
+#define SRF_VERSION_MINOR 2
 
 // Patch number.
 #define SRF_VERSION_PATCH 0
@@ -1066,7 +1066,7 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// Version of the loaded library, for example "0.1.0". Static text, never NULL. Since 0.1.
+// Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
 const char *srf_version(void);
 
 // Number of the binary interface of the loaded library; it must equal SRF_ABI_VERSION of the header the program was

@@ -9,7 +9,7 @@ pub const SRF_ABI_VERSION: u32 = 2;
 /// Version of the library this header belongs to: major number.
 pub const SRF_VERSION_MAJOR: u32 = 0;
 /// Minor number. Before 1.0 it grows with every change that breaks programs.
-pub const SRF_VERSION_MINOR: u32 = 1;
+pub const SRF_VERSION_MINOR: u32 = 2;
 /// Patch number.
 pub const SRF_VERSION_PATCH: u32 = 0;
 
@@ -31,7 +31,7 @@ const _: () = {
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
 
-/// Version of the loaded library, for example "0.1.0". Static text, never NULL. Since 0.1.
+/// Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_version() -> *const c_char {
     VERSION.as_ptr().cast()

@@ -49,6 +49,15 @@ fn versions() {
     let name = "blender-addon/extension/blender_manifest.toml";
     let text = std::fs::read_to_string(root().join(name)).expect(name);
     compare(name, &after(&text, "\nversion = \""));
+    let name = "c-api/src/version.rs";
+    let mut text = std::fs::read_to_string(root().join(name)).expect(name);
+    for (part, number) in ["MAJOR", "MINOR", "PATCH"].into_iter().zip(version.split('.')) {
+        let mark = format!("SRF_VERSION_{part}: u32 = ");
+        let (before, rest) = text.split_once(&mark).expect("the header has each part of the version");
+        let (_, after) = rest.split_once(';').expect("a constant ends");
+        text = format!("{before}{mark}{number};{after}");
+    }
+    compare(name, &text);
     // Own crates only: others have versions of their own.
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
     let lines = manifest.split_inclusive('\n').map(|line| match line.contains("path = \"rust-core/") {
