@@ -3,15 +3,19 @@
 //! | file | what |
 //! |---|---|
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
+//! | `delaunay2` | triangulation of points in one plane of space |
 //! | `delaunay3` | tetrahedralization of points |
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
+//! | `span` | whether points span a line, a plane or space |
 //! | `triangles` | do two triangles cross |
 //! | `wide` | determinants of integers of 62 bits |
 
 pub mod bvh;
+pub mod delaunay2;
 pub mod delaunay3;
 pub mod neighbours;
 pub mod predicates;
+pub mod span;
 pub mod triangles;
 mod wide;

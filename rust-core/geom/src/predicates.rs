@@ -50,11 +50,11 @@ const LEAST_BIT: i32 = -200;
 
 impl Arithmetic {
     /// What `points` need, none of which is NaN or infinite; and by which power of two to multiply them first.
-    pub fn of(points: &[DVec3]) -> (Self, f64) {
+    pub fn of(points: impl IntoIterator<Item = DVec3>) -> (Self, f64) {
         let (mut lowest, mut highest, mut largest) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0_f64);
         let mut least_bit = i32::MAX;
         for p in points {
-            (lowest, highest) = (lowest.min(*p), highest.max(*p));
+            (lowest, highest) = (lowest.min(p), highest.max(p));
             largest = largest.max(p.abs().max_element());
             for x in p.to_array() {
                 least_bit = least_bit.min(exponent_of_least_bit(x));

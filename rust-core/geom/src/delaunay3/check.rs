@@ -16,7 +16,7 @@ impl Delaunay3 {
     /// # Errors
     /// What is wrong first, in words.
     pub fn check(&self, points: &[DVec3]) -> Result<(), String> {
-        let (arithmetic, factor) = Arithmetic::of(points);
+        let (arithmetic, factor) = Arithmetic::of(points.iter().copied());
         let at = |v: u32| points[v as usize] * factor;
         let mut is_vertex = vec![false; points.len()];
         let mut facets = 0_usize;

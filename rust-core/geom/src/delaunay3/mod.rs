@@ -26,7 +26,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::predicates::{Arithmetic, are_collinear, volume_sign};
+use crate::predicates::Arithmetic;
+use crate::span;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -155,7 +156,7 @@ impl Order {
         }
         let bytes = (BYTES_A_POINT + copied) * points.len() as f64;
         memory::expect(bytes, || format!("tetrahedralizing {} points", points.len()), "use fewer")?;
-        let (arithmetic, factor) = Arithmetic::of(points);
+        let (arithmetic, factor) = Arithmetic::of(points.iter().copied());
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for block in progress.blocks(points) {
             block?.iter().for_each(|point| (low, high) = (low.min(*point), high.max(*point)));
@@ -163,7 +164,7 @@ impl Order {
         let (low, high) = (low * factor, high * factor);
         let extent = (high - low).max_element();
         let (mut ids, rounds) = order::insertion_order(points, factor, low, extent, progress)?;
-        bring_simplex_forward(points, factor, &mut ids, arithmetic)?;
+        bring_simplex_forward(points, factor, &mut ids, arithmetic, progress)?;
         Ok(Order { ids, rounds, arithmetic, factor, extent })
     }
 
@@ -224,29 +225,27 @@ fn first_of_equals(ids: &mut [u32], duplicates: &mut [[u32; 2]]) -> Vec<[u32; 2]
 }
 
 /// Exchanges points of the order so that its first four are the corners of a tetrahedron.
-fn bring_simplex_forward(points: &[DVec3], factor: f64, ids: &mut [u32], arithmetic: Arithmetic) -> Result<()> {
-    let at = |i: u32| points[i as usize] * factor;
-    let found = |name: &str, found: Option<usize>| {
-        found.ok_or_else(|| {
-            Error::input(format!(
-                "the {} points {name}, and four must be the corners of a tetrahedron: a flat sheet is triangulated in its plane instead",
-                points.len()
-            ))
-        })
+fn bring_simplex_forward(
+    points: &[DVec3],
+    factor: f64,
+    ids: &mut [u32],
+    arithmetic: Arithmetic,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let at = |place: usize| points[ids[place] as usize] * factor;
+    let corners = span::corners(points.len(), at, arithmetic, progress)?;
+    let lie = match corners.len() {
+        0 => return Err(Error::input("there are no points")),
+        1 => "are all equal",
+        2 => "lie on one line",
+        3 => "lie in one plane",
+        _ => {
+            corners.into_iter().enumerate().for_each(|(place, corner)| ids.swap(place, corner));
+            return Ok(());
+        }
     };
-    if ids.is_empty() {
-        return Err(Error::input("there are no points"));
-    }
-    let other = found("are all equal", (1..ids.len()).find(|&i| at(ids[i]) != at(ids[0])))?;
-    ids.swap(1, other);
-    let (a, b) = (at(ids[0]), at(ids[1]));
-    let third = found("lie on one line", (2..ids.len()).find(|&i| !are_collinear([a, b, at(ids[i])], arithmetic)))?;
-    ids.swap(2, third);
-    let c = at(ids[2]);
-    let fourth = (3..ids.len()).find(|&i| volume_sign([a, b, c, at(ids[i])], arithmetic) != 0);
-    let fourth = found("lie in one plane", fourth)?;
-    ids.swap(3, fourth);
-    Ok(())
+    let count = points.len();
+    Err(Error::input(format!("the {count} points {lie}, and four must be the corners of a tetrahedron")))
 }
 
 /// All cells of a tetrahedralization, the numbers of those not in use, and points that are copies, with their vertices.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use proptest::prelude::*;
 
 use super::*;
-use crate::predicates::sphere_sign;
+use crate::predicates::{sphere_sign, volume_sign};
 
 /// Cells by their vertices' coordinates, whatever their numbers; ghosts as well.
 fn shape(delaunay: &Delaunay3, points: &[DVec3]) -> BTreeSet<Vec<[u64; 3]>> {
@@ -55,7 +55,7 @@ fn naive_is_inside(cell: [DVec3; 4], p: DVec3, arithmetic: Arithmetic) -> bool {
 
 /// All tetrahedra with empty spheres, by trying all.
 fn naive(points: &[DVec3]) -> BTreeSet<Vec<[u64; 3]>> {
-    let (arithmetic, factor) = Arithmetic::of(points);
+    let (arithmetic, factor) = Arithmetic::of(points.iter().copied());
     let mut distinct = points.to_vec();
     distinct.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap());
     distinct.dedup();
