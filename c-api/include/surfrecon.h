@@ -931,11 +931,11 @@ typedef struct {
   uint64_t inside;
   // Points dropped outside of the surface.
   uint64_t outside;
-  // Delaunay tetrahedra.
+  // Delaunay tetrahedra; none where the points lie in one plane.
   uint64_t tetrahedra;
   // The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
   double threshold;
-  // Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE.
+  // Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE or of points in one plane.
   uint64_t rounds;
   // Tetrahedra that changed sides to make the surface manifold.
   uint64_t repaired;

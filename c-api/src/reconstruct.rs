@@ -63,11 +63,11 @@ pub struct srf_reconstruct_report {
     pub inside: u64,
     /// Points dropped outside of the surface.
     pub outside: u64,
-    /// Delaunay tetrahedra.
+    /// Delaunay tetrahedra; none where the points lie in one plane.
     pub tetrahedra: u64,
     /// The threshold used: a perimeter with a global one, in mean spacings of a facet's points with a local one.
     pub threshold: f64,
-    /// Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE.
+    /// Times the mean perimeter was taken, with SRF_TOPOLOGY_FREE or of points in one plane.
     pub rounds: u64,
     /// Tetrahedra that changed sides to make the surface manifold.
     pub repaired: u64,

@@ -128,7 +128,7 @@ def test_what_can_not_be_clustered_is_named(dense):
     points.data.from_pydata([(0, 0, 0), (1, 0, 0)], [], [])
     bpy.context.collection.objects.link(points)
     bpy.context.view_layer.objects.active = points
-    with pytest.raises(RuntimeError, match="at least 4 different points"):
+    with pytest.raises(RuntimeError, match="at least 3 different points"):
         bpy.ops.surfrecon.cluster()
     bpy.context.view_layer.objects.active = None
     with pytest.raises(RuntimeError, match="Make a mesh or a point cloud the active object"):

@@ -119,8 +119,8 @@ def test_toward_the_camera():
 
 
 def test_what_cannot_be_done_is_named():
-    add_points("few", sphere(3))
-    with pytest.raises(RuntimeError, match="at least 4 different points"):
+    add_points("few", sphere(2))
+    with pytest.raises(RuntimeError, match="at least 3 different points"):
         bpy.ops.surfrecon.reconstruct()
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     bpy.context.collection.objects.link(camera)
@@ -136,7 +136,6 @@ def test_what_cannot_be_done_is_named():
 BAD = {
     "two": sphere(2),
     "collinear": np.arange(20.0)[:, None] * (1.0, 2.0, 3.0),
-    "coplanar": sphere(100) * (1, 1, 0),
     "all equal": np.ones((100, 3)),
     "nothing finite": np.full((50, 3), np.nan),
 }
@@ -146,7 +145,7 @@ BAD = {
 def test_points_without_a_surface_leave_the_scene_as_it_was(name):
     points = add_points(name, BAD[name])
     meshes = len(bpy.data.meshes)
-    with pytest.raises(RuntimeError, match="at least 4 different points|one plane|one line"):
+    with pytest.raises(RuntimeError, match="at least 3 different points|one line"):
         bpy.ops.surfrecon.reconstruct()
     assert list(bpy.data.objects) == [points] and len(bpy.data.meshes) == meshes
     assert points.select_get() and bpy.context.object is points

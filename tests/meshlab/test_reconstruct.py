@@ -81,10 +81,10 @@ def test_colours_and_the_layer_s_place_are_kept(document):
 
 
 def test_what_cannot_be_done_is_named(document, refused):
-    document.add(sphere(3), name="few")
-    assert "at least 4 different points" in refused(document.run, RECONSTRUCT)
+    document.add(sphere(2), name="few")
+    assert "at least 3 different points" in refused(document.run, RECONSTRUCT)
     document.add(sphere(50) * (1, 1, 0), name="flat")
-    assert "one plane" in refused(document.run, RECONSTRUCT)
+    assert "one plane, which encloses nothing" in refused(document.run, RECONSTRUCT, closure=1)
     document.add(sphere(50), name="fine")
     assert "factor must be >= 1 and <= 2, got 3" in refused(document.run, RECONSTRUCT, factor=3)
     document.add(np.full((50, 3), np.nan), name="broken")

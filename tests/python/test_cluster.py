@@ -78,7 +78,7 @@ def test_points_become_a_closed_surface():
 
 
 def test_points_without_a_surface_are_refused():
-    with pytest.raises(surfrecon.InputError, match="at least 4 different points"):
+    with pytest.raises(surfrecon.InputError, match="at least 3 different points"):
         surfrecon.cluster(np.zeros((9, 3)))
     with pytest.raises(surfrecon.InputError, match="points"):
         surfrecon.cluster(np.zeros((9, 2)))

@@ -37,7 +37,8 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
-///     InputError: fewer than four different points, points in one plane, arrays of another length.
+///     InputError: fewer than three different points, points on one line, a closed surface of points in one plane, arrays
+///         of another length.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: reconstruct

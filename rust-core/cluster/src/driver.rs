@@ -105,7 +105,7 @@ pub fn levels(
 /// ride along as vertex attributes.
 ///
 /// # Errors
-/// As [`run`]; and those of [`reconstruct::run`]: fewer than four different points, or all in one plane, or no surface.
+/// As [`run`]; and those of [`reconstruct::run`]: fewer than three different points, or all on one line, or no surface.
 pub fn run_points(cloud: &PointCloud, params: &ClusterParams, progress: &Progress<'_>) -> Result<Clustered> {
     let mut levels = levels_of_points(cloud, &[params.resolution], params, progress)?;
     Ok(levels.remove(0))

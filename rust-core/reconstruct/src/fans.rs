@@ -10,7 +10,7 @@ use base::progress::{Pace, Progress};
 use base::work;
 
 /// The triangles at each vertex of a list of triangles, for a range of vertices.
-struct Corners {
+pub(super) struct Corners {
     vertices: Range<u32>,
     first: Vec<u32>,
     /// Three times the triangle plus the place of the vertex in it.
@@ -18,7 +18,7 @@ struct Corners {
 }
 
 impl Corners {
-    fn new(triangles: &[[u32; 3]], vertices: Range<u32>, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn new(triangles: &[[u32; 3]], vertices: Range<u32>, progress: &Progress<'_>) -> Result<Self> {
         let mut first = vec![0_u32; vertices.len() + 2];
         for block in progress.blocks(triangles.as_flattened()) {
             for vertex in block?.iter().filter(|vertex| vertices.contains(vertex)) {
@@ -42,7 +42,7 @@ impl Corners {
         Ok(Corners { vertices, first, corners })
     }
 
-    fn of(&self, vertex: u32) -> &[u32] {
+    pub(super) fn of(&self, vertex: u32) -> &[u32] {
         let place = (vertex - self.vertices.start) as usize;
         &self.corners[self.first[place] as usize..self.first[place + 1] as usize]
     }
@@ -69,7 +69,7 @@ pub(super) fn pinched(triangles: &[[u32; 3]], vertices: usize, progress: &Progre
 }
 
 /// The two other vertices of a corner's triangle, in its turn.
-fn ends(triangles: &[[u32; 3]], corner: u32) -> [u32; 2] {
+pub(super) fn ends(triangles: &[[u32; 3]], corner: u32) -> [u32; 2] {
     let triangle = triangles[corner as usize / 3];
     let place = corner as usize % 3;
     [triangle[(place + 1) % 3], triangle[(place + 2) % 3]]

@@ -10,7 +10,8 @@
 //! | 5 | `sheet`, `grow`, `border`, `fans` | open surfaces, which divide nothing |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
-//! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own.
+//! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own. `space` has them in their order. Samples that
+//! lie in one plane have no tetrahedra: `plane` triangulates them in it.
 //!
 //! *Differences from the paper.* (1) No sample is lost to numerical errors. (2) Which cells are outside is not decided by
 //! one threshold on perimeters but by how empty space hangs together: through gates that are wide beside the rooms
@@ -55,6 +56,10 @@ mod spacing;
 
 // 6. orientation
 mod orient;
+
+// what the samples span: the stages above, or fewer
+mod plane;
+mod space;
 
 // all of it, and again with other parameters
 mod reconstructor;
@@ -101,6 +106,15 @@ fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Separated> 
     let mut solid = Solid::new(complex, sides);
     let repaired = solid.repair(progress)?;
     Ok(solid.into_separated(repaired))
+}
+
+/// What was found.
+struct Found {
+    triangles: Vec<[u32; 3]>,
+    /// Of each sample, whether the surface is around it.
+    enclosed: Vec<bool>,
+    /// Whether triangles look where they should without normals or sensors.
+    is_outward: bool,
 }
 
 /// What the perimeter of a facet is measured with, and how much of it is trusted.

@@ -5,37 +5,23 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::complex::Complex;
-use super::manifold::{Separated, Solid};
 use super::orient::{Witness, orient};
+use super::plane::Plane;
 use super::prepare::{Samples, prepare};
-use super::sheet::{Choice, choices};
+use super::space::Space;
 use super::{
     Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology, canonical,
-    carve_freely, close, open, separate,
 };
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
-use geom::delaunay3::Delaunay3;
+use geom::span;
 use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, TriMesh};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
-/// In all, a finite cell of the tetrahedralization or, where that is more, a point: for closed surfaces and for open ones.
-/// Measured.
-const BYTES_CLOSED: [f64; 2] = [75.0, 360.0];
-/// Of samples that lie on a sphere to the last bits, whose tetrahedra have few cells a point.
-const BYTES_DEGENERATE: [f64; 2] = [75.0, 670.0];
-const FEW_CELLS: f64 = 4.0;
-const BYTES_OPEN: [f64; 2] = [122.0, 690.0];
-
-/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
-/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
-const ENCLOSED: f64 = 0.99;
-
 /// Stages with their shares of the time ...
 pub const PLAN: Plan =
     &[("tetrahedralizing", 0.6), ("finding inside and outside", 0.25), ("building the surface", 0.15)];
@@ -49,18 +35,22 @@ const PLAN_AGAIN: Plan = &[("finding inside and outside", 0.3), ("building the s
 pub struct Reconstructor<C> {
     cloud: C,
     sensors: Vec<DVec3>,
-    cells: Option<Cells>,
+    prepared: Option<Prepared>,
     /// Whether what depends on the points only is kept for the next surface.
     is_kept: bool,
 }
 
 /// What depends on the points only.
-struct Cells {
+struct Prepared {
     samples: Samples,
-    delaunay: Delaunay3,
-    separated: Option<Separated>,
-    choices: Option<Vec<Choice>>,
+    shape: Shape,
     seconds: Vec<(&'static str, f64)>,
+}
+
+/// What the samples span, divided.
+enum Shape {
+    Plane(Plane),
+    Space(Space),
 }
 
 impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
@@ -80,7 +70,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 return Err(Error::input(format!("{length} {name} for {count} points: give one a point")));
             }
         }
-        Ok(Reconstructor { cloud, sensors: Vec::new(), cells: None, is_kept: true })
+        Ok(Reconstructor { cloud, sensors: Vec::new(), prepared: None, is_kept: true })
     }
 
     /// The cloud.
@@ -107,8 +97,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Makes a surface: the first in O(n log n) in practice for n points, others in a fifth of the time or less.
     ///
     /// # Errors
-    /// Parameters out of range; fewer than four different points, or all in one plane; points without a surface;
-    /// [`Error::OutOfMemory`]; [`Error::Cancelled`].
+    /// Parameters out of range; fewer than three different points, or all on one line; a closed surface asked for of points
+    /// in one plane; points without a surface; [`Error::OutOfMemory`]; [`Error::Cancelled`].
     pub fn surface(&mut self, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Reconstructed> {
         self.surface_with(params, |_| (), progress)
     }
@@ -122,7 +112,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     ) -> Result<Reconstructed> {
         params.validate()?;
         let pool = base::threads::pool(params.threads)?;
-        progress.plan(if self.cells.is_none() { PLAN } else { PLAN_AGAIN });
+        progress.plan(if self.prepared.is_none() { PLAN } else { PLAN_AGAIN });
         progress.run(&pool, || self.make_surface(params, release, progress))
     }
 
@@ -152,7 +142,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         release: impl FnOnce(&mut C),
         progress: &Progress<'_>,
     ) -> Result<Reconstructed> {
-        let first_stage = match self.cells {
+        let first_stage = match self.prepared {
             Some(_) => 0,
             None => {
                 let started = Instant::now();
@@ -161,98 +151,44 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 memory::expect_each(points, BYTES_A_POINT, 0.0, "a surface through", "points")?;
                 let samples = prepare(positions, progress)?;
                 release(&mut self.cloud);
-                self.cells = Some(Cells::new(samples, started, params.threads, progress)?);
+                self.prepared = Some(Prepared::new(samples, started, params.threads, progress)?);
                 1
             }
         };
         let started = Instant::now();
         let is_kept = self.is_kept;
-        let cells = self.cells.as_mut().expect("just made");
-        let complex = Complex {
-            points: &cells.samples.points,
-            cells: cells.delaunay.cells(),
-            finite: cells.delaunay.finite_count(),
-        };
-        let mut report = ReconstructReport {
-            points: cells.samples.given(),
-            tetrahedra: complex.finite,
-            seconds: cells.seconds.clone(),
-            ..ReconstructReport::default()
-        };
-        let foresee = |[each_cell, each_point]: [f64; 2]| {
-            let (cells, points) = (complex.finite as f64, complex.points.len());
-            let bytes = (each_cell * cells).max(each_point * points as f64);
-            memory::expect_in_all(bytes, || format!("a surface through {points} points"), "use fewer")
-        };
-        let is_degenerate = (complex.finite as f64) < FEW_CELLS * complex.points.len() as f64;
-        foresee(if is_degenerate { BYTES_DEGENERATE } else { BYTES_CLOSED })?;
-        progress.stage(first_stage, 6 * complex.len() as u64);
-        let (mut triangles, mut solid);
-        // Facets of what divides inside from outside look outwards.
-        let mut is_outward = true;
-        if params.topology == Topology::Free {
-            (triangles, solid) = carve_freely(complex, params, &mut report, progress)?;
-        } else {
-            let separated = match cells.separated.take() {
-                Some(separated) => separated,
-                None => separate(complex, progress)?,
-            };
-            cells.separated = is_kept.then(|| separated.clone());
-            report.seconds.push(("separate", started.elapsed().as_secs_f64()));
-            report.repaired[0] = separated.repaired;
-            progress.stage(first_stage + 1, 1);
-            solid = Solid::again(complex, separated);
-            let on_surface = solid.on_surface(progress)?;
-            let missed = on_surface.iter().filter(|is_on| !**is_on).count();
-            let certain = params.closure == Closure::Closed || 2 * missed < complex.points.len();
-            let possible = params.closure == Closure::Auto && missed < complex.points.len();
-            let fallback = (!certain && possible).then(|| (solid.clone(), report.clone()));
-            is_outward = certain || possible;
-            let mut found = Vec::new();
-            if is_outward {
-                found = close(&mut solid, on_surface, params, &mut report, progress)?;
+        let Prepared { samples, shape, seconds } = self.prepared.as_mut().expect("just made");
+        let mut report =
+            ReconstructReport { points: samples.given(), seconds: seconds.clone(), ..ReconstructReport::default() };
+        let mut found = match shape {
+            Shape::Plane(plane) => {
+                progress.stage(first_stage + 1, 1);
+                plane.surface(&samples.points, params, &mut report, progress)?
             }
-            if let Some(before) = fallback
-                && used(&found, complex.points.len()) < ENCLOSED * complex.points.len() as f64
-            {
-                (solid, report) = before;
-                is_outward = false;
-            }
-            if !is_outward {
-                foresee(BYTES_OPEN)?;
-                if cells.choices.is_none() {
-                    cells.choices = Some(choices(complex, &solid.incident, progress)?);
-                }
-                let choices = cells.choices.as_ref().expect("just made");
-                found = open(complex, &solid.incident, choices, params, &mut report, progress)?;
-            }
-            triangles = found;
-        }
-        let enclosed = solid.enclosed(&triangles, progress)?;
-        progress.check()?;
-        if triangles.is_empty() {
-            let remedy = match (params.topology, params.closure) {
-                (Topology::Free, _) => "raise the factor, or let the topology be manifold",
-                (_, Closure::Auto) => "give samples of a surface",
-                _ => "let the closure be auto",
-            };
-            return Err(Error::input(format!(
-                "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked; \
-                 {remedy}"
-            )));
+            Shape::Space(space) => space.surface(
+                &samples.points,
+                params,
+                [first_stage, first_stage + 1],
+                is_kept,
+                &mut report,
+                progress,
+            )?,
+        };
+        if found.triangles.is_empty() {
+            return Err(no_surface(params));
         }
         if params.threshold == Threshold::Global {
-            report.threshold /= cells.samples.factor;
+            report.threshold /= samples.factor;
         }
-        canonical(&mut triangles, progress)?;
-        report.turned_parts = self.orient(&mut triangles, is_outward, progress)?;
-        let mut made = self.finish(triangles, &enclosed, report, progress)?;
+        canonical(&mut found.triangles, progress)?;
+        report.turned_parts = self.orient(&mut found.triangles, found.is_outward, progress)?;
+        let mut made = self.finish(found.triangles, &found.enclosed, report, progress)?;
         made.report.seconds.push(("surface", started.elapsed().as_secs_f64()));
         Ok(made)
     }
 
     fn samples(&self) -> &Samples {
-        &self.cells.as_ref().expect("made before the surface").samples
+        &self.prepared.as_ref().expect("made before the surface").samples
     }
 
     fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool, progress: &Progress<'_>) -> Result<usize> {
@@ -333,13 +269,6 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     }
 }
 
-/// Number of vertices that triangles have, of `count`.
-fn used(triangles: &[[u32; 3]], count: usize) -> f64 {
-    let mut is_used = vec![false; count];
-    triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
-    is_used.into_iter().filter(|is| *is).count() as f64
-}
-
 impl Reconstructor<PointCloud> {
     /// Like [`Reconstructor::into_surface`], and gives back the places of the points as soon as they are sorted.
     pub(super) fn into_surface_of_its_own(
@@ -352,21 +281,43 @@ impl Reconstructor<PointCloud> {
     }
 }
 
-impl Cells {
+impl Prepared {
     /// `started`: when the sorting of the samples did.
     fn new(mut samples: Samples, started: Instant, threads: usize, progress: &Progress<'_>) -> Result<Self> {
-        if samples.points.len() < 4 {
-            return Err(Error::input(format!(
-                "a surface needs at least 4 different points with finite coordinates; of {} given, {} are",
-                samples.given(),
-                samples.points.len()
-            )));
+        let corners = span::of(&samples.points, progress)?;
+        if corners.len() < 3 {
+            return Err(no_plane(&samples));
         }
-        progress.check()?;
         progress.stage(0, samples.points.len() as u64);
         let sorted = started.elapsed().as_secs_f64();
-        let delaunay = Delaunay3::in_place(&mut samples.points, threads, progress)?;
+        let shape = match corners[..] {
+            [a, b, c] => Shape::Plane(Plane::new(&samples.points, [a, b, c], progress)?),
+            _ => Shape::Space(Space::new(&mut samples.points, threads, progress)?),
+        };
         let seconds = vec![("sort", sorted), ("tetrahedralize", started.elapsed().as_secs_f64() - sorted)];
-        Ok(Cells { samples, delaunay, separated: None, choices: None, seconds })
+        Ok(Prepared { samples, shape, seconds })
     }
+}
+
+/// Why there is no surface through samples that span no plane.
+fn no_plane(samples: &Samples) -> Error {
+    let (given, different) = (samples.given(), samples.points.len());
+    Error::input(if different < 3 {
+        format!(
+            "a surface needs at least 3 different points with finite coordinates; of {given} given, {different} are"
+        )
+    } else {
+        format!("the {different} different points lie on one line, which bounds no surface: give points beside it, too")
+    })
+}
+
+fn no_surface(params: &ReconstructParams) -> Error {
+    let remedy = match (params.topology, params.closure) {
+        (Topology::Free, _) => "raise the factor, or let the topology be manifold",
+        (_, Closure::Auto) => "give samples of a surface",
+        _ => "let the closure be auto",
+    };
+    Error::input(format!(
+        "no surface was found: the points fill a volume or lie along curves, or are too noisy for what was asked; {remedy}"
+    ))
 }

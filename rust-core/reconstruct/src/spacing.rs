@@ -1,9 +1,11 @@
 //! How densely the surface is sampled around a sample.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::balls::CHUNK;
 use super::complex::{Complex, Star};
+use super::fans::{Corners, ends};
 use base::error::Result;
 use base::progress::Progress;
 use geom::delaunay3::INFINITE;
@@ -11,28 +13,49 @@ use geom::delaunay3::INFINITE;
 /// Neighbours the spacing is taken from: in a plane, a sample has six.
 const NEIGHBOURS: usize = 6;
 
+/// The nearest samples found so far.
+struct Nearest {
+    distances: [f64; NEIGHBOURS],
+    /// `u32::MAX` where there is none yet.
+    names: [u32; NEIGHBOURS],
+}
+
+impl Nearest {
+    fn none() -> Self {
+        Nearest { distances: [f64::INFINITY; NEIGHBOURS], names: [u32::MAX; NEIGHBOURS] }
+    }
+
+    fn enter(&mut self, other: u32, distance: f64) {
+        if self.names.contains(&other) {
+            return;
+        }
+        let place = self.distances.partition_point(|&d| d <= distance);
+        if place < NEIGHBOURS {
+            self.distances[place..].rotate_right(1);
+            self.names[place..].rotate_right(1);
+            (self.distances[place], self.names[place]) = (distance, other);
+        }
+    }
+
+    fn mean(&self) -> f64 {
+        let known = self.names.iter().take_while(|&&name| name != u32::MAX).count();
+        self.distances[..known].iter().sum::<f64>() / known.max(1) as f64
+    }
+}
+
 /// Mean distance of a sample to its six nearest Delaunay neighbours; the nearest of all samples always is one.
 pub(super) fn spacing(complex: Complex<'_>, vertex: u32, cell: u32, star: &mut Star) -> f64 {
     complex.star(vertex, cell, star);
     let here = complex.points[vertex as usize];
-    let mut near = [f64::INFINITY; NEIGHBOURS];
-    let mut names = [u32::MAX; NEIGHBOURS];
+    let mut nearest = Nearest::none();
     for &(cell, _) in &star.cells {
         for other in complex.vertices(cell) {
-            if other == vertex || other == INFINITE || names.contains(&other) {
-                continue;
-            }
-            let distance = here.distance(complex.points[other as usize]);
-            let place = near.partition_point(|&d| d <= distance);
-            if place < NEIGHBOURS {
-                near[place..].rotate_right(1);
-                names[place..].rotate_right(1);
-                (near[place], names[place]) = (distance, other);
+            if other != vertex && other != INFINITE {
+                nearest.enter(other, here.distance(complex.points[other as usize]));
             }
         }
     }
-    let known = near.iter().take_while(|d| d.is_finite()).count();
-    near[..known].iter().sum::<f64>() / known.max(1) as f64
+    nearest.mean()
 }
 
 /// The spacing at every sample.
@@ -44,6 +67,41 @@ pub(super) fn all(complex: Complex<'_>, incident: &[u32], progress: &Progress<'_
             if incident[vertex] != u32::MAX {
                 *to = spacing(complex, vertex as u32, incident[vertex], star);
             }
+        }
+        progress.check()
+    })?;
+    Ok(spacings)
+}
+
+/// The same at every sample of a plane: to the six nearest samples of all. In space a sample has more than twice as many
+/// Delaunay neighbours as count; in a plane those at a border would be counted over the gap beside it.
+///
+/// The next nearest sample always is a neighbour of one that is nearer \[DDS92\].
+pub(super) fn in_plane(points: &[DVec3], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<f64>> {
+    let corners = Corners::new(triangles, 0..points.len() as u32, progress)?;
+    let spacing = |vertex: u32| {
+        let here = points[vertex as usize];
+        let mut nearest = Nearest::none();
+        let enter_around = |nearest: &mut Nearest, sample: u32| {
+            for other in corners.of(sample).iter().flat_map(|&corner| ends(triangles, corner)) {
+                if other != vertex {
+                    nearest.enter(other, here.distance(points[other as usize]));
+                }
+            }
+        };
+        enter_around(&mut nearest, vertex);
+        for place in 0..NEIGHBOURS {
+            if nearest.names[place] != u32::MAX {
+                let sample = nearest.names[place];
+                enter_around(&mut nearest, sample);
+            }
+        }
+        nearest.mean()
+    };
+    let mut spacings = vec![0.0; points.len()];
+    spacings.par_chunks_mut(CHUNK / 8).enumerate().try_for_each(|(chunk, spacings)| {
+        for (i, to) in spacings.iter_mut().enumerate() {
+            *to = spacing((chunk * (CHUNK / 8) + i) as u32);
         }
         progress.check()
     })?;

@@ -7,7 +7,7 @@ use geom::delaunay3::Delaunay3;
 use mesh::check::MeshReport;
 use mesh::{TriMesh, check};
 
-fn random(seed: u64) -> impl FnMut() -> f64 {
+pub(super) fn random(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -18,7 +18,7 @@ fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-fn cloud(positions: Vec<DVec3>) -> PointCloud {
+pub(super) fn cloud(positions: Vec<DVec3>) -> PointCloud {
     PointCloud { positions, ..PointCloud::default() }
 }
 

@@ -81,14 +81,14 @@ pub struct ReconstructReport {
     pub used: usize,
     /// Points not on the surface, in the order of their numbers.
     pub dropped: Vec<Dropped>,
-    /// Delaunay tetrahedra.
+    /// Delaunay tetrahedra; none where the points lie in one plane.
     pub tetrahedra: usize,
     /// Whether the surface is closed: it has no border, also not one of a gap or of facets left out.
     pub closed: bool,
     /// The threshold used: a perimeter with a global one, a perimeter in mean spacings of the facet's samples with a
     /// local one.
     pub threshold: f64,
-    /// Times the mean perimeter was taken, with the paper's carving.
+    /// Times the mean perimeter was taken, with the paper's carving or in a plane.
     pub rounds: usize,
     /// Cells that changed sides to make the surface manifold, and samples brought onto it afterwards.
     pub repaired: [usize; 2],

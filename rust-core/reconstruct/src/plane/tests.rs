@@ -1,0 +1,190 @@
+use glam::{DVec2, DVec3};
+
+use super::super::tests::{cloud, random};
+use crate::*;
+use base::error::Error;
+use mesh::check;
+
+/// Of a rectangle of 60 by 40 steps: a square hole, a gap, and an island beyond it. Steps are of 1,000, so that a plane of
+/// space through them has whole coordinates.
+fn ring_and_island(jitter: f64) -> Vec<DVec2> {
+    let mut random = random(3);
+    let all = (0..60 * 40).map(|i| [i % 60, i / 60]);
+    all.filter(|[i, j]| !((14..26).contains(i) && (14..26).contains(j)) && !(40..50).contains(i))
+        .map(|[i, j]| DVec2::new(f64::from(i), f64::from(j)) * 1000.0)
+        .map(|p| p + (DVec2::new(random(), random()) * jitter * 1000.0).round())
+        .collect()
+}
+
+/// In exact planes: along axes, tilted, upright, far away.
+fn in_planes(flat: &[DVec2]) -> Vec<Vec<DVec3>> {
+    [
+        (DVec3::ZERO, DVec3::X, DVec3::Y),
+        (DVec3::Z * 5e6, DVec3::X, DVec3::Y),
+        (DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 2.0, 1.0), DVec3::new(-2.0, 1.0, 2.0)),
+        (DVec3::splat(5e9), DVec3::new(2.0, 2.0, 1.0), DVec3::new(1.0, -2.0, 2.0)),
+        (DVec3::ZERO, DVec3::Z * 5.0, DVec3::new(3.0, 4.0, 0.0)),
+    ]
+    .map(|(origin, u, v)| flat.iter().map(|p| origin + u * p.x + v * p.y).collect())
+    .to_vec()
+}
+
+fn area(made: &Reconstructed) -> f64 {
+    let twice = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).length();
+    (0..made.mesh.triangles.len()).map(|t| twice(made.mesh.corners(t)) / 2.0).sum()
+}
+
+#[test]
+fn outline_hole_and_island_in_any_plane() {
+    for jitter in [0.0, 0.8] {
+        for points in in_planes(&ring_and_island(jitter)) {
+            let scale = points[1].distance(points[0]) * points[50].distance(points[0]);
+            for threshold in [Threshold::Local, Threshold::Global] {
+                for topology in [Topology::Manifold, Topology::Free] {
+                    let params = ReconstructParams { threshold, topology, ..ReconstructParams::default() };
+                    let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
+                    let report = check(&made.mesh);
+                    assert_eq!((made.report.used, made.report.tetrahedra), (points.len(), 0));
+                    assert!(!made.report.closed && report.genus() == Some(0), "{report}");
+                    assert!(topology == Topology::Free || report.is_manifold(), "{report}");
+                    assert_eq!((report.components, report.boundary_loops), (2, 3), "{threshold:?}: {report}");
+                    // The samples' own hull but for hole and gap, whose corners may be cut.
+                    let expected = 39.0 * 39.0 - 13.0 * 13.0 + 9.0 * 39.0;
+                    let found = area(&made) / scale;
+                    assert!(jitter > 0.0 || (found / expected - 1.0).abs() < 0.02, "{found} of {expected}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn points_alone_are_left_out_and_colours_kept() {
+    let mut points: Vec<DVec3> = ring_and_island(0.0).iter().map(|p| p.extend(7.0)).collect();
+    let count = points.len();
+    points.extend([points[5], DVec3::new(500_000.0, 500_000.0, 7.0), DVec3::NAN]);
+    let mut given = cloud(points);
+    given.colour = Some((0..given.positions.len()).map(|i| [i as u8, 1, 2, 255]).collect());
+    given.intensity = Some((0..given.positions.len()).map(|i| i as f32).collect());
+    // The sample far away is of its nearest samples' spacing, which is far: so by the mean.
+    let params = ReconstructParams { threshold: Threshold::Global, ..ReconstructParams::default() };
+    let made = run(&given, &params, &Progress::none()).unwrap();
+    let dropped = [(0, Reason::Duplicate), (1, Reason::Outside), (2, Reason::NotFinite)];
+    assert_eq!(made.report.dropped, dropped.map(|(i, reason)| Dropped { point: (count + i) as u32, reason }));
+    assert!(made.report.rounds > 1 && made.report.cut_facets > 0);
+    let Some(mesh::AttributeData::Colour(colour)) = made.mesh.vertex_attribute("colour") else { panic!() };
+    assert_eq!(colour[77], [77, 1, 2, 255]);
+    assert!(made.mesh.vertex_attribute("intensity").is_some() && made.mesh.vertex_attribute("source_point").is_some());
+}
+
+#[test]
+fn it_looks_up_or_where_normals_and_sensors_say() {
+    let points: Vec<DVec3> = ring_and_island(0.0).iter().map(|p| p.extend(0.0)).collect();
+    let up = |made: &Reconstructed| {
+        let [a, b, c] = made.mesh.corners(0);
+        (b - a).cross(c - a).z > 0.0
+    };
+    let params = ReconstructParams::default();
+    let plain = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
+    assert!(up(&plain) && plain.report.turned_parts == 0);
+    let mut down = cloud(points.clone());
+    down.normals = Some(vec![[0.0, 0.0, -1.0]; points.len()]);
+    let made = run(&down, &params, &Progress::none()).unwrap();
+    assert!(!up(&made) && made.report.turned_parts == 2);
+    let mut seen = Reconstructor::new(cloud(points)).unwrap();
+    seen.seen_from(vec![DVec3::new(0.0, 0.0, -1e5)]).unwrap();
+    assert!(!up(&seen.surface(&params, &Progress::none()).unwrap()));
+}
+
+#[test]
+fn the_same_bytes_for_any_threads_and_surfaces_for_any_order() {
+    let mut random = random(5);
+    for mut points in in_planes(&ring_and_island(0.0)) {
+        let made = |points: &[DVec3], threads| {
+            let params = ReconstructParams { threads, ..ReconstructParams::default() };
+            run(&cloud(points.to_vec()), &params, &Progress::none()).unwrap().mesh
+        };
+        let corners = |mesh: &mesh::TriMesh| {
+            let turned = |t: usize| {
+                let mut corners = mesh.corners(t).map(|p| p.to_array().map(f64::to_bits));
+                let least = (0..3).min_by_key(|&i| corners[i]).unwrap();
+                corners.rotate_left(least);
+                corners
+            };
+            let mut all: Vec<_> = (0..mesh.triangles.len()).map(turned).collect();
+            all.sort_unstable();
+            all
+        };
+        let one = made(&points, 1);
+        for threads in [2, 3, 8] {
+            assert!(one == made(&points, threads), "{threads} threads");
+        }
+        for i in (1..points.len()).rev() {
+            points.swap(i, (random() * (i + 1) as f64) as usize);
+        }
+        assert!(corners(&one) == corners(&made(&points, 2)), "another order");
+    }
+}
+
+#[test]
+fn what_is_no_surface_says_why() {
+    let refused = |points: Vec<DVec3>, closure| {
+        let params = ReconstructParams { closure, ..ReconstructParams::default() };
+        match run(&cloud(points), &params, &Progress::none()) {
+            Err(Error::Input(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    };
+    let flat: Vec<DVec3> = ring_and_island(0.0).iter().map(|p| p.extend(1.0)).collect();
+    assert!(refused(flat.clone(), Closure::Closed).contains("encloses nothing: let the closure be auto or open"));
+    let line = (0..9).map(|i| DVec3::splat(f64::from(i))).collect();
+    assert!(refused(line, Closure::Auto).contains("9 different points lie on one line"));
+    assert!(refused(vec![DVec3::ONE; 9], Closure::Auto).contains("at least 3 different points"));
+    let three = run(&cloud(vec![DVec3::ZERO, DVec3::X, DVec3::Y]), &ReconstructParams::default(), &Progress::none());
+    assert_eq!(three.unwrap().mesh.triangles, [[0, 1, 2]]);
+}
+
+#[test]
+fn other_parameters_again_and_cancelling() {
+    let points = cloud(ring_and_island(0.5).iter().map(|p| p.extend(1.0)).collect());
+    let mut again = Reconstructor::new(&points).unwrap();
+    for factor in [1.0, 2.0, 1.0] {
+        for threshold in [Threshold::Local, Threshold::Global] {
+            let params = ReconstructParams { factor, threshold, ..ReconstructParams::default() };
+            let made = again.surface(&params, &Progress::none()).unwrap();
+            assert!(made.mesh == run(&points, &params, &Progress::none()).unwrap().mesh, "as if it were the first");
+        }
+    }
+    for checks in [0, 1, 5, 10] {
+        let outcome = run(&points, &ReconstructParams::default(), &Progress::cancel_after(checks));
+        assert!(matches!(outcome, Err(Error::Cancelled)), "{checks}");
+    }
+}
+
+#[test]
+fn three_hundred_thousand_points_and_a_hand_that_stops_them() {
+    let at = |i: i32| DVec3::new(2.0, 2.0, 1.0) * f64::from(i % 600) + DVec3::new(1.0, -2.0, 2.0) * f64::from(i / 600);
+    let points = cloud((0..300_000).map(at).collect());
+    let started = std::time::Instant::now();
+    let made = run(&points, &ReconstructParams::default(), &Progress::none()).unwrap();
+    let seconds = started.elapsed().as_secs_f64();
+    assert_eq!((made.report.used, made.mesh.triangles.len()), (300_000, 2 * 599 * 499));
+    println!("{seconds:.2} s, {:?}", made.report.seconds);
+    for share in [0.02, 0.3, 0.7] {
+        let (mut stopped, started) = (None, std::time::Instant::now());
+        let stop = |_| {
+            let is_time = started.elapsed().as_secs_f64() > share * seconds;
+            if is_time {
+                stopped.get_or_insert_with(std::time::Instant::now);
+                std::ops::ControlFlow::Break(())
+            } else {
+                std::ops::ControlFlow::Continue(())
+            }
+        };
+        let outcome = run(&points, &ReconstructParams::default(), &Progress::new(stop));
+        let Some(stopped) = stopped else { continue };
+        let waited = stopped.elapsed().as_secs_f64();
+        println!("stopped at {share} of it, after {waited:.3} s");
+        assert!(matches!(outcome, Err(Error::Cancelled)) && waited < 1.0, "{waited} s");
+    }
+}

@@ -1,0 +1,127 @@
+//! Samples that span space: stages 1 to 5.
+
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::complex::Complex;
+use super::manifold::{Separated, Solid};
+use super::sheet::{Choice, choices};
+use super::{Closure, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate};
+use base::error::Result;
+use base::memory;
+use base::progress::Progress;
+use geom::delaunay3::Delaunay3;
+
+/// In all, a finite cell of the tetrahedralization or, where that is more, a point: for closed surfaces and for open ones.
+/// Measured.
+const BYTES_CLOSED: [f64; 2] = [75.0, 360.0];
+/// Of samples that lie on a sphere to the last bits, whose tetrahedra have few cells a point.
+const BYTES_DEGENERATE: [f64; 2] = [75.0, 670.0];
+const FEW_CELLS: f64 = 4.0;
+const BYTES_OPEN: [f64; 2] = [122.0, 690.0];
+
+/// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
+/// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
+const ENCLOSED: f64 = 0.99;
+
+/// What depends on the samples only.
+pub(super) struct Space {
+    delaunay: Delaunay3,
+    separated: Option<Separated>,
+    choices: Option<Vec<Choice>>,
+}
+
+impl Space {
+    pub(super) fn new(samples: &mut [DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+        let delaunay = Delaunay3::in_place(samples, threads, progress)?;
+        Ok(Space { delaunay, separated: None, choices: None })
+    }
+
+    /// `stages`: numbers of those that find the sides and the surface. `is_kept`: whether there will be another surface.
+    pub(super) fn surface(
+        &mut self,
+        samples: &[DVec3],
+        params: &ReconstructParams,
+        stages: [usize; 2],
+        is_kept: bool,
+        report: &mut ReconstructReport,
+        progress: &Progress<'_>,
+    ) -> Result<Found> {
+        let complex = Complex { points: samples, cells: self.delaunay.cells(), finite: self.delaunay.finite_count() };
+        report.tetrahedra = complex.finite;
+        let is_degenerate = (complex.finite as f64) < FEW_CELLS * samples.len() as f64;
+        foresee(complex, if is_degenerate { BYTES_DEGENERATE } else { BYTES_CLOSED })?;
+        progress.stage(stages[0], 6 * complex.len() as u64);
+        // Facets of what divides inside from outside look outwards.
+        let mut is_outward = true;
+        let (triangles, solid) = if params.topology == Topology::Free {
+            carve_freely(complex, params, report, progress)?
+        } else {
+            let started = Instant::now();
+            let separated = match self.separated.take() {
+                Some(separated) => separated,
+                None => separate(complex, progress)?,
+            };
+            self.separated = is_kept.then(|| separated.clone());
+            report.seconds.push(("separate", started.elapsed().as_secs_f64()));
+            report.repaired[0] = separated.repaired;
+            progress.stage(stages[1], 1);
+            let mut solid = Solid::again(complex, separated);
+            let mut closed = enclose(&mut solid, params, report, progress)?;
+            if closed.is_none() {
+                is_outward = false;
+                foresee(complex, BYTES_OPEN)?;
+                if self.choices.is_none() {
+                    self.choices = Some(choices(complex, &solid.incident, progress)?);
+                }
+                let choices = self.choices.as_ref().expect("just made");
+                closed = Some(open(complex, &solid.incident, choices, params, report, progress)?);
+            }
+            (closed.expect("just made"), solid)
+        };
+        let enclosed = solid.enclosed(&triangles, progress)?;
+        progress.check()?;
+        Ok(Found { triangles, enclosed, is_outward })
+    }
+}
+
+/// Refuses what would take more memory than there is.
+fn foresee(complex: Complex<'_>, [each_cell, each_point]: [f64; 2]) -> Result<()> {
+    let (cells, points) = (complex.finite as f64, complex.points.len());
+    let bytes = (each_cell * cells).max(each_point * points as f64);
+    memory::expect_in_all(bytes, || format!("a surface through {points} points"), "use fewer")
+}
+
+/// The closed surface, if the samples are of one or it is asked for; else `solid` and `report` are left as they were.
+fn enclose<'a>(
+    solid: &mut Solid<'a>,
+    params: &ReconstructParams,
+    report: &mut ReconstructReport,
+    progress: &Progress<'_>,
+) -> Result<Option<Vec<[u32; 3]>>> {
+    let samples = solid.complex.points.len();
+    let on_surface = solid.on_surface(progress)?;
+    let missed = on_surface.iter().filter(|is_on| !**is_on).count();
+    let certain = params.closure == Closure::Closed || 2 * missed < samples;
+    let possible = params.closure == Closure::Auto && missed < samples;
+    if !certain && !possible {
+        return Ok(None);
+    }
+    let before = (!certain).then(|| (solid.clone(), report.clone()));
+    let found = close(solid, on_surface, params, report, progress)?;
+    if let Some(before) = before
+        && used(&found, samples) < ENCLOSED * samples as f64
+    {
+        (*solid, *report) = before;
+        return Ok(None);
+    }
+    Ok(Some(found))
+}
+
+/// Number of vertices that triangles have, of `count`.
+fn used(triangles: &[[u32; 3]], count: usize) -> f64 {
+    let mut is_used = vec![false; count];
+    triangles.as_flattened().iter().for_each(|&vertex| is_used[vertex as usize] = true);
+    is_used.into_iter().filter(|is| *is).count() as f64
+}
