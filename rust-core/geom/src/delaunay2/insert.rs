@@ -51,7 +51,7 @@ fn in_rounds(count: usize) -> impl Iterator<Item = usize> {
     let coarsest = strides.len() - 1;
     (0..=coarsest).rev().flat_map(move |round| {
         let stride = strides[round];
-        let is_new = move |i: &usize| round == coarsest || i / stride % GROWTH != 0;
+        let is_new = move |i: &usize| round == coarsest || !(i / stride).is_multiple_of(GROWTH);
         (0..count).step_by(stride).filter(is_new)
     })
 }
