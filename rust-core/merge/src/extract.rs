@@ -48,7 +48,7 @@ pub struct AtNode {
 }
 
 /// The surface of all valid cells, before holes are closed.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Surface {
     /// Vertices in the world.
     pub positions: Vec<DVec3>,
@@ -73,25 +73,6 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// A copy.
-    ///
-    /// # Errors
-    /// Cancelled.
-    pub fn copied(&self, progress: &Progress<'_>) -> Result<Surface> {
-        Ok(Surface {
-            positions: passes::copied(&self.positions, progress)?,
-            confidence: passes::copied(&self.confidence, progress)?,
-            noise: passes::copied(&self.noise, progress)?,
-            colour: passes::copied(&self.colour, progress)?,
-            scan: passes::copied(&self.scan, progress)?,
-            triangles: passes::copied(&self.triangles, progress)?,
-            artificial: passes::copied(&self.artificial, progress)?,
-            at_nodes: passes::copied(&self.at_nodes, progress)?,
-            boundary: passes::copied(&self.boundary, progress)?,
-            cases: passes::copied(&self.cases, progress)?,
-        })
-    }
-
     /// Median of the noise over the vertices, world units.
     pub fn typical_noise(&self) -> f64 {
         let mut noise = self.noise.clone();

@@ -59,6 +59,7 @@ mod stray;
 
 // 9. holes
 mod close;
+mod peel;
 
 // afterwards: how far the surface lies from the scans
 mod deviation;
