@@ -356,7 +356,8 @@ typedef struct {
   uint32_t components;
 } srf_array;
 
-// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
+// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1. Where a
+// rotation and a translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
 typedef struct {
   // Column after column.
   double matrix[16];

@@ -326,7 +326,8 @@ impl RangeImage {
         Ok(array.into_any())
     }
 
-    /// 4 x 4 float64, rigid: places the sensor's frame in the world.
+    /// 4 x 4 float64, rigid: places the sensor's frame in the world. Set from a matrix whose axes are orthonormal within
+    /// 0.02: it becomes the nearest rotation, as the poses of files do.
     #[getter]
     fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::matrix(py, &self.image().world_from_sensor)

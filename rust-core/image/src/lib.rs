@@ -2,6 +2,7 @@
 
 pub mod oriented;
 pub mod range_image;
+pub mod rigid;
 pub mod sight;
 pub mod source;
 pub mod triangulate;
