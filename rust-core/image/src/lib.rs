@@ -1,5 +1,6 @@
-//! Range images, their triangulation, and the scans that a merge reads.
+//! Range images, their triangulation, the scans that a merge reads, and the frames that cameras record.
 
+pub mod frame;
 pub mod oriented;
 pub mod range_image;
 pub mod rigid;
