@@ -153,6 +153,23 @@ fn whole((file, length): (Regular, u64), path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// So many bytes of a file from one of them on, read piece by piece.
+pub(super) fn taken(mut file: Regular, at: u64, count: u64, path: &Path, progress: &Progress<'_>) -> Result<Vec<u8>> {
+    let mut bytes = reserve(usize::try_from(count).unwrap_or(usize::MAX), path)?;
+    if at > 0 {
+        file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
+    }
+    let mut file = file.take(count);
+    while (bytes.len() as u64) < count {
+        progress.check()?;
+        let read = file.by_ref().take(MOST as u64).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+        if read == 0 {
+            break;
+        }
+    }
+    Ok(bytes)
+}
+
 /// The text that a file starts with; what comes after a zero byte is none.
 pub(super) fn start_of_text(start: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(&start[..memchr::memchr(0, start).unwrap_or(start.len())])
