@@ -10,8 +10,8 @@ pub const TOLERANCE: f64 = 0.02;
 /// From here on axes are orthonormal to the last digits and stay as they are.
 const EXACT: f64 = 1e-13;
 
-/// The rigid transform nearest to one whose axes are orthonormal within [`TOLERANCE`]: the rotation nearest to the axes, the
-/// translation as it is. Axes orthonormal to the last digits stay as they are.
+/// The rigid transform nearest to one whose axes are orthonormal within [`TOLERANCE`]: the rotation nearest to the
+/// axes, the translation as it is. Axes orthonormal to the last digits stay as they are.
 ///
 /// # Errors
 /// What is wrong and the remedy, to be put behind the name of the pose.
@@ -21,8 +21,8 @@ pub fn nearest(transform: DAffine3) -> Result<DAffine3, String> {
     if !(off <= TOLERANCE) || !transform.translation.is_finite() {
         let [a, b, c] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
         return Err(format!(
-            "its axes have the lengths {a:.4}, {b:.4}, {c:.4} and are orthonormal within {off:.2e}, which must be at most \
-             {TOLERANCE}; apply scale and shear to the samples instead"
+            "its axes have the lengths {a:.4}, {b:.4}, {c:.4} and are orthonormal within {off:.2e}, which must be at \
+             most {TOLERANCE}; apply scale and shear to the samples instead"
         ));
     }
     if axes.determinant() < 0.0 {
@@ -58,8 +58,8 @@ mod tests {
         nearest(DAffine3 { matrix3: axes, translation: DVec3::new(1e6, 2.0, -3.0) })
     }
 
-    /// Theorem: what is within the tolerance becomes orthonormal to the last digits, no further from what was given than
-    /// that was from orthonormal; the translation stays.
+    /// Theorem: what is within the tolerance becomes orthonormal to the last digits, no further from what was given
+    /// than that was from orthonormal; the translation stays.
     #[test]
     fn what_is_nearly_rigid_becomes_it() {
         for digits in [1e2, 1e4, 1e7] {

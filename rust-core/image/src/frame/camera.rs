@@ -40,8 +40,8 @@ impl Camera {
         self.projection(DepthKind::Planar).validate()
     }
 
-    /// The same camera for its image at another size, which shows the same: c' = (c + 1/2) w'/w - 1/2. A camera of unknown size
-    /// becomes one of this size.
+    /// The same camera for its image at another size, which shows the same: c' = (c + 1/2) w'/w - 1/2. A camera of
+    /// unknown size becomes one of this size.
     pub fn scaled_to(&self, size: [usize; 2]) -> Camera {
         let Some(from) = self.size else { return Camera { size: Some(size), ..*self } };
         let factor = [0, 1].map(|axis| size[axis] as f64 / from[axis] as f64);

@@ -8,8 +8,8 @@ use crate::range_image::{Projection, RangeImage};
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
-/// A sample is hidden by one that is nearer to the colour camera by more than this factor: surfaces seen at up to 80 degrees
-/// don't hide themselves, and a nearer surface of a thirtieth of the distance is no other colour's worth.
+/// A sample is hidden by one that is nearer to the colour camera by more than this factor: surfaces seen at up to 80
+/// degrees don't hide themselves, and a nearer surface of a thirtieth of the distance is no other colour's worth.
 const NEARER: f32 = 1.03;
 
 /// What was looked up.

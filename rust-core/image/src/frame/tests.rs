@@ -5,7 +5,8 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::*;
 use base::error::Error;
 
-/// A depth image of so many rows and columns whose ray meets a plane at distance z along its axis, or what `depth` gives.
+/// A depth image of so many rows and columns whose ray meets a plane at distance z along its axis, or what `depth`
+/// gives.
 fn depth(rows: usize, cols: usize, camera: Camera, depth: impl Fn(usize, usize) -> f64) -> RangeImage {
     let values = (0..rows * cols).map(|i| depth(i / cols, i % cols)).collect();
     RangeImage::from_values(rows, cols, values, camera.projection(DepthKind::Planar)).unwrap()
@@ -39,8 +40,8 @@ fn pixel_centres_are_kept() {
     assert_eq!(unknown, Camera::sized([5.0, 5.0], [1.0, 1.0], [4, 3]));
 }
 
-/// Theorem: an image that is registered gives each pixel its own colour; of a larger one each sample takes the colour of the
-/// place that its ray goes through.
+/// Theorem: an image that is registered gives each pixel its own colour; of a larger one each sample takes the colour
+/// of the place that its ray goes through.
 #[test]
 fn colours_are_those_of_the_rays() {
     let camera = Camera::sized([40.0, 40.0], [31.5, 23.5], [64, 48]);
@@ -57,8 +58,8 @@ fn colours_are_those_of_the_rays() {
     assert_eq!(left_out.in_words(), None);
 }
 
-/// Theorem: with the camera to the side, a sample that a nearer surface hides has no colour, those that it sees have the one
-/// at the place where it sees them, and those outside of its image have none.
+/// Theorem: with the camera to the side, a sample that a nearer surface hides has no colour, those that it sees have
+/// the one at the place where it sees them, and those outside of its image have none.
 #[test]
 fn what_is_hidden_has_no_colour() {
     let camera = Camera::sized([80.0, 80.0], [63.5, 47.5], [128, 96]);

@@ -232,16 +232,16 @@ impl Seek for Watched<'_> {
     }
 }
 
-/// Lets a decoding crate read the scan's file; where reading fails, that is the error, whatever the crate makes of it.
+/// Lets a decoding crate read a file; where reading fails, that is the error, whatever the crate makes of it.
 pub(super) fn watched<T>(
     input: &mut dyn Input,
-    scan: &Scan,
+    path: &Path,
     decode: impl FnOnce(BufReader<Watched<'_>>) -> Result<T>,
 ) -> Result<T> {
     let failure = Cell::new(None);
     let outcome = decode(BufReader::with_capacity(1 << 16, Watched { input, failure: &failure }));
     match failure.take() {
-        Some(error) => Err(Error::io(&scan.path, error)),
+        Some(error) => Err(Error::io(path, error)),
         None => outcome,
     }
 }

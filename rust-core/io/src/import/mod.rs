@@ -62,7 +62,7 @@ use glam::{DAffine3, DVec3};
 
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::frame::Frame;
+use image::frame::{ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
 use image::range_image::RangeImage;
 use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
@@ -339,6 +339,29 @@ impl Scan {
         let outcome = progress.watch(|| read(self, progress));
         // A reader may take the end of reading for the end of the file.
         progress.check().and(outcome)
+    }
+
+    /// Whether it is a frame of a recording.
+    pub fn is_frame(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
+    ///
+    /// # Errors
+    /// As [`Scan::read_with`].
+    pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
+        let Some(recording) = &self.recording else { return Ok(None) };
+        progress.watch(|| recording.colour(self.part, &self.options, progress))
+    }
+
+    /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
+    ///
+    /// # Errors
+    /// As [`Scan::read_with`].
+    pub fn confidence(&self, progress: &Progress<'_>) -> Result<Option<ConfidenceImage>> {
+        let Some(recording) = &self.recording else { return Ok(None) };
+        progress.watch(|| recording.confidence(self.part, &self.options, progress))
     }
 
     /// The frame of a recording as it was recorded, nothing left out; `None` for other scans.

@@ -137,7 +137,7 @@ static FORMATS: &[Format] = &[
     whole!("ESRI ASCII grid", ["asc"], raster::esri),
     Format::of(
         "recording of frames (Record3D, or a zipped folder)",
-        &["r3d", "zip"],
+        &["r3d"],
         super::frames::archive::sniff,
         Role::Recording(super::frames::open_archive),
     ),

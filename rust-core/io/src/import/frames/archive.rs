@@ -1,14 +1,15 @@
 //! Zip archives, read where they lie: nothing is unpacked to the disk, so no name in them can lead anywhere.
 //!
-//! Only stored and deflated members are read. Links, names that lead out of the archive and encrypted members are no files of
-//! it. What a member says that it unpacks to is checked before it is unpacked, and kept to while it is.
+//! Only stored and deflated members are read. Links, names that lead out of the archive and encrypted members are no
+//! files of it. What a member says that it unpacks to is checked before it is unpacked, and kept to while it is.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use flate2::Crc;
 use flate2::read::DeflateDecoder;
+use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
 use super::super::file;
@@ -53,31 +54,13 @@ pub(in super::super) fn sniff(start: &[u8]) -> bool {
 impl Archive {
     /// Reads the list of files, and where each begins.
     pub(super) fn open(path: &Path, progress: &Progress<'_>) -> Result<Archive> {
-        let (file, length) = file::open_bytes(path)?;
-        let mut failed = None;
-        let archive = Self::read_list(BufReader::new(file), length, path, progress, &mut failed);
-        match failed {
-            Some(error) => Err(Error::io(path, error)),
-            None => archive,
-        }
+        let (mut file, length) = file::open_bytes(path)?;
+        file::watched(&mut file, path, |input| Self::read_list(input, length, path, progress))
     }
 
-    fn read_list(
-        file: impl Read + Seek,
-        length: u64,
-        path: &Path,
-        progress: &Progress<'_>,
-        failed: &mut Option<std::io::Error>,
-    ) -> Result<Archive> {
-        let mut wrong = |at: &str, error: zip::result::ZipError| match error {
-            zip::result::ZipError::Io(error) if error.kind() == std::io::ErrorKind::Other => {
-                let text = error.to_string();
-                *failed = Some(error);
-                Error::format(path, at, text)
-            }
-            error => Error::format(path, at, error.to_string()),
-        };
-        let mut zip = ZipArchive::new(file).map_err(|e| wrong("list of files", e))?;
+    fn read_list(input: impl Read + Seek, length: u64, path: &Path, progress: &Progress<'_>) -> Result<Archive> {
+        let wrong = |at: &str, error: ZipError| Error::format(path, at, error.to_string());
+        let mut zip = ZipArchive::new(input).map_err(|e| wrong("list of files", e))?;
         let mut members = BTreeMap::new();
         for index in 0..zip.len() {
             progress.check()?;
@@ -147,18 +130,16 @@ impl Archive {
         }
         let (mut file, _) = file::open_bytes(&self.path)?;
         file.seek(SeekFrom::Start(member.at)).map_err(|e| Error::io(&self.path, e))?;
-        let packed = BufReader::new(file.take(member.packed));
         let mut bytes = file::reserve(member.unpacked as usize, &path)?;
-        let outcome = match member.method {
-            Method::Deflated => fill(&mut bytes, DeflateDecoder::new(packed), member.unpacked, progress),
-            _ => fill(&mut bytes, packed, member.unpacked, progress),
-        };
+        file::watched(&mut file, &self.path, |input| {
+            let packed = input.take(member.packed);
+            let filled = match member.method {
+                Method::Deflated => fill(&mut bytes, DeflateDecoder::new(packed), member.unpacked, progress),
+                _ => fill(&mut bytes, packed, member.unpacked, progress),
+            };
+            filled.map_err(|error| Error::format(&path, "whole file", format!("it can't be unpacked: {error}")))
+        })?;
         progress.check()?;
-        match outcome {
-            Err(error) if error.kind() == std::io::ErrorKind::Other => return Err(Error::io(&self.path, error)),
-            Err(error) => return fail(format!("it can't be unpacked: {error}")),
-            Ok(()) => {}
-        }
         let mut crc = Crc::new();
         crc.update(&bytes);
         if bytes.len() as u64 != member.unpacked || crc.sum() != member.crc {

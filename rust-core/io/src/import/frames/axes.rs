@@ -1,7 +1,7 @@
 //! Whether the poses of a recording mean what its layout says: under the right convention its frames lie on each other.
 //!
-//! Programs that write the same layout differ in the axes of a camera (y down and looking along z, or y up and along -z) and
-//! in the sense of a pose (camera to world, or world to camera). All four are tried on some frames.
+//! Programs that write the same layout differ in the axes of a camera (y down and looking along z, or y up and along
+//! -z) and in the sense of a pose (camera to world, or world to camera). All four are tried on some frames.
 
 use std::sync::Arc;
 
@@ -20,15 +20,15 @@ const FRAMES: usize = 16;
 /// Points of a frame that others are compared with, about.
 const POINTS: usize = 1500;
 
-/// Another convention than the layout's is taken where it makes distances this many times smaller: where the layout leaves no
-/// doubt, and where it does.
+/// Another convention than the layout's is taken where it makes distances this many times smaller: where the layout
+/// leaves no doubt, and where it does.
 const CLEARLY: [f64; 2] = [3.0, 1.5];
 
 /// The ways to read poses: whether the axes and whether the sense are the other ones.
 const WAYS: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
-/// Looks at some frames: finds what their poses mean and corrects all poses where that is not what the layout says. Notes of what
-/// was found, and of what of these frames is left out.
+/// Looks at some frames: finds what their poses mean and corrects all poses where that is not what the layout says.
+/// Notes of what was found, and of what of these frames is left out.
 pub(super) fn check(
     recording: &mut Recording,
     options: &Arc<ReadOptions>,

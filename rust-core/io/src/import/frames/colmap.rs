@@ -1,5 +1,6 @@
-//! COLMAP's dense workspace: `sparse/` with cameras and images (binary or text; world to camera), `stereo/depth_maps/` with a map for
-//! each image (geometric, else photometric), `images/` with the undistorted images. Lengths are the model's own.
+//! COLMAP's dense workspace: `sparse/` with cameras and images (binary or text; world to camera), `stereo/depth_maps/`
+//! with a map for each image (geometric, else photometric), `images/` with the undistorted images. Lengths are the
+//! model's own.
 //!
 //! Pixel centres lie at halves there. Maps may be smaller than the images; 0 and less is no depth.
 
@@ -142,7 +143,8 @@ fn pinhole(kind: &str, size: [usize; 2], params: &[f64]) -> Result<Camera, Strin
         ("PINHOLE", &[fx, fy, cx, cy]) => ([fx, fy], [cx, cy]),
         _ => {
             return Err(format!(
-                "the camera model {kind} with {} parameters is no pinhole camera: undistort the images first (image_undistorter)",
+                "the camera model {kind} with {} parameters is no pinhole camera: undistort the images first \
+                 (image_undistorter)",
                 params.len()
             ));
         }

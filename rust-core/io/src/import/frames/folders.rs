@@ -1,5 +1,6 @@
-//! Folders of depth and colour images with a trajectory, as Open3D's and Redwood's: `depth/`, `color/` (or `rgb/`, `image/`), a camera's
-//! file, and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or 4 x 4 numbers a line. Millimetres.
+//! Folders of depth and colour images with a trajectory, as Open3D's and Redwood's: `depth/`, `color/` (or `rgb/`,
+//! `image/`), a camera's file, and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or
+//! 4 x 4 numbers a line. Millimetres.
 
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! ICL-NUIM, rendered rooms with a camera whose y runs up: fy is negative, and keeps its sign.
 //!
-//! As its authors rendered it: `scene_00_0000.depth` (a text of distances along the rays), `.png`, `.txt` (the camera of POV-Ray).
-//! In TUM's form: `depth/0.png` (5000 to the metre), `rgb/0.png`, and poses by number in a `.gt.freiburg`.
+//! As its authors rendered it: `scene_00_0000.depth` (a text of distances along the rays), `.png`, `.txt` (the camera
+//! of POV-Ray). In TUM's form: `depth/0.png` (5000 to the metre), `rgb/0.png`, and poses by number in a `.gt.freiburg`.
 
 use glam::{DAffine3, DMat3, DVec3};
 

@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `seven_scenes`, `tum`, `icl_nuim`, `folders` | data sets: folders of depth and colour images with poses; `folders`: Open3D, Redwood |
+//! | `seven_scenes`, `tum`, `icl_nuim`, `folders` | data sets, the last Open3D's and Redwood's: folders of images, poses |
 //! | `polycam`, `record3d`, `scanner_app`, `stray` | what phones export |
 //! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet and BundleFusion |
 //! | `recording` | a recording: its frames listed, each read as its layout says |
@@ -10,8 +10,8 @@
 //! | `decode` | images to numbers and colours |
 //! | `axes` | whether poses mean what the layout says, by the overlap of the frames |
 //!
-//! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and depths of a
-//! few frames to see how they overlap. Frames without a pose are passed over; the notes say how many.
+//! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and
+//! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many.
 
 pub(super) mod archive;
 mod axes;

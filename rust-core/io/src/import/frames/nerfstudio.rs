@@ -1,5 +1,5 @@
-//! nerfstudio's `transforms.json`: cameras to world with y up, looking along -z; intrinsics for all frames or for each; depth
-//! images where `depth_file_path` names them, in units of `depth_unit_scale_factor` (0.001).
+//! nerfstudio's `transforms.json`: cameras to world with y up, looking along -z; intrinsics for all frames or for each;
+//! depth images where `depth_file_path` names them, in units of `depth_unit_scale_factor` (0.001).
 //!
 //! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first.
 

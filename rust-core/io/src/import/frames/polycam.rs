@@ -1,6 +1,6 @@
-//! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and `cameras/`, files of a
-//! frame named alike by its time. `corrected_images` and `corrected_cameras` come with better poses and without distortion, but
-//! with a black rim around the images; long sessions have none.
+//! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and
+//! `cameras/`, files of a frame named alike by its time. `corrected_images` and `corrected_cameras` come with better
+//! poses and without distortion, but with a black rim around the images; long sessions have none.
 
 use serde_json::Value;
 

@@ -1,5 +1,6 @@
-//! Record3D: `.r3d` archives, also unpacked (`metadata`, `rgbd/0.jpg`, `.depth`, `.conf`, the last two in LZFSE), and the export as EXR
-//! and JPEG (`metadata.json`, `depth/0.exr`, `rgb/0.jpg`). The number of a file is its place in the list of poses.
+//! Record3D: `.r3d` archives, also unpacked (`metadata`, `rgbd/0.jpg`, `.depth`, `.conf`, the last two in LZFSE), and
+//! the export as EXR and JPEG (`metadata.json`, `depth/0.exr`, `rgb/0.jpg`). The number of a file is its place in the
+//! list of poses.
 
 use serde_json::Value;
 

@@ -125,13 +125,10 @@ impl Recording {
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
     ) -> Result<Frame> {
-        let entry = &self.entries[index];
         let mut frame = self.without_colour(index, options, progress)?;
         frame.depth.world_from_sensor = world_from_sensor;
         progress.check()?;
-        if let Some(place) = &entry.colour {
-            frame.colour = Some(self.colour(place, entry, options, progress)?);
-        }
+        frame.colour = self.colour(index, options, progress)?;
         Ok(frame)
     }
 
@@ -145,9 +142,7 @@ impl Recording {
         let entry = &self.entries[index];
         let mut frame = Frame { reach: self.reach, ..Frame::new(self.depth(entry, options, progress)?) };
         frame.depth.name = entry.name.to_string();
-        if let Some(place) = &entry.confidence {
-            frame.confidence = Some(self.confidence(place, options, progress)?);
-        }
+        frame.confidence = self.confidence(index, options, progress)?;
         Ok(frame)
     }
 
@@ -170,33 +165,37 @@ impl Recording {
             .map_err(|error| Error::format(&path, "whole image", error.to_string()))
     }
 
-    fn confidence(
+    /// Reads the confidences of a frame.
+    pub(crate) fn confidence(
         &self,
-        place: &Place,
+        index: usize,
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
-    ) -> Result<ConfidenceImage> {
+    ) -> Result<Option<ConfidenceImage>> {
+        let Some(place) = &self.entries[index].confidence else { return Ok(None) };
         let raster = self.numbers(place, self.confidence.coding, options, progress)?;
         let levels = raster.values.iter().map(|&level| level as u8).collect();
-        Ok(ConfidenceImage { size: [raster.cols, raster.rows], levels, least: self.confidence.least })
+        Ok(Some(ConfidenceImage { size: [raster.cols, raster.rows], levels, least: self.confidence.least }))
     }
 
-    fn colour(
+    /// Reads the colours of a frame.
+    pub(crate) fn colour(
         &self,
-        place: &Place,
-        entry: &Entry,
+        index: usize,
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
-    ) -> Result<ColourImage> {
+    ) -> Result<Option<ColourImage>> {
+        let entry = &self.entries[index];
+        let Some(place) = &entry.colour else { return Ok(None) };
         let path = self.store.path_at(place);
         let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
         let (size, pixels) = decode::colours(&bytes, &path, options)?;
-        Ok(ColourImage {
+        Ok(Some(ColourImage {
             camera: camera_for(&entry.colour_camera, size, &path)?,
             pixels,
             colour_from_depth: self.colour_from_depth,
             black_rim: self.black_rim,
-        })
+        }))
     }
 
     fn numbers(

@@ -1,5 +1,5 @@
-//! 3D Scanner App's export of all data: `frame_00000.json` (camera, pose camera to world), `depth_00000.png` (millimetres),
-//! `conf_00000.png` (0, 1, 2), and `frame_00000.jpg` for some frames only.
+//! 3D Scanner App's export of all data: `frame_00000.json` (camera, pose camera to world), `depth_00000.png`
+//! (millimetres), `conf_00000.png` (0, 1, 2), and `frame_00000.jpg` for some frames only.
 
 use serde_json::Value;
 

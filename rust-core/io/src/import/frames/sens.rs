@@ -1,5 +1,6 @@
-//! ScanNet's and BundleFusion's `.sens`, version 4: one file with cameras, then for each frame its pose (camera to world; minus infinity
-//! where it was lost), the colour image (JPEG or PNG) and the depth (two bytes a pixel, packed with zlib or not).
+//! ScanNet's and BundleFusion's `.sens`, version 4: one file with cameras, then for each frame its pose (camera to
+//! world; minus infinity where it was lost), the colour image (JPEG or PNG) and the depth (two bytes a pixel, packed
+//! with zlib or not).
 //!
 //! Listed by going from frame to frame; images are read when they are needed. All numbers are little-endian.
 

@@ -1,7 +1,8 @@
 //! 7-Scenes, and what fusion programs made of its form: `frame-000000.depth.png` (millimetres; 65535 for none),
 //! `.color.png` or `.jpg`, `.pose.txt` (camera to world), all in one folder.
 //!
-//! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's camera.
+//! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's
+//! camera.
 
 use super::recording::{Entry, Recording, pose};
 use super::store::{Place, Store};

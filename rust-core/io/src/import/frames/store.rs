@@ -1,5 +1,5 @@
-//! Where a recording's files lie: in a folder, or in an archive that is never unpacked. Names are those within it, with `/`
-//! between folders; a name that is not UTF-8 is none of a layout's and stays unseen.
+//! Where a recording's files lie: in a folder, or in an archive that is never unpacked. Names are those within it, with
+//! `/` between folders; a name that is not UTF-8 is none of a layout's and stays unseen.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -124,7 +124,10 @@ impl Store {
         let bytes = self.bytes(&Place::Named(name.into()), LONGEST_TEXT, progress)?;
         let text = String::from_utf8(bytes)
             .map_err(|_| Error::format(&self.path_of(name), "whole file", "this is not text (UTF-8)"))?;
-        Ok(text.strip_prefix('\u{feff}').map_or(text.clone(), str::to_owned))
+        Ok(match text.strip_prefix('\u{feff}') {
+            Some(rest) => rest.to_owned(),
+            None => text,
+        })
     }
 
     /// The name within the store of a file that a list at the top names; refused where it leads out.

@@ -1,5 +1,6 @@
-//! Stray Scanner: `depth/000000.png` (millimetres), `confidence/000000.png` (0, 1, 2), poses in `odometry.csv`, a camera in
-//! `camera_matrix.csv`, in newer versions one a row of the odometry. Its colours are a video, `rgb.mp4`, which is not read.
+//! Stray Scanner: `depth/000000.png` (millimetres), `confidence/000000.png` (0, 1, 2), poses in `odometry.csv`, a
+//! camera in `camera_matrix.csv`, in newer versions one a row of the odometry. Its colours are a video, `rgb.mp4`,
+//! which is not read.
 //!
 //! Nobody wrote down the axes of its cameras for all versions: how the frames overlap decides.
 

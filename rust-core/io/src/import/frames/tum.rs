@@ -1,5 +1,5 @@
-//! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the pose that are
-//! nearest in time. Depths are 5000 to the metre. Lists may name images that are not there.
+//! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
+//! pose that are nearest in time. Depths are 5000 to the metre. Lists may name images that are not there.
 
 use super::recording::{Entry, Recording};
 use super::store::{Place, Store};

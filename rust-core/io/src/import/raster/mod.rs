@@ -75,11 +75,11 @@ pub(super) fn numbers(bytes: &[u8], scan: &Scan, progress: &Progress<'_>) -> Res
     let length = bytes.len() as u64;
     let input = &mut Cursor::new(bytes);
     if png::sniff(bytes) {
-        watched(input, scan, |input| png::read(input, length, scan, progress))
+        watched(input, &scan.path, |input| png::read(input, length, scan, progress))
     } else if exr::sniff(bytes) {
-        watched(input, scan, |input| exr::read(input, length, scan, progress))
+        watched(input, &scan.path, |input| exr::read(input, length, scan, progress))
     } else if tiff::sniff(bytes) {
-        watched(input, scan, |input| tiff::read(input, length, scan, progress))
+        watched(input, &scan.path, |input| tiff::read(input, length, scan, progress))
     } else if pgm::sniff(bytes) {
         pgm::read(&mut Window::new(input, length), scan)
     } else {

@@ -24,7 +24,7 @@ pub(in super::super) fn parse(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
-    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+    watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
 pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {

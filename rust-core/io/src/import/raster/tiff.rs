@@ -23,7 +23,7 @@ pub(in super::super) fn parse(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
-    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+    watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
 /// Bytes that any strip or tile may have, packed or not.

@@ -74,7 +74,8 @@ fn what_can_not_be_done_is_refused_by_name() {
     refused(&turned, "depth_00003.png: header: an image of 48 x 64 pixels has another shape than its camera's");
 }
 
-/// Theorem: a frame's image that is cut off, empty, missing or no image is refused with its name; the others still read.
+/// Theorem: a frame's image that is cut off, empty, missing or no image is refused with its name; the others still
+/// read.
 #[test]
 fn damaged_images_are_named() {
     let twin = phone();
@@ -254,7 +255,8 @@ fn damaged_bytes_are_read_or_refused() {
     }
 }
 
-/// Theorem: a hundred thousand files in the folder are no burden, and names that are not UTF-8 are none of the layout's.
+/// Theorem: a hundred thousand files in the folder are no burden, and names that are not UTF-8 are none of the
+/// layout's.
 #[test]
 fn folders_of_many_and_odd_files() {
     let twin = phone();

@@ -1,6 +1,7 @@
 //! Writes JPEG files for tests: baseline, a colour a block of 8 x 8 pixels.
 
-/// Standard table of the lengths of brightness' first coefficients: how many codes of each length, and what they stand for.
+/// Standard table of the lengths of brightness' first coefficients: how many codes of each length, and what they stand
+/// for.
 const DC_COUNTS: [u8; 16] = [0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0];
 const DC_VALUES: [u8; 12] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
 

@@ -228,8 +228,8 @@ fn sens() {
     }
 }
 
-/// Theorem: a recording whose poses have other axes or another sense than its layout is told from a right one, and read as it
-/// was meant.
+/// Theorem: a recording whose poses have other axes or another sense than its layout is told from a right one, and read
+/// as it was meant.
 #[test]
 fn other_conventions_are_found() {
     let twin = Twin::phone();
