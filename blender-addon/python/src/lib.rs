@@ -9,7 +9,7 @@
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
-//! | `scans` | opening and reading files |
+//! | `scans`, `frame` | opening and reading files; frames of recordings |
 //! | `sources` | scans as Python hands them over |
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
@@ -30,6 +30,7 @@ mod arrays;
 mod cluster;
 mod constraints;
 mod errors;
+mod frame;
 mod job;
 mod measure;
 mod merge;
@@ -63,6 +64,8 @@ mod _native {
     use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]
     use crate::constraints::Pick;
+    #[pymodule_export]
+    use crate::frame::Frame;
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]

@@ -10,6 +10,7 @@ use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::arrays;
 use crate::errors::{input_error, reworded};
+use crate::frame;
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
@@ -22,8 +23,13 @@ use crate::range_image::{RangeImage, write_together};
 /// more: ``formats`` lists all. A camera's file among the paths makes the images depth images; a trajectory among them,
 /// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them.
 ///
+/// What depth cameras and phones record opens as ``Frame`` objects, which merge and align as other scans do: folders or zip
+/// archives of 7-Scenes, TUM RGB-D, ICL-NUIM, Open3D, Redwood, nerfstudio, Polycam (raw data), Record3D (also ``.r3d``), 3D
+/// Scanner App, Stray Scanner and COLMAP (dense workspaces); ``.sens`` files of ScanNet. No frame is decoded but a few, to see
+/// how they overlap.
+///
 /// Args:
-///     paths: a file - a scan, or a side file that places several (``.conf``) - or a list of files.
+///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or a list of them.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
 #[doc = include_str!("params/open.txt")]
 ///
@@ -55,7 +61,7 @@ pub fn open(
     let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
     let options = ReadOptions { camera, ..params("open", options)? };
     let set = Watch::new(None).run(py, move |progress| import::open_with(&paths, &options, progress))?;
-    let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
+    let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
 }
 
@@ -202,7 +208,7 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
 }
 
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
-#[pyclass(frozen, module = "surfrecon")]
+#[pyclass(frozen, subclass, module = "surfrecon")]
 pub struct Scan {
     pub scan: import::Scan,
 }
@@ -256,7 +262,8 @@ impl Scan {
 #[pyclass(frozen, sequence, module = "surfrecon")]
 pub struct ScanSet {
     scans: Vec<Py<Scan>>,
-    /// What a person should know about how the files were understood, for example the quaternion convention used.
+    /// What a person should know about how the files were understood, for example the quaternion convention used; of a
+    /// recording what was found, what is missing and what is left out.
     #[pyo3(get)]
     notes: Vec<String>,
 }

@@ -13,6 +13,7 @@ use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriM
 
 use crate::arrays;
 use crate::errors::reworded;
+use crate::frame;
 use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
@@ -119,7 +120,7 @@ impl Source {
             Source::File(scan) => {
                 let mut scan = scan.clone();
                 scan.world_from_sensor = world_from_scan;
-                Bound::new(py, Scan { scan })?.into_any()
+                frame::to_object(py, scan)?.into_bound(py).into_any()
             }
             Source::Image(image) => {
                 let mut image = CoreImage::clone(image);
