@@ -280,7 +280,8 @@ def windows(run):
     )
 
     blender = prepared("tools/windows_python.sh", "blender-4.5")
-    subprocess.run([sys.executable, "tools/build_extension.py"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    build = [sys.executable, "tools/build_extension.py", platforms.here().name, "windows-x64"]
+    subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     zipped = next((ROOT / "out" / "extension").glob("surfrecon-*-windows-x64.zip"))
     run.step(
         "Blender",
