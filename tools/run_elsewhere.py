@@ -98,7 +98,8 @@ class Compared:
         for name in sorted({**here, **there}):
             # What a system does not have is not compared: tests of its own, and what is skipped here as well.
             expected, found = here.get(name), there.get(name, "missing")
-            if found == "passed" or found == expected:
+            # A module that is skipped as a whole is a name of its own; its tests are missing there.
+            if found in ("passed", expected) or (found == "skipped" and expected is None):
                 self.counts[found] += 1
                 continue
             full = f"{title}: {name}"
@@ -279,7 +280,8 @@ def windows(run):
     )
 
     blender = prepared("tools/windows_python.sh", "blender-4.5")
-    subprocess.run([sys.executable, "tools/build_extension.py"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    build = [sys.executable, "tools/build_extension.py", platforms.here().name, "windows-x64"]
+    subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     zipped = next((ROOT / "out" / "extension").glob("surfrecon-*-windows-x64.zip"))
     run.step(
         "Blender",
