@@ -1,4 +1,6 @@
-//! `Frame`: a scan that a depth camera or a phone recorded.
+//! `Scan`: one of a set, still in its file; `Frame`: one that a depth camera or a phone recorded.
+
+use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
@@ -11,15 +13,79 @@ use surfrecon::scan::Camera as Place;
 
 use crate::arrays;
 use crate::errors::to_python;
+use crate::mesh::Mesh;
+use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::scan::Camera;
-use crate::scans::Scan;
+
+/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
+#[pyclass(frozen, subclass, module = "surfrecon")]
+pub struct Scan {
+    pub scan: import::Scan,
+}
+
+#[pymethods]
+impl Scan {
+    /// Name for people, unique within the set.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scan.name
+    }
+
+    /// The file that holds the samples.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.scan.path.clone()
+    }
+
+    /// Which scan of the file, counted from 0.
+    #[getter]
+    fn part(&self) -> usize {
+        self.scan.part
+    }
+
+    /// 4 x 4 float64: places the scan in the world.
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.scan.world_from_sensor)
+    }
+
+    /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
+    ///
+    /// Args:
+    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
+    ///
+    /// Raises:
+    ///     FileError: the file can't be read.
+    ///     FormatError: it does not hold what its format promises.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (*, progress = None))]
+    pub fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        content_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Scan {:?} of {}>", self.scan.name, self.scan.path.display())
+    }
+}
 
 /// One frame of a recording: a ``Scan`` whose colours and confidences can be had as they were recorded. Nothing is kept
 /// in memory: each of its properties but ``pose`` reads the frame's files when it is asked for.
 #[pyclass(frozen, extends = Scan, module = "surfrecon")]
 pub struct Frame;
+
+/// What a file holds as a Python object.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn content_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match content {
+        import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
+        import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),
+        import::Content::Points(cloud) => Bound::new(py, PointCloud { cloud: cloud.into() })?.into_any(),
+    })
+}
 
 /// A scan as a Python object: a ``Frame`` if it is one.
 ///

@@ -9,7 +9,7 @@
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
-//! | `scans`, `frame` | opening and reading files; frames of recordings |
+//! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
 //! | `sources` | scans as Python hands them over |
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
@@ -65,7 +65,7 @@ mod _native {
     #[pymodule_export]
     use crate::constraints::Pick;
     #[pymodule_export]
-    use crate::frame::Frame;
+    use crate::frame::{Frame, Scan};
     #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]
@@ -87,7 +87,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{Scan, ScanSet, formats, open, read, write, write_scans};
+    use crate::scans::{ScanSet, formats, open, read, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

@@ -8,9 +8,8 @@ use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
 use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
-use crate::arrays;
 use crate::errors::{input_error, reworded};
-use crate::frame;
+use crate::frame::{self, Scan};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
@@ -165,18 +164,6 @@ pub fn write(
     write_scans(py, path, images, progress)
 }
 
-/// What a file holds as a Python object.
-///
-/// # Errors
-/// None but of Python itself.
-pub fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
-    Ok(match content {
-        import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
-        import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),
-        import::Content::Points(cloud) => Bound::new(py, PointCloud { cloud: cloud.into() })?.into_any(),
-    })
-}
-
 /// The endings of the names of files that can be read, without the dot, by the format's name.
 ///
 /// Args:
@@ -205,57 +192,6 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
         }
     }
     Ok(dict)
-}
-
-/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
-#[pyclass(frozen, subclass, module = "surfrecon")]
-pub struct Scan {
-    pub scan: import::Scan,
-}
-
-#[pymethods]
-impl Scan {
-    /// Name for people, unique within the set.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.scan.name
-    }
-
-    /// The file that holds the samples.
-    #[getter]
-    fn path(&self) -> PathBuf {
-        self.scan.path.clone()
-    }
-
-    /// Which scan of the file, counted from 0.
-    #[getter]
-    fn part(&self) -> usize {
-        self.scan.part
-    }
-
-    /// 4 x 4 float64: places the scan in the world.
-    #[getter]
-    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        arrays::matrix(py, &self.scan.world_from_sensor)
-    }
-
-    /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
-    ///
-    /// Args:
-    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
-    ///
-    /// Raises:
-    ///     FileError: the file can't be read.
-    ///     FormatError: it does not hold what its format promises.
-    ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (*, progress = None))]
-    fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        to_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Scan {:?} of {}>", self.scan.name, self.scan.path.display())
-    }
 }
 
 /// Scans opened together, in the order of the files: a sequence of ``Scan``.

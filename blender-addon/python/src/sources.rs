@@ -13,11 +13,10 @@ use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriM
 
 use crate::arrays;
 use crate::errors::reworded;
-use crate::frame;
+use crate::frame::{self, Scan};
 use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
-use crate::scans::Scan;
 
 /// The scans as the core takes them.
 pub fn as_dyn(sources: &[Source]) -> Vec<&dyn ScanSource> {

@@ -96,7 +96,7 @@ impl LeftOut {
         let share = |count: usize| format!("{:.1} %", 100.0 * count as f64 / self.of.max(1) as f64);
         let parts: Vec<String> =
             parts.iter().filter(|part| part.0 > 0).map(|(count, why)| format!("{} {why}", share(*count))).collect();
-        (!parts.is_empty()).then(|| format!("left out {} of the samples", parts.join(", ")))
+        (!parts.is_empty()).then(|| format!("left out of the samples: {}", parts.join(", ")))
     }
 }
 

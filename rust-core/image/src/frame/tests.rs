@@ -135,7 +135,10 @@ fn what_can_not_be_trusted_is_left_out_and_counted() {
     assert_eq!(left_out, expected);
     assert_eq!(out.valid_count(), expected.of - 31 * samples - 33 * in_rim);
     let words = left_out.in_words().unwrap();
-    assert!(words.starts_with("left out 12.5 % of low confidence, 35.9 % beyond the sensor's reach, "), "{words}");
+    assert!(
+        words.starts_with("left out of the samples: 12.5 % of low confidence, 35.9 % beyond the sensor's reach, "),
+        "{words}"
+    );
     let cut = ConfidenceImage { levels: vec![1; 3], ..frame.confidence.clone().unwrap() };
     let error = Frame { confidence: Some(cut), ..frame.clone() }.into_range_image(&Progress::none()).unwrap_err();
     assert!(error.to_string().contains("the confidence image of 32 x 24 pixels has 3"), "{error}");

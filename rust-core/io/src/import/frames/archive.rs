@@ -26,6 +26,8 @@ const PIECE: usize = 1 << 20;
 #[derive(Debug)]
 pub(super) struct Archive {
     path: PathBuf,
+    /// The folder in it whose files these are.
+    inner: PathBuf,
     members: BTreeMap<Box<str>, Member>,
 }
 
@@ -88,7 +90,14 @@ impl Archive {
             }
             members.insert(name.trim_start_matches("./").replace('\\', "/").into(), found);
         }
-        Ok(Archive { path: path.to_owned(), members })
+        Ok(Archive { path: path.to_owned(), inner: PathBuf::new(), members })
+    }
+
+    /// The files of one of its folders.
+    pub(super) fn inner(&self, folder: &str) -> Archive {
+        let stripped = |name: &str| self.members.get_key_value(&*format!("{folder}/{name}")).map(|(_, member)| *member);
+        let members = self.below(folder).filter_map(|name| Some((name.into(), stripped(name)?))).collect();
+        Archive { path: self.path.clone(), inner: self.inner.join(folder), members }
     }
 
     /// Whether there is a file or a folder of this name.
@@ -110,7 +119,7 @@ impl Archive {
 
     /// Unpacks a file that becomes at most `most` bytes.
     pub(super) fn read(&self, name: &str, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
-        let path = self.path.join(name);
+        let path = self.path.join(&self.inner).join(name);
         let fail = |problem: String| Err(Error::format(&path, "whole file", problem));
         let Some(member) = self.members.get(name) else {
             return fail("there is no such file in the archive".to_owned());

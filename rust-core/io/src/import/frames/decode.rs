@@ -170,13 +170,16 @@ pub(super) fn colours(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resul
     }
     let mut decoder = jpeg(bytes);
     let size = jpeg_size(&mut decoder, path)?;
-    bytes_of(size, 3, most, path)?;
     // The decoder fills what is missing with grey.
     let end = bytes.len().saturating_sub(64);
     if !bytes[end..].windows(2).any(|marker| marker == [0xFF, 0xD9]) {
         return Err(fail("the image ends too early".to_owned()));
     }
-    let pixels = decoder.decode().map_err(|error| fail(error.to_string()))?;
+    // Of our own: so that it is foreseen and counted.
+    let wanted = bytes_of(size, 3, most, path)?;
+    let mut pixels: Vec<u8> = file::reserve(wanted, path)?;
+    pixels.resize(wanted, 0);
+    decoder.decode_into(&mut pixels).map_err(|error| fail(error.to_string()))?;
     let pixels =
         bytemuck::allocation::try_cast_vec(pixels).unwrap_or_else(|(_, pixels)| pixels.as_chunks::<3>().0.to_vec());
     if pixels.len() != size[0] * size[1] {

@@ -81,9 +81,18 @@ pub(super) struct Found {
 
 /// Looks whether a folder is a recording: by names alone.
 pub(super) fn find(path: &Path, progress: &Progress<'_>) -> Result<Option<Found>> {
-    let store = Store::folder(path, progress)?;
-    let layout = LAYOUTS.iter().find(|layout| (layout.recognize)(&store));
-    Ok(layout.map(|layout| Found { layout, path: path.to_owned() }))
+    let found = recognized(Store::folder(path, progress)?, progress)?.ok();
+    Ok(found.map(|(layout, store)| Found { layout, path: store.path }))
+}
+
+/// The layout of files, or of those in their only folder; the files themselves where there is none.
+fn recognized(store: Store, progress: &Progress<'_>) -> Result<Result<(&'static Layout, Store), Store>> {
+    let layout_of = |store: &Store| LAYOUTS.iter().find(|layout| (layout.recognize)(store));
+    if let Some(layout) = layout_of(&store) {
+        return Ok(Ok((layout, store)));
+    }
+    let inner = store.only_folder(progress)?.and_then(|inner| Some((layout_of(&inner)?, inner)));
+    Ok(inner.ok_or(store))
 }
 
 impl Found {
@@ -95,8 +104,7 @@ impl Found {
 
 /// Opens an archive as a recording.
 pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
-    let store = Store::archive(path, progress)?;
-    let Some(layout) = LAYOUTS.iter().find(|layout| (layout.recognize)(&store)) else {
+    let Ok((layout, store)) = recognized(Store::archive(path, progress)?, progress)? else {
         let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
         let problem = format!("this archive is no recording that is known: {}", known.join(", "));
         return Err(Error::format(path, "list of files", problem));

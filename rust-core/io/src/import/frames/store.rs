@@ -49,6 +49,22 @@ impl Store {
         Ok(Store { path: path.to_owned(), archive: Some(archive), top })
     }
 
+    /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there.
+    pub(super) fn only_folder(&self, progress: &Progress<'_>) -> Result<Option<Store>> {
+        let is_hidden = |name: &&str| name.starts_with('.') || *name == "__MACOSX";
+        let mut names = self.top().filter(|name| !is_hidden(name));
+        let (Some(name), None) = (names.next(), names.next()) else { return Ok(None) };
+        match &self.archive {
+            Some(archive) => {
+                let archive = archive.inner(name);
+                let top = archive.list("");
+                Ok((!top.is_empty()).then(|| Store { path: self.path.join(name), archive: Some(archive), top }))
+            }
+            None if self.path.join(name).is_dir() => Store::folder(&self.path.join(name), progress).map(Some),
+            None => Ok(None),
+        }
+    }
+
     /// One file that holds all.
     pub(super) fn file(path: &Path) -> Store {
         Store { path: path.to_owned(), archive: None, top: BTreeSet::new() }

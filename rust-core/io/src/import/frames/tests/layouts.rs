@@ -256,6 +256,19 @@ fn other_conventions_are_found() {
     check(&sense.0, &twin, &Expected { depth: 0.000_13, ..PLAIN });
 }
 
+/// Theorem: a recording inside of the only folder, of a folder or of an archive, is found there.
+#[test]
+fn recordings_in_a_folder_of_their_own() {
+    let twin = Twin::phone();
+    let mut files = Files::default();
+    writers::scanner_app(&twin).0.into_iter().for_each(|(name, content)| files.put(format!("my scan/{name}"), content));
+    files.put("__MACOSX/._my scan", "x");
+    folder(&files, |set| {
+        check(set, &twin, &Expected { coloured: |k| k % 3 == 0, ..PHONE });
+        assert!(set.scans[0].path.ends_with("my scan/depth_00000.png"), "{:?}", set.scans[0].path);
+    });
+}
+
 /// Theorem: what is read does not depend on where the folder is named from, nor on a slash behind it.
 #[test]
 fn names_are_those_of_the_frames() {
