@@ -4,7 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::components::parts;
 use super::extract::Surface;
-use super::holes::{self, Reason};
+use super::holes::{self, Reason, successors, walk};
 use super::lattice::Lattice;
 use super::passes;
 use super::peel;
@@ -96,23 +96,4 @@ impl Limits {
         let part = vertices.iter().find_map(|&v| self.parts.get(v as usize));
         part.and_then(|part| self.of_part.get(part)).copied().unwrap_or(self.length)
     }
-}
-
-/// The vertex after each vertex of a boundary.
-pub fn successors(boundary: &[[u32; 2]]) -> FxHashMap<u32, u32> {
-    boundary.iter().map(|&[a, b]| (a, b)).collect()
-}
-
-/// The sides of the loop through a vertex.
-pub fn walk(first: u32, next: &FxHashMap<u32, u32>) -> Vec<[u32; 2]> {
-    let mut sides = Vec::new();
-    let mut at = first;
-    while let Some(&to) = next.get(&at) {
-        sides.push([at, to]);
-        at = to;
-        if at == first || sides.len() > next.len() {
-            break;
-        }
-    }
-    sides
 }

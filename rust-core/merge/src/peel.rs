@@ -11,10 +11,9 @@
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::close::{successors, walk};
 use super::components::parts;
 use super::extract::{Case, Surface};
-use super::holes::{self, Bounds, Reason};
+use super::holes::{self, Bounds, Reason, successors, walk};
 use super::lattice::Lattice;
 use super::passes;
 use super::pinches;

@@ -42,6 +42,7 @@ use base::progress::Progress;
 use fill::Fill;
 
 pub use boxes::meeting;
+pub use loops::{successors, walk};
 pub use near::{Bounds, region};
 
 /// Why a boundary loop was left open.
