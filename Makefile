@@ -66,7 +66,7 @@ meshlab-plugin: ## Build the plugin for each MeshLab whose headers can be had: o
 	@tools/build_meshlab_plugin.sh
 
 install: ## Install the C library, its headers, pkg-config and CMake files: PREFIX=/usr/local
-	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"
+	@tools/install_c.sh "$${PREFIX:-/usr/local}"
 
 generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md, fuzz seeds
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated

@@ -46,7 +46,11 @@ def libraries(file):
 
 def facts(data, processor):
     """What should hold of a library, and whether it does."""
-    found = lief.MachO.parse(list(data)).at(0)
+    parsed = lief.MachO.parse(list(data))
+    if parsed is None:
+        yield "is a library for macOS", False
+        return
+    found = parsed.at(0)
     yield f"is for {processor}", found.header.cpu_type.name == processor
     oldest = list(found.build_version.minos if found.has_build_version else found.version_min.version)
     yield f"runs from macOS {'.'.join(map(str, oldest))}", oldest[:2] <= OLDEST
@@ -61,6 +65,8 @@ def facts(data, processor):
 def signature_holds(data, signature):
     """Whether each page has the hash that the code directory gives, and all up to the signature is covered."""
     blob = data[signature.data_offset :][: signature.data_size]
+    if len(blob) < signature.data_size:
+        return False
     magic, _, count = struct.unpack_from(">3I", blob)
     if magic != SUPER_BLOB:
         return False

@@ -10,6 +10,9 @@ set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 prefix=${1:?usage: tools/install_c.sh PREFIX}
 case $prefix in /*) ;; *) die "PREFIX must be an absolute path, got $prefix" ;; esac
+case ${DESTDIR:-/} in /*) ;; *) die "DESTDIR must be an absolute path, got $DESTDIR" ;; esac
+to=${DESTDIR:-}$prefix
+install -d "$to" && [ -w "$to" ] || die "$to cannot be written to: choose another PREFIX, or who may write there"
 cd "$root"
 
 host=$(rustc -vV | sed -n 's/^host: //p')
@@ -69,7 +72,9 @@ if [ -z "$built" ]; then
 fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-to=${DESTDIR:-}$prefix
+trap 'exit 130' INT
+trap 'exit 143' TERM
+[ -f "$built/$static" ] || die "there is no $static in $built: SURFRECON_BUILT must be a folder as cargo built it"
 install -d "$to/lib/pkgconfig" "$to/include" "$to/share/cmake/surfrecon" "$to/share/doc/surfrecon"
 
 # The shared library for Linux, from the static one. Cargo can't give symbols a version: rustc has a list of symbols of its own. Nor

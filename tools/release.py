@@ -20,7 +20,6 @@ import sys
 import tarfile
 import tempfile
 import time
-import tomllib
 import zipfile
 from pathlib import Path
 
@@ -28,7 +27,7 @@ import platforms
 
 ROOT = platforms.ROOT
 OUT = ROOT / "out" / "release"
-VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+VERSION = platforms.version()
 # Windows finds no interpreter in the first line of a script, and another bash than Git's before it.
 BASH = shutil.which("bash")
 DEB_ARCHITECTURE = {"linux-x64": "amd64", "linux-arm64": "arm64"}
@@ -42,11 +41,13 @@ def main():
     parser.add_argument("--only", choices=["c", "wheel"], help="C libraries, or wheels and extensions, alone")
     parser.add_argument("--native", action="store_true", help="for this system alone, by its own compiler")
     arguments = parser.parse_args()
+    if arguments.native and arguments.platforms:
+        parser.error("--native builds for this system: name no platform")
     chosen = [platforms.named(name) for name in arguments.platforms] or platforms.PLATFORMS
     if arguments.native:
         chosen = [platforms.here()]
 
-    os.environ["SOURCE_DATE_EPOCH"] = str(commit_time())
+    os.environ["SOURCE_DATE_EPOCH"] = str(platforms.commit_time())
     if arguments.native:
         os.environ["RUSTFLAGS"] = output(BASH, "-c", ". tools/lib.sh && without_paths")
     shutil.rmtree(OUT, ignore_errors=True)
@@ -96,12 +97,6 @@ def cpu():
     """Seconds of computing of all programs that were called."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def commit_time():
-    """Seconds of the commit: the time that files carry."""
-    asked = os.environ.get("SOURCE_DATE_EPOCH")
-    return int(asked or output("git", "log", "-1", "--format=%ct"))
 
 
 def output(*command, **options):
@@ -160,14 +155,16 @@ def archived(folder, name, zipped):
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for path in paths:
                 # What a link leads to: Windows has none.
-                entry = zipfile.ZipInfo(f"{name}/{path.relative_to(folder).as_posix()}", time.gmtime(commit_time())[:6])
+                entry = zipfile.ZipInfo(
+                    f"{name}/{path.relative_to(folder).as_posix()}", time.gmtime(platforms.commit_time())[:6]
+                )
                 entry.external_attr = 0o644 << 16
                 archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
         return target
     target = OUT / f"{name}.tar.gz"
     with (
         target.open("wb") as file,
-        gzip.GzipFile("", "wb", 9, file, mtime=commit_time()) as packed,
+        gzip.GzipFile("", "wb", 9, file, mtime=platforms.commit_time()) as packed,
         tarfile.open(fileobj=packed, mode="w", format=tarfile.GNU_FORMAT) as archive,
     ):
         for path in paths:
@@ -179,7 +176,7 @@ def anonymous(entry):
     """An entry of an archive without its owner and time."""
     entry.uid = entry.gid = 0
     entry.uname = entry.gname = "root"
-    entry.mtime = commit_time()
+    entry.mtime = platforms.commit_time()
     return entry
 
 
