@@ -1,12 +1,9 @@
 //! Stage 9: holes up to a length. [MI04, sec. 3.4]
 
-use rustc_hash::FxHashMap;
-
-use super::components::parts;
 use super::extract::Surface;
 use super::holes::{self, Reason, successors, walk};
 use super::lattice::Lattice;
-use super::passes;
+use super::parts::Part;
 use super::peel;
 use base::error::Result;
 use base::progress::Progress;
@@ -31,12 +28,19 @@ pub enum Limit {
     OfPart(f64, f64),
 }
 
-/// Closes all holes with a boundary within `limit`.
+/// Closes all holes with a boundary within `limit`; `part_of` is the part of each vertex.
 ///
 /// # Errors
 /// Cancelled.
-pub fn close_holes(surface: &mut Surface, limit: Limit, lattice: &Lattice, progress: &Progress<'_>) -> Result<Closed> {
-    let limits = Limits::new(surface, limit, progress)?;
+pub fn close_holes(
+    surface: &mut Surface,
+    parts: &[Part],
+    part_of: &[u32],
+    limit: Limit,
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<Closed> {
+    let limits = Limits::new(parts, part_of, limit);
     let boundary = std::mem::take(&mut surface.boundary);
     let report = holes::close(
         &mut surface.positions,
@@ -64,36 +68,28 @@ pub fn close_holes(surface: &mut Surface, limit: Limit, lattice: &Lattice, progr
 }
 
 /// The limit of each loop.
-struct Limits {
+struct Limits<'a> {
     length: f64,
-    /// The part of each vertex, and the limits of parts that have a boundary; empty if all have the same.
-    parts: Vec<u32>,
-    of_part: FxHashMap<u32, f64>,
+    /// Of each part; empty if all have the same.
+    of_part: Vec<f64>,
+    /// The part of each vertex.
+    part_of: &'a [u32],
 }
 
-impl Limits {
-    fn new(surface: &Surface, limit: Limit, progress: &Progress<'_>) -> Result<Self> {
-        let (length, share) = match limit {
-            Limit::Length(length) => return Ok(Limits { length, parts: Vec::new(), of_part: FxHashMap::default() }),
-            Limit::OfPart(length, share) => (length, share),
+impl<'a> Limits<'a> {
+    fn new(parts: &[Part], part_of: &'a [u32], limit: Limit) -> Self {
+        let within = |length: f64, share: f64| {
+            parts.iter().map(move |part| length.min(share * part.low.distance(part.high))).collect()
         };
-        let parts = parts(surface.positions.len(), &surface.triangles, progress)?;
-        let empty = (glam::DVec3::INFINITY, glam::DVec3::NEG_INFINITY);
-        let mut boxes: FxHashMap<u32, _> = surface.boundary.iter().map(|s| (parts[s[0] as usize], empty)).collect();
-        passes::each(parts.len(), progress, |v| {
-            if let Some((low, high)) = boxes.get_mut(&parts[v]) {
-                *low = low.min(surface.positions[v]);
-                *high = high.max(surface.positions[v]);
-            }
-        })?;
-        let within = |(low, high): (glam::DVec3, glam::DVec3)| length.min(share * low.distance(high));
-        let of_part = boxes.into_iter().map(|(part, bounds)| (part, within(bounds))).collect();
-        Ok(Limits { length, parts, of_part })
+        match limit {
+            Limit::Length(length) => Limits { length, of_part: Vec::new(), part_of },
+            Limit::OfPart(length, share) => Limits { length, of_part: within(length, share), part_of },
+        }
     }
 
     fn of(&self, vertices: &[u32]) -> f64 {
         // Vertices that were split off lie beside others of their part.
-        let part = vertices.iter().find_map(|&v| self.parts.get(v as usize));
-        part.and_then(|part| self.of_part.get(part)).copied().unwrap_or(self.length)
+        let part = vertices.iter().find_map(|&v| self.part_of.get(v as usize));
+        part.and_then(|&part| self.of_part.get(part as usize)).copied().unwrap_or(self.length)
     }
 }

@@ -11,7 +11,7 @@
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::components::parts;
+use super::connected::parts;
 use super::extract::{Case, Surface};
 use super::holes::{self, Bounds, Reason, successors, walk};
 use super::lattice::Lattice;
@@ -155,7 +155,6 @@ impl Cut {
             boundary: sides.filter(|[a, b]| next.get(a) == Some(b)).map(|side| side.map(number)).collect(),
             cases: triangles.iter().map(|&t| whole.cases[t as usize]).collect(),
             triangles: corners().map(|t| t.map(number)).collect(),
-            ..Surface::default()
         };
         Cut { surface, vertices, triangles }
     }
@@ -429,7 +428,7 @@ mod tests {
     fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
         let mut surface = surface(sheets, first);
         let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
-        let found = close_holes(&mut surface, Limit::Length(60.0), &lattice, &Progress::none()).unwrap();
+        let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), &lattice, &Progress::none()).unwrap();
         let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
         let mut triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
         triangles.sort_unstable();
