@@ -22,23 +22,23 @@ demo: extension ## Scan a shape, merge the scans inside Blender, render: out/dem
 
 test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender, MeshLab)
 	@tools/setup_apt.sh test
-	@"$$(tools/python.sh)" tools/run_tests.py
+	@python=$$(tools/python.sh) && "$$python" tools/run_tests.py
 
 test-gui: extension ## Run the extension in the window of a real Blender (Debian 13, as root): pictures in out/gui/
 	@tools/test_gui.sh
 
 test-windows: ## Run the tests of the core, C, Python and Blender as Windows' programs under Wine
-	@"$$(tools/python.sh)" tools/run_elsewhere.py windows
+	@python=$$(tools/python.sh) && "$$python" tools/run_elsewhere.py windows
 
 test-arm64: ## Run the tests in Python on Linux for arm64 under qemu
-	@"$$(tools/python.sh)" tools/run_elsewhere.py arm64
+	@python=$$(tools/python.sh) && "$$python" tools/run_elsewhere.py arm64
 
 release: ## Build what a release consists of, for all systems: out/release/; PLATFORMS="windows-x64 ..." builds some
 	@tools/setup_apt.sh
-	@"$$(tools/python.sh)" tools/release.py $(PLATFORMS)
+	@python=$$(tools/python.sh) && "$$python" tools/release.py $(PLATFORMS)
 
-release-c: ## The archive of the C library for this system alone, by its own compiler: out/release/
-	@"$$(tools/python.sh)" tools/release.py --only c --native
+release-c: ## The archive of the C library for this system alone: out/release/
+	@python=$$(tools/python.sh) && "$$python" tools/release.py --only c --native
 
 check: ## Formatting, lints, documentation, licences of dependencies
 	@tools/check.sh
@@ -59,18 +59,19 @@ wheel: ## Build the Python wheel: target/wheels/
 extension: ## Build the Blender extension with its wheel inside: out/extension/
 	@tools/setup_apt.sh
 	@tools/build_wheel.sh
-	@"$$(tools/python.sh)" tools/build_extension.py
+	@python=$$(tools/python.sh) && "$$python" tools/build_extension.py
 
 meshlab-plugin: ## Build the plugin for each MeshLab whose headers can be had: out/meshlab-plugin/VERSION-PRECISION/
 	@tools/setup_apt.sh meshlab
 	@tools/build_meshlab_plugin.sh
 
 install: ## Install the C library, its headers, pkg-config and CMake files: PREFIX=/usr/local
-	@tools/install_c.sh "$(or $(PREFIX),/usr/local)"
+	@tools/install_c.sh "$${PREFIX:-/usr/local}"
 
-generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md
+generate: ## Write what is generated from the code: the C header and its lists, what repeats parameters, PARAMETERS.md, fuzz seeds
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test generated
 	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon-tests --test c_library header::
+	SURFRECON_GENERATE=1 cargo test --quiet --package surfrecon --test fuzz_seeds
 
 clean: ## Remove everything built here
 	cargo clean

@@ -9,7 +9,9 @@ import re
 import shutil
 import subprocess
 import sys
+import time
 import tomllib
+import zipfile
 from pathlib import Path
 
 import platforms
@@ -29,13 +31,12 @@ def main():
     missing = [name for name in asked if name not in built]
     if missing or not built:
         which = ", ".join(missing) or "any platform"
-        sys.exit(f"there is no wheel in target/wheels for {which}: run tools/build_wheel.sh")
+        version = platforms.version()
+        sys.exit(f"target/wheels has no wheel of version {version} for {which}: run tools/build_wheel.sh [PLATFORM]")
     wheels = {name: built[name] for name in asked}
     manifest = (SOURCE / "blender_manifest.toml").read_text()
-    version = tomllib.loads(manifest)["version"]
-    for wheel in wheels.values():
-        if wheel.name.split("-")[1] != version:
-            sys.exit(f"{wheel.name} and blender_manifest.toml ({version}) differ in their version")
+    if tomllib.loads(manifest)["version"] != platforms.version():
+        sys.exit(f"blender_manifest.toml does not say version {platforms.version()}: run make generate")
 
     shutil.rmtree(STAGE, ignore_errors=True)
     shutil.copytree(SOURCE, STAGE, ignore=shutil.ignore_patterns("__pycache__"))
@@ -57,9 +58,21 @@ def main():
     for zipped in sorted(OUT.glob("*.zip")):
         # Blender writes linux_x64 where its manifest says linux-x64.
         final = zipped.with_name(re.sub(r"-(\w+)_(x64|arm64)\.zip$", r"-\1-\2.zip", zipped.name))
-        zipped.rename(final)
+        same_each_time(zipped, final)
         call([sys.executable, tool, "validate", final])
         print(final.relative_to(ROOT))
+
+
+def same_each_time(zipped, final):
+    """Writes a zip anew, in the order of names and with the commit's time: Blender's tool takes both from the disk."""
+    part = final.with_suffix(".part")
+    with zipfile.ZipFile(zipped) as old, zipfile.ZipFile(part, "w") as new:
+        for name in sorted(old.namelist()):
+            entry = zipfile.ZipInfo(name, time.gmtime(platforms.commit_time())[:6])
+            entry.external_attr = 0o644 << 16
+            new.writestr(entry, old.read(name), zipfile.ZIP_DEFLATED, compresslevel=9)
+    zipped.unlink()
+    part.rename(final)
 
 
 def blender_tool():

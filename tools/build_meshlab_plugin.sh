@@ -12,8 +12,9 @@ profile=${SURFRECON_PROFILE:-release}
 cargo build --quiet --locked --profile "$profile" --package surfrecon-capi
 library=$root/${CARGO_TARGET_DIR:-target}/${profile/#dev/debug}/libsurfrecon.a
 
-log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+log=$(mktemp) licences=$(mktemp)
+trap 'rm -f "$log" "$licences"' EXIT
+"$(tools/python.sh)" tools/third_party_licences.py "$licences"
 without_headers=0
 for build in "$@"; do
     version=${build%-*} scalar=${build##*-}
@@ -31,7 +32,8 @@ for build in "$@"; do
         die "the plugin for MeshLab $version ($scalar) could not be built, see above"
     }
     mkdir -p "out/meshlab-plugin/$build"
-    cp "$folder"/plugins/*.so "out/meshlab-plugin/$build/"
+    cp "$folder"/plugins/*.so meshlab-plugin/LICENSE "out/meshlab-plugin/$build/"
+    cp "$licences" "out/meshlab-plugin/$build/LICENSES-THIRD-PARTY.txt"
     echo "out/meshlab-plugin/$build"
 done
 # Of all versions those that can be had are what was asked for; a version that was named is not there.

@@ -18,7 +18,7 @@ else
     options+=(--target "$triple")
 fi
 mkdir -p target
-exec 9>"target/wheel-$triple.lock"   # this tree only: others build wheels of their own
+exec 9>target/wheel.lock   # this tree only: others build wheels of their own
 wait_for_lock wheel
 # What has the old name or the old version is not taken for the new one.
 case $triple in
@@ -32,7 +32,10 @@ case $triple in *-apple-*) [ "$(uname)" = Darwin ] || options+=(--zig) ;; esac
 # shellcheck disable=SC2086 # the tag is a pattern
 rm -f target/wheels/surfrecon-*-$tag.whl
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+# It stands among the sources, where maturin looks for licences, as long as the wheel is built: it is of this platform.
+licences=blender-addon/python/LICENSES-THIRD-PARTY.txt
+trap 'rm -f "$log" "$licences"' EXIT
+"$python" tools/third_party_licences.py "$licences" --package surfrecon-python --target "$triple"
 [ -d "${CARGO_TARGET_DIR:-target}/release" ] || say "compiling surfrecon for Python: some minutes the first time"
 maturin build --quiet --release --locked "${options[@]}" -i "$python" \
     --manifest-path blender-addon/python/Cargo.toml --out target/wheels >"$log" 2>&1 || {

@@ -30,8 +30,8 @@ def main():
     if options.release and version != own:
         sys.exit(f"{options.version} is not the version of this tree: Cargo.toml has {own}")
     changelog = (ROOT / "CHANGELOG.md").read_text()
-    if options.release and f"## {version} (unreleased)\n" in changelog:
-        sys.exit(f"CHANGELOG.md calls {version} unreleased: see *Releases* in CONTRIBUTING.md")
+    if options.release and re.search(rf"^## \[?{re.escape(version)}\b.*unreleased", changelog, re.M | re.I):
+        sys.exit(f"CHANGELOG.md calls {version} unreleased: take *(unreleased)* out of its heading")
     text = section(changelog, version)
     if not text:
         sys.exit(f"CHANGELOG.md says nothing of {version}: it needs a heading `## {version}` with text below it")

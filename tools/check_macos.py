@@ -5,10 +5,12 @@ or older; links nothing but the system's own libraries and frameworks; if it is 
 the folder to the program; its signature covers it whole and holds, page by page. Prints `ok: ...` or `FAILED: ...`.
 """
 
+import argparse
 import hashlib
 import struct
 import sys
 import tarfile
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -27,12 +29,10 @@ def libraries(file):
         with zipfile.ZipFile(file) as archive:
             for name in archive.namelist():
                 if name.endswith(".whl"):
-                    inner = Path(file).with_suffix(".inner.whl")
-                    inner.write_bytes(archive.read(name))
-                    try:
-                        yield from libraries(inner)
-                    finally:
-                        inner.unlink()
+                    with tempfile.NamedTemporaryFile(suffix=".whl") as inner:
+                        inner.write(archive.read(name))
+                        inner.flush()
+                        yield from libraries(Path(inner.name))
                 elif name.endswith((".so", ".dylib")):
                     yield name, archive.read(name)
     elif tarfile.is_tarfile(file):
@@ -46,7 +46,11 @@ def libraries(file):
 
 def facts(data, processor):
     """What should hold of a library, and whether it does."""
-    found = lief.MachO.parse(list(data)).at(0)
+    parsed = lief.MachO.parse(list(data))
+    if parsed is None:
+        yield "is a library for macOS", False
+        return
+    found = parsed.at(0)
     yield f"is for {processor}", found.header.cpu_type.name == processor
     oldest = list(found.build_version.minos if found.has_build_version else found.version_min.version)
     yield f"runs from macOS {'.'.join(map(str, oldest))}", oldest[:2] <= OLDEST
@@ -61,6 +65,8 @@ def facts(data, processor):
 def signature_holds(data, signature):
     """Whether each page has the hash that the code directory gives, and all up to the signature is covered."""
     blob = data[signature.data_offset :][: signature.data_size]
+    if len(blob) < signature.data_size:
+        return False
     magic, _, count = struct.unpack_from(">3I", blob)
     if magic != SUPER_BLOB:
         return False
@@ -79,8 +85,12 @@ def signature_holds(data, signature):
 
 def main():
     """Checks all files; status 1 if something does not hold."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="+", metavar="FILE", type=Path)
     failed = 0
-    for file in map(Path, sys.argv[1:]):
+    for file in parser.parse_args().files:
+        if not file.is_file():
+            parser.error(f"{file} is not a file")
         processor = next((value for name, value in PROCESSORS.items() if name in file.name.split("macos")[-1]), None)
         inside = list(libraries(file))
         checks = [(f"{file.name} has a library for a processor", bool(inside) and processor is not None)]

@@ -6,7 +6,9 @@
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
-triple=${1:?usage: tools/cross.sh TRIPLE}
+triple=${1:-}
+grep -q "\"$triple\"" "$root/tools/platforms.py" && [ -n "$triple" ] ||
+    die "usage: tools/cross.sh TRIPLE     one of tools/platforms.py, got '$triple'"
 host=$(rustc -vV | sed -n 's/^host: //p')
 version=$(rustc -vV | sed -n 's/^release: //p')
 sysroot=$(readlink -f "$(rustc --print sysroot)")

@@ -15,8 +15,11 @@ from build_extension import blender_tool, call
 
 def is_extension(path):
     """Whether a zip is one: a release's folder has others, too."""
-    with zipfile.ZipFile(path) as archive:
-        return "blender_manifest.toml" in archive.namelist()
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return "blender_manifest.toml" in archive.namelist()
+    except zipfile.BadZipFile:
+        sys.exit(f"{path} is not a whole zip: build it again, or take it away")
 
 
 def main():
@@ -24,6 +27,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     folder = parser.parse_args().folder
+    if not folder.is_dir():
+        sys.exit(f"{folder} is not a folder")
     zips = [path for path in sorted(folder.glob("*.zip")) if is_extension(path)]
     if not zips:
         sys.exit(f"{folder} has no extension: build them with tools/build_extension.py")

@@ -10,6 +10,9 @@ set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 prefix=${1:?usage: tools/install_c.sh PREFIX}
 case $prefix in /*) ;; *) die "PREFIX must be an absolute path, got $prefix" ;; esac
+case ${DESTDIR:-/} in /*) ;; *) die "DESTDIR must be an absolute path, got $DESTDIR" ;; esac
+final=${DESTDIR:-}$prefix
+install -d "$final" && [ -w "$final" ] || die "$final cannot be written to: choose another PREFIX, or who may write there"
 cd "$root"
 
 host=$(rustc -vV | sed -n 's/^host: //p')
@@ -69,7 +72,11 @@ if [ -z "$built" ]; then
 fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-to=${DESTDIR:-}$prefix
+trap 'exit 130' INT
+trap 'exit 143' TERM
+[ -f "$built/$static" ] || die "there is no $static in $built: SURFRECON_BUILT must be a folder as cargo built it"
+# All is made here before any of it is installed.
+to=$scratch/tree
 install -d "$to/lib/pkgconfig" "$to/include" "$to/share/cmake/surfrecon" "$to/share/doc/surfrecon"
 
 # The shared library for Linux, from the static one. Cargo can't give symbols a version: rustc has a list of symbols of its own. Nor
@@ -147,4 +154,7 @@ for template in c-api/cmake/*.in; do
     sed -e "s|@VERSION@|$version|; s|@COMPATIBLE@|$compatible|; s|@SHARED@|$shared|; s|@ASKED@|$asked|; s|@STATIC@|lib/$static|" \
         -e "s|@PRIVATE@|$private|; s|@LIBRARIES@|$libraries|" "$template" >"$to/$name"
 done
-say "installed under $to; programs find it with pkg-config surfrecon or find_package(surfrecon)"
+# Each file in place of the old one, which programs that run keep; folders that are there stay as they are.
+(cd "$to" && find . ! -type d -print0 | tar --null -cf - -T -) | (cd "$final" && tar -xf - --no-same-owner) ||
+    die "not all could be written under $final, see above"
+say "installed under $final; programs find it with pkg-config surfrecon or find_package(surfrecon)"

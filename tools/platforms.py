@@ -1,9 +1,11 @@
 """The systems that this is built for, in one place: python tools/platforms.py NAME prints the Rust target of one."""
 
+import os
 import platform
 import re
 import subprocess
 import sys
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,10 +57,29 @@ def of_wheel(wheel):
     return found[0] if found else sys.exit(f"{wheel.name}: no platform is known for the tag {tag}")
 
 
+def version():
+    """The version of this tree."""
+    return tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+
+
 def wheels(where=WHEELS):
-    """The newest wheel of each platform, by the platform's name."""
-    oldest_first = sorted(where.glob("surfrecon-*.whl"), key=lambda path: path.stat().st_mtime)
+    """The newest wheel of this version of each platform, by the platform's name."""
+    oldest_first = sorted(where.glob(f"surfrecon-{version()}-*.whl"), key=lambda path: path.stat().st_mtime)
     return {of_wheel(wheel).name: wheel for wheel in oldest_first}
+
+
+def commit_time():
+    """Seconds of the commit, or of SOURCE_DATE_EPOCH: the time that files carry, so that two builds are the same."""
+    asked = os.environ.get("SOURCE_DATE_EPOCH")
+    if asked is None:
+        command = ["git", "log", "-1", "--format=%ct"]
+        asked = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False).stdout.strip()
+    # Archives know no time before 1980, and none after 2107.
+    if not asked.isdigit() or int(asked) > 4354819198:
+        sys.exit(
+            f"SOURCE_DATE_EPOCH must be a number of seconds since 1970, got {asked!r}; a tree without git needs it"
+        )
+    return max(int(asked), 315532800)
 
 
 def commit():

@@ -8,11 +8,8 @@ system's own compiler.
 
 import argparse
 import gzip
-import hashlib
-import io
 import json
 import os
-import re
 import resource
 import shutil
 import subprocess
@@ -20,15 +17,15 @@ import sys
 import tarfile
 import tempfile
 import time
-import tomllib
 import zipfile
 from pathlib import Path
 
 import platforms
+import release_folder
 
 ROOT = platforms.ROOT
 OUT = ROOT / "out" / "release"
-VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
+VERSION = platforms.version()
 # Windows finds no interpreter in the first line of a script, and another bash than Git's before it.
 BASH = shutil.which("bash")
 DEB_ARCHITECTURE = {"linux-x64": "amd64", "linux-arm64": "arm64"}
@@ -40,14 +37,18 @@ def main():
     names = ", ".join(one.name for one in platforms.PLATFORMS)
     parser.add_argument("platforms", nargs="*", metavar="PLATFORM", help=names)
     parser.add_argument("--only", choices=["c", "wheel"], help="C libraries, or wheels and extensions, alone")
-    parser.add_argument("--native", action="store_true", help="for this system alone, by its own compiler")
+    parser.add_argument("--native", action="store_true", help="for this system alone; by its own compiler if not Linux")
     arguments = parser.parse_args()
+    if arguments.native and arguments.platforms:
+        parser.error("--native builds for this system: name no platform")
     chosen = [platforms.named(name) for name in arguments.platforms] or platforms.PLATFORMS
     if arguments.native:
         chosen = [platforms.here()]
+    # On Linux zig links, here too, so that what comes out runs on older systems than this one.
+    native = arguments.native and not chosen[0].name.startswith("linux")
 
-    os.environ["SOURCE_DATE_EPOCH"] = str(commit_time())
-    if arguments.native:
+    os.environ["SOURCE_DATE_EPOCH"] = str(platforms.commit_time())
+    if native:
         os.environ["RUSTFLAGS"] = output(BASH, "-c", ". tools/lib.sh && without_paths")
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
@@ -55,10 +56,10 @@ def main():
     for platform in chosen:
         if arguments.only != "c":
             with timed(rows, "wheel", platform) as files:
-                files.append(wheel(platform, arguments.native))
+                files.append(wheel(platform, native))
         if arguments.only != "wheel":
             with timed(rows, "c_library", platform) as files:
-                files += c_library(platform, arguments.native)
+                files += c_library(platform, native)
     if arguments.only != "c":
         with timed(rows, "extension", None) as files:
             files += extensions(chosen)
@@ -66,7 +67,7 @@ def main():
         with timed(rows, "source", None) as files:
             files += sources()
     look_into(sorted(OUT.glob("*macos*")))
-    checksums()
+    release_folder.complete(OUT)
     (OUT.parent / "release.json").write_text(json.dumps({"commit": platforms.commit(), "rows": rows}, indent=1) + "\n")
     for row in rows:
         print(f"{row['case']:10} {row['platform'] or '':12} {row['minutes_cpu']:5.1f} CPU minutes {row['mb']:6.1f} MB")
@@ -96,12 +97,6 @@ def cpu():
     """Seconds of computing of all programs that were called."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
-
-
-def commit_time():
-    """Seconds of the commit: the time that files carry."""
-    asked = os.environ.get("SOURCE_DATE_EPOCH")
-    return int(asked or output("git", "log", "-1", "--format=%ct"))
 
 
 def output(*command, **options):
@@ -146,8 +141,7 @@ def c_library(platform, native):
         output(BASH, "tools/install_c.sh", "/usr", env={**where, "DESTDIR": Path(scratch).as_posix()})
         installed = Path(scratch) / "usr"
         files = [archived(installed, name, zipped=platform.name.startswith("windows"))]
-        # One that is linked for this very system says nothing of which others it runs on.
-        if platform.name in DEB_ARCHITECTURE and not native:
+        if platform.name in DEB_ARCHITECTURE:
             files.append(debian_package(Path(scratch), DEB_ARCHITECTURE[platform.name]))
     return files
 
@@ -160,14 +154,16 @@ def archived(folder, name, zipped):
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             for path in paths:
                 # What a link leads to: Windows has none.
-                entry = zipfile.ZipInfo(f"{name}/{path.relative_to(folder).as_posix()}", time.gmtime(commit_time())[:6])
+                entry = zipfile.ZipInfo(
+                    f"{name}/{path.relative_to(folder).as_posix()}", time.gmtime(platforms.commit_time())[:6]
+                )
                 entry.external_attr = 0o644 << 16
                 archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
         return target
     target = OUT / f"{name}.tar.gz"
     with (
         target.open("wb") as file,
-        gzip.GzipFile("", "wb", 9, file, mtime=commit_time()) as packed,
+        gzip.GzipFile("", "wb", 9, file, mtime=platforms.commit_time()) as packed,
         tarfile.open(fileobj=packed, mode="w", format=tarfile.GNU_FORMAT) as archive,
     ):
         for path in paths:
@@ -179,7 +175,7 @@ def anonymous(entry):
     """An entry of an archive without its owner and time."""
     entry.uid = entry.gid = 0
     entry.uname = entry.gname = "root"
-    entry.mtime = commit_time()
+    entry.mtime = platforms.commit_time()
     return entry
 
 
@@ -208,19 +204,10 @@ Description: surfaces from range scans, for programs in C and C++
 
 
 def sources():
-    """The source distribution of the wheel, and the bill of materials of the C library."""
+    """The source distribution of the wheel."""
     where = {**os.environ, "PATH": f"{output(BASH, 'tools/venv.sh', 'build')}/bin{os.pathsep}{os.environ['PATH']}"}
     output("maturin", "sdist", "--manifest-path", "blender-addon/python/Cargo.toml", "--out", str(OUT), env=where)
-    return [*OUT.glob("surfrecon-*.tar.gz"), bill_of_materials()]
-
-
-def bill_of_materials():
-    """What is linked, as CycloneDX: maturin makes it of the wheel, which links all that the C library does."""
-    with zipfile.ZipFile(next(OUT.glob("surfrecon-*.whl"))) as built:
-        bill = next(name for name in built.namelist() if re.search(r"/sboms/.*\.cyclonedx\.json$", name))
-        target = OUT / f"surfrecon-{VERSION}.cyclonedx.json"
-        target.write_bytes(built.read(bill))
-    return target
+    return list(OUT.glob("surfrecon-*.tar.gz"))
 
 
 def look_into(files):
@@ -229,15 +216,6 @@ def look_into(files):
         python = f"{output(BASH, 'tools/venv.sh', 'release')}/bin/python"
         if subprocess.run([python, "tools/check_macos.py", *files], cwd=ROOT, check=False).returncode != 0:
             sys.exit("release.py: libraries for macOS are not as they should be, see above")
-
-
-def checksums():
-    """SHA256SUMS, as sha256sum -c reads it."""
-    files = sorted(path for path in OUT.iterdir() if path.name != "SHA256SUMS")
-    text = io.StringIO()
-    for path in files:
-        text.write(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n")
-    (OUT / "SHA256SUMS").write_text(text.getvalue())
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Runs the tests on another system, emulated: run_elsewhere.py windows (under Wine) | arm64 (under qemu)
+"""Runs the tests on another system, emulated: run_elsewhere.py windows (under Wine) | arm64 (under qemu) [STEP...]
 
 Each test must do what it does here, or be named with a reason in tests/elsewhere.toml, at most 20 of a system. The last
-line counts tests over all steps; an excused test counts as skipped.
+line counts tests over all steps; an excused test counts as skipped. Steps (Rust, C, Python, Blender) can be chosen.
 """
 
 import json
@@ -32,35 +32,61 @@ EXAMPLES = ROOT / "c-api" / "examples"
 def main():
     """Runs all steps of a system."""
     systems = {"windows": windows, "arm64": arm64}
-    if len(sys.argv) != 2 or sys.argv[1] not in systems:
+    if len(sys.argv) < 2 or sys.argv[1] not in systems or not {*sys.argv[2:]} <= {"Rust", "C", "Python", "Blender"}:
         sys.exit(__doc__)
     os.environ.setdefault("CARGO_INCREMENTAL", "0")
     os.environ.setdefault("PROPTEST_RNG_SEED", "1")
-    system = sys.argv[1]
-    excused = tomllib.loads((ROOT / "tests" / "elsewhere.toml").read_text()).get(system, {})
-    steps = {}
-    systems[system](steps)
-    unused = set(excused)
-    tally = run_tests.Tally()
-    rows = []
-    for title, (here, there, minutes) in steps.items():
-        compared = Compared(title, here, there, excused)
-        unused -= compared.excused
+    run = Run(sys.argv[1], sys.argv[2:])
+    systems[run.system](run)
+    return run.ended()
+
+
+class Run:
+    """The steps of a system, compared as they come, and what came of them."""
+
+    def __init__(self, system, chosen):
+        self.system, self.chosen = system, chosen
+        self.excused = tomllib.loads((ROOT / "tests" / "elsewhere.toml").read_text()).get(system, {})
+        self.unused = {one for one in self.excused if self.takes(one.partition(":")[0])}
+        self.tally = run_tests.Tally()
+        self.rows = []
+
+    def takes(self, title):
+        """Whether a step is run."""
+        return not self.chosen or title in self.chosen
+
+    def step(self, title, here, there):
+        """Runs a step there and here."""
+        if not self.takes(title):
+            return
+        run_tests.show(f"\n== {title}, there")
+        started = time.process_time() + cpu_of_children()
+        found = there()
+        minutes = (time.process_time() + cpu_of_children() - started) / 60
+        run_tests.show(f"\n== {title}, here")
+        compared = Compared(title, here(), found, self.excused)
+        self.unused -= compared.excused
         run_tests.show(f"\n== {title}: {compared}")
         for line in compared.lines:
             run_tests.show(line)
-        tally.add(compared.tally())
-        rows.append({"case": f"tests: {title}", "platform": system, "minutes_cpu": minutes, **compared.row()})
-    for name in sorted(unused):
-        run_tests.show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
-    if len(excused) > MOST:
-        run_tests.show(f"FAILED: {len(excused)} tests are excused: at most {MOST} may be")
-    tally.add(run_tests.Tally(failed=len(unused) + int(len(excused) > MOST)))
-    out = ROOT / "out" / "elsewhere"
-    out.mkdir(parents=True, exist_ok=True)
-    (out / f"{system}.json").write_text(json.dumps({"commit": platforms.commit(), "rows": rows}, indent=1) + "\n")
-    run_tests.show(f"\ntotal: {tally}")
-    return int(tally.failed > 0)
+        self.tally.add(compared.tally())
+        row = {"case": f"tests: {title}", "platform": self.system, "minutes_cpu": minutes, **compared.row()}
+        self.rows.append(row)
+
+    def ended(self):
+        """Says what came of it, and leaves the rows for the benchmark; the exit status."""
+        for name in sorted(self.unused):
+            run_tests.show(f"FAILED: {name} is excused in tests/elsewhere.toml, but does as here, or is gone")
+        if len(self.excused) > MOST:
+            run_tests.show(f"FAILED: {len(self.excused)} tests are excused: at most {MOST} may be")
+        self.tally.add(run_tests.Tally(failed=len(self.unused) + int(len(self.excused) > MOST)))
+        if not self.chosen:
+            out = ROOT / "out" / "elsewhere"
+            out.mkdir(parents=True, exist_ok=True)
+            left = {"commit": platforms.commit(), "rows": self.rows}
+            (out / f"{self.system}.json").write_text(json.dumps(left, indent=1) + "\n")
+        run_tests.show(f"\ntotal: {self.tally}")
+        return int(self.tally.failed > 0)
 
 
 class Compared:
@@ -72,7 +98,8 @@ class Compared:
         for name in sorted({**here, **there}):
             # What a system does not have is not compared: tests of its own, and what is skipped here as well.
             expected, found = here.get(name), there.get(name, "missing")
-            if found == "passed" or found == expected:
+            # A module that is skipped as a whole is a name of its own; its tests are missing there.
+            if found in ("passed", expected) or (found == "skipped" and expected is None):
                 self.counts[found] += 1
                 continue
             full = f"{title}: {name}"
@@ -102,16 +129,6 @@ class Compared:
         """Counts for the benchmark's table."""
         failed, excused = self.counts["failed"], self.counts["excused"]
         return {"tests_passed": self.counts["passed"], "tests_failed": failed, "excused": excused, "ok": failed == 0}
-
-
-def measured(steps, title, here, there):
-    """Runs a step here and there, and keeps both."""
-    run_tests.show(f"\n== {title}, there")
-    started = time.process_time() + cpu_of_children()
-    found = there()
-    minutes = (time.process_time() + cpu_of_children() - started) / 60
-    run_tests.show(f"\n== {title}, here")
-    steps[title] = (here(), found, minutes)
 
 
 def cpu_of_children():
@@ -152,7 +169,7 @@ def rust(env, options):
     """Outcomes of the core's tests."""
     outcomes = RustOutcomes()
     command = ["cargo", "test", *CORE, "--lib", "--tests", "--no-fail-fast", *options]
-    log = ROOT / "target" / "elsewhere.log"
+    log = ROOT / "target" / f"elsewhere-{sys.argv[1]}.log"
     process = subprocess.Popen(
         command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
     )
@@ -172,7 +189,7 @@ def pytest(command, env, folder):
         pass
     try:
         options = ["-q", "-p", "no:cacheprovider", f"--junitxml={Path(report.name).relative_to(ROOT).as_posix()}"]
-        log = ROOT / "target" / "elsewhere.log"
+        log = ROOT / "target" / f"elsewhere-{sys.argv[1]}.log"
         with log.open("w") as file:
             process = subprocess.run(
                 [*command, "-m", "pytest", *options, folder],
@@ -218,6 +235,12 @@ def wheel_files(platform):
     return unpack(platform, ROOT / "target" / f"wheel-files-{platform}")
 
 
+def wheel_files_here():
+    """The files of this system's wheel, built likewise."""
+    subprocess.run(["tools/build_wheel.sh"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return unpack()
+
+
 def python_here(folder, name, env):
     """Outcomes of Python tests on this system."""
     return pytest([f"{prepared('tools/venv.sh', name)}/bin/python"], {**os.environ, **env}, folder)
@@ -228,7 +251,7 @@ def python_there(wine, python, folder, env):
     return pytest([wine, f"{python}/python.exe"], {**os.environ, **env}, folder)
 
 
-def windows(steps):
+def windows(run):
     """Under Wine: the core, programs in C, Python, Blender."""
     wine = str(ROOT / "tools" / "wine.sh")
     prepared(wine, "--prepare")
@@ -238,19 +261,17 @@ def windows(steps):
         "CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER": wine,
     }
     target = ["--target", "x86_64-pc-windows-gnu"]
-    measured(
-        steps,
+    run.step(
         "Rust",
         lambda: rust(os.environ, ["--", "--list"]),
         lambda: rust(cross, [*target, "--", "--show-output"]),
     )
-    measured(steps, "C", lambda: dict.fromkeys(c_programs(), "passed"), lambda: c_examples(wine))
+    run.step("C", lambda: dict.fromkeys(c_programs(), "passed"), lambda: c_examples(wine))
 
     python = prepared("tools/windows_python.sh", "python")
     files = wheel_files("windows-x64")
-    here = unpack()
-    measured(
-        steps,
+    here = wheel_files_here()
+    run.step(
         "Python",
         lambda: python_here("tests/python", "python", {"PYTHONPATH": str(here)}),
         lambda: pytest(
@@ -259,10 +280,10 @@ def windows(steps):
     )
 
     blender = prepared("tools/windows_python.sh", "blender-4.5")
-    subprocess.run([sys.executable, "tools/build_extension.py"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    build = [sys.executable, "tools/build_extension.py", platforms.here().name, "windows-x64"]
+    subprocess.run(build, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     zipped = next((ROOT / "out" / "extension").glob("surfrecon-*-windows-x64.zip"))
-    measured(
-        steps,
+    run.step(
         "Blender",
         lambda: python_here("tests/blender", "blender-4.5", {}),
         lambda: python_there(wine, blender, "tests/blender", {"EXTENSION_ZIP": windows_path(zipped)}),
@@ -324,13 +345,12 @@ def example_runs(wine, program):
     return True
 
 
-def arm64(steps):
+def arm64(run):
     """Under qemu: Python."""
     python = prepared("tools/arm64_python.sh", "python")
     files = wheel_files("linux-arm64")
-    here = unpack()
-    measured(
-        steps,
+    here = wheel_files_here()
+    run.step(
         "Python",
         lambda: python_here("tests/python", "python", {"PYTHONPATH": str(here)}),
         lambda: pytest([python], {**os.environ, "PYTHONPATH": str(files)}, "tests/python"),

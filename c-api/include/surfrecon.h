@@ -356,7 +356,8 @@ typedef struct {
   uint32_t components;
 } srf_array;
 
-// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
+// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1. Where a
+// rotation and a translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
 typedef struct {
   // Column after column.
   double matrix[16];
@@ -1397,7 +1398,8 @@ srf_status srf_read_options_init_sized(srf_read_options *options, size_t size);
 
 // Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 // meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
-// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
+// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Folders, zip archives, .r3d and
+// .sens of what depth cameras and phones record give its frames as images with colours. Of the files, a camera makes the
 // images depth images, a trajectory places them. How the files were understood goes to the log too.
 // Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
 // What is wrong further on in a file is said when its scan is read.

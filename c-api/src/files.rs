@@ -59,7 +59,8 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
 
 /// Opens files of scans: single scans, lists that place several, or folders. Formats are recognized by content: range grids,
 /// meshes and points as PLY; PTX, E57, PCD, LAS and LAZ, points in text; OBJ, STL, glTF; height maps and depth images as PNG,
-/// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Of the files, a camera makes the
+/// PGM, PFM, OpenEXR, TIFF, NumPy arrays, SRTM tiles, ESRI grids; lists as .conf, .mlp and .aln. Folders, zip archives, .r3d and
+/// .sens of what depth cameras and phones record give its frames as images with colours. Of the files, a camera makes the
 /// images depth images, a trajectory places them. How the files were understood goes to the log too.
 /// Reads headers, and of a .conf whose quaternions could mean two things a few thousand points a scan, to find out which.
 /// What is wrong further on in a file is said when its scan is read.

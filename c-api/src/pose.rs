@@ -5,7 +5,8 @@ use glam::DAffine3;
 use crate::pointer;
 use crate::status::{Failure, srf_status::SRF_ERR_INPUT};
 
-/// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1.
+/// Places a frame in another: 16 numbers, column after column, as OpenGL and glTF have them; the last row is 0 0 0 1. Where a
+/// rotation and a translation are asked for, the axes must be orthonormal within 0.02: the nearest rotation is taken.
 #[allow(non_camel_case_types)]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -35,7 +36,7 @@ fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
     Ok(DAffine3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10], m[12], m[13], m[14]]))
 }
 
-/// The pose of a sensor behind a pointer: a rotation and a translation; NULL is the identity.
+/// The pose of a sensor behind a pointer: a rotation and a translation, made orthonormal; NULL is the identity.
 pub fn read_rigid(name: &str, pose: *const srf_pose) -> Result<DAffine3, Failure> {
     rigid(name, read(name, pose)?)
 }
@@ -62,13 +63,9 @@ pub fn read_all(
 }
 
 fn rigid(name: &str, transform: DAffine3) -> Result<DAffine3, Failure> {
-    if surfrecon::range_image::is_rigid(&transform) {
-        return Ok(transform);
-    }
-    let text = format!(
-        "{name} must be rigid (a rotation and a translation only); apply scale and shear to the samples instead"
-    );
-    Err(Failure::new(SRF_ERR_INPUT, text))
+    surfrecon::rigid::nearest(transform).map_err(|why| {
+        Failure::new(SRF_ERR_INPUT, format!("{name} must be rigid (a rotation and a translation only): {why}"))
+    })
 }
 
 /// A transform as the caller gets it.

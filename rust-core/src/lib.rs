@@ -18,7 +18,7 @@ pub use cluster;
 #[doc(inline)]
 pub use geom;
 #[doc(inline)]
-pub use image::{range_image, triangulate};
+pub use image::{frame, range_image, rigid, triangulate};
 #[doc(inline)]
 pub use io::{export, import};
 #[doc(inline)]

@@ -214,6 +214,71 @@ fn side_seeds() -> BTreeMap<String, Vec<u8>> {
     .into()
 }
 
+/// Recordings of two frames of 2 x 2 pixels.
+fn frame_seeds() -> BTreeMap<String, Vec<u8>> {
+    let depths = [1.0_f32, 1.5, 0.0, 7.0].map(f32::to_le_bytes).concat();
+    // A block of LZFSE that is not packed.
+    let block = |bytes: &[u8]| [b"bvx-", &(bytes.len() as u32).to_le_bytes()[..], bytes, b"bvx$"].concat();
+    let colours = png(&[200, 100, 50, 1, 2, 3, 4, 5]);
+    let metadata = r#"{"K": [2, 0, 0, 0, 2, 0, 0.5, 0.5, 1], "w": 2, "h": 2, "dw": 2, "dh": 2,
+        "poses": [[0, 0, 0, 1, 0, 0, 0], [0, 0.6, 0, 0.8, 1, 0, 0]]}"#;
+    let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    // Without a time, so that the same bytes come out each day.
+    let options = || zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
+    let mut put = |name: String, content: &[u8]| {
+        zip.start_file(name, options()).unwrap();
+        std::io::Write::write_all(&mut zip, content).unwrap();
+    };
+    put("metadata".to_owned(), metadata.as_bytes());
+    for k in 0..2 {
+        put(format!("rgbd/{k}.depth"), &block(&depths));
+        put(format!("rgbd/{k}.conf"), &block(&[2, 1, 2, 0]));
+        put(format!("rgbd/{k}.jpg"), &colours);
+    }
+    let archive = zip.finish().unwrap().into_inner();
+    let pose = |x: f32| [1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let camera = [2.0, 0.0, 0.5, 0.0, 0.0, 2.0, 0.5, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let floats = |numbers: [f32; 16]| numbers.map(f32::to_le_bytes).concat();
+    let mut sens = [&4_u32.to_le_bytes()[..], &1_u64.to_le_bytes(), b"s"].concat();
+    [camera, pose(0.0), camera, pose(0.0)].into_iter().for_each(|matrix| sens.extend(floats(matrix)));
+    sens.extend([2_u32, 0, 2, 2, 2, 2].map(u32::to_le_bytes).concat());
+    sens.extend(1000_f32.to_le_bytes());
+    sens.extend(2_u64.to_le_bytes());
+    for k in 0..2 {
+        sens.extend(floats(pose(k as f32)));
+        sens.extend([0, 0, colours.len() as u64, 8].map(u64::to_le_bytes).concat());
+        sens.extend(&colours);
+        sens.extend([1000_u16, 1500, 0, 65535].map(u16::to_le_bytes).concat());
+    }
+    let transforms = r#"{"fl_x": 2, "fl_y": 2, "cx": 1, "cy": 1, "w": 2, "h": 2, "frames": [{"file_path": "a.png",
+        "depth_file_path": "image", "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}]}"#;
+    let map = [b"2&2&1&", &depths[..]].concat();
+    [
+        ("two.r3d", archive),
+        ("two.sens", sens),
+        ("transforms.json", transforms.into()),
+        ("map.geometric.bin", map),
+        ("packed.depth", block(&depths)),
+        ("colours.png", colours),
+    ]
+    .map(|(name, bytes)| (format!("import_frames/{name}"), bytes))
+    .into()
+}
+
+/// Recordings read, and their damaged copies are refused with their name or read.
+#[test]
+fn recordings_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["two.r3d", "two.sens"] {
+        let bytes = &frame_seeds()[&format!("import_frames/{name}")];
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let set = surfrecon::import::open(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(set.scans.len(), 2);
+        set.scans.iter().for_each(|scan| drop(scan.read().unwrap_or_else(|error| panic!("{error}"))));
+    }
+}
+
 /// Eight points of format 2, version 1.2.
 fn las(packed: bool) -> Vec<u8> {
     let mut records = Vec::new();
@@ -273,7 +338,7 @@ fn seeds_read() {
 #[test]
 fn seeds_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds");
-    for (name, bytes) in seeds().into_iter().chain(scan_seeds()).chain(side_seeds()) {
+    for (name, bytes) in seeds().into_iter().chain(scan_seeds()).chain(side_seeds()).chain(frame_seeds()) {
         let path = root.join(&name);
         if std::env::var_os("SURFRECON_GENERATE").is_some() {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();

@@ -243,7 +243,7 @@ fn cases() -> Vec<(&'static str, Class, Vec<u8>, &'static str)> {
         ("a.log", Cut, b"0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 1 2\n1 0 0 0\n".to_vec(), "line 7: the file ends; expected a row of a 4 x 4 matrix"),
         ("a.log", Number, b"0 0 1\n1 0 0 nan\n0 1 0 0\n0 0 1 0\n0 0 0 1\n".to_vec(), "line 5: NaN is not a finite number"),
         ("a.xf", Cut, b"1 0 0 0 0 1".to_vec(), "whole file: a pose is a 4 x 4 matrix, found 6 numbers"),
-        ("a.xf", Number, b"1 0 0 0 0 9 0 0 0 0 1 0 0 0 0 1".to_vec(), "whole file: the matrix is not a rigid transform: its axes have the lengths 1.0000, 9.0000, 1.0000; apply scale and shear to the points instead"),
+        ("a.xf", Number, b"1 0 0 0 0 9 0 0 0 0 1 0 0 0 0 1".to_vec(), "whole file: the matrix is not a rigid transform: its axes have the lengths 1.0000, 9.0000, 1.0000 and are orthonormal within 8.00e1, which must be at most 0.02; apply scale and shear to the samples instead"),
     ]
 }
 

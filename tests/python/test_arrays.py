@@ -176,6 +176,20 @@ def test_bad_poses_are_refused_and_change_nothing(image, pose, text):
     assert np.array_equal(image.world_from_sensor, np.eye(4))
 
 
+def test_poses_of_few_digits_become_rigid(image):
+    # As 7-Scenes has them: off by 1e-4.
+    given = np.array(
+        [[0.7035, 0.3190, -0.6349, -0.9], [-0.3710, 0.9270, 0.0548, -0.3], [0.6060, 0.1970, 0.7705, 0.8], [0, 0, 0, 1]]
+    )
+    image.world_from_sensor = given
+    taken = image.world_from_sensor
+    axes = taken[:3, :3]
+    assert np.abs(axes.T @ axes - np.eye(3)).max() < 1e-15
+    assert np.abs(axes - given[:3, :3]).max() < 2e-4 and np.array_equal(taken[:, 3], given[:, 3])
+    image.world_from_sensor = taken
+    assert np.array_equal(image.world_from_sensor, taken), "what is rigid stays as it is"
+
+
 @pytest.mark.parametrize(
     ("make", "text"),
     [

@@ -236,9 +236,9 @@ def test_what_cannot_be_merged_is_named():
         surfrecon.open,
         surfrecon.merge,
         lambda bad: surfrecon.write("a.ply", bad),
-        lambda bad: surfrecon.align(torus_scans(10), poses=bad),
+        lambda bad: surfrecon.Aligner(torus_scans(10)).snap(0, np.eye(4), poses=bad),
         lambda bad: surfrecon.align(torus_scans(10), fixed=[bad]),
-        lambda bad: surfrecon.sculpt(torus_scans(10)[0], triangles=bad),
+        lambda bad: surfrecon.Sculptor(torus_scans(10)[0]).at_most(bad),
     ],
 )
 def test_ctrl_c_while_a_value_is_looked_at_stays_ctrl_c(call, error):

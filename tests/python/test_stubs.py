@@ -28,6 +28,7 @@ import surfrecon
 scans = surfrecon.open("bun.conf")
 first: surfrecon.Scan = scans[0]
 few: list[surfrecon.Scan] = scans[1:]
+colours = [scan.colour for scan in scans if isinstance(scan, surfrecon.Frame)]
 merged = surfrecon.merge([scan for scan in scans], voxel=0.001, progress=lambda stage, share: share < 0.5)
 merged.mesh.write("bunny.glb", up="z")
 image = surfrecon.RangeImage.from_points(np.zeros((2, 2, 3)), viewing=("parallel", (0, 0, -1)))

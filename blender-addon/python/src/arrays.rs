@@ -236,18 +236,13 @@ pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     Ok(transform)
 }
 
-/// A rigid transform from a 4 x 4 matrix.
+/// The rigid transform nearest to a 4 x 4 matrix.
 ///
 /// # Errors
-/// `InputError` if it scales, shears or mirrors.
+/// `InputError` if it scales, shears or mirrors by more than digits can be lost.
 pub fn rigid(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
-    let transform = affine(value, what)?;
-    if !surfrecon::range_image::is_rigid(&transform) {
-        return Err(input_error(format!(
-            "{what} must be rigid (rotation and translation only); apply scale and shear to the samples instead"
-        )));
-    }
-    Ok(transform)
+    surfrecon::rigid::nearest(affine(value, what)?)
+        .map_err(|why| input_error(format!("{what} must be rigid (rotation and translation only): {why}")))
 }
 
 /// A vector of three numbers.

@@ -25,12 +25,12 @@ use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
 use crate::merge::{Measured, MergeCall, MergeResult};
 use crate::mesh::Mesh;
 
+use crate::frame::{Scan, content_object};
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::scan::{ScanCall, scanned};
-use crate::scans::{Scan, to_object};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
@@ -397,7 +397,7 @@ impl Job {
             Ok(Ok(Ok(Made::Scanned(images, single)))) => scanned(py, images, single),
             Ok(Ok(Ok(Made::Read(contents)))) => {
                 let contents =
-                    contents.into_iter().map(|content| to_object(py, content)).collect::<PyResult<Vec<_>>>()?;
+                    contents.into_iter().map(|content| content_object(py, content)).collect::<PyResult<Vec<_>>>()?;
                 Ok(PyList::new(py, contents)?.into_any())
             }
             Ok(Ok(Ok(Made::Prepared(sculptor)))) => Ok(Bound::new(py, *sculptor)?.into_any()),

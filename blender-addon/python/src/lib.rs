@@ -9,7 +9,7 @@
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
-//! | `scans` | opening and reading files |
+//! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
 //! | `sources` | scans as Python hands them over |
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
@@ -30,6 +30,7 @@ mod arrays;
 mod cluster;
 mod constraints;
 mod errors;
+mod frame;
 mod job;
 mod measure;
 mod merge;
@@ -64,6 +65,8 @@ mod _native {
     #[pymodule_export]
     use crate::constraints::Pick;
     #[pymodule_export]
+    use crate::frame::{Frame, Scan};
+    #[pymodule_export]
     use crate::job::Job;
     #[pymodule_export]
     use crate::measure::{distances, nearest_triangles, surface_distance};
@@ -84,7 +87,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{Scan, ScanSet, formats, open, read, write, write_scans};
+    use crate::scans::{ScanSet, formats, open, read, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

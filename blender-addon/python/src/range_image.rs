@@ -126,6 +126,36 @@ pub fn write_together(
     })
 }
 
+/// A projection as a dict with ``kind`` and its parameters.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn described<'py>(py: Python<'py>, projection: &Projection) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let set = |kind: &str, first: (&str, [f64; 2]), second: (&str, [f64; 2])| -> PyResult<()> {
+        dict.set_item("kind", kind)?;
+        dict.set_item(first.0, <(f64, f64)>::from(first.1))?;
+        dict.set_item(second.0, <(f64, f64)>::from(second.1))
+    };
+    match *projection {
+        Projection::Orthographic { first, step } => set("orthographic", ("first", first), ("step", step))?,
+        Projection::Spherical { first, step } => set("spherical", ("first", first), ("step", step))?,
+        Projection::Pinhole { focal, centre, depth } => {
+            set("pinhole", ("focal", focal), ("centre", centre))?;
+            dict.set_item("depth", if depth == DepthKind::Planar { "planar" } else { "ray" })?;
+        }
+        Projection::PointGrid(viewing) => {
+            let (kind, v) = match viewing {
+                Viewing::Parallel(direction) => ("parallel", direction),
+                Viewing::From(origin) => ("from", origin),
+            };
+            dict.set_item("kind", "points")?;
+            dict.set_item("viewing", (kind, <(f64, f64, f64)>::from(v)))?;
+        }
+    }
+    Ok(dict)
+}
+
 #[pymethods]
 impl RangeImage {
     /// A range image of one point a pixel.
@@ -260,29 +290,7 @@ impl RangeImage {
     /// How pixels see: a dict with ``kind`` and its parameters.
     #[getter]
     fn projection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        let set = |kind: &str, first: (&str, [f64; 2]), second: (&str, [f64; 2])| -> PyResult<()> {
-            dict.set_item("kind", kind)?;
-            dict.set_item(first.0, <(f64, f64)>::from(first.1))?;
-            dict.set_item(second.0, <(f64, f64)>::from(second.1))
-        };
-        match *self.image().projection() {
-            Projection::Orthographic { first, step } => set("orthographic", ("first", first), ("step", step))?,
-            Projection::Spherical { first, step } => set("spherical", ("first", first), ("step", step))?,
-            Projection::Pinhole { focal, centre, depth } => {
-                set("pinhole", ("focal", focal), ("centre", centre))?;
-                dict.set_item("depth", if depth == DepthKind::Planar { "planar" } else { "ray" })?;
-            }
-            Projection::PointGrid(viewing) => {
-                let (kind, v) = match viewing {
-                    Viewing::Parallel(direction) => ("parallel", direction),
-                    Viewing::From(origin) => ("from", origin),
-                };
-                dict.set_item("kind", "points")?;
-                dict.set_item("viewing", (kind, <(f64, f64, f64)>::from(v)))?;
-            }
-        }
-        Ok(dict)
+        described(py, self.image().projection())
     }
 
     /// (rows, cols, 3) in the sensor's frame, NaN where invalid: a read-only float32 view for images made from points,
@@ -326,7 +334,8 @@ impl RangeImage {
         Ok(array.into_any())
     }
 
-    /// 4 x 4 float64, rigid: places the sensor's frame in the world.
+    /// 4 x 4 float64, rigid: places the sensor's frame in the world. Set from a matrix whose axes are orthonormal within
+    /// 0.02: it becomes the nearest rotation, as the poses of files do.
     #[getter]
     fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::matrix(py, &self.image().world_from_sensor)

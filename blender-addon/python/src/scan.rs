@@ -15,14 +15,14 @@ use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::{self, params};
 use crate::progress::Watch;
-use crate::range_image::RangeImage;
+use crate::range_image::{self, RangeImage};
 
 /// A virtual scanner: rows x cols pixels, how they see, and the true pose. It never changes.
 ///
 /// Made by ``orthographic``, ``pinhole``, ``spherical`` or ``turntable``.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Camera {
-    camera: scan::Camera,
+    pub camera: scan::Camera,
 }
 
 #[pymethods]
@@ -146,6 +146,12 @@ impl Camera {
     #[getter]
     fn cols(&self) -> usize {
         self.camera.cols
+    }
+
+    /// How pixels see: a dict with ``kind`` and its parameters, as ``RangeImage.projection``.
+    #[getter]
+    fn projection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        range_image::described(py, &self.camera.projection)
     }
 
     /// 4 x 4 float64: the true pose.

@@ -8,8 +8,8 @@ use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
 use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
-use crate::arrays;
 use crate::errors::{input_error, reworded};
+use crate::frame::{self, Scan};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
@@ -22,8 +22,13 @@ use crate::range_image::{RangeImage, write_together};
 /// more: ``formats`` lists all. A camera's file among the paths makes the images depth images; a trajectory among them,
 /// or a file ``NAME.xf``, ``NAME.tf`` or ``NAME.pose.txt`` beside a scan, places them.
 ///
+/// What depth cameras and phones record opens as ``Frame`` objects, which merge and align as other scans do: folders or zip
+/// archives of 7-Scenes, TUM RGB-D, ICL-NUIM, Open3D, Redwood, nerfstudio, Polycam (raw data), Record3D (also ``.r3d``), 3D
+/// Scanner App, Stray Scanner and COLMAP (dense workspaces); ``.sens`` files of ScanNet. No frame is decoded but a few, to see
+/// how they overlap.
+///
 /// Args:
-///     paths: a file - a scan, or a side file that places several (``.conf``) - or a list of files.
+///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or a list of them.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
 #[doc = include_str!("params/open.txt")]
 ///
@@ -55,7 +60,7 @@ pub fn open(
     let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
     let options = ReadOptions { camera, ..params("open", options)? };
     let set = Watch::new(None).run(py, move |progress| import::open_with(&paths, &options, progress))?;
-    let scans = set.scans.into_iter().map(|scan| Py::new(py, Scan { scan })).collect::<PyResult<_>>()?;
+    let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
     Ok(ScanSet { scans, notes: set.notes })
 }
 
@@ -159,18 +164,6 @@ pub fn write(
     write_scans(py, path, images, progress)
 }
 
-/// What a file holds as a Python object.
-///
-/// # Errors
-/// None but of Python itself.
-pub fn to_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
-    Ok(match content {
-        import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
-        import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),
-        import::Content::Points(cloud) => Bound::new(py, PointCloud { cloud: cloud.into() })?.into_any(),
-    })
-}
-
 /// The endings of the names of files that can be read, without the dot, by the format's name.
 ///
 /// Args:
@@ -201,62 +194,12 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
     Ok(dict)
 }
 
-/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
-#[pyclass(frozen, module = "surfrecon")]
-pub struct Scan {
-    pub scan: import::Scan,
-}
-
-#[pymethods]
-impl Scan {
-    /// Name for people, unique within the set.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.scan.name
-    }
-
-    /// The file that holds the samples.
-    #[getter]
-    fn path(&self) -> PathBuf {
-        self.scan.path.clone()
-    }
-
-    /// Which scan of the file, counted from 0.
-    #[getter]
-    fn part(&self) -> usize {
-        self.scan.part
-    }
-
-    /// 4 x 4 float64: places the scan in the world.
-    #[getter]
-    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
-        arrays::matrix(py, &self.scan.world_from_sensor)
-    }
-
-    /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
-    ///
-    /// Args:
-    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
-    ///
-    /// Raises:
-    ///     FileError: the file can't be read.
-    ///     FormatError: it does not hold what its format promises.
-    ///     Cancelled: ``progress`` returned ``False``.
-    #[pyo3(signature = (*, progress = None))]
-    fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
-        to_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<Scan {:?} of {}>", self.scan.name, self.scan.path.display())
-    }
-}
-
 /// Scans opened together, in the order of the files: a sequence of ``Scan``.
 #[pyclass(frozen, sequence, module = "surfrecon")]
 pub struct ScanSet {
     scans: Vec<Py<Scan>>,
-    /// What a person should know about how the files were understood, for example the quaternion convention used.
+    /// What a person should know about how the files were understood, for example the quaternion convention used; of a
+    /// recording what was found, what is missing and what is left out.
     #[pyo3(get)]
     notes: Vec<String>,
 }

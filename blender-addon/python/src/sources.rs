@@ -13,10 +13,10 @@ use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriM
 
 use crate::arrays;
 use crate::errors::reworded;
+use crate::frame::{self, Scan};
 use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
-use crate::scans::Scan;
 
 /// The scans as the core takes them.
 pub fn as_dyn(sources: &[Source]) -> Vec<&dyn ScanSource> {
@@ -119,7 +119,7 @@ impl Source {
             Source::File(scan) => {
                 let mut scan = scan.clone();
                 scan.world_from_sensor = world_from_scan;
-                Bound::new(py, Scan { scan })?.into_any()
+                frame::to_object(py, scan)?.into_bound(py).into_any()
             }
             Source::Image(image) => {
                 let mut image = CoreImage::clone(image);

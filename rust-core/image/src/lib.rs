@@ -1,7 +1,9 @@
-//! Range images, their triangulation, and the scans that a merge reads.
+//! Range images, their triangulation, the scans that a merge reads, and the frames that cameras record.
 
+pub mod frame;
 pub mod oriented;
 pub mod range_image;
+pub mod rigid;
 pub mod sight;
 pub mod source;
 pub mod triangulate;

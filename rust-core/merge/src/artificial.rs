@@ -21,16 +21,21 @@ const INSET: f64 = 1.0 / 32.0;
 const UNITS: f64 = (1_u64 << 32) as f64;
 
 /// Places the artificial vertices and gives them the mean trust and colour of their neighbours.
-pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<()> {
-    let slots = surface.artificial.len();
+pub fn place(
+    surface: &mut Surface,
+    artificial: &[Artificial],
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let slots = artificial.len();
     if slots == 0 {
         return Ok(());
     }
     let mut slot_of = passes::filled(u32::MAX, surface.positions.len(), progress)?;
-    for (slot, a) in surface.artificial.iter().enumerate() {
+    for (slot, a) in artificial.iter().enumerate() {
         slot_of[a.vertex as usize] = slot as u32;
     }
-    let (starts, neighbours) = neighbours(surface, &slot_of, progress)?;
+    let (starts, neighbours) = neighbours(surface, slots, &slot_of, progress)?;
     let of = |slot: usize| &neighbours[starts[slot] as usize..starts[slot + 1] as usize];
     for round in 0..=ROUNDS {
         let placed: Vec<_> = (0..slots)
@@ -39,7 +44,7 @@ pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
                 if slot % BLOCK == 0 {
                     progress.check()?;
                 }
-                let Artificial { vertex, axis, node, is_placed } = surface.artificial[slot];
+                let Artificial { vertex, axis, node, is_placed } = artificial[slot];
                 let known = |v: &&u32| round > 0 || slot_of[**v as usize] == u32::MAX;
                 let base = lattice.world(node, axis as usize, 0.0)[axis as usize];
                 // Whole numbers: the sums must not depend on the order of the neighbours.
@@ -67,7 +72,7 @@ pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
             })
             .collect::<Result<_>>()?;
         passes::each(slots, progress, |slot| {
-            let v = surface.artificial[slot].vertex as usize;
+            let v = artificial[slot].vertex as usize;
             (surface.positions[v], surface.confidence[v], surface.noise[v], surface.colour[v]) = placed[slot];
         })?;
     }
@@ -75,7 +80,12 @@ pub fn place(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
 }
 
 /// The vertices around each artificial vertex, as starts and a flat list.
-fn neighbours(surface: &Surface, slot_of: &[u32], progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<u32>)> {
+fn neighbours(
+    surface: &Surface,
+    slots: usize,
+    slot_of: &[u32],
+    progress: &Progress<'_>,
+) -> Result<(Vec<u32>, Vec<u32>)> {
     let pairs: Vec<Vec<(u32, u32)>> = surface
         .triangles
         .par_chunks(BLOCK)
@@ -93,7 +103,7 @@ fn neighbours(surface: &Surface, slot_of: &[u32], progress: &Progress<'_>) -> Re
             Ok(pairs)
         })
         .collect::<Result<_>>()?;
-    let mut starts = vec![0_u32; surface.artificial.len() + 1];
+    let mut starts = vec![0_u32; slots + 1];
     for pairs in &pairs {
         progress.check()?;
         pairs.iter().for_each(|&(slot, _)| starts[slot as usize + 1] += 1);
@@ -114,8 +124,7 @@ fn neighbours(surface: &Surface, slot_of: &[u32], progress: &Progress<'_>) -> Re
 }
 
 /// Moves vertices that meet exactly in a node a little way down their edges, or triangles between them would have no area.
-pub fn separate_at_nodes(surface: &mut Surface, lattice: &Lattice) {
-    let mut at_nodes = std::mem::take(&mut surface.at_nodes);
+pub fn separate_at_nodes(surface: &mut Surface, mut at_nodes: Vec<AtNode>, lattice: &Lattice) {
     at_nodes.sort_unstable_by_key(|a| (a.node, a.vertex));
     for group in at_nodes.chunk_by(|a, b| a.node == b.node).filter(|group| group.len() > 1) {
         for &AtNode { vertex, axis, node, upward } in group {

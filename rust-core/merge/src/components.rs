@@ -1,6 +1,10 @@
 //! Stage 8: connected parts of the surface; small ones are dropped where that is asked for.
 
+use glam::DVec3;
+
+use super::connected::{faces, parts};
 use super::extract::Surface;
+use super::parts::Part;
 use super::passes;
 use base::error::Result;
 use base::progress::Progress;
@@ -11,6 +15,21 @@ pub struct Dropped {
     pub components: u64,
     /// Number of faces they had.
     pub faces: u64,
+}
+
+/// Which of the parts that are kept have fewer than `min_share` of the triangles of the largest of them.
+pub fn small(parts: &[Part], is_kept: &[bool], min_share: f64) -> Vec<bool> {
+    let kept = || parts.iter().zip(is_kept).filter(|part| *part.1).map(|part| part.0.faces);
+    let least = min_share * kept().max().unwrap_or(0) as f64;
+    parts.iter().zip(is_kept).map(|(part, &is_kept)| is_kept && (part.faces as f64) < least).collect()
+}
+
+/// Size of the bounding box of the parts that are kept.
+pub fn extent(parts: &[Part], is_kept: &[bool]) -> DVec3 {
+    let kept = parts.iter().zip(is_kept).filter(|part| *part.1).map(|part| part.0);
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = kept.fold(none, |(low, high), part| (low.min(part.low), high.max(part.high)));
+    (high - low).max(DVec3::ZERO)
 }
 
 /// Drops connected parts with fewer than `min_share` of the triangles of the largest part, and vertices without a triangle.
@@ -55,42 +74,5 @@ pub fn compact(surface: &mut Surface, keep: &[bool], progress: &Progress<'_>) ->
     passes::each(triangles.len(), progress, |t| triangles[t] = triangles[t].map(|v| number[v as usize]))?;
     surface.boundary.retain(|side| keep[side[0] as usize]);
     surface.boundary.iter_mut().for_each(|side| *side = side.map(|v| number[v as usize]));
-    surface.artificial.retain(|a| keep[a.vertex as usize]);
-    surface.artificial.iter_mut().for_each(|a| a.vertex = number[a.vertex as usize]);
     Ok(())
-}
-
-/// The number of triangles of each part, by its lowest vertex.
-pub fn faces(part_of: &[u32], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<u32>> {
-    let mut faces = passes::filled(0, part_of.len(), progress)?;
-    passes::each(triangles.len(), progress, |t| faces[part_of[triangles[t][0] as usize] as usize] += 1)?;
-    Ok(faces)
-}
-
-/// The lowest vertex of each vertex's part: union by lower index with path halving.
-pub fn parts(vertices: usize, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<u32>> {
-    let mut parent = passes::made(vertices, progress, |v| v as u32)?;
-    fn find(parent: &mut [u32], mut v: u32) -> u32 {
-        while parent[v as usize] != v {
-            let up = parent[parent[v as usize] as usize];
-            parent[v as usize] = up;
-            v = up;
-        }
-        v
-    }
-    passes::each(triangles.len(), progress, |t| {
-        let [a, b, c] = triangles[t];
-        let up = [parent[a as usize], parent[b as usize], parent[c as usize]];
-        if up[0] == up[1] && up[1] == up[2] {
-            return;
-        }
-        let roots = [find(&mut parent, a), find(&mut parent, b), find(&mut parent, c)];
-        let lowest = roots[0].min(roots[1]).min(roots[2]);
-        for root in roots {
-            parent[root as usize] = lowest;
-        }
-    })?;
-    // Parents have lower indices, so one pass upward finds every root.
-    passes::each(vertices, progress, |v| parent[v] = parent[parent[v] as usize])?;
-    Ok(parent)
 }

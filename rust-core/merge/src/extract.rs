@@ -3,6 +3,8 @@
 //! A vertex's number is its brick's first number, plus the vertices in the rows before, plus the bits before it in its row:
 //! no table of vertices is needed, and bricks write their parts of the mesh independently.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
@@ -13,7 +15,7 @@ use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
 use super::passes;
 use super::table::{EDGE_CORNERS, INTERIOR, Table, table};
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use mesh::{Attribute, TriMesh};
 
@@ -48,7 +50,7 @@ pub struct AtNode {
 }
 
 /// The surface of all valid cells, before holes are closed.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Surface {
     /// Vertices in the world.
     pub positions: Vec<DVec3>,
@@ -62,10 +64,6 @@ pub struct Surface {
     pub scan: Vec<i32>,
     /// Triangles, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// Vertices without a crossing.
-    pub artificial: Vec<Artificial>,
-    /// Vertices in nodes.
-    pub at_nodes: Vec<AtNode>,
     /// Sides of triangles that have no second triangle, in the direction of their triangle.
     pub boundary: Vec<[u32; 2]>,
     /// How each triangle came to be.
@@ -73,44 +71,6 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// A copy.
-    ///
-    /// # Errors
-    /// Cancelled.
-    pub fn copied(&self, progress: &Progress<'_>) -> Result<Surface> {
-        Ok(Surface {
-            positions: passes::copied(&self.positions, progress)?,
-            confidence: passes::copied(&self.confidence, progress)?,
-            noise: passes::copied(&self.noise, progress)?,
-            colour: passes::copied(&self.colour, progress)?,
-            scan: passes::copied(&self.scan, progress)?,
-            triangles: passes::copied(&self.triangles, progress)?,
-            artificial: passes::copied(&self.artificial, progress)?,
-            at_nodes: passes::copied(&self.at_nodes, progress)?,
-            boundary: passes::copied(&self.boundary, progress)?,
-            cases: passes::copied(&self.cases, progress)?,
-        })
-    }
-
-    /// Median of the noise over the vertices, world units.
-    pub fn typical_noise(&self) -> f64 {
-        let mut noise = self.noise.clone();
-        let middle = noise.len() / 2;
-        if noise.is_empty() { 0.0 } else { f64::from(*noise.select_nth_unstable_by(middle, f32::total_cmp).1) }
-    }
-
-    /// Size of the bounding box.
-    ///
-    /// # Errors
-    /// Cancelled.
-    pub fn extent(&self, progress: &Progress<'_>) -> Result<DVec3> {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        passes::each(self.positions.len(), progress, |v| {
-            (low, high) = (low.min(self.positions[v]), high.max(self.positions[v]));
-        })?;
-        Ok((high - low).max(DVec3::ZERO))
-    }
-
     /// Whether there is no triangle.
     pub fn is_empty(&self) -> bool {
         self.triangles.is_empty()
@@ -120,6 +80,15 @@ impl Surface {
     pub fn bytes(&self) -> u64 {
         let vertex = size_of::<DVec3>() + 2 * size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();
         (self.positions.len() * vertex + self.triangles.len() * size_of::<[u32; 3]>()) as u64
+    }
+
+    /// Appends vertices of another surface.
+    pub fn append_vertices(&mut self, other: &Surface, range: Range<usize>) {
+        self.positions.extend_from_slice(&other.positions[range.clone()]);
+        self.confidence.extend_from_slice(&other.confidence[range.clone()]);
+        self.noise.extend_from_slice(&other.noise[range.clone()]);
+        self.colour.extend_from_slice(&other.colour[range.clone()]);
+        self.scan.extend_from_slice(&other.scan[range]);
     }
 
     /// Takes in the vertices and triangles that hole closing has appended: attributes are the mean of the vertices that
@@ -173,6 +142,18 @@ impl Surface {
         mesh.face_attributes = vec![Attribute::bool("hole_fill", hole_fill)];
         Ok(mesh)
     }
+}
+
+/// The surface of some bricks before it is changed, and what has to be.
+pub struct Extracted {
+    /// Vertices and triangles brick by brick.
+    pub surface: Surface,
+    /// Vertices without a crossing.
+    pub artificial: Vec<Artificial>,
+    /// Vertices in nodes.
+    pub at_nodes: Vec<AtNode>,
+    /// Sides of the boundary that each brick's triangles have.
+    pub sides: Vec<u32>,
 }
 
 /// How a triangle came to be: the cases a, b and c of the paper's Table 2.
@@ -281,7 +262,7 @@ fn configuration(inside: &CornerRows, [x, y, z]: [i32; 3]) -> u8 {
     pair(at) | pair(at + 1) << 2 | pair(at + CORNER_WIDTH) << 4 | pair(at + CORNER_WIDTH + 1) << 6
 }
 
-/// Writes the mesh of all bricks.
+/// Writes the mesh of these bricks, which are in order.
 ///
 /// # Errors
 /// Cancelled.
@@ -290,7 +271,7 @@ pub fn extract(
     found: &FxHashMap<[i32; 3], Vertices>,
     lattice: &Lattice,
     progress: &Progress<'_>,
-) -> Result<Surface> {
+) -> Result<Extracted> {
     count_triangles(bricks, progress)?;
     let mut first_vertex = Vec::with_capacity(bricks.len());
     let (mut vertices, mut triangles) = (0_usize, 0_usize);
@@ -299,11 +280,7 @@ pub fn extract(
         vertices += surface.vertices as usize;
         triangles += surface.triangles as usize;
     }
-    if u32::try_from(vertices).is_err() {
-        return Err(base::error::Error::OutOfMemory(format!(
-            "the surface would have {vertices} vertices, more than 2^32: choose a larger voxel"
-        )));
-    }
+    refuse_many(vertices as u64)?;
     let index = bricks.iter().enumerate().map(|(i, b)| (b.brick, i as u32)).collect();
     let bricks = Bricks { list: bricks, first_vertex, index };
     let mut surface = Surface {
@@ -326,13 +303,28 @@ pub fn extract(
             Ok((artificial, at_nodes, part.write_triangles(&bricks, &table)))
         })
         .collect::<Result<Vec<_>>>()?;
+    let mut extracted = Extracted { surface, artificial: Vec::new(), at_nodes: Vec::new(), sides: Vec::new() };
     for (artificial, at_nodes, boundary) in rest {
         progress.check()?;
-        surface.artificial.extend(artificial);
-        surface.at_nodes.extend(at_nodes);
-        surface.boundary.extend(boundary);
+        extracted.artificial.extend(artificial);
+        extracted.at_nodes.extend(at_nodes);
+        extracted.sides.push(boundary.len() as u32);
+        extracted.surface.boundary.extend(boundary);
     }
-    Ok(surface)
+    Ok(extracted)
+}
+
+/// Refuses more vertices than there are numbers for.
+///
+/// # Errors
+/// [`Error::OutOfMemory`].
+pub fn refuse_many(vertices: u64) -> Result<()> {
+    match u32::try_from(vertices) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(Error::OutOfMemory(format!(
+            "the surface would have {vertices} vertices, more than 2^32: choose a larger voxel"
+        ))),
+    }
 }
 
 fn split<'a>(bricks: &'a Bricks<'a>, surface: &'a mut Surface) -> Vec<Part<'a>> {

@@ -41,6 +41,9 @@ mod smooth;
 #[cfg(any(test, feature = "reference"))]
 pub mod reference;
 
+// 5. to 7. block by block
+mod tiles;
+
 // 5. valid cells
 mod anomalies;
 
@@ -55,17 +58,19 @@ mod pinches;
 
 // 8. parts that are no evidence of a surface; small parts
 mod components;
+mod connected;
+mod parts;
 mod stray;
 
 // 9. holes
 mod close;
+mod peel;
 
 // afterwards: how far the surface lies from the scans
 mod deviation;
 
 use std::time::Instant;
 
-use anomalies::{Analyser, BrickSurface};
 use field::{BrickLabels, Bundles, Field, Vertices};
 use lattice::Lattice;
 use rayon::prelude::*;
@@ -196,8 +201,7 @@ const PLAN: base::progress::Plan = &[
     ("fusing intersections", 0.1),
     ("looking through", 0.05),
     ("labelling nodes", 0.05),
-    ("settling anomalies", 0.1),
-    ("building the surface", 0.1),
+    ("building the surface", 0.2),
     ("closing holes", 0.05),
 ];
 
@@ -308,30 +312,34 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
     };
     report.fused_intersections = vertices.values().flatten().map(|of_axis| of_axis.len() as u64).sum();
     clock.lap("label");
-    let mut bricks = analyse_cells(&labels, progress)?;
-    drop(labels);
-    clock.lap("analyse");
-    progress.stage(6, bricks.len() as u64);
-    let mut surface = extract::extract(&mut bricks, &vertices, &lattice, progress)?;
-    clock.lap("reconstruct");
-    drop((bricks, vertices));
-    report.artificial_intersections = surface.artificial.len() as u64;
-    artificial::place(&mut surface, &lattice, progress)?;
-    artificial::separate_at_nodes(&mut surface, &lattice);
-    clock.lap("artificial");
-    pinches::split(&mut surface, &lattice, progress)?;
-    clock.lap("pinches");
-    report.noise = surface.typical_noise();
-    let stray = stray::drop_stray(&mut surface, report.voxel, reach, progress)?;
-    let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
-    report.dropped_components = [stray.components + dropped.components, stray.faces + dropped.faces];
+    let bricks = tiles::bricks(&labels);
+    let blocks = tiles::blocks(&bricks, setup.block);
+    progress.stage(5, blocks.iter().map(|(_, near)| 2 * near.len() as u64).sum());
+    let build = |(block, near)| tiles::build(block, near, &labels, &vertices, &lattice, &mut clock, progress);
+    let tiles = blocks.into_iter().map(build).collect::<Result<Vec<_>>>()?;
+    drop((labels, vertices));
+    report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
+    report.noise = tiles::typical_noise(&tiles);
+    let parts = parts::find(&tiles, progress)?;
+    let stray = stray::stray(&tiles, &parts, report.voxel, reach, progress)?;
+    let kept: Vec<bool> = stray.iter().map(|&goes| !goes).collect();
+    let small = components::small(&parts.list, &kept, params.min_component_share);
+    let kept: Vec<bool> = kept.iter().zip(&small).map(|(&is_kept, &goes)| is_kept && !goes).collect();
+    let gone = || parts.list.iter().zip(&kept).filter(|part| !part.1).map(|part| part.0.faces);
+    report.dropped_components = [gone().count() as u64, gone().sum()];
+    let size = components::extent(&parts.list, &kept);
+    let (mut surface, mut part_of) = tiles::join(tiles, parts.of, progress)?;
+    if kept.contains(&false) {
+        let keep = passes::made(part_of.len(), progress, |v| kept[part_of[v] as usize])?;
+        components::compact(&mut surface, &keep, progress)?;
+        passes::retain(&mut part_of, progress, |v, _| keep[v])?;
+    }
     clock.lap("components");
     refuse_nothing(&surface, report.voxel, params.min_component_share)?;
-    let size = surface.extent(progress)?;
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
 
-    progress.stage(7, 1);
+    progress.stage(6, 1);
     report.max_hole_length = match params.max_hole_length {
         Some(length) => length,
         None => (HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()),
@@ -340,7 +348,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
         Some(length) => close::Limit::Length(length),
         None => close::Limit::OfPart(report.max_hole_length, HOLE_SHARE),
     };
-    let holes = close::close_holes(&mut surface, limit, &lattice, progress)?;
+    let holes = close::close_holes(&mut surface, &parts.list, &part_of, limit, &lattice, progress)?;
     report.holes = [holes.closed, holes.open];
     if holes.peeled {
         let dropped = components::drop_small(&mut surface, params.min_component_share, progress)?;
@@ -385,11 +393,13 @@ struct Setup {
     fusing: Fusing,
     /// Crossings of a worker that are kept one by one; where there are more they are added up.
     kept: u64,
+    /// Bricks along each side of a block; else all is one.
+    block: Option<i32>,
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY }
+        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY, block: None }
     }
 }
 
@@ -426,38 +436,6 @@ fn label_nodes(bundles: &Bundles, rule: &field::Rule, progress: &Progress<'_>) -
     Ok(found.into_iter().flatten().unzip())
 }
 
-fn analyse_cells(labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
-    // Around labelled nodes others get labels too: neighbours within reach may hold cells and vertices.
-    let mut bricks: Vec<[i32; 3]> = Vec::new();
-    for (brick, labels) in labels {
-        let reach = labels.bounds.map(|[low, high]| {
-            [
-                (low - anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
-                (high + anomalies::LABEL_REACH) >> lattice::BRICK_BITS,
-            ]
-        });
-        for z in reach[2][0]..=reach[2][1] {
-            for y in reach[1][0]..=reach[1][1] {
-                bricks.extend((reach[0][0]..=reach[0][1]).map(|x| [brick[0] + x, brick[1] + y, brick[2] + z]));
-            }
-        }
-    }
-    bricks.sort_unstable();
-    bricks.dedup();
-    progress.stage(5, bricks.len() as u64);
-    let surfaces = bricks
-        .into_par_iter()
-        .map_init(Analyser::default, |analyser, brick| {
-            progress.advance(1)?;
-            Ok(analyser.analyse(brick, |at| {
-                let label = labels.get(&[brick[0] + at[0], brick[1] + at[1], brick[2] + at[2]])?;
-                Some([&label.inside, &label.outside])
-            }))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(surfaces.into_iter().flatten().collect())
-}
-
 struct Clock {
     last: Instant,
     laps: Vec<(&'static str, f64)>,
@@ -468,9 +446,14 @@ impl Clock {
         Clock { last: Instant::now(), laps: Vec::new() }
     }
 
+    /// Ends a lap, or a part of one.
     fn lap(&mut self, name: &'static str) {
         let now = Instant::now();
-        self.laps.push((name, (now - std::mem::replace(&mut self.last, now)).as_secs_f64()));
+        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
+        match self.laps.iter_mut().find(|lap| lap.0 == name) {
+            Some(lap) => lap.1 += seconds,
+            None => self.laps.push((name, seconds)),
+        }
     }
 }
 

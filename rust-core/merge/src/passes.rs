@@ -39,18 +39,6 @@ pub fn filled<T: Clone>(value: T, len: usize, progress: &Progress<'_>) -> Result
     Ok(list)
 }
 
-/// A copy of a list.
-///
-/// # Errors
-/// Cancelled.
-pub fn copied<T: Copy>(list: &[T], progress: &Progress<'_>) -> Result<Vec<T>> {
-    let mut copy = Vec::with_capacity(list.len());
-    for block in progress.ranges(list.len()) {
-        copy.extend_from_slice(&list[block?]);
-    }
-    Ok(copy)
-}
-
 /// Keeps the elements, in their order, for whose index and value `keep` holds.
 ///
 /// # Errors
@@ -82,7 +70,6 @@ mod tests {
             let none = Progress::none();
             let list = made(len, &none, |i| i as u32).unwrap();
             assert_eq!(list, (0..len as u32).collect::<Vec<_>>());
-            assert_eq!(copied(&list, &none).unwrap(), list);
             assert_eq!(filled(7_u8, len, &none).unwrap(), vec![7; len]);
             let (mut ours, mut theirs) = (list.clone(), list.clone());
             retain(&mut ours, &none, |i, value| i as u32 == value && value % 3 == 1).unwrap();

@@ -4,6 +4,7 @@
 //! share the edge's vertex and nothing else. Stage 5 gives most such cells up; what that leaves is split here, so that
 //! the result is manifold whatever the input.
 
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::extract::Surface;
@@ -16,15 +17,17 @@ use base::work;
 /// Distance, in cells, between the vertices of the fans along their edge of the grid.
 const APART: f64 = 1.0 / 1024.0;
 
-/// Splits all pinched vertices; returns how many.
-pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<usize> {
+/// Splits all pinched vertices, the lowest first. The new vertices follow the others; returned is which vertex each of them
+/// was split from.
+pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) -> Result<Vec<u32>> {
     // Every fan that isn't closed has one boundary side starting at its vertex.
     let mut starting: Vec<u32> = surface.boundary.iter().map(|side| side[0]).collect();
     starting.sort_unstable();
     let mut pinched: Vec<u32> = starting.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]).collect();
     pinched.dedup();
+    let mut copied = Vec::new();
     if pinched.is_empty() {
-        return Ok(0);
+        return Ok(copied);
     }
     let mut is_pinched = passes::filled(false, surface.positions.len(), progress)?;
     pinched.iter().for_each(|&v| is_pinched[v as usize] = true);
@@ -43,13 +46,15 @@ pub fn split(surface: &mut Surface, lattice: &Lattice, progress: &Progress<'_>) 
             sides.entry(v).or_default().push(side);
         }
     })?;
+    let mut before = FxHashMap::default();
     for &vertex in &pinched {
         progress.check()?;
         let at = around.remove(&vertex).expect("every pinched vertex has its list");
         let fans = fans(&surface.triangles, vertex, &at);
-        separate(surface, lattice, vertex, fans, &sides[&vertex]);
+        copied.extend((1..fans.len()).map(|_| vertex));
+        separate(surface, &mut before, lattice, vertex, fans, &sides[&vertex]);
     }
-    Ok(pinched.len())
+    Ok(copied)
 }
 
 /// The triangles at a vertex, `at`, in parts that share more vertices than this one. O(k log k) for k triangles.
@@ -98,22 +103,32 @@ fn fans(triangles: &[[u32; 3]], vertex: u32, at: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// Gives each fan at `vertex` a vertex of its own, in a row along the grid line it lies on, in the order in which the fans
-/// lie along it. `sides`: the places of the vertex's sides of the boundary.
-fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, mut fans: Vec<Vec<usize>>, sides: &[usize]) {
+/// lie along it. `sides`: the places of the vertex's sides of the boundary; `before`: where vertices were that have been moved.
+fn separate(
+    surface: &mut Surface,
+    before: &mut FxHashMap<u32, DVec3>,
+    lattice: &Lattice,
+    vertex: u32,
+    mut fans: Vec<Vec<usize>>,
+    sides: &[usize],
+) {
     let v = vertex as usize;
     let position = surface.positions[v];
     // The axis along which the vertex is furthest from a node.
     let cells = position / lattice.voxel;
     let off = (cells - cells.round()).abs();
     let axis = (0..3).max_by(|&a, &b| off[a].total_cmp(&off[b])).unwrap_or(0);
-    // Places, not numbers, decide: which fan was found first must not matter.
+    // Places, not numbers, decide, and those before any was moved: which fan, or which vertex, was found first must not matter.
     fans.sort_by_cached_key(|fan| {
-        let others = || fan.iter().flat_map(|&t| surface.triangles[t]).filter(|&u| u != vertex);
-        let place = |u: u32| surface.positions[u as usize] - position;
-        let side: i32 = others().map(place).map(|d| i32::from(d[axis] > 0.0) - i32::from(d[axis] < 0.0)).sum();
-        let lowest = others().map(|u| surface.positions[u as usize].to_array().map(ordered)).min();
-        (side, lowest)
+        let others = fan.iter().flat_map(|&t| surface.triangles[t]).filter(|&u| u != vertex);
+        let place = |u: u32| before.get(&u).copied().unwrap_or(surface.positions[u as usize]);
+        let mut places: Vec<DVec3> = others.map(place).collect();
+        let off = |p: &DVec3| p[axis] - position[axis];
+        let side: i32 = places.iter().map(off).map(|d| i32::from(d > 0.0) - i32::from(d < 0.0)).sum();
+        places.sort_unstable_by_key(|p| p.to_array().map(ordered));
+        (side, places.iter().map(|p| p.to_array().map(ordered)).collect::<Vec<_>>())
     });
+    before.insert(vertex, position);
     let middle = (fans.len() - 1) as f64 / 2.0;
     surface.scan[v] = -1;
     // A side of the boundary is a fan's if a triangle of the fan has it.
@@ -133,6 +148,7 @@ fn separate(surface: &mut Surface, lattice: &Lattice, vertex: u32, mut fans: Vec
             surface.positions[v] = moved;
         } else {
             let copy = surface.positions.len() as u32;
+            before.insert(copy, position);
             surface.positions.push(moved);
             surface.confidence.push(surface.confidence[v]);
             surface.noise.push(surface.noise[v]);
@@ -164,8 +180,6 @@ fn ordered(x: f64) -> i64 {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
     use mesh::{TriMesh, check};
 
@@ -188,7 +202,7 @@ mod tests {
     fn steps(mut surface: Surface, pinches: usize) -> u64 {
         let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
         let (split, steps) = work::counted(|| split(&mut surface, &lattice, &Progress::none()).unwrap());
-        assert_eq!(split, pinches);
+        assert_eq!(split.iter().collect::<std::collections::BTreeSet<_>>().len(), pinches);
         let report = check(&TriMesh::new(surface.positions, surface.triangles.clone()));
         assert!(report.is_manifold() && report.boundary_edges == surface.boundary.len(), "{report}");
         let mut sides: Vec<[u32; 2]> =

@@ -6,17 +6,19 @@
 //! everywhere near a larger part; noise that faces away from that is the other side of a sheet and stays. What scans saw
 //! and what is apart from other surfaces is kept, however small.
 
+use std::cmp::Ordering;
+
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
-use super::components::{Dropped, compact, faces, parts};
-use super::extract::Surface;
+use super::parts::{Part, Parts};
 use super::passes;
+use super::tiles::{Index, Tile};
 use base::error::Result;
 use base::progress::Progress;
 
 /// Parts with at most this many triangles, about as many as the cells around a node hold, surround it.
-const STRAY: u32 = 24;
+const STRAY: u64 = 24;
 /// Largest share of the vertices of a part that lie on no scan, where scans saw it: along borders.
 const UNSEEN: f64 = 0.25;
 /// Near a larger part is what lies within the distance of merging, so many cells ...
@@ -25,24 +27,12 @@ const NEAR: f64 = 2.0;
 const DEVIATIONS: f64 = 3.0;
 /// Noise counts up to so many cells, which bounds the search.
 const MOST_CELLS: f64 = 4.0;
-
-/// What is known of a part, by its lowest vertex.
-#[derive(Clone, Copy, Default)]
-struct Part {
-    faces: u32,
-    vertices: u32,
-    /// Vertices on no scan, and noisy ones.
-    unseen: u32,
-    noisy: u32,
-    /// Whether a vertex of it is known that is near no larger part.
-    is_apart: bool,
-    /// Sum of the cosines between its normals and those of the nearest vertices of larger parts.
-    facing: f64,
-}
+/// Normals and cosines are added up in whole numbers of this unit, so that their order can't matter.
+const UNIT: f32 = 1.0 / (1 << 20) as f32;
 
 impl Part {
     fn is_unseen(&self) -> bool {
-        f64::from(self.unseen) > UNSEEN * f64::from(self.vertices)
+        self.unseen as f64 > UNSEEN * self.vertices as f64
     }
 
     fn is_doubtful(&self) -> bool {
@@ -50,82 +40,125 @@ impl Part {
     }
 }
 
-/// Drops them; the largest part always stays. `reach` is the distance of merging in cells. O(vertices).
-pub fn drop_stray(surface: &mut Surface, voxel: f64, reach: f64, progress: &Progress<'_>) -> Result<Dropped> {
-    let vertices = surface.positions.len();
-    let part_of = parts(vertices, &surface.triangles, progress)?;
-    let faces = faces(&part_of, &surface.triangles, progress)?;
-    let largest = faces.iter().copied().max().unwrap_or(0);
-    let mut known = passes::made(vertices, progress, |v| Part { faces: faces[v], ..Part::default() })?;
-    drop(faces);
-    passes::each(vertices, progress, |v| {
-        let part = &mut known[part_of[v] as usize];
-        part.vertices += 1;
-        part.unseen += u32::from(surface.scan[v] < 0);
-        part.noisy += u32::from(surface.noise[v] > 0.0);
-    })?;
+/// What lies around a part.
+#[derive(Clone, Copy, Default)]
+struct Surroundings {
+    /// Whether a vertex of it is known that is near no larger part.
+    is_apart: bool,
+    /// Sum of the cosines between its normals and those of the nearest vertices of larger parts.
+    facing: i64,
+}
+
+/// Which parts go; the largest always stays. `reach` is the distance of merging in cells. O(vertices).
+///
+/// # Errors
+/// Cancelled.
+pub fn stray(tiles: &[Tile], parts: &Parts, voxel: f64, reach: f64, progress: &Progress<'_>) -> Result<Vec<bool>> {
+    let largest = parts.list.iter().map(|part| part.faces).max().unwrap_or(0);
+    let searched: Vec<bool> =
+        (parts.list.iter()).map(|part| part.is_doubtful() && part.faces > STRAY && part.faces < largest).collect();
+    let found = surroundings(tiles, parts, &searched, voxel, reach, progress)?;
+    let is_double = |part: &Part, around: &Surroundings| !around.is_apart && (part.is_unseen() || around.facing > 0);
+    let goes = |(part, around): (&Part, &Surroundings)| {
+        part.is_doubtful() && part.faces < largest && (part.faces <= STRAY || is_double(part, around))
+    };
+    Ok(parts.list.iter().zip(&found).map(goes).collect())
+}
+
+/// What lies around those parts that are searched.
+fn surroundings(
+    tiles: &[Tile],
+    parts: &Parts,
+    searched: &[bool],
+    voxel: f64,
+    reach: f64,
+    progress: &Progress<'_>,
+) -> Result<Vec<Surroundings>> {
+    let mut found = vec![Surroundings::default(); parts.list.len()];
     // Buckets as large as the search reaches, of the surroundings of doubtful parts.
     let most = |noise: f64| (reach + NEAR + DEVIATIONS * noise.min(MOST_CELLS)) * voxel;
-    let within = |v: usize| most(f64::from(surface.noise[v]) / voxel);
     let bucket = most(MOST_CELLS);
-    let key = |v: usize| (surface.positions[v] / bucket).floor().to_array().map(|x| x as i64);
-    let is_searched = |part: &Part| part.is_doubtful() && part.faces > STRAY && part.faces < largest;
-    let mut near: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
-    passes::each(vertices, progress, |v| {
-        if is_searched(&known[part_of[v] as usize]) {
-            for key in around(key(v)) {
+    let key = |tile: usize, v: usize| (tiles[tile].surface.positions[v] / bucket).floor().to_array().map(|x| x as i64);
+    let part_of = |tile: usize, v: usize| parts.of[tile][v] as usize;
+    let mut near: FxHashMap<[i64; 3], Vec<[u32; 2]>> = FxHashMap::default();
+    each_own(tiles, progress, |tile, v| {
+        if searched[part_of(tile, v)] {
+            for key in around(key(tile, v)) {
                 near.entry(key).or_default();
             }
         }
     })?;
-    passes::each(vertices, progress, |v| {
-        if let Some(list) = near.get_mut(&key(v)) {
-            list.push(v as u32);
+    if near.is_empty() {
+        return Ok(found);
+    }
+    each_own(tiles, progress, |tile, v| {
+        if let Some(list) = near.get_mut(&key(tile, v)) {
+            list.push([tile as u32, v as u32]);
         }
     })?;
-    let normals = if near.is_empty() { Vec::new() } else { normals(surface, progress)? };
-    passes::each(vertices, progress, |v| {
-        let part = &known[part_of[v] as usize];
-        if !is_searched(part) || part.is_apart {
+    let normals = normals(tiles, progress)?;
+    each_own(tiles, progress, |tile, v| {
+        let part = part_of(tile, v);
+        if !searched[part] || found[part].is_apart {
             return;
         }
-        let own = (part.faces, part_of[v]);
-        let is_larger = |other: &u32| (known[part_of[*other as usize] as usize].faces, part_of[*other as usize]) > own;
-        let off = |other: u32| surface.positions[v].distance_squared(surface.positions[other as usize]);
-        let others = around(key(v)).filter_map(|key| near.get(&key)).flatten().copied();
-        let nearest = others.filter(is_larger).map(|other| (off(other), other)).min_by(|a, b| a.0.total_cmp(&b.0));
-        let part = &mut known[part_of[v] as usize];
-        match nearest.filter(|nearest| nearest.0 <= within(v).powi(2)) {
-            Some((_, other)) => part.facing += f64::from(normals[v].dot(normals[other as usize])),
-            None => part.is_apart = true,
+        let surface = &tiles[tile].surface;
+        // Of equally large ones the one that begins later.
+        let own = (parts.list[part].faces, part);
+        let is_larger = |[tile, v]: [usize; 2]| {
+            let other = part_of(tile, v);
+            (parts.list[other].faces, other) > own
+        };
+        let place = |[tile, v]: [usize; 2]| tiles[tile].surface.positions[v];
+        let others = around(key(tile, v)).filter_map(|key| near.get(&key)).flatten().map(|at| at.map(|i| i as usize));
+        let distances =
+            others.filter(|at| is_larger(*at)).map(|at| (surface.positions[v].distance_squared(place(at)), at));
+        // Of equally near ones, too, the place decides.
+        let by_place = |a: [usize; 2], b: [usize; 2]| {
+            let [a, b] = [a, b].map(|at| place(at).to_array());
+            (0..3).map(|i| a[i].total_cmp(&b[i])).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+        };
+        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| by_place(a.1, b.1)));
+        let within = most(f64::from(surface.noise[v]) / voxel);
+        match nearest.filter(|nearest| nearest.0 <= within.powi(2)) {
+            Some((_, [other, at])) => found[part].facing += (normals[tile][v].dot(normals[other][at]) / UNIT) as i64,
+            None => found[part].is_apart = true,
         }
     })?;
-    let is_double = |part: &Part| !part.is_apart && (part.is_unseen() || part.facing > 0.0);
-    let goes = |part: &Part| part.is_doubtful() && part.faces < largest && (part.faces <= STRAY || is_double(part));
-    let mut dropped = Dropped { components: 0, faces: 0 };
-    passes::each(vertices, progress, |v| {
-        if goes(&known[v]) {
-            dropped.components += 1;
-            dropped.faces += u64::from(known[v].faces);
-        }
-    })?;
-    if dropped.components > 0 {
-        let keep = passes::made(vertices, progress, |v| !goes(&known[part_of[v] as usize]))?;
-        compact(surface, &keep, progress)?;
-    }
-    Ok(dropped)
+    Ok(found)
 }
 
-/// Unit normals of the vertices.
-fn normals(surface: &Surface, progress: &Progress<'_>) -> Result<Vec<Vec3>> {
-    let mut normals = passes::filled(Vec3::ZERO, surface.positions.len(), progress)?;
-    passes::each(surface.triangles.len(), progress, |t| {
-        let [a, b, c] = surface.triangles[t].map(|v| surface.positions[v as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero().as_vec3();
-        surface.triangles[t].iter().for_each(|&v| normals[v as usize] += normal);
-    })?;
-    passes::each(normals.len(), progress, |v| normals[v] = normals[v].normalize_or_zero())?;
-    Ok(normals)
+/// Calls `each` with the tiles' own vertices.
+fn each_own(tiles: &[Tile], progress: &Progress<'_>, mut each: impl FnMut(usize, usize)) -> Result<()> {
+    tiles.iter().enumerate().try_for_each(|(i, tile)| passes::each(tile.own, progress, |v| each(i, v)))
+}
+
+/// Unit normals of the vertices of all tiles.
+fn normals(tiles: &[Tile], progress: &Progress<'_>) -> Result<Vec<Vec<Vec3>>> {
+    let mut sums = Vec::new();
+    for tile in tiles {
+        let surface = &tile.surface;
+        let mut of_tile = passes::filled([0_i32; 3], surface.positions.len(), progress)?;
+        passes::each(surface.triangles.len(), progress, |t| {
+            let [a, b, c] = surface.triangles[t].map(|v| surface.positions[v as usize]);
+            let normal = ((b - a).cross(c - a).normalize_or_zero().as_vec3() / UNIT).to_array().map(|x| x as i32);
+            for &v in &surface.triangles[t] {
+                (0..3).for_each(|i| of_tile[v as usize][i] += normal[i]);
+            }
+        })?;
+        sums.push(of_tile);
+    }
+    // Triangles of a tile at vertices of another.
+    let index = Index::new(tiles);
+    for (i, tile) in tiles.iter().enumerate() {
+        for (at, key) in tile.foreign.iter().enumerate() {
+            let [owner, v] = index.find(key);
+            let more = sums[i][tile.own + at];
+            (0..3).for_each(|axis| sums[owner][v][axis] += more[axis]);
+        }
+    }
+    let unit = |sum: &[i32; 3]| Vec3::from_array(sum.map(|x| x as f32)).normalize_or_zero();
+    sums.iter().map(|of_tile| passes::made(of_tile.len(), progress, |v| unit(&of_tile[v]))).collect()
 }
 
 /// A bucket and its neighbours.

@@ -3,6 +3,7 @@
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
+mod blocks;
 mod defaults;
 mod noise;
 

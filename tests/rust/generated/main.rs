@@ -58,6 +58,13 @@ fn versions() {
         text = format!("{before}{mark}{number};{after}");
     }
     compare(name, &text);
+    let name = "c-api/examples/CMakeLists.txt";
+    let text = std::fs::read_to_string(root().join(name)).expect(name);
+    let mark = "find_package(surfrecon ";
+    let (before, rest) = text.split_once(mark).expect("the examples find the library");
+    let (_, after_version) = rest.split_once(' ').expect("and ask for a version");
+    let asked = version.rsplit_once('.').map_or(version, |(minor, _)| minor);
+    compare(name, &format!("{before}{mark}{asked} {after_version}"));
     // Own crates only: others have versions of their own.
     let manifest = std::fs::read_to_string(root().join("Cargo.toml")).expect("Cargo.toml");
     let lines = manifest.split_inclusive('\n').map(|line| match line.contains("path = \"rust-core/") {

@@ -6,6 +6,7 @@ from typing import Any, Literal, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 __all__ = [
     "AlignReport",
@@ -15,6 +16,7 @@ __all__ = [
     "Alignment",
     "Camera",
     "Clustered",
+    "Frame",
     "Job",
     "MergeReport",
     "MergeResult",
@@ -222,7 +224,7 @@ class RangeImage:
         # end
     ) -> Mesh: ...
 
-@final
+@disjoint_base
 class Scan:
     @property
     def name(self) -> str: ...
@@ -233,6 +235,23 @@ class Scan:
     @property
     def world_from_sensor(self) -> _Matrix: ...
     def read(self, *, progress: _Progress | None = None) -> _Content: ...
+
+@final
+class Frame(Scan):
+    @property
+    def colour(self) -> NDArray[np.uint8] | None: ...
+    @property
+    def confidence(self) -> NDArray[np.uint8] | None: ...
+    @property
+    def camera(self) -> Camera: ...
+    @property
+    def pose(self) -> _Matrix: ...
+    @property
+    def depth(self) -> RangeImage: ...
+    @property
+    def image(self) -> RangeImage: ...
+    @property
+    def left_out(self) -> dict[str, int]: ...
 
 @final
 class ScanSet(Sequence[Scan]):
@@ -675,6 +694,8 @@ class Camera:
     def rows(self) -> int: ...
     @property
     def cols(self) -> int: ...
+    @property
+    def projection(self) -> dict[str, Any]: ...
     @property
     def world_from_sensor(self) -> _Matrix: ...
 

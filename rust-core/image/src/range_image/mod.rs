@@ -43,6 +43,8 @@ use base::magnitude;
 use base::progress::{Pace, Progress};
 use mesh::point_cloud::PointCloud;
 
+use crate::rigid;
+
 /// The measurements of a range image, row by row; an invalid pixel is NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
@@ -74,14 +76,14 @@ pub struct RangeImage {
     samples: Samples,
 }
 
-/// Largest departure of a pose's axes from unit length and right angles; poses come from text files of few digits.
+/// Largest departure of a pose's axes from unit length and right angles that computing with them bears.
 const RIGID: f64 = 1e-4;
 
-/// Whether a transform rotates and moves and does no more: what places a sensor.
+/// Whether a transform rotates and moves and does no more: what places a sensor. What others write is made so by
+/// [`crate::rigid::nearest`].
 pub fn is_rigid(transform: &DAffine3) -> bool {
-    let m = transform.matrix3;
-    let departure = (m.transpose() * m - glam::DMat3::IDENTITY).to_cols_array();
-    departure.iter().all(|d| d.abs() <= RIGID) && m.determinant() > 0.0 && transform.is_finite()
+    let axes = transform.matrix3;
+    rigid::departure(axes) <= RIGID && axes.determinant() > 0.0 && transform.is_finite()
 }
 
 impl RangeImage {
@@ -185,6 +187,16 @@ impl RangeImage {
         match &self.samples {
             Samples::Values(values) => !values[index].is_nan(),
             Samples::Points(points) => !points[index][0].is_nan(),
+        }
+    }
+
+    /// Makes pixels invalid.
+    pub fn leave_out(&mut self, pixels: impl IntoIterator<Item = usize>) {
+        for pixel in pixels {
+            match &mut self.samples {
+                Samples::Values(values) => values[pixel] = f64::NAN,
+                Samples::Points(points) => points[pixel] = [f32::NAN; 3],
+            }
         }
     }
 

@@ -11,33 +11,11 @@ use serde_json::Value;
 
 use super::file;
 use base::error::{Error, Result};
-use image::range_image::{DepthKind, Projection};
+use image::frame::Camera;
+use image::range_image::DepthKind;
 
 /// Longest file of intrinsics.
 const LONGEST: u64 = 1 << 16;
-
-/// A pinhole camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
-    /// fx and fy in pixels.
-    pub focal: [f64; 2],
-    /// cx and cy in pixels, pixel centres at whole numbers.
-    pub centre: [f64; 2],
-    /// Columns and rows of its images, where known: images of another size are refused.
-    pub size: Option<[usize; 2]>,
-}
-
-impl Camera {
-    /// A camera whose images may have any size.
-    pub fn new(focal: [f64; 2], centre: [f64; 2]) -> Self {
-        Camera { focal, centre, size: None }
-    }
-
-    /// How its pixels see where they measure this depth.
-    pub fn projection(&self, depth: DepthKind) -> Projection {
-        Projection::Pinhole { focal: self.focal, centre: self.centre, depth }
-    }
-}
 
 /// Whether a file that starts like this holds intrinsics.
 pub(super) fn sniff(start: &[u8]) -> bool {

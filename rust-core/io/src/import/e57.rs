@@ -35,8 +35,9 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>) -> Result<ScanSet> {
 }
 
 fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
-    let stored =
-        watched(input, scan, |input| Ok(E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?.pointclouds()))?;
+    let stored = watched(input, &scan.path, |input| {
+        Ok(E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?.pointclouds())
+    })?;
     if stored.is_empty() {
         return Err(Error::format(&scan.path, "whole file", "there is no scan"));
     }
@@ -66,7 +67,7 @@ fn pose(stored: &Stored, path: &Path, part: usize) -> Result<DAffine3> {
 
 /// Reads one scan.
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
-    watched(input, scan, |input| {
+    watched(input, &scan.path, |input| {
         let mut reader = E57Reader::new(input).map_err(|e| decoding_error(scan, &e))?;
         let at = format!("scan {}", scan.part);
         let fail = |problem: String| Err(Error::format(&scan.path, at.clone(), problem));

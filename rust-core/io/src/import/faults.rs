@@ -64,9 +64,14 @@ fn read_all(paths: &[PathBuf], fault: Fault) -> (base::error::Result<String>, Fa
 fn sets(folder: &Path) -> Vec<Vec<PathBuf>> {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds");
     let mut sets = Vec::new();
-    for kind in ["import_scan", "import_ply", "import_points"] {
+    for kind in ["import_scan", "import_ply", "import_points", "import_frames"] {
         for seed in std::fs::read_dir(seeds.join(kind)).unwrap() {
             let seed = seed.unwrap().path();
+            // Parts of a recording open with the whole alone.
+            let is_whole = seed.extension().is_some_and(|ending| ending == "r3d" || ending == "sens");
+            if kind == "import_frames" && !is_whole {
+                continue;
+            }
             // A copy: what lies beside it in the folder belongs to it.
             let copy = folder.join(kind).join(seed.file_stem().unwrap()).join(seed.file_name().unwrap());
             std::fs::create_dir_all(copy.parent().unwrap()).unwrap();

@@ -153,6 +153,23 @@ fn whole((file, length): (Regular, u64), path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// So many bytes of a file from one of them on, read piece by piece.
+pub(super) fn taken(mut file: Regular, at: u64, count: u64, path: &Path, progress: &Progress<'_>) -> Result<Vec<u8>> {
+    let mut bytes = reserve(usize::try_from(count).unwrap_or(usize::MAX), path)?;
+    if at > 0 {
+        file.seek(SeekFrom::Start(at)).map_err(|e| Error::io(path, e))?;
+    }
+    let mut file = file.take(count);
+    while (bytes.len() as u64) < count {
+        progress.check()?;
+        let read = file.by_ref().take(MOST as u64).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
+        if read == 0 {
+            break;
+        }
+    }
+    Ok(bytes)
+}
+
 /// The text that a file starts with; what comes after a zero byte is none.
 pub(super) fn start_of_text(start: &[u8]) -> Cow<'_, str> {
     String::from_utf8_lossy(&start[..memchr::memchr(0, start).unwrap_or(start.len())])
@@ -215,16 +232,16 @@ impl Seek for Watched<'_> {
     }
 }
 
-/// Lets a decoding crate read the scan's file; where reading fails, that is the error, whatever the crate makes of it.
+/// Lets a decoding crate read a file; where reading fails, that is the error, whatever the crate makes of it.
 pub(super) fn watched<T>(
     input: &mut dyn Input,
-    scan: &Scan,
+    path: &Path,
     decode: impl FnOnce(BufReader<Watched<'_>>) -> Result<T>,
 ) -> Result<T> {
     let failure = Cell::new(None);
     let outcome = decode(BufReader::with_capacity(1 << 16, Watched { input, failure: &failure }));
     match failure.take() {
-        Some(error) => Err(Error::io(&scan.path, error)),
+        Some(error) => Err(Error::io(path, error)),
         None => outcome,
     }
 }

@@ -11,6 +11,7 @@
 //! | `ptx`, `e57`, `pcd` | grids of points of scanners and depth cameras |
 //! | `obj`, `stl`, `gltf` | meshes |
 //! | `project` | MeshLab's projects and alignments; folders |
+//! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
@@ -23,6 +24,7 @@ mod camera;
 mod conf;
 mod e57;
 mod file;
+mod frames;
 mod gltf;
 mod grid;
 #[cfg(feature = "las")]
@@ -60,13 +62,14 @@ use glam::{DAffine3, DVec3};
 
 use base::error::{Error, Result};
 use base::progress::Progress;
+use image::frame::{ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
 use image::range_image::RangeImage;
 use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
-pub use camera::Camera;
+pub use image::frame::Camera;
 pub use options::{PixelMeaning, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of};
@@ -95,6 +98,8 @@ pub struct Scan {
     pub options: Arc<ReadOptions>,
     /// Where the part begins, for formats whose parts lie one after the other.
     pub(crate) begin: Begin,
+    /// What it is a frame of.
+    pub(crate) recording: Option<Arc<frames::Recording>>,
 }
 
 /// A place in a file of text.
@@ -133,8 +138,8 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
     open_with(paths, &ReadOptions::default(), &Progress::none())
 }
 
-/// Opens several files as one set, in the order given. A folder stands for its only list of scans, else for all files
-/// in it that hold or describe scans, by name.
+/// Opens several files as one set, in the order given. A folder of frames of a depth camera or a phone opens as these, in one of
+/// the layouts of `frames`; another stands for its only list of scans, else for all files in it that hold or describe scans, by name.
 ///
 /// Side files among them apply to the others: a camera makes the images depth images, a trajectory places them, by the
 /// time in their names if both have one, else in their order. A scan is also placed by a file of its own name with the
@@ -145,24 +150,44 @@ pub fn open_many<P: AsRef<Path>>(paths: &[P]) -> Result<ScanSet> {
 /// [`Error::Cancelled`].
 pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
     options.validate()?;
-    let mut listed = Vec::new();
-    for path in paths.iter().map(AsRef::as_ref) {
-        if path.is_dir() {
-            listed.extend(project::files_of(path)?);
-        } else {
-            listed.push(path.to_owned());
-        }
-    }
-    progress.watch(|| open_listed(&listed, options, progress))
+    let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
+    progress.watch(|| open_listed(&listed(&paths, progress)?, options, progress))
 }
 
-fn open_listed(paths: &[PathBuf], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
+/// What is opened: a recording's folder, or a file.
+enum Listed {
+    Recording(frames::Found),
+    File(PathBuf),
+}
+
+fn listed(paths: &[&Path], progress: &Progress<'_>) -> Result<Vec<Listed>> {
+    let mut listed = Vec::new();
+    for &path in paths {
+        if !path.is_dir() {
+            listed.push(Listed::File(path.to_owned()));
+        } else if let Some(found) = frames::find(path, progress)? {
+            listed.push(Listed::Recording(found));
+        } else {
+            listed.extend(project::files_of(path)?.into_iter().map(Listed::File));
+        }
+    }
+    Ok(listed)
+}
+
+fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>) -> Result<ScanSet> {
     let mut all = ScanSet::default();
     let mut options = options.clone();
     let mut poses: Option<(&Path, trajectory::Trajectory)> = None;
-    let mut opens = Vec::new();
-    for path in paths.iter().map(PathBuf::as_path) {
+    let mut opens: Vec<Opening<'_>> = Vec::new();
+    for one in listed {
         progress.check()?;
+        let path = match one {
+            Listed::Recording(found) => {
+                opens.push(Opening::Recording(found));
+                continue;
+            }
+            Listed::File(path) => path.as_path(),
+        };
         let role = &format_of(path)?.role;
         match role {
             Role::Camera(read) => {
@@ -178,26 +203,23 @@ fn open_listed(paths: &[PathBuf], options: &ReadOptions, progress: &Progress<'_>
                     return Err(Error::input(format!("{}: {problem}", path.display())));
                 }
             }
-            Role::Scans { .. } | Role::List(_) => opens.push((path, role)),
+            Role::Scans { .. } | Role::List(_) | Role::Recording(_) => opens.push(Opening::File(path, role)),
         }
     }
     if opens.is_empty() {
-        return Err(Error::input(match paths {
-            [] => "no file was given".to_owned(),
-            [first, ..] => format!("{}: describes scans; open it together with them", first.display()),
+        return Err(Error::input(match listed {
+            [Listed::File(first), ..] => format!("{}: describes scans; open it together with them", first.display()),
+            _ => "no file was given".to_owned(),
         }));
     }
     let options = Arc::new(options);
-    for (path, role) in opens {
+    for opening in opens {
         progress.check()?;
-        let mut set = match role {
-            Role::Scans { open, .. } => open(path, &options)?,
-            Role::List(open) => open(path, &options, progress)?,
-            _ => continue,
-        };
+        let mut set = opening.open(&options, progress)?;
         if let [scan] = set.scans.as_mut_slice()
             && poses.is_none()
-            && scan.path == path
+            && scan.recording.is_none()
+            && opening.is_of(&scan.path)
         {
             set.notes.extend(pose::beside(scan)?);
         }
@@ -209,6 +231,27 @@ fn open_listed(paths: &[PathBuf], options: &ReadOptions, progress: &Progress<'_>
     }
     make_names_unique(&mut all.scans);
     Ok(all)
+}
+
+/// What holds or lists scans.
+enum Opening<'a> {
+    Recording(&'a frames::Found),
+    File(&'a Path, &'static Role),
+}
+
+impl Opening<'_> {
+    fn open(&self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+        match self {
+            Opening::Recording(found) => found.open(options, progress),
+            Opening::File(path, Role::Scans { open, .. }) => open(path, options),
+            Opening::File(path, Role::List(open) | Role::Recording(open)) => open(path, options, progress),
+            Opening::File(..) => Ok(ScanSet::default()),
+        }
+    }
+
+    fn is_of(&self, scan: &Path) -> bool {
+        matches!(self, Opening::File(path, _) if *path == scan)
+    }
 }
 
 /// The one scan of a file that line `line` of the list `list` names.
@@ -266,6 +309,7 @@ impl Scan {
             world_from_sensor: DAffine3::IDENTITY,
             options: Arc::default(),
             begin: Begin::default(),
+            recording: None,
         }
     }
 
@@ -287,11 +331,52 @@ impl Scan {
     /// # Errors
     /// As [`Scan::read`]; [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
+        if let Some(frame) = self.frame(progress)? {
+            return Ok(Content::RangeImage(frame.into_range_image(progress)?.0));
+        }
         let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
         progress.plan(&[("reading", 1.0)]);
         let outcome = progress.watch(|| read(self, progress));
         // A reader may take the end of reading for the end of the file.
         progress.check().and(outcome)
+    }
+
+    /// Whether it is a frame of a recording.
+    pub fn is_frame(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
+    ///
+    /// # Errors
+    /// As [`Scan::read_with`].
+    pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
+        let Some(recording) = &self.recording else { return Ok(None) };
+        progress.watch(|| recording.colour(self.part, &self.options, progress))
+    }
+
+    /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
+    ///
+    /// # Errors
+    /// As [`Scan::read_with`].
+    pub fn confidence(&self, progress: &Progress<'_>) -> Result<Option<ConfidenceImage>> {
+        let Some(recording) = &self.recording else { return Ok(None) };
+        progress.watch(|| recording.confidence(self.part, &self.options, progress))
+    }
+
+    /// The frame of a recording as it was recorded, nothing left out; `None` for other scans.
+    ///
+    /// # Errors
+    /// As [`Scan::read_with`].
+    pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
+        let Some(recording) = &self.recording else { return Ok(None) };
+        progress.plan(&[("reading", 1.0)]);
+        progress.stage(0, 1);
+        let read = || recording.frame(self.part, self.world_from_sensor, &self.options, progress);
+        let mut frame = progress.watch(read)?;
+        frame.depth.name = self.name.clone();
+        progress.advance(1)?;
+        Ok(Some(frame))
     }
 
     /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
@@ -300,6 +385,9 @@ impl Scan {
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
+        if let Some(recording) = &self.recording {
+            return recording.preview(self.part, count, &self.options);
+        }
         match format_of(&self.path)?.role {
             Role::Scans { preview, .. } => preview(self, count),
             _ => Err(self.is_no_scan()),
@@ -395,6 +483,11 @@ pub mod fuzzing {
         let _ = trajectory::parse(text::Lines::new(bytes, bytes.len() as u64, path));
         let _ = project::parse_mlp(bytes, path);
         let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
+    }
+
+    /// Checks what the bytes read as in each way that frames come; files for it are written into `folder`.
+    pub fn frames(bytes: &[u8], folder: &std::path::Path) {
+        super::frames::examine(bytes, folder);
     }
 
     /// Checks what a file of points in text reads as.

@@ -1,8 +1,8 @@
 //! What files don't say themselves, told by the caller.
 
-use super::camera::Camera;
 use base::error::Result;
 use base::params::{choice, flag, length, ratio};
+use image::frame::Camera;
 use image::range_image::DepthKind;
 
 base::choices! {

@@ -5,7 +5,7 @@
 //! convention the median distance from points to the nearest point of any other scan. A rigid motion keeps distances,
 //! so each scan's search tree is built once, in its own frame, and the queries move.
 
-use glam::{DAffine3, DMat3};
+use glam::{DAffine3, DMat3, DVec3};
 
 use super::Scan;
 use base::error::Result;
@@ -71,21 +71,16 @@ pub(super) fn decide(
         return Ok(stanford("no scan is rotated"));
     }
     let taken = scans.len().min(SCANS);
-    let samples = (0..taken)
-        .map(|i| i * scans.len() / taken)
-        .map(|scan| {
-            progress.check()?;
-            Ok(Sample { tree: KdTree::new(&scans[scan].preview_points(POINTS)?), scan })
-        })
-        .collect::<Result<Vec<Sample>>>()?;
-    let medians = ALL.map(|convention| median_distance(&samples, &|scan| pose(scan, convention)));
+    let chosen: Vec<usize> = (0..taken).map(|i| i * scans.len() / taken).collect();
+    let points = |&scan: &usize| progress.check().and_then(|()| scans[scan].preview_points(POINTS));
+    let overlap = Overlap::of(chosen.iter().map(points).collect::<Result<_>>()?);
+    let medians = ALL.map(|convention| overlap.median(&|k| pose(chosen[k], convention)));
     Ok(choose(&medians).unwrap_or_else(|why| stanford(&why)))
 }
 
-/// Some points of a scan.
-struct Sample {
-    tree: KdTree,
-    scan: usize,
+/// Some points of several scans, each in its own frame.
+pub(super) struct Overlap {
+    scans: Vec<KdTree>,
 }
 
 /// The convention that clearly overlaps best, and the sentence that says so; else why none does.
@@ -112,35 +107,47 @@ fn choose(medians: &[f64; 4]) -> Result<(Convention, String), String> {
     Ok((ALL[chosen], text))
 }
 
-/// Median over points of all scans of the distance to the nearest point of any other scan.
-fn median_distance(samples: &[Sample], pose: &dyn Fn(usize) -> DAffine3) -> f64 {
-    let per_scan = (QUERIES / samples.len()).max(16);
-    let poses: Vec<DAffine3> = samples.iter().map(|s| pose(s.scan)).collect();
-    let inverses: Vec<DAffine3> = poses.iter().map(DAffine3::inverse).collect();
-    let mut distances = Vec::with_capacity(per_scan * samples.len());
-    for (i, sample) in samples.iter().enumerate() {
-        let points = sample.tree.points();
-        let taken = per_scan.min(points.len());
-        for q in 0..taken {
-            let point = poses[i].transform_point3(points[q * points.len() / taken]);
-            let mut nearest = f64::INFINITY;
-            for (j, other) in samples.iter().enumerate().filter(|(j, _)| *j != i) {
-                if let Some((_, d)) = other.tree.nearest_within(inverses[j].transform_point3(point), nearest) {
-                    nearest = d;
+impl Overlap {
+    /// Of these points.
+    pub(super) fn of(points: Vec<Vec<DVec3>>) -> Overlap {
+        Overlap { scans: points.iter().map(|points| KdTree::new(points)).collect() }
+    }
+
+    /// Whether there is no second scan that one could lie on.
+    pub(super) fn is_alone(&self) -> bool {
+        self.scans.iter().filter(|scan| !scan.points().is_empty()).count() < 2
+    }
+
+    /// Median over points of all scans of the distance to the nearest point of any other scan, where `pose` places each.
+    pub(super) fn median(&self, pose: &dyn Fn(usize) -> DAffine3) -> f64 {
+        let per_scan = (QUERIES / self.scans.len().max(1)).max(16);
+        let poses: Vec<DAffine3> = (0..self.scans.len()).map(pose).collect();
+        let inverses: Vec<DAffine3> = poses.iter().map(DAffine3::inverse).collect();
+        let mut distances = Vec::with_capacity(per_scan * self.scans.len());
+        for (i, scan) in self.scans.iter().enumerate() {
+            let points = scan.points();
+            let taken = per_scan.min(points.len());
+            for q in 0..taken {
+                let point = poses[i].transform_point3(points[q * points.len() / taken]);
+                let mut nearest = f64::INFINITY;
+                for (j, other) in self.scans.iter().enumerate().filter(|(j, _)| *j != i) {
+                    if let Some((_, d)) = other.nearest_within(inverses[j].transform_point3(point), nearest) {
+                        nearest = d;
+                    }
                 }
+                distances.push(nearest);
             }
-            distances.push(nearest);
         }
+        if distances.is_empty() {
+            return f64::INFINITY;
+        }
+        let middle = distances.len() / 2;
+        *distances.select_nth_unstable_by(middle, f64::total_cmp).1
     }
-    if distances.is_empty() {
-        return f64::INFINITY;
-    }
-    let middle = distances.len() / 2;
-    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Three significant digits.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -151,7 +158,7 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DQuat, DVec3};
+    use glam::DQuat;
 
     /// Points of a lopsided body (no two orientations of it look alike), as scan files with their poses.
     fn scans(folder: &std::path::Path, rotations: &[DQuat]) -> (Vec<Scan>, Vec<(DVec3, DQuat)>) {

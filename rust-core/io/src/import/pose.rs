@@ -14,9 +14,8 @@ use base::error::{Error, Result};
 /// Longest file of a pose.
 const LONGEST: u64 = 1 << 14;
 
-/// How far the axes of a pose may be from orthonormal: poses come out of other programs' single precision and few
-/// printed digits, scans of another scale don't.
-const TOLERANCE: f64 = 0.02;
+/// What single precision makes of a last row of 0 0 0 1 that was multiplied.
+const ROUNDED: f64 = 1e-6;
 
 /// Places a scan if there is a file of its pose beside it; a note that says so.
 pub(super) fn beside(scan: &mut Scan) -> Result<Option<String>> {
@@ -59,8 +58,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<DAffine3, String> {
 
 /// The rigid transform nearest to a 4 x 4 matrix, given row by row or column by column.
 pub(super) fn from_rows(rows: &[f64; 16]) -> Result<DAffine3, String> {
-    let matrix = affine(rows)?;
-    rigid(matrix.matrix3, matrix.translation)
+    rigid(affine(rows)?)
 }
 
 /// The affine transform of a 4 x 4 matrix, given row by row or column by column.
@@ -69,37 +67,19 @@ pub(super) fn affine(rows: &[f64; 16]) -> Result<DAffine3, String> {
         return Err(format!("{bad} is not a finite number"));
     }
     let m = |row: usize, col: usize| rows[4 * row + col];
-    let last_row = [m(3, 0), m(3, 1), m(3, 2)] == [0.0; 3];
+    let zero = |x: f64| x.abs() <= ROUNDED;
+    let last_row = (0..3).all(|i| zero(m(3, i)));
     let at = |row: usize, col: usize| if last_row { m(row, col) } else { m(col, row) };
-    if (0..3).any(|i| at(3, i) != 0.0) || m(3, 3) != 1.0 {
+    if !(0..3).all(|i| zero(at(3, i))) || !zero(m(3, 3) - 1.0) {
         return Err("neither the last row nor the last column of the matrix is 0 0 0 1".to_owned());
     }
     let axis = |col| DVec3::new(at(0, col), at(1, col), at(2, col));
     Ok(DAffine3 { matrix3: DMat3::from_cols(axis(0), axis(1), axis(2)), translation: axis(3) })
 }
 
-/// The rigid transform nearest to three axes and a translation. Axes orthonormal to the last digits stay as they are.
-pub(super) fn rigid(axes: DMat3, translation: DVec3) -> Result<DAffine3, String> {
-    let off = |axes: DMat3| (axes.transpose() * axes - DMat3::IDENTITY).to_cols_array().map(f64::abs);
-    let far = off(axes).into_iter().fold(0.0, f64::max);
-    if !(far <= TOLERANCE) {
-        let [a, b, c] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
-        return Err(format!(
-            "the matrix is not a rigid transform: its axes have the lengths {a:.4}, {b:.4}, {c:.4}; apply scale and shear \
-             to the points instead"
-        ));
-    }
-    if axes.determinant() < 0.0 {
-        return Err("the matrix mirrors; a scan can only be turned and moved".to_owned());
-    }
-    let mut rotation = axes;
-    if far > 1e-13 {
-        // Newton's iteration for the polar decomposition: quadratic from so close.
-        for _ in 0..8 {
-            rotation = (rotation + rotation.inverse().transpose()) * 0.5;
-        }
-    }
-    Ok(DAffine3 { matrix3: rotation, translation })
+/// The rigid transform nearest to a matrix.
+pub(super) fn rigid(transform: DAffine3) -> Result<DAffine3, String> {
+    image::rigid::nearest(transform).map_err(|why| format!("the matrix is not a rigid transform: {why}"))
 }
 
 #[cfg(test)]
@@ -122,7 +102,6 @@ mod tests {
         assert!(rest.to_cols_array().iter().all(|x| x.abs() < 1e-15), "{rest}");
         assert!((near.matrix3 - turn).to_cols_array().iter().all(|x| x.abs() < 1e-4));
         assert_eq!(near.translation, DVec3::new(1e6, 2e6, 3e6));
-        assert_eq!(rigid(turn, DVec3::ZERO).unwrap().matrix3, turn);
     }
 
     #[test]

@@ -182,7 +182,7 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
         match super::format_of(&path).map(|format| &format.role) {
             Ok(Role::List(_)) => lists.push(path),
             Ok(role) => {
-                any_scan |= matches!(role, Role::Scans { .. });
+                any_scan |= matches!(role, Role::Scans { .. } | Role::Recording(_));
                 scans.push(path);
             }
             Err(Error::Format { .. }) => {}

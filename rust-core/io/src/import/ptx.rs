@@ -72,7 +72,7 @@ fn header(lines: &mut Lines<'_>) -> Result<Header> {
     let mut matrix = [0.0; 16];
     matrix.copy_from_slice(&numbers[12..]);
     let matrix = pose::affine(&matrix).map_err(|problem| lines.fail(problem))?;
-    let (pose, applied) = match pose::rigid(matrix.matrix3, matrix.translation) {
+    let (pose, applied) = match pose::rigid(matrix) {
         Ok(pose) => (pose, None),
         Err(_) => (DAffine3::IDENTITY, Some(matrix)),
     };

@@ -36,6 +36,8 @@ pub(super) enum Role {
     },
     /// Names and places of scans that lie in other files.
     List(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),
+    /// Frames of a recording, all in this file or listed by it.
+    Recording(fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>),
     /// The camera of depth images.
     Camera(fn(&Path) -> Result<Camera>),
     /// Poses of a sequence of images.
@@ -45,7 +47,7 @@ pub(super) enum Role {
 impl Format {
     /// Whether files of this format hold no scans themselves but list, place or describe scans in other files.
     pub fn is_side_file(&self) -> bool {
-        !matches!(self.role, Role::Scans { .. })
+        !matches!(self.role, Role::Scans { .. } | Role::Recording(_))
     }
 }
 
@@ -133,6 +135,19 @@ static FORMATS: &[Format] = &[
     whole!("TIFF (height map or depth)", ["tif", "tiff"], raster::tiff),
     whole!("NumPy array (height map, depth or points)", ["npy"], raster::npy),
     whole!("ESRI ASCII grid", ["asc"], raster::esri),
+    Format::of(
+        "recording of frames (Record3D, or a zipped folder)",
+        &["r3d"],
+        super::frames::archive::sniff,
+        Role::Recording(super::frames::open_archive),
+    ),
+    Format::of(
+        "frames of nerfstudio",
+        &["json"],
+        super::frames::sniff_transforms,
+        Role::List(super::frames::open_transforms),
+    ),
+    Format::of("ScanNet frames", &["sens"], super::frames::sens::sniff, Role::Recording(super::frames::open_sens)),
     Format::of("camera of depth images", &["json"], super::camera::sniff, Role::Camera(super::camera::read)),
     Format::of(
         "trajectory (Open3D log or TUM)",

@@ -14,7 +14,7 @@ use super::{Scan, file, pose};
 use base::error::{Error, Result};
 
 /// Most seconds between an image and its pose.
-const APART: f64 = 0.02;
+pub(super) const APART: f64 = 0.02;
 
 /// Poses in the order of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -104,23 +104,31 @@ fn matrix(lines: &mut Lines<'_>) -> Result<DAffine3> {
 }
 
 impl Trajectory {
+    /// The poses in their order.
+    pub(super) fn poses(&self) -> &[DAffine3] {
+        &self.poses
+    }
+
+    /// The pose nearest in time, within [`APART`].
+    pub(super) fn at(&self, time: f64) -> Option<DAffine3> {
+        let times = self.times.as_ref()?;
+        let after = times.partition_point(|t| *t < time);
+        let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < times.len());
+        let nearest = near.min_by(|&a, &b| (times[a] - time).abs().total_cmp(&(times[b] - time).abs()))?;
+        ((times[nearest] - time).abs() <= APART).then(|| self.poses[nearest])
+    }
+
     /// Places scans, by the times in their names or in their order; a note that says so.
     pub(super) fn place(&self, scans: &mut [Scan], path: &Path) -> Result<Option<String>> {
         let (name, count) = (file::name(path), self.poses.len());
-        if let Some(times) = &self.times
+        if self.times.is_some()
             && let Some(taken) = scans.iter().map(|scan| scan.name.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
         {
             for (scan, time) in scans.iter_mut().zip(taken) {
-                let after = times.partition_point(|t| *t < time);
-                let near = [after.wrapping_sub(1), after].into_iter().filter(|&i| i < count);
-                let nearest = near.min_by(|&a, &b| (times[a] - time).abs().total_cmp(&(times[b] - time).abs()));
-                match nearest {
-                    Some(i) if (times[i] - time).abs() <= APART => scan.world_from_sensor = self.poses[i],
-                    _ => {
-                        let problem = format!("no pose lies within {APART} s of {}", scan.name);
-                        return Err(Error::format(path, "whole file", problem));
-                    }
-                }
+                scan.world_from_sensor = self.at(time).ok_or_else(|| {
+                    let problem = format!("no pose lies within {APART} s of {}", scan.name);
+                    Error::format(path, "whole file", problem)
+                })?;
             }
             return Ok(Some(format!("{name}: placed {} scans by the times in their names", scans.len())));
         }

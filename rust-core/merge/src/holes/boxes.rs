@@ -19,7 +19,7 @@ type Cell = (i32, [i64; 3]);
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub(super) fn meeting(boxes: &[(usize, Bounds)], progress: &Progress<'_>) -> Result<Vec<(usize, usize)>> {
+pub fn meeting(boxes: &[(usize, Bounds)], progress: &Progress<'_>) -> Result<Vec<(usize, usize)>> {
     let cells: Vec<Cell> = boxes.iter().map(|(_, bounds)| cell(bounds, level(bounds))).collect();
     let mut levels: Vec<i32> = cells.iter().map(|cell| cell.0).collect();
     levels.sort_unstable();

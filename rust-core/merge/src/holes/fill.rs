@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::fair;
 use super::minimal::Loop;
-use super::near::{self, Bounds, Mesh};
+use super::near::{Bounds, Mesh};
 use super::patch::Patch;
 use base::error::Result;
 use base::progress::Progress;
@@ -18,11 +18,6 @@ pub(super) struct Fill {
 }
 
 impl Fill {
-    /// Box around the fill.
-    pub fn bounds(&self) -> Bounds {
-        Bounds::of(self.patch.points.iter().copied())
-    }
-
     /// Whether it crosses one of the others.
     pub fn crosses(&self, others: &[&Fill]) -> bool {
         let obstacles = others.iter().flat_map(|other| other.corners());
@@ -76,7 +71,7 @@ pub(super) fn close(
     };
     let mut refined = coarse.clone();
     refined.refine(&rim.taken, progress)?;
-    let region = near::region(mesh, hole);
+    let region = mesh.region(hole);
     let mut obstacles: Vec<[DVec3; 3]> = near.iter().map(|&t| mesh.corners(t)).collect();
     obstacles.extend(others.iter().flat_map(|other| other.corners()));
     let stays_clear = |patch: &Patch| {

@@ -1,6 +1,7 @@
 //! Boundary half-edges -> loops.
 
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 
 use super::{OpenLoop, Reason};
 
@@ -59,6 +60,25 @@ pub(super) fn trace(boundary: &[[u32; 2]]) -> Vec<EdgeLoop> {
         }
     }
     loops
+}
+
+/// The vertex after each vertex of a boundary.
+pub fn successors(boundary: &[[u32; 2]]) -> FxHashMap<u32, u32> {
+    boundary.iter().map(|&[a, b]| (a, b)).collect()
+}
+
+/// The sides of the loop through a vertex.
+pub fn walk(first: u32, next: &FxHashMap<u32, u32>) -> Vec<[u32; 2]> {
+    let mut sides = Vec::new();
+    let mut at = first;
+    while let Some(&to) = next.get(&at) {
+        sides.push([at, to]);
+        at = to;
+        if at == first || sides.len() > next.len() {
+            break;
+        }
+    }
+    sides
 }
 
 #[cfg(test)]

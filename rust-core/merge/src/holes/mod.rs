@@ -40,7 +40,10 @@ use rayon::prelude::*;
 use base::error::Result;
 use base::progress::Progress;
 use fill::Fill;
-use near::Bounds;
+
+pub use boxes::meeting;
+pub use loops::{successors, walk};
+pub use near::{Bounds, region};
 
 /// Why a boundary loop was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,14 +126,15 @@ pub fn close(
         return Ok(report);
     }
     let mesh = near::Mesh { positions, triangles };
-    let surroundings = near::gather(mesh, &holes, progress)?;
+    let regions: Vec<Bounds> = holes.iter().map(|hole| mesh.region(hole)).collect();
+    let surroundings = near::gather(mesh, &regions, progress)?;
     progress.check()?;
     let fills: Vec<Option<Fill>> = holes
         .par_iter()
         .zip(&surroundings)
         .map(|(hole, near)| fill::close(mesh, hole, near, &[], progress))
         .collect::<Result<_>>()?;
-    let fills = settle(mesh, &holes, &surroundings, fills, progress)?;
+    let fills = settle(mesh, &holes, &regions, &surroundings, fills, progress)?;
     let [points, faces] =
         fills.iter().flatten().map(Fill::size).fold([0; 2], |sum, size| [sum[0] + size[0], sum[1] + size[1]]);
     // Growing by pushing would double what is there.
@@ -152,18 +156,33 @@ pub fn close(
     Ok(report)
 }
 
+/// For each region the triangles whose boxes meet it, rising.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn near(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    regions: &[Bounds],
+    progress: &Progress<'_>,
+) -> Result<Vec<Vec<u32>>> {
+    near::gather(near::Mesh { positions, triangles }, regions, progress)
+}
+
 /// Fills were made without knowing each other. In the order of the holes, one that crosses an earlier one is made anew
-/// with that one in view, or dropped.
+/// with those in view that it may meet, or dropped.
 fn settle(
     mesh: near::Mesh<'_>,
     holes: &[Vec<u32>],
+    regions: &[Bounds],
     surroundings: &[Vec<u32>],
     mut fills: Vec<Option<Fill>>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Option<Fill>>> {
-    let bounds: Vec<(usize, Bounds)> =
-        fills.iter().enumerate().filter_map(|(i, fill)| Some((i, fill.as_ref()?.bounds()))).collect();
-    for group in boxes::meeting(&bounds, progress)?.chunk_by(|a, b| a.0 == b.0) {
+    // Not the fills' own boxes: one that is made anew lies elsewhere in its region.
+    let closed = fills.iter().enumerate().filter(|(_, fill)| fill.is_some());
+    let boxes: Vec<(usize, Bounds)> = closed.map(|(i, _)| (i, regions[i])).collect();
+    for group in meeting(&boxes, progress)?.chunk_by(|a, b| a.0 == b.0) {
         progress.check()?;
         let later = group[0].0;
         let earlier: Vec<&Fill> = group.iter().filter_map(|&(_, i)| fills[i].as_ref()).collect();

@@ -21,31 +21,47 @@ impl Mesh<'_> {
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
+
+    /// The region that no fill of a hole leaves.
+    pub fn region(&self, hole: &[u32]) -> Bounds {
+        region(Bounds::of(hole.iter().map(|&v| self.positions[v as usize])))
+    }
 }
 
 /// A box parallel to the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub struct Bounds {
+    /// Lowest corner.
     pub min: DVec3,
+    /// Highest corner.
     pub max: DVec3,
 }
 
 impl Bounds {
-    pub const EMPTY: Bounds = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    const EMPTY: Bounds = Bounds { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
+    /// The smallest around some points.
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
     }
 
+    /// Whether they have a point in common.
     pub fn meets(&self, other: &Bounds) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    /// Whether all of another lies in it.
     pub fn encloses(&self, other: &Bounds) -> bool {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
     }
 
-    fn grown(self, by: f64) -> Self {
+    /// Whether a point lies in it.
+    pub fn contains(&self, point: DVec3) -> bool {
+        self.encloses(&Bounds { min: point, max: point })
+    }
+
+    /// It with more on all sides.
+    pub fn grown(self, by: f64) -> Self {
         Bounds { min: self.min - by, max: self.max + by }
     }
 }
@@ -54,19 +70,17 @@ impl Bounds {
 /// bulges by 0.15, a hemisphere by 0.35.
 const MARGIN: f64 = 0.25;
 
-/// The region of which [`gather`] knows all triangles; no fill may leave it.
-pub(super) fn region(mesh: Mesh<'_>, hole: &[u32]) -> Bounds {
-    let bounds = Bounds::of(hole.iter().map(|&v| mesh.positions[v as usize]));
+/// The region that no fill of a loop leaves whose box is `bounds`.
+pub fn region(bounds: Bounds) -> Bounds {
     bounds.grown(MARGIN * bounds.min.distance(bounds.max))
 }
 
-/// For each hole the triangles whose boxes meet its region, rising.
+/// For each region the triangles whose boxes meet it, rising.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
-pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>], progress: &Progress<'_>) -> Result<Vec<Vec<u32>>> {
-    let regions: Vec<Bounds> = holes.iter().map(|hole| region(mesh, hole)).collect();
-    let grid = Grid::new(&regions);
+pub(super) fn gather(mesh: Mesh<'_>, regions: &[Bounds], progress: &Progress<'_>) -> Result<Vec<Vec<u32>>> {
+    let grid = Grid::new(regions);
     const CHUNK: usize = 16384;
     let mut cells = vec![Cell(0); mesh.positions.len()];
     cells.par_chunks_mut(CHUNK).zip(mesh.positions.par_chunks(CHUNK)).try_for_each(|(cells, positions)| {
@@ -98,7 +112,7 @@ pub(super) fn gather(mesh: Mesh<'_>, holes: &[Vec<u32>], progress: &Progress<'_>
             Ok(found)
         })
         .collect::<Result<_>>()?;
-    let mut near = vec![Vec::new(); holes.len()];
+    let mut near = vec![Vec::new(); regions.len()];
     for (hole, triangle) in found.into_iter().flatten() {
         near[hole as usize].push(triangle);
     }
@@ -321,11 +335,11 @@ mod tests {
             let mut positions: Vec<DVec3> = points.iter().map(|&p| DVec3::from(p) * scale).collect();
             positions[..6].iter_mut().for_each(|p| *p *= 0.1);
             let mesh = Mesh { positions: &positions, triangles: &picks };
-            let expected: Vec<Vec<u32>> = holes.iter().map(|hole| {
-                let region = region(mesh, hole);
+            let regions: Vec<Bounds> = holes.iter().map(|hole| mesh.region(hole)).collect();
+            let expected: Vec<Vec<u32>> = regions.iter().map(|region| {
                 (0..picks.len() as u32).filter(|&t| region.meets(&Bounds::of(mesh.corners(t)))).collect()
             }).collect();
-            prop_assert_eq!(gather(mesh, &holes, &Progress::none()).unwrap(), expected);
+            prop_assert_eq!(gather(mesh, &regions, &Progress::none()).unwrap(), expected);
         }
     }
 }

@@ -116,6 +116,14 @@ pub(super) fn an_image_and_its_cloud() {
         let mut mirror = moved;
         mirror[0] = -mirror[0];
         api.refused((api.srf_image_set_pose)(image, &mirror), INPUT, "world_from_sensor must be rigid");
+        let mut rounded = moved;
+        (rounded[0], rounded[1], rounded[4], rounded[5]) = (0.8001, 0.6, -0.6, 0.7999);
+        api.ok((api.srf_image_set_pose)(image, &rounded));
+        api.ok((api.srf_image_camera)(image, std::ptr::null_mut(), &mut pose));
+        assert!(
+            (pose[0].hypot(pose[1]) - 1.0).abs() < 1e-15 && (pose[0] - 0.8).abs() < 2e-4 && pose[12..] == moved[12..]
+        );
+        api.ok((api.srf_image_set_pose)(image, &moved));
 
         let colours = vec![[9_u8; 4]; 4096];
         let confidences = vec![-1.0_f32; 4096];

@@ -34,10 +34,10 @@ pub(in super::super) fn parse(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
-    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+    watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::exr::error::Error| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let reader = ::exr::block::read(input, false).map_err(wrong)?;

@@ -28,24 +28,29 @@ pub(super) mod pgm;
 pub(super) mod png;
 pub(super) mod tiff;
 
+use std::io::Cursor;
+
 use glam::{DAffine3, DVec3};
 
+use super::file::watched;
+use super::window::Window;
 use super::{Content, ReadOptions, Scan};
 use base::error::{Error, Result};
+use base::progress::Progress;
 use image::range_image::{Projection, RangeImage};
 
 /// An image of numbers as its file has them, row by row from the top; NaN where the file has none.
-struct Raster {
-    rows: usize,
-    cols: usize,
-    values: Vec<f64>,
-    numbers: Numbers,
-    place: Option<Place>,
+pub(super) struct Raster {
+    pub(super) rows: usize,
+    pub(super) cols: usize,
+    pub(super) values: Vec<f64>,
+    pub(super) numbers: Numbers,
+    pub(super) place: Option<Place>,
 }
 
 /// What kind of numbers a file holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Numbers {
+pub(super) enum Numbers {
     /// Whole, up to this one, which from 65535 on is no depth.
     Whole(u32),
     /// Floats.
@@ -56,13 +61,30 @@ enum Numbers {
 
 /// Where a height map lies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Place {
+pub(super) struct Place {
     /// x and y of the centre of the upper left pixel.
     first: [f64; 2],
     /// x from column to column, y from row to row, as the file has them: y is negative for maps with north up.
     step: [f64; 2],
     /// Whether they are degrees.
     degrees: bool,
+}
+
+/// The numbers of an image of a frame, in any of the formats that cameras write.
+pub(super) fn numbers(bytes: &[u8], scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+    let length = bytes.len() as u64;
+    let input = &mut Cursor::new(bytes);
+    if png::sniff(bytes) {
+        watched(input, &scan.path, |input| png::read(input, length, scan, progress))
+    } else if exr::sniff(bytes) {
+        watched(input, &scan.path, |input| exr::read(input, length, scan, progress))
+    } else if tiff::sniff(bytes) {
+        watched(input, &scan.path, |input| tiff::read(input, length, scan, progress))
+    } else if pgm::sniff(bytes) {
+        pgm::read(&mut Window::new(input, length), scan)
+    } else {
+        Err(Error::format(&scan.path, "start of file", "an image of depths must be a PNG, OpenEXR, TIFF or PGM file"))
+    }
 }
 
 impl Raster {

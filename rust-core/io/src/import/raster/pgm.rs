@@ -17,7 +17,7 @@ pub(in super::super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _
     window.failure().map_or(raster, |error| Err(Error::io(&scan.path, error)))?.into_content(scan)
 }
 
-fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
+pub(super) fn read(window: &mut Window<'_>, scan: &Scan) -> Result<Raster> {
     if !window.ensure(3) || !sniff(window.rest()) {
         return Err(Error::format(&scan.path, "start of file", "a grey map starts with P5 or P2"));
     }

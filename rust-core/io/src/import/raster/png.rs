@@ -1,6 +1,7 @@
 //! PNG: grey of 8 or 16 bits as numbers; colours of 8 bits as heights where they are terrain RGB.
 
-use std::io::BufReader;
+use std::io::{BufReader, Cursor};
+use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
@@ -23,10 +24,10 @@ pub(in super::super) fn parse(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
-    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+    watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
-fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut decoder = Decoder::new_with_limits(input, Limits { bytes: 48 << 20 });
     decoder.set_transformations(Transformations::IDENTITY);
@@ -104,6 +105,43 @@ fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Prog
         _ => Numbers::Whole(255),
     };
     Ok(Raster { rows, cols, values, numbers, place: None })
+}
+
+/// The colours of an image, whatever it stores; alpha is left out.
+pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], Vec<[u8; 3]>)> {
+    let fail = |error: ::png::DecodingError| Error::format(path, "while decoding", error.to_string());
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 48 << 20 });
+    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(fail)?;
+    let (cols, rows) = (reader.info().width as usize, reader.info().height as usize);
+    let size = reader.output_buffer_size().unwrap_or(usize::MAX);
+    if size as u64 > most.min((bytes.len() as u64).saturating_mul(DEFLATED)) {
+        let problem =
+            format!("its {cols} x {rows} pixels can't be in the file, or are more than max_decoded_gib allows");
+        return Err(Error::format(path, "header", problem));
+    }
+    let mut buffer: Vec<u8> = reserve(size, path)?;
+    buffer.resize(size, 0);
+    reader.next_frame(&mut buffer).map_err(fail)?;
+    let pixels = match reader.output_color_type().0 {
+        ColorType::Rgb => buffer.as_chunks::<3>().0.to_vec(),
+        ColorType::Rgba => buffer.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
+        ColorType::GrayscaleAlpha => buffer.as_chunks::<2>().0.iter().map(|&[grey, _]| [grey; 3]).collect(),
+        ColorType::Grayscale | ColorType::Indexed => buffer.iter().map(|&grey| [grey; 3]).collect(),
+    };
+    if pixels.len() != rows * cols || pixels.is_empty() {
+        return Err(Error::format(path, "while decoding", "the image ends too early"));
+    }
+    Ok(([cols, rows], pixels))
+}
+
+/// Columns and rows of an image.
+pub(in super::super) fn size(bytes: &[u8], path: &Path) -> Result<[usize; 2]> {
+    let reader = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 48 << 20 }).read_info();
+    let reader = reader.map_err(|error| Error::format(path, "header", error.to_string()))?;
+    Ok([reader.info().width as usize, reader.info().height as usize])
 }
 
 fn name(colour: ColorType) -> &'static str {

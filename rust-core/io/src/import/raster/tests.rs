@@ -57,7 +57,7 @@ fn npy_file(version: u8, dict: &str, data: &[u8]) -> Vec<u8> {
 }
 
 fn tiff_file(values: &[f32], size: [u32; 2]) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut bytes = Cursor::new(Vec::new());
     let mut encoder = ::tiff::encoder::TiffEncoder::new(&mut bytes).unwrap();
     let mut image = encoder.new_image::<::tiff::encoder::colortype::Gray32Float>(size[0], size[1]).unwrap();
     let tags = image.encoder();
@@ -83,7 +83,7 @@ fn unpacking_can_be_cancelled() {
     let tiff = tiff_file(&vec![0.0; 250_000], [500, 500]);
     for (parse, bytes, checks) in [(png::parse as Parse, &png, 499), (tiff::parse, &tiff, 0)] {
         let scan = scan(ReadOptions::default());
-        let run = |progress| parse(&mut std::io::Cursor::new(bytes), bytes.len() as u64, &scan, &progress);
+        let run = |progress| parse(&mut Cursor::new(bytes), bytes.len() as u64, &scan, &progress);
         run(Progress::none()).unwrap();
         for at in [0, checks / 2, checks] {
             assert!(matches!(run(Progress::cancel_after(at)), Err(Error::Cancelled)), "{at}");
@@ -245,7 +245,7 @@ fn exr_file(names: [&str; 2], depths: &[f32], size: (usize, usize)) -> Vec<u8> {
         .collect(),
     );
     let layer = Layer::new(size, LayerAttributes::named("a"), Encoding::SMALL_LOSSLESS, channels);
-    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut bytes = Cursor::new(Vec::new());
     Image::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
     bytes.into_inner()
 }

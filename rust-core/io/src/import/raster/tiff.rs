@@ -23,7 +23,7 @@ pub(in super::super) fn parse(
     scan: &Scan,
     progress: &Progress<'_>,
 ) -> Result<Content> {
-    watched(input, scan, |input| read(input, length, scan, progress))?.into_content(scan)
+    watched(input, &scan.path, |input| read(input, length, scan, progress))?.into_content(scan)
 }
 
 /// Bytes that any strip or tile may have, packed or not.
@@ -31,7 +31,7 @@ const LITTLE: usize = 32 << 20;
 /// What one byte can become by any of the compressions: LZW makes 4,096 bytes of twelve bits.
 const MOST: u64 = 2731;
 
-fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
+pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Raster> {
     let wrong = |e: ::tiff::TiffError| decoding_error(scan, &e);
     let fail = |problem: String| Err(Error::format(&scan.path, "header", problem));
     let mut limits = Limits::default();

@@ -1,0 +1,193 @@
+//! `Scan`: one of a set, still in its file; `Frame`: one that a depth camera or a phone recorded.
+
+use std::path::PathBuf;
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::Progress;
+use surfrecon::frame::Frame as Core;
+use surfrecon::import;
+use surfrecon::range_image::DepthKind;
+use surfrecon::scan::Camera as Place;
+
+use crate::arrays;
+use crate::errors::to_python;
+use crate::mesh::Mesh;
+use crate::point_cloud::PointCloud;
+use crate::progress::Watch;
+use crate::range_image::RangeImage;
+use crate::scan::Camera;
+
+/// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
+#[pyclass(frozen, subclass, module = "surfrecon")]
+pub struct Scan {
+    pub scan: import::Scan,
+}
+
+#[pymethods]
+impl Scan {
+    /// Name for people, unique within the set.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.scan.name
+    }
+
+    /// The file that holds the samples.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.scan.path.clone()
+    }
+
+    /// Which scan of the file, counted from 0.
+    #[getter]
+    fn part(&self) -> usize {
+        self.scan.part
+    }
+
+    /// 4 x 4 float64: places the scan in the world.
+    #[getter]
+    fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::matrix(py, &self.scan.world_from_sensor)
+    }
+
+    /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).
+    ///
+    /// Args:
+    ///     progress: called about every 30 ms as ``progress(stage, fraction)``; returning ``False`` cancels.
+    ///
+    /// Raises:
+    ///     FileError: the file can't be read.
+    ///     FormatError: it does not hold what its format promises.
+    ///     Cancelled: ``progress`` returned ``False``.
+    #[pyo3(signature = (*, progress = None))]
+    pub fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
+        content_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Scan {:?} of {}>", self.scan.name, self.scan.path.display())
+    }
+}
+
+/// One frame of a recording: a ``Scan`` whose colours and confidences can be had as they were recorded. Nothing is kept
+/// in memory: each of its properties but ``pose`` reads the frame's files when it is asked for.
+#[pyclass(frozen, extends = Scan, module = "surfrecon")]
+pub struct Frame;
+
+/// What a file holds as a Python object.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn content_object(py: Python<'_>, content: import::Content) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match content {
+        import::Content::RangeImage(image) => Bound::new(py, RangeImage::from(image))?.into_any(),
+        import::Content::Mesh(mesh) => Bound::new(py, Mesh::from(mesh))?.into_any(),
+        import::Content::Points(cloud) => Bound::new(py, PointCloud { cloud: cloud.into() })?.into_any(),
+    })
+}
+
+/// A scan as a Python object: a ``Frame`` if it is one.
+///
+/// # Errors
+/// None but of Python itself.
+pub fn to_object(py: Python<'_>, scan: import::Scan) -> PyResult<Py<Scan>> {
+    if !scan.is_frame() {
+        return Py::new(py, Scan { scan });
+    }
+    let frame = PyClassInitializer::from(Scan { scan }).add_subclass(Frame);
+    Ok(Bound::new(py, frame)?.into_super().unbind())
+}
+
+/// Reads something of a frame without the interpreter lock.
+fn read<T: Send>(
+    frame: &PyRef<'_, Frame>,
+    read: impl FnOnce(&import::Scan, &Progress<'_>) -> surfrecon::Result<T> + Send,
+) -> PyResult<T> {
+    let scan = &frame.as_super().scan;
+    Watch::new(None).run(frame.py(), |progress| read(scan, progress))
+}
+
+/// The whole frame.
+fn whole(scan: &import::Scan, progress: &Progress<'_>) -> surfrecon::Result<Core> {
+    Ok(scan.frame(progress)?.expect("a Frame is made of frames alone"))
+}
+
+#[pymethods]
+impl Frame {
+    /// (rows, cols, 3) uint8 sRGB, the colour image at its own size, or ``None``.
+    #[getter]
+    fn colour<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(image) = read(&slf, import::Scan::colour)? else { return Ok(None) };
+        let [cols, rows] = image.size();
+        let flat = PyArray1::from_vec(slf.py(), image.pixels.into_flattened());
+        Ok(Some(flat.reshape([rows, cols, 3])?.into_any()))
+    }
+
+    /// (rows, cols) uint8, how far the sensor trusts its depths, in its own levels, or ``None``; samples of the lowest
+    /// level are left out of ``image``.
+    #[getter]
+    fn confidence<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(image) = read(&slf, import::Scan::confidence)? else { return Ok(None) };
+        let [cols, rows] = image.size;
+        Ok(Some(PyArray1::from_vec(slf.py(), image.levels).reshape([rows, cols])?.into_any()))
+    }
+
+    /// The ``Camera`` of the colour image, placed in the world; that of the depth image where there is none.
+    #[getter]
+    fn camera(slf: PyRef<'_, Self>) -> PyResult<Camera> {
+        let world_from_sensor = slf.as_super().scan.world_from_sensor;
+        let camera = match read(&slf, import::Scan::colour)? {
+            Some(image) => {
+                let [cols, rows] = image.size();
+                let projection = image.camera.projection(DepthKind::Planar);
+                let world_from_colour = world_from_sensor * image.colour_from_depth.inverse();
+                Place { rows, cols, projection, world_from_sensor: world_from_colour }
+            }
+            None => {
+                let depth = read(&slf, whole)?.depth;
+                Place { rows: depth.rows(), cols: depth.cols(), projection: *depth.projection(), world_from_sensor }
+            }
+        };
+        camera.validate().map_err(|error| to_python(&error))?;
+        Ok(Camera { camera })
+    }
+
+    /// 4 x 4 float64: ``world_from_sensor``, of the depth sensor.
+    #[getter]
+    fn pose<'py>(slf: PyRef<'py, Self>) -> Bound<'py, PyAny> {
+        arrays::matrix(slf.py(), &slf.as_super().scan.world_from_sensor)
+    }
+
+    /// The depths as a ``RangeImage`` as they were recorded, nothing left out, without colours.
+    #[getter]
+    fn depth(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
+        Ok(read(&slf, whole)?.depth.into())
+    }
+
+    /// The ``RangeImage`` that ``read`` gives: depths that can be trusted, each with the colour that the colour camera
+    /// sees there; alpha is 0 where it sees none, since the sample lies outside of the colour image or behind a nearer
+    /// one.
+    #[getter]
+    fn image(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
+        Ok(read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?.0.into())
+    }
+
+    /// How many samples ``image`` leaves out: a dict with ``of`` (those measured), ``low_confidence``, ``out_of_reach``
+    /// and ``black_rim``.
+    #[getter]
+    fn left_out<'py>(slf: PyRef<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+        let (_, out) = read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?;
+        let dict = PyDict::new(slf.py());
+        dict.set_item("of", out.of)?;
+        dict.set_item("low_confidence", out.low_confidence)?;
+        dict.set_item("out_of_reach", out.out_of_reach)?;
+        dict.set_item("black_rim", out.black_rim)?;
+        Ok(dict)
+    }
+
+    fn __repr__(slf: PyRef<'_, Self>) -> String {
+        let scan = &slf.as_super().scan;
+        format!("<Frame {:?} of {}>", scan.name, scan.path.display())
+    }
+}

@@ -1,0 +1,190 @@
+//! Frames: what a depth camera recorded at one moment, and the range image with colours that it becomes.
+//!
+//! | file | what |
+//! |---|---|
+//! | `camera` | pinhole cameras, and the same camera for images of another size |
+//! | `look_up` | the colour of each sample: through its point, with a test of occlusion |
+//! | `rim` | the black rim that undistorting leaves around an image |
+//!
+//! Depth is never resampled. A colour image keeps its own size and its own camera; a confidence image its own size.
+
+mod camera;
+mod look_up;
+mod rim;
+
+pub use camera::Camera;
+
+use glam::DAffine3;
+
+use crate::range_image::{DepthKind, Projection, RangeImage};
+use base::error::{Error, Result};
+use base::progress::Progress;
+
+/// What a depth camera recorded at one moment: as it was recorded, nothing left out yet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// The depths with their camera, pose and name; x to the right, y down, z forward.
+    pub depth: RangeImage,
+    /// What a camera of its own saw.
+    pub colour: Option<ColourImage>,
+    /// How far the sensor itself trusts its depths.
+    pub confidence: Option<ConfidenceImage>,
+    /// Samples further than this along z are guesses of the sensor's; `None` for a sensor without such a limit.
+    pub reach: Option<f64>,
+}
+
+/// A colour image with its own camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColourImage {
+    /// Its camera; the size is the image's.
+    pub camera: Camera,
+    /// sRGB, row by row from the upper left.
+    pub pixels: Vec<[u8; 3]>,
+    /// Takes points of the depth sensor's frame into that of this camera.
+    pub colour_from_depth: DAffine3,
+    /// Whether pixels that undistorting left black surround the image: what is seen through them is left out.
+    pub black_rim: bool,
+}
+
+/// How far a sensor trusts its depths, in the levels of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConfidenceImage {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Levels, row by row from the upper left.
+    pub levels: Vec<u8>,
+    /// Samples of a lower level than this are left out.
+    pub least: u8,
+}
+
+/// How many samples of a frame, or of several together, were left out, each counted for the first reason that it has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Samples that were measured.
+    pub of: usize,
+    /// Those of too low a confidence.
+    pub low_confidence: usize,
+    /// Those beyond the sensor's reach.
+    pub out_of_reach: usize,
+    /// Those seen through the black rim of the colour image.
+    pub black_rim: usize,
+}
+
+impl ColourImage {
+    /// Columns and rows.
+    pub fn size(&self) -> [usize; 2] {
+        self.camera.size.unwrap_or_default()
+    }
+}
+
+impl LeftOut {
+    /// Both together.
+    pub fn add(&mut self, other: &LeftOut) {
+        self.of += other.of;
+        self.low_confidence += other.low_confidence;
+        self.out_of_reach += other.out_of_reach;
+        self.black_rim += other.black_rim;
+    }
+
+    /// A sentence for people; `None` where nothing was left out.
+    pub fn in_words(&self) -> Option<String> {
+        let parts = [
+            (self.low_confidence, "of low confidence"),
+            (self.out_of_reach, "beyond the sensor's reach"),
+            (self.black_rim, "in the black rim of the colour image"),
+        ];
+        let share = |count: usize| format!("{:.1} %", 100.0 * count as f64 / self.of.max(1) as f64);
+        let parts: Vec<String> =
+            parts.iter().filter(|part| part.0 > 0).map(|(count, why)| format!("{} {why}", share(*count))).collect();
+        (!parts.is_empty()).then(|| format!("left out of the samples: {}", parts.join(", ")))
+    }
+}
+
+impl Frame {
+    /// A frame that has depths alone.
+    pub fn new(depth: RangeImage) -> Self {
+        Frame { depth, colour: None, confidence: None, reach: None }
+    }
+
+    /// The range image with what can be trusted, and a colour for each sample that the colour camera sees: alpha is 0
+    /// where it does not, since the sample lies outside of its image or behind a nearer one. Also what was left out.
+    ///
+    /// Confidences of the image stay empty: the sensor's levels say what to leave out, the geometry what to trust more.
+    ///
+    /// Cost: O(samples) beside the black rim, one pass of the colour image's border.
+    ///
+    /// # Errors
+    /// Images whose number of pixels is not their size's; [`Error::Cancelled`].
+    pub fn into_range_image(self, progress: &Progress<'_>) -> Result<(RangeImage, LeftOut)> {
+        self.validate()?;
+        let Frame { mut depth, colour, confidence, reach } = self;
+        let mut left_out = LeftOut { of: depth.valid_count(), ..LeftOut::default() };
+        if let Some(confidence) = &confidence {
+            left_out.low_confidence = confidence.apply(&mut depth);
+        }
+        if let Some(reach) = reach {
+            left_out.out_of_reach = within(reach, &mut depth);
+        }
+        progress.check()?;
+        if let Some(image) = &colour {
+            let found = look_up::colours(&depth, image, progress)?;
+            left_out.black_rim = found.in_rim.len();
+            depth.leave_out(found.in_rim);
+            depth.colour = Some(found.colours);
+        }
+        Ok((depth, left_out))
+    }
+
+    fn validate(&self) -> Result<()> {
+        let wrong = |what: &str, [cols, rows]: [usize; 2], count: usize| {
+            Err(Error::input(format!("{}: {what} image of {cols} x {rows} pixels has {count}", self.depth.name)))
+        };
+        if let Some(colour) = &self.colour {
+            let [cols, rows] = colour.size();
+            if cols.checked_mul(rows) != Some(colour.pixels.len()) || colour.pixels.is_empty() {
+                return wrong("the colour", [cols, rows], colour.pixels.len());
+            }
+            colour.camera.validate()?;
+        }
+        if let Some(confidence) = &self.confidence {
+            let [cols, rows] = confidence.size;
+            if cols.checked_mul(rows) != Some(confidence.levels.len()) || confidence.levels.is_empty() {
+                return wrong("the confidence", confidence.size, confidence.levels.len());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Leaves out what lies beyond a distance along z; how many.
+fn within(reach: f64, depth: &mut RangeImage) -> usize {
+    let projection = *depth.projection();
+    let z_is_value = matches!(projection, Projection::Pinhole { depth: DepthKind::Planar, .. });
+    let far: Vec<usize> = (0..depth.len())
+        .filter(|&i| if z_is_value { depth.range(i) > reach } else { depth.point_in_sensor(i).z > reach })
+        .collect();
+    let beyond = far.len();
+    depth.leave_out(far);
+    beyond
+}
+
+impl ConfidenceImage {
+    /// Leaves out the samples of too low a level; how many.
+    fn apply(&self, depth: &mut RangeImage) -> usize {
+        let [cols, rows] = self.size;
+        let (of_cols, of_rows) = (depth.cols(), depth.rows());
+        // The pixel whose area holds the centre of the depth's.
+        let place = |i: usize, of: usize, to: usize| (2 * i + 1) * to / (2 * of);
+        let is_low = |pixel: &usize| {
+            let (row, col) = (place(pixel / of_cols, of_rows, rows), place(pixel % of_cols, of_cols, cols));
+            depth.is_valid(*pixel) && self.levels[row * cols + col] < self.least
+        };
+        let low: Vec<usize> = (0..depth.len()).filter(is_low).collect();
+        let count = low.len();
+        depth.leave_out(low);
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests;

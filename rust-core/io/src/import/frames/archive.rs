@@ -1,0 +1,171 @@
+//! Zip archives, read where they lie: nothing is unpacked to the disk, so no name in them can lead anywhere.
+//!
+//! Only stored and deflated members are read. Links, names that lead out of the archive and encrypted members are no
+//! files of it. What a member says that it unpacks to is checked before it is unpacked, and kept to while it is.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use flate2::Crc;
+use flate2::read::DeflateDecoder;
+use zip::result::ZipError;
+use zip::{CompressionMethod, ZipArchive};
+
+use super::super::file;
+use base::error::{Error, Result};
+use base::progress::Progress;
+
+/// What one byte can become by deflate: 258 bytes for two bits.
+const DEFLATED: u64 = 1032;
+
+/// Bytes that are unpacked between two looks at the progress.
+const PIECE: usize = 1 << 20;
+
+/// The files of an archive.
+#[derive(Debug)]
+pub(super) struct Archive {
+    path: PathBuf,
+    /// The folder in it whose files these are.
+    inner: PathBuf,
+    members: BTreeMap<Box<str>, Member>,
+}
+
+/// One file of an archive.
+#[derive(Clone, Copy, Debug)]
+struct Member {
+    at: u64,
+    packed: u64,
+    unpacked: u64,
+    crc: u32,
+    method: Method,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Method {
+    Stored,
+    Deflated,
+    Unknown,
+}
+
+/// Whether a file that starts like this is an archive.
+pub(in super::super) fn sniff(start: &[u8]) -> bool {
+    start.starts_with(b"PK\x03\x04")
+}
+
+impl Archive {
+    /// Reads the list of files, and where each begins.
+    pub(super) fn open(path: &Path, progress: &Progress<'_>) -> Result<Archive> {
+        let (mut file, length) = file::open_bytes(path)?;
+        file::watched(&mut file, path, |input| Self::read_list(input, length, path, progress))
+    }
+
+    fn read_list(input: impl Read + Seek, length: u64, path: &Path, progress: &Progress<'_>) -> Result<Archive> {
+        let wrong = |at: &str, error: ZipError| Error::format(path, at, error.to_string());
+        let mut zip = ZipArchive::new(input).map_err(|e| wrong("list of files", e))?;
+        let mut members = BTreeMap::new();
+        for index in 0..zip.len() {
+            progress.check()?;
+            let at = format!("file {index}");
+            let member = zip.by_index_raw(index).map_err(|e| wrong(&at, e))?;
+            let is_inside = member.enclosed_name().is_some();
+            let Ok(name) = std::str::from_utf8(member.name_raw()) else { continue };
+            if !member.is_file() || member.is_symlink() || member.encrypted() || !is_inside {
+                continue;
+            }
+            let method = match member.compression() {
+                CompressionMethod::Stored => Method::Stored,
+                CompressionMethod::Deflated => Method::Deflated,
+                _ => Method::Unknown,
+            };
+            let found = Member {
+                at: member.data_start().unwrap_or(u64::MAX),
+                packed: member.compressed_size(),
+                unpacked: member.size(),
+                crc: member.crc32(),
+                method,
+            };
+            if found.at.checked_add(found.packed).is_none_or(|end| end > length) {
+                return Err(Error::format(path, name, "its bytes lie beyond the end of the archive; it was cut off"));
+            }
+            members.insert(name.trim_start_matches("./").replace('\\', "/").into(), found);
+        }
+        Ok(Archive { path: path.to_owned(), inner: PathBuf::new(), members })
+    }
+
+    /// The files of one of its folders.
+    pub(super) fn inner(&self, folder: &str) -> Archive {
+        let stripped = |name: &str| self.members.get_key_value(&*format!("{folder}/{name}")).map(|(_, member)| *member);
+        let members = self.below(folder).filter_map(|name| Some((name.into(), stripped(name)?))).collect();
+        Archive { path: self.path.clone(), inner: self.inner.join(folder), members }
+    }
+
+    /// Whether there is a file or a folder of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.members.contains_key(name) || self.below(name).next().is_some()
+    }
+
+    fn below(&self, folder: &str) -> impl Iterator<Item = &str> {
+        let start = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+        let range = self.members.range::<str, _>((std::ops::Bound::Included(&*start), std::ops::Bound::Unbounded));
+        let length = start.len();
+        range.map(|(name, _)| &**name).take_while(move |name| name.starts_with(&start)).map(move |name| &name[length..])
+    }
+
+    /// The files and folders of a folder.
+    pub(super) fn list(&self, folder: &str) -> BTreeSet<String> {
+        self.below(folder).filter_map(|name| name.split('/').next()).map(str::to_owned).collect()
+    }
+
+    /// Unpacks a file that becomes at most `most` bytes.
+    pub(super) fn read(&self, name: &str, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
+        let path = self.path.join(&self.inner).join(name);
+        let fail = |problem: String| Err(Error::format(&path, "whole file", problem));
+        let Some(member) = self.members.get(name) else {
+            return fail("there is no such file in the archive".to_owned());
+        };
+        let possible = match member.method {
+            Method::Stored => member.packed,
+            Method::Deflated => member.packed.saturating_mul(DEFLATED),
+            Method::Unknown => {
+                return fail("it is packed in a way that is not read; pack the archive with deflate".to_owned());
+            }
+        };
+        if member.unpacked > most || member.unpacked > possible {
+            return fail(format!(
+                "{} bytes that are said to unpack to {}, which is more than they can or than max_decoded_gib allows",
+                member.packed, member.unpacked
+            ));
+        }
+        let (mut file, _) = file::open_bytes(&self.path)?;
+        file.seek(SeekFrom::Start(member.at)).map_err(|e| Error::io(&self.path, e))?;
+        let mut bytes = file::reserve(member.unpacked as usize, &path)?;
+        file::watched(&mut file, &self.path, |input| {
+            let packed = input.take(member.packed);
+            let filled = match member.method {
+                Method::Deflated => fill(&mut bytes, DeflateDecoder::new(packed), member.unpacked, progress),
+                _ => fill(&mut bytes, packed, member.unpacked, progress),
+            };
+            filled.map_err(|error| Error::format(&path, "whole file", format!("it can't be unpacked: {error}")))
+        })?;
+        progress.check()?;
+        let mut crc = Crc::new();
+        crc.update(&bytes);
+        if bytes.len() as u64 != member.unpacked || crc.sum() != member.crc {
+            return fail("it unpacks to something else than was packed; the archive is damaged".to_owned());
+        }
+        Ok(bytes)
+    }
+}
+
+/// Fills `bytes` with at most `length`, a piece at a time; what comes beyond is not read.
+fn fill(bytes: &mut Vec<u8>, from: impl Read, length: u64, progress: &Progress<'_>) -> std::io::Result<()> {
+    let mut from = from.take(length);
+    while (bytes.len() as u64) < length && progress.check().is_ok() {
+        let piece = (length - bytes.len() as u64).min(PIECE as u64);
+        if from.by_ref().take(piece).read_to_end(bytes)? == 0 {
+            break;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,252 @@
+//! Recordings of depth cameras and phones: frames with depth, colour, confidence, camera and pose.
+//!
+//! | file | what |
+//! |---|---|
+//! | `seven_scenes`, `tum`, `icl_nuim`, `folders` | data sets, the last Open3D's and Redwood's: folders of images, poses |
+//! | `polycam`, `record3d`, `scanner_app`, `stray` | what phones export |
+//! | `nerfstudio`, `colmap`, `sens` | `transforms.json`; dense workspaces; ScanNet and BundleFusion |
+//! | `recording` | a recording: its frames listed, each read as its layout says |
+//! | `store`, `archive` | where its files lie: a folder, a zip archive, one file |
+//! | `decode` | images to numbers and colours |
+//! | `axes` | whether poses mean what the layout says, by the overlap of the frames |
+//!
+//! A layout is a module and a line here. It lists frames and decodes none: opening a recording reads its lists, and
+//! depths of a few frames to see how they overlap. Frames without a pose are passed over; the notes say how many.
+
+pub(super) mod archive;
+mod axes;
+mod colmap;
+mod decode;
+mod folders;
+mod icl_nuim;
+mod nerfstudio;
+mod polycam;
+mod record3d;
+mod recording;
+mod scanner_app;
+pub(super) mod sens;
+mod seven_scenes;
+mod store;
+mod stray;
+mod tum;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::{ReadOptions, Scan, ScanSet, file};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::frame::Camera;
+pub(crate) use recording::Recording;
+use store::Store;
+
+/// A way in which recordings are laid out.
+struct Layout {
+    /// Who writes it, for people.
+    name: &'static str,
+    /// Whether the files are laid out so.
+    recognize: fn(&Store) -> bool,
+    /// Lists the frames.
+    list: fn(Store, &'static str, &Asked<'_, '_>) -> Result<Recording>,
+}
+
+/// What the caller asked for.
+struct Asked<'a, 'p> {
+    options: &'a Arc<ReadOptions>,
+    progress: &'a Progress<'p>,
+}
+
+/// The layouts; where files fit several, the stricter comes first.
+static LAYOUTS: &[Layout] = &[
+    Layout { name: "Polycam", recognize: polycam::recognize, list: polycam::list },
+    Layout { name: "Record3D", recognize: record3d::recognize, list: record3d::list },
+    Layout { name: "3D Scanner App", recognize: scanner_app::recognize, list: scanner_app::list },
+    Layout { name: "Stray Scanner", recognize: stray::recognize, list: stray::list },
+    Layout { name: "COLMAP", recognize: colmap::recognize, list: colmap::list },
+    Layout { name: "nerfstudio", recognize: nerfstudio::recognize, list: nerfstudio::list },
+    Layout { name: "7-Scenes", recognize: seven_scenes::recognize, list: seven_scenes::list },
+    Layout { name: "ICL-NUIM", recognize: icl_nuim::recognize, list: icl_nuim::list },
+    Layout { name: "TUM RGB-D", recognize: tum::recognize, list: tum::list },
+    Layout { name: "Open3D or Redwood", recognize: folders::recognize, list: folders::list },
+];
+
+/// A folder that is laid out as a recording.
+pub(super) struct Found {
+    layout: &'static Layout,
+    path: PathBuf,
+}
+
+/// Looks whether a folder is a recording: by names alone.
+pub(super) fn find(path: &Path, progress: &Progress<'_>) -> Result<Option<Found>> {
+    let found = recognized(Store::folder(path, progress)?, progress)?.ok();
+    Ok(found.map(|(layout, store)| Found { layout, path: store.path }))
+}
+
+/// The layout of files, or of those in their only folder; the files themselves where there is none.
+fn recognized(store: Store, progress: &Progress<'_>) -> Result<Result<(&'static Layout, Store), Store>> {
+    let layout_of = |store: &Store| LAYOUTS.iter().find(|layout| (layout.recognize)(store));
+    if let Some(layout) = layout_of(&store) {
+        return Ok(Ok((layout, store)));
+    }
+    let inner = store.only_folder(progress)?.and_then(|inner| Some((layout_of(&inner)?, inner)));
+    Ok(inner.ok_or(store))
+}
+
+impl Found {
+    /// Lists the frames.
+    pub(super) fn open(&self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+        open(self.layout, Store::folder(&self.path, progress)?, &Asked { options, progress })
+    }
+}
+
+/// Opens an archive as a recording.
+pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+    let Ok((layout, store)) = recognized(Store::archive(path, progress)?, progress)? else {
+        let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
+        let problem = format!("this archive is no recording that is known: {}", known.join(", "));
+        return Err(Error::format(path, "list of files", problem));
+    };
+    open(layout, store, &Asked { options, progress })
+}
+
+/// Opens the recording that a `transforms.json` lists.
+pub(super) fn open_transforms(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+    let asked = Asked { options, progress };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let name = file::name(path);
+    let recording = nerfstudio::listed(Store::folder(folder, progress)?, &name, "nerfstudio", &asked)?;
+    scans(recording, &asked)
+}
+
+/// Whether a file that starts like this lists frames.
+pub(super) fn sniff_transforms(start: &[u8]) -> bool {
+    let text = file::start_of_text(start);
+    text.trim_start().starts_with('{') && text.contains("\"transform_matrix\"") && text.contains("\"frames\"")
+}
+
+/// Opens a file of ScanNet's.
+pub(super) fn open_sens(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
+    let asked = Asked { options, progress };
+    scans(sens::list(path, &asked)?, &asked)
+}
+
+fn open(layout: &Layout, store: Store, asked: &Asked<'_, '_>) -> Result<ScanSet> {
+    scans((layout.list)(store, layout.name, asked)?, asked)
+}
+
+/// The frames of a recording as scans.
+fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
+    let &Asked { options, progress } = asked;
+    if recording.entries.is_empty() {
+        let notes: Vec<String> = recording.notes.iter().map(|note| format!("; {note}")).collect();
+        let problem =
+            format!("a recording of {} in which no frame has depth and pose{}", recording.layout, notes.concat());
+        return Err(Error::format(&recording.store.path, "whole recording", problem));
+    }
+    if let Some(camera) = options.camera {
+        for entry in &mut recording.entries {
+            if entry.colour_camera == entry.depth_camera {
+                entry.colour_camera = camera;
+            }
+            entry.depth_camera = camera;
+        }
+    }
+    let name = file::name(&recording.store.path);
+    let coloured = recording.entries.iter().filter(|entry| entry.colour.is_some()).count();
+    let count = recording.entries.len();
+    let mut notes = vec![format!("{count} frames of {}, {coloured} with colour", recording.layout)];
+    notes.append(&mut recording.notes);
+    notes.extend(axes::check(&mut recording, options, progress)?);
+    let recording = Arc::new(recording);
+    let scan = |part: usize| {
+        let entry = &recording.entries[part];
+        Scan {
+            name: entry.name.to_string(),
+            part,
+            world_from_sensor: entry.world_from_sensor,
+            options: options.clone(),
+            recording: Some(recording.clone()),
+            ..Scan::new(&recording.path_of(part))
+        }
+    };
+    let scans = (0..count).map(scan).collect();
+    Ok(ScanSet { scans, notes: notes.into_iter().map(|note| format!("{name}: {note}")).collect() })
+}
+
+impl Asked<'_, '_> {
+    /// The camera of a layout that has none in its files: the caller's, else the error that says how to give it.
+    fn camera(&self, store: &Store, layout: &str, usual: &str) -> Result<Camera> {
+        self.options.camera.ok_or_else(|| {
+            let problem = format!(
+                "this recording of {layout} does not say its camera: give it as camera = (fx, fy, cx, cy), or put a \
+                 camera.json with fx, fy, cx, cy into the folder{usual}"
+            );
+            Error::format(&store.path, "camera", problem)
+        })
+    }
+
+    /// The camera that a file of the store says: any of those at its top.
+    fn camera_of(&self, store: &Store) -> Result<Option<Camera>> {
+        let is_one = |name: &&str| {
+            let lower = name.to_ascii_lowercase();
+            (lower.ends_with(".json") || lower.ends_with(".txt")) && (lower.contains("cam") || lower.contains("intrin"))
+        };
+        for name in store.top().filter(is_one) {
+            let text = store.text(name, self.progress)?;
+            if super::camera::sniff(text.as_bytes()) {
+                return super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some);
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// For tests and fuzzing: any bytes, as a file of frames and as each kind of a frame's images, are read or refused.
+#[cfg(any(test, fuzzing))]
+pub(super) fn examine(bytes: &[u8], folder: &Path) {
+    use decode::Coding;
+    // Little, so that what unpacks to much is refused.
+    let options = Arc::new(ReadOptions { max_decoded_gib: 0.0625, ..ReadOptions::default() });
+    let none = Progress::none();
+    type Open = fn(&Path, &Arc<ReadOptions>, &Progress<'_>) -> Result<ScanSet>;
+    let opens: [(&str, Open); 3] =
+        [("a.sens", open_sens), ("a.zip", open_archive), ("transforms.json", open_transforms)];
+    for (name, open) in opens {
+        let path = folder.join(name);
+        std::fs::write(&path, bytes).expect("a scratch folder");
+        let Ok(set) = open(&path, &options, &none) else { continue };
+        for scan in set.scans.iter().take(3) {
+            assert!(scan.world_from_sensor.is_finite());
+            if let Ok(super::Content::RangeImage(image)) = scan.read() {
+                assert!(image.validate().is_ok());
+            }
+        }
+    }
+    let path = folder.join("image");
+    let size = [5, 3];
+    let codings = [
+        Coding::Image,
+        Coding::LzfseFloats(size),
+        Coding::LzfseBytes(size),
+        Coding::ZlibNumbers(size),
+        Coding::Numbers(size),
+        Coding::Colmap,
+        Coding::Text(size),
+    ];
+    for coding in codings {
+        if let Ok(raster) = decode::numbers(bytes, coding, &path, &options, &none) {
+            assert_eq!(raster.values.len(), raster.rows * raster.cols);
+        }
+    }
+    if let Ok((size, pixels)) = decode::colours(bytes, &path, &options) {
+        assert_eq!(pixels.len(), size[0] * size[1]);
+    }
+}
+
+/// A note of how many frames something holds for, or `None` for none.
+fn counted(count: usize, of: usize, what: &str) -> Option<String> {
+    (count > 0).then(|| format!("{count} of {of} frames {what}"))
+}

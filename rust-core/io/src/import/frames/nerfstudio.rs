@@ -1,0 +1,114 @@
+//! nerfstudio's `transforms.json`: cameras to world with y up, looking along -z; intrinsics for all frames or for each;
+//! depth images where `depth_file_path` names them, in units of `depth_unit_scale_factor` (0.001).
+//!
+//! Pixel centres lie at halves there. Lenses that distort are refused by name: the images must be undistorted first.
+
+use serde_json::Value;
+
+use super::Asked;
+use super::recording::{Convention, Entry, Recording, TURNED, flat, json, pose, stem};
+use super::store::{Place, Store};
+use base::error::{Error, Result};
+use image::frame::Camera;
+
+const NAME: &str = "transforms.json";
+
+/// A distortion below this moves no pixel of any image by a tenth.
+const NO_DISTORTION: f64 = 1e-6;
+
+pub(super) fn recognize(store: &Store) -> bool {
+    store.has(NAME)
+}
+
+pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    listed(store, NAME, layout, asked)
+}
+
+/// Lists the frames of a file of any name.
+pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let file = json(&store, name, asked.progress)?;
+    let path = store.path_of(name);
+    let frames = file.get("frames").and_then(Value::as_array);
+    let frames = frames.ok_or_else(|| Error::format(&path, "whole file", "there is no list `frames`"))?;
+    let (mut entries, mut without) = (Vec::new(), 0);
+    for (k, frame) in frames.iter().enumerate() {
+        asked.progress.check()?;
+        let fail = |problem: String| Error::format(&path, format!("frame {k}"), problem);
+        let named = |key: &str| -> Result<Option<Place>> {
+            let Some(given) = frame.get(key).and_then(Value::as_str) else { return Ok(None) };
+            let inside = store.inside(given, asked.options).map_err(fail)?;
+            Ok(Some(Place::Named(inside)))
+        };
+        let Some(depth) = named("depth_file_path")? else {
+            without += 1;
+            continue;
+        };
+        let rows = frame.get("transform_matrix").and_then(flat).and_then(|all| matrix(&all));
+        let rows = rows.ok_or_else(|| fail("`transform_matrix` must be a 4 x 4 matrix".to_owned()))?;
+        let Some(pose) = pose(&rows).map_err(fail)? else { continue };
+        let colour = named("file_path")?.filter(|place| matches!(place, Place::Named(name) if store.has(name)));
+        let camera = camera(frame, &file).map_err(fail)?;
+        let Place::Named(depth_name) = &depth else { continue };
+        entries.push(Entry {
+            name: frame.get("file_path").and_then(Value::as_str).map_or(stem(depth_name), stem).into(),
+            depth,
+            colour,
+            confidence: None,
+            depth_camera: camera,
+            colour_camera: camera,
+            world_from_sensor: pose * TURNED,
+        });
+    }
+    if entries.is_empty() {
+        let problem = format!(
+            "none of its {} frames has a `depth_file_path`: this recording is of colour images alone, which no surface \
+             can be read from; export it with depth",
+            frames.len()
+        );
+        return Err(Error::format(&path, "frames", problem));
+    }
+    let mut recording = Recording::new(store, layout);
+    recording.depth.unit = file.get("depth_unit_scale_factor").and_then(Value::as_f64).unwrap_or(1e-3);
+    recording.convention = Convention::BACKWARD;
+    recording.notes.extend(super::counted(without, frames.len(), "have no depth and are passed over"));
+    Ok(Recording { entries, ..recording })
+}
+
+fn matrix(all: &[f64]) -> Option<[f64; 16]> {
+    let mut rows = [0.0; 16];
+    rows[15] = 1.0;
+    if !matches!(all.len(), 12 | 16) {
+        return None;
+    }
+    rows[..all.len()].copy_from_slice(all);
+    Some(rows)
+}
+
+/// The camera of a frame: what it says itself, else what the file says for all.
+fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
+    let value = |key: &str| frame.get(key).or_else(|| file.get(key));
+    let number = |key: &str| value(key).and_then(Value::as_f64);
+    let model = value("camera_model").and_then(Value::as_str).unwrap_or("OPENCV");
+    if !matches!(model, "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "PERSPECTIVE") {
+        return Err(format!("the camera model {model} is no pinhole camera; undistort the images first"));
+    }
+    for key in ["k1", "k2", "k3", "k4", "p1", "p2"] {
+        if let Some(k) = number(key).filter(|k| k.abs() > NO_DISTORTION) {
+            return Err(format!("the lens distorts ({key} = {k}), which is not undone; undistort the images first"));
+        }
+    }
+    let need = |key: &str| number(key).ok_or_else(|| format!("`{key}` is missing, for the frame and for all frames"));
+    let (width, height) = (need("w")?, need("h")?);
+    if !((1.0..1e9).contains(&width) && (1.0..1e9).contains(&height)) {
+        return Err(format!("an image of {width} x {height} pixels can't be"));
+    }
+    let fx = match number("fl_x") {
+        Some(fx) => fx,
+        None => width / 2.0 / (need("camera_angle_x")? / 2.0).tan(),
+    };
+    let fy = number("fl_y").unwrap_or(fx);
+    let centre = [number("cx").unwrap_or(width / 2.0) - 0.5, number("cy").unwrap_or(height / 2.0) - 0.5];
+    let camera = Camera::sized([fx, fy], centre, [width as usize, height as usize]);
+    camera.validate().map_err(|error| error.to_string())?;
+    Ok(camera)
+}

@@ -1,0 +1,103 @@
+//! Polycam's raw export: `keyframes/` with `depth/` (millimetres), `confidence/` (0, 127, 255), `images/` and
+//! `cameras/`, files of a frame named alike by its time. `corrected_images` and `corrected_cameras` come with better
+//! poses and without distortion, but with a black rim around the images; long sessions have none.
+
+use serde_json::Value;
+
+use super::recording::{Entry, Recording, TURNED, json, pose, stem};
+use super::store::{Place, Store};
+use super::{Asked, counted};
+use base::error::{Error, Result};
+use image::frame::Camera;
+
+const FRAMES: &str = "keyframes";
+
+/// The folder that holds a kind of files, from the top.
+fn within(store: &Store, folder: &str) -> String {
+    if store.has(FRAMES) { format!("{FRAMES}/{folder}") } else { folder.to_owned() }
+}
+
+pub(super) fn recognize(store: &Store) -> bool {
+    store.has(&within(store, "cameras")) && store.has(&within(store, "images"))
+}
+
+pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let kinds = ["depth", "confidence", "corrected_images", "corrected_cameras", "images", "cameras"];
+    let [depth, confidence, corrected_images, corrected_cameras, images, cameras] =
+        kinds.map(|folder| within(&store, folder));
+    let is_corrected = store.has(&corrected_images) && store.has(&corrected_cameras);
+    let (images, cameras) = if is_corrected { (corrected_images, corrected_cameras) } else { (images, cameras) };
+    let depths = store.list(&depth, asked.progress)?;
+    if depths.is_empty() {
+        let problem = "there are no depth images: only sessions of LiDAR or room mode have them, exported as raw data \
+            with developer mode on before scanning";
+        return Err(Error::format(&store.path_of(&depth), "whole folder", problem));
+    }
+    let colours = store.list(&images, asked.progress)?;
+    let confidences = store.list(&confidence, asked.progress)?;
+    let (mut entries, mut lost) = (Vec::new(), 0);
+    for name in super::recording::in_order(depths.iter().cloned()) {
+        asked.progress.check()?;
+        let camera_name = format!("{cameras}/{}.json", stem(&name));
+        if !store.has(&camera_name) {
+            lost += 1;
+            continue;
+        }
+        let fail = |problem: String| Error::format(&store.path_of(&camera_name), "whole file", problem);
+        let file = json(&store, &camera_name, asked.progress)?;
+        let Some(pose) = pose(&rows(&file).map_err(fail)?).map_err(fail)? else {
+            lost += 1;
+            continue;
+        };
+        let camera = camera(&file).map_err(fail)?;
+        let colour = ["jpg", "jpeg", "png"].map(|ending| format!("{}.{ending}", stem(&name)));
+        let colour = colour.into_iter().find(|name| colours.contains(name));
+        entries.push(Entry {
+            name: stem(&name).into(),
+            depth: Place::Named(format!("{depth}/{name}").into()),
+            colour: colour.map(|name| Place::Named(format!("{images}/{name}").into())),
+            confidence: confidences.contains(&name).then(|| Place::Named(format!("{confidence}/{name}").into())),
+            depth_camera: camera,
+            colour_camera: camera,
+            world_from_sensor: pose * TURNED,
+        });
+    }
+    let mut recording = Recording::of_phone(store, layout);
+    recording.black_rim = is_corrected;
+    recording.notes.extend(counted(lost, depths.len(), "have no pose and are passed over"));
+    if !is_corrected {
+        let note = "poses and images are those that were not corrected: the session has no corrected ones";
+        recording.notes.push(note.to_owned());
+    }
+    Ok(Recording { entries, ..recording })
+}
+
+fn number(file: &Value, key: &str) -> Result<f64, String> {
+    file.get(key).and_then(Value::as_f64).ok_or_else(|| format!("`{key}` is missing or no number"))
+}
+
+fn rows(file: &Value) -> Result<[f64; 16], String> {
+    let mut rows = [0.0; 16];
+    rows[15] = 1.0;
+    for (k, entry) in rows.iter_mut().take(12).enumerate() {
+        *entry = number(file, &format!("t_{}{}", k / 4, k % 4))?;
+    }
+    Ok(rows)
+}
+
+fn camera(file: &Value) -> Result<Camera, String> {
+    let [fx, fy, cx, cy, width, height] = [
+        number(file, "fx")?,
+        number(file, "fy")?,
+        number(file, "cx")?,
+        number(file, "cy")?,
+        number(file, "width")?,
+        number(file, "height")?,
+    ];
+    if !((1.0..1e9).contains(&width) && (1.0..1e9).contains(&height)) {
+        return Err(format!("an image of {width} x {height} pixels can't be"));
+    }
+    let camera = Camera::sized([fx, fy], [cx, cy], [width as usize, height as usize]);
+    camera.validate().map_err(|error| error.to_string())?;
+    Ok(camera)
+}

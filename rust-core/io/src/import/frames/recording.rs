@@ -1,0 +1,314 @@
+//! A recording: its frames, listed and not yet decoded. Layouts fill it; here each frame is read as that says.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::super::ReadOptions;
+use super::super::raster::{Numbers, Raster};
+use super::decode::{self, Coding};
+use super::store::{Place, Store};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::frame::{Camera, ColourImage, ConfidenceImage, Frame};
+use image::range_image::{DepthKind, RangeImage};
+
+/// Two shapes of an image differ by no more than what rounding a side to whole pixels does.
+const SAME_SHAPE: f64 = 1.25;
+
+/// Frames of one recording, in their order. Memory: some hundred bytes a frame.
+#[derive(Debug)]
+pub(crate) struct Recording {
+    pub(super) store: Store,
+    /// Who writes such recordings, for people.
+    pub(super) layout: &'static str,
+    pub(super) entries: Vec<Entry>,
+    pub(super) depth: DepthForm,
+    pub(super) confidence: ConfidenceForm,
+    /// Takes points of the depth sensor's frame into that of the colour camera.
+    pub(super) colour_from_depth: DAffine3,
+    /// Furthest depth that is no guess.
+    pub(super) reach: Option<f64>,
+    /// Whether colour images have a rim of undistorting.
+    pub(super) black_rim: bool,
+    /// How the layout means its poses.
+    pub(super) convention: Convention,
+    /// What a person should know.
+    pub(super) notes: Vec<String>,
+}
+
+/// One frame.
+#[derive(Clone, Debug)]
+pub(super) struct Entry {
+    pub(super) name: Box<str>,
+    pub(super) depth: Place,
+    pub(super) colour: Option<Place>,
+    pub(super) confidence: Option<Place>,
+    /// Of the depth image, at any size.
+    pub(super) depth_camera: Camera,
+    /// Of the colour image, at any size.
+    pub(super) colour_camera: Camera,
+    pub(super) world_from_sensor: DAffine3,
+}
+
+/// How depths are stored.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DepthForm {
+    pub(super) coding: Coding,
+    /// What a stored number is multiplied with.
+    pub(super) unit: f64,
+    pub(super) kind: DepthKind,
+}
+
+/// How confidences are stored.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ConfidenceForm {
+    pub(super) coding: Coding,
+    /// Lower levels than this are left out.
+    pub(super) least: u8,
+}
+
+/// How the poses of a layout are written, and whether all that write it agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Convention {
+    /// Cameras have y up and look along -z, as OpenGL's; else y down, along z.
+    pub(super) looks_along_minus_z: bool,
+    /// Whether the layout leaves no doubt.
+    pub(super) is_sure: bool,
+}
+
+impl Convention {
+    /// y down, looking along z.
+    pub(super) const FORWARD: Convention = Convention { looks_along_minus_z: false, is_sure: true };
+    /// y up, looking along -z, as ARKit's and OpenGL's cameras.
+    pub(super) const BACKWARD: Convention = Convention { looks_along_minus_z: true, is_sure: true };
+}
+
+/// Turns a camera with y up that looks along -z into one with y down that looks along z.
+pub(super) const TURNED: DAffine3 =
+    DAffine3 { matrix3: DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z), translation: DVec3::ZERO };
+
+impl Recording {
+    /// A recording of Kinects and the like: images of millimetres beside colour images that are registered to them.
+    pub(super) fn new(store: Store, layout: &'static str) -> Recording {
+        Recording {
+            store,
+            layout,
+            entries: Vec::new(),
+            depth: DepthForm { coding: Coding::Image, unit: 1e-3, kind: DepthKind::Planar },
+            confidence: ConfidenceForm { coding: Coding::Image, least: 1 },
+            colour_from_depth: DAffine3::IDENTITY,
+            reach: None,
+            black_rim: false,
+            convention: Convention::FORWARD,
+            notes: Vec::new(),
+        }
+    }
+
+    /// A recording of a phone's LiDAR, whose depth comes with ARKit's poses.
+    pub(super) fn of_phone(store: Store, layout: &'static str) -> Recording {
+        // The LiDAR's reach; what ARKit says beyond is guessed from the colours.
+        Recording { reach: Some(5.0), convention: Convention::BACKWARD, ..Recording::new(store, layout) }
+    }
+
+    /// The file that holds the depth of a frame.
+    pub(super) fn path_of(&self, index: usize) -> std::path::PathBuf {
+        self.store.path_at(&self.entries[index].depth)
+    }
+
+    /// Reads a frame as it was recorded.
+    pub(crate) fn frame(
+        &self,
+        index: usize,
+        world_from_sensor: DAffine3,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame> {
+        let mut frame = self.without_colour(index, options, progress)?;
+        frame.depth.world_from_sensor = world_from_sensor;
+        progress.check()?;
+        frame.colour = self.colour(index, options, progress)?;
+        Ok(frame)
+    }
+
+    /// Reads depth and confidence of a frame.
+    pub(super) fn without_colour(
+        &self,
+        index: usize,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Frame> {
+        let entry = &self.entries[index];
+        let mut frame = Frame { reach: self.reach, ..Frame::new(self.depth(entry, options, progress)?) };
+        frame.depth.name = entry.name.to_string();
+        frame.confidence = self.confidence(index, options, progress)?;
+        Ok(frame)
+    }
+
+    /// About so many samples of a frame that can be trusted, in its own frame.
+    pub(crate) fn preview(&self, index: usize, count: usize, options: &Arc<ReadOptions>) -> Result<Vec<DVec3>> {
+        let none = Progress::none();
+        let (image, _) = self.without_colour(index, options, &none)?.into_range_image(&none)?;
+        let step = (image.valid_count() / count.max(1)).max(1);
+        let valid = (0..image.len()).filter(|&i| image.is_valid(i));
+        Ok(valid.step_by(step).map(|i| image.point_in_sensor(i)).collect())
+    }
+
+    fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {
+        let path = self.store.path_at(&entry.depth);
+        let raster = self.numbers(&entry.depth, self.depth.coding, options, progress)?;
+        let size = [raster.cols, raster.rows];
+        let camera = camera_for(&entry.depth_camera, size, &path)?;
+        let values = in_units(raster, self.depth.unit, options);
+        RangeImage::from_values(size[1], size[0], values, camera.projection(self.depth.kind))
+            .map_err(|error| Error::format(&path, "whole image", error.to_string()))
+    }
+
+    /// Reads the confidences of a frame.
+    pub(crate) fn confidence(
+        &self,
+        index: usize,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Option<ConfidenceImage>> {
+        let Some(place) = &self.entries[index].confidence else { return Ok(None) };
+        let raster = self.numbers(place, self.confidence.coding, options, progress)?;
+        let levels = raster.values.iter().map(|&level| level as u8).collect();
+        Ok(Some(ConfidenceImage { size: [raster.cols, raster.rows], levels, least: self.confidence.least }))
+    }
+
+    /// Reads the colours of a frame.
+    pub(crate) fn colour(
+        &self,
+        index: usize,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Option<ColourImage>> {
+        let entry = &self.entries[index];
+        let Some(place) = &entry.colour else { return Ok(None) };
+        let path = self.store.path_at(place);
+        let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
+        let (size, pixels) = decode::colours(&bytes, &path, options)?;
+        Ok(Some(ColourImage {
+            camera: camera_for(&entry.colour_camera, size, &path)?,
+            pixels,
+            colour_from_depth: self.colour_from_depth,
+            black_rim: self.black_rim,
+        }))
+    }
+
+    fn numbers(
+        &self,
+        place: &Place,
+        coding: Coding,
+        options: &Arc<ReadOptions>,
+        progress: &Progress<'_>,
+    ) -> Result<Raster> {
+        let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
+        decode::numbers(&bytes, coding, &self.store.path_at(place), options, progress)
+    }
+}
+
+/// The camera of an image, whose size it may not have been given for, but whose shape.
+fn camera_for(camera: &Camera, size: [usize; 2], path: &Path) -> Result<Camera> {
+    if let Some(of) = camera.size {
+        let factor = [0, 1].map(|axis| size[axis] as f64 / of[axis] as f64);
+        if !(factor[0].max(factor[1]) <= SAME_SHAPE * factor[0].min(factor[1])) {
+            let ([cols, rows], [width, height]) = (size, of);
+            let problem = format!(
+                "an image of {cols} x {rows} pixels has another shape than its camera's, {width} x {height}: \
+                 one of them was turned or cropped"
+            );
+            return Err(Error::format(path, "header", problem));
+        }
+    }
+    Ok(camera.scaled_to(size))
+}
+
+/// Stored numbers as lengths; NaN where they mark that nothing was measured.
+fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
+    let unit = options.scale.unwrap_or(unit);
+    let (offset, invalid) = (options.offset, options.invalid.unwrap_or(f64::NAN));
+    // Of 16 bits the largest is a mark: 7-Scenes writes it where nothing came back.
+    let saturated = match raster.numbers {
+        Numbers::Whole(most) if most >= 65535 => f64::from(most),
+        _ => f64::NAN,
+    };
+    let mut values = raster.values;
+    for value in &mut values {
+        let is_mark = (*value == invalid) | (*value == saturated) | (*value <= 0.0);
+        *value = if is_mark { f64::NAN } else { *value * unit + offset };
+    }
+    values
+}
+
+/// Reads JSON.
+pub(super) fn json(store: &Store, name: &str, progress: &Progress<'_>) -> Result<serde_json::Value> {
+    let text = store.text(name, progress)?;
+    serde_json::from_str(&text).map_err(|error| {
+        let at = format!("line {}, column {}", error.line(), error.column());
+        Error::format(&store.path_of(name), at, "this is not JSON")
+    })
+}
+
+/// The numbers of an array, which may be nested once; `None` where it holds anything else.
+pub(super) fn flat(value: &serde_json::Value) -> Option<Vec<f64>> {
+    let mut all = Vec::new();
+    for entry in value.as_array()? {
+        match entry.as_array() {
+            Some(inner) => inner.iter().try_for_each(|n| n.as_f64().map(|n| all.push(n)))?,
+            None => all.push(entry.as_f64()?),
+        }
+    }
+    Some(all)
+}
+
+/// The part of a file's name that says which frame it is: without folder and ending.
+pub(super) fn stem(name: &str) -> &str {
+    let name = file_name(name);
+    name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+fn file_name(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// Names in the order of the numbers in them: `2` before `10`.
+pub(super) fn in_order(names: impl IntoIterator<Item = String>) -> Vec<String> {
+    let mut all: Vec<(Vec<(String, u128)>, String)> = names.into_iter().map(|name| (file_order(&name), name)).collect();
+    all.sort();
+    all.into_iter().map(|(_, name)| name).collect()
+}
+
+fn file_order(name: &str) -> Vec<(String, u128)> {
+    let mut parts = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() {
+        let words = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(words);
+        let digits = after.find(|c: char| !c.is_ascii_digit()).unwrap_or(after.len());
+        // Longer ones than any number of frames or time: their start is enough.
+        let number = after[..digits.min(30)].parse().unwrap_or(0);
+        parts.push((word.to_owned(), number));
+        rest = &after[digits..];
+    }
+    parts
+}
+
+/// A pose of 16 numbers, or `None` where the recorder lost track, which numbers that are not finite say.
+pub(super) fn pose(rows: &[f64; 16]) -> Result<Option<DAffine3>, String> {
+    if rows.iter().any(|x| !x.is_finite()) || rows[..12].iter().all(|x| *x == 0.0) {
+        return Ok(None);
+    }
+    super::super::pose::from_rows(rows).map(Some)
+}
+
+/// A pose of a quaternion x y z w and a place.
+pub(super) fn pose_of([x, y, z, w]: [f64; 4], place: [f64; 3]) -> Result<DAffine3, String> {
+    let rotation = glam::DQuat::from_xyzw(x, y, z, w);
+    if !((rotation.length_squared() - 1.0).abs() < 0.02) || place.iter().any(|x| !x.is_finite()) {
+        return Err("the quaternion does not have unit length, or the place is not finite".to_owned());
+    }
+    Ok(DAffine3::from_rotation_translation(rotation.normalize(), DVec3::from_array(place)))
+}

@@ -1,0 +1,73 @@
+//! 3D Scanner App's export of all data: `frame_00000.json` (camera, pose camera to world), `depth_00000.png`
+//! (millimetres), `conf_00000.png` (0, 1, 2), and `frame_00000.jpg` for some frames only.
+
+use serde_json::Value;
+
+use super::recording::{Entry, Recording, TURNED, flat, json, pose};
+use super::store::{Place, Store};
+use super::{Asked, counted, decode};
+use base::error::{Error, Result};
+use image::frame::Camera;
+
+/// Columns and rows that cameras are given for where no colour image says it: those of the phones' video.
+const PHOTO: [usize; 2] = [1920, 1440];
+
+/// The number of a frame out of the name of its depth image.
+fn number(name: &str) -> Option<&str> {
+    name.strip_prefix("depth_")?.strip_suffix(".png")
+}
+
+pub(super) fn recognize(store: &Store) -> bool {
+    let mut numbers = store.top().filter_map(number);
+    numbers.any(|number| store.has(&format!("frame_{number}.json")))
+}
+
+pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let size = photo_size(&store, asked)?;
+    let numbers: Vec<String> = store.top().filter_map(number).map(str::to_owned).collect();
+    let (mut entries, mut lost) = (Vec::new(), 0);
+    for number in &numbers {
+        asked.progress.check()?;
+        let name = format!("frame_{number}.json");
+        let fail = |problem: String| Error::format(&store.path_of(&name), "whole file", problem);
+        let file = if store.has(&name) { Some(json(&store, &name, asked.progress)?) } else { None };
+        let matrix = |key: &str| file.as_ref().and_then(|file: &Value| file.get(key)).and_then(flat);
+        let rows: Option<[f64; 16]> = matrix("cameraPoseARFrame").and_then(|rows| rows.try_into().ok());
+        let pose = match rows {
+            Some(rows) => pose(&rows).map_err(fail)?,
+            None => None,
+        };
+        let Some(pose) = pose else {
+            lost += 1;
+            continue;
+        };
+        let intrinsics = matrix("intrinsics").unwrap_or_default();
+        let &[fx, _, cx, _, fy, cy, _, _, _] = intrinsics.as_slice() else {
+            return Err(fail("`intrinsics` must be nine numbers".to_owned()));
+        };
+        let camera = Camera::sized([fx, fy], [cx, cy], size);
+        camera.validate().map_err(|error| fail(error.to_string()))?;
+        let place = |name: String| store.has(&name).then(|| Place::Named(name.into()));
+        entries.push(Entry {
+            name: format!("frame_{number}").into(),
+            depth: Place::Named(format!("depth_{number}.png").into()),
+            colour: place(format!("frame_{number}.jpg")),
+            confidence: place(format!("conf_{number}.png")),
+            depth_camera: camera,
+            colour_camera: camera,
+            world_from_sensor: pose * TURNED,
+        });
+    }
+    let mut recording = Recording::of_phone(store, layout);
+    recording.notes.extend(counted(lost, numbers.len(), "have no pose and are passed over"));
+    Ok(Recording { entries, ..recording })
+}
+
+/// The size of the colour images, which the cameras are given for.
+fn photo_size(store: &Store, asked: &Asked<'_, '_>) -> Result<[usize; 2]> {
+    let Some(name) = store.top().find(|name| name.starts_with("frame_") && name.ends_with(".jpg")) else {
+        return Ok(PHOTO);
+    };
+    let bytes = store.bytes(&Place::Named(name.into()), asked.options.max_decoded_bytes(), asked.progress)?;
+    decode::size(&bytes, &store.path_of(name))
+}

@@ -1,0 +1,56 @@
+//! 7-Scenes, and what fusion programs made of its form: `frame-000000.depth.png` (millimetres; 65535 for none),
+//! `.color.png` or `.jpg`, `.pose.txt` (camera to world), all in one folder.
+//!
+//! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's
+//! camera.
+
+use super::recording::{Entry, Recording, pose};
+use super::store::{Place, Store};
+use super::{Asked, counted};
+use base::error::{Error, Result};
+use image::frame::Camera;
+
+const DEPTH: &str = ".depth.png";
+
+/// What the data set's authors say of its depth camera.
+const CAMERA: Camera = Camera { focal: [585.0, 585.0], centre: [320.0, 240.0], size: Some([640, 480]) };
+
+pub(super) fn recognize(store: &Store) -> bool {
+    store.top().any(|name| name.ends_with(DEPTH)) && store.top().any(|name| name.ends_with(".pose.txt"))
+}
+
+pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let camera = asked.camera_of(&store)?;
+    let depths: Vec<String> = store.top().filter(|name| name.ends_with(DEPTH)).map(str::to_owned).collect();
+    let (mut entries, mut lost) = (Vec::new(), 0);
+    for depth in &depths {
+        asked.progress.check()?;
+        let frame = &depth[..depth.len() - DEPTH.len()];
+        let name = format!("{frame}.pose.txt");
+        let pose = if store.has(&name) { read_pose(&store, &name, asked)? } else { None };
+        let Some(world_from_sensor) = pose else {
+            lost += 1;
+            continue;
+        };
+        let colour = ["png", "jpg", "jpeg"].map(|ending| format!("{frame}.color.{ending}"));
+        entries.push(Entry {
+            name: frame.into(),
+            depth: Place::Named(depth.as_str().into()),
+            colour: colour.into_iter().find(|name| store.has(name)).map(|name| Place::Named(name.into())),
+            confidence: None,
+            depth_camera: camera.unwrap_or(CAMERA),
+            colour_camera: camera.unwrap_or(CAMERA),
+            world_from_sensor,
+        });
+    }
+    let notes = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
+    Ok(Recording { entries, notes, ..Recording::new(store, layout) })
+}
+
+fn read_pose(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Option<glam::DAffine3>> {
+    let text = store.text(name, asked.progress)?;
+    let fail = |problem: &str| Error::format(&store.path_of(name), "whole file", problem);
+    let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
+    let rows = numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| fail("a pose is a 4 x 4 matrix"))?;
+    pose(&rows).map_err(|problem| fail(&problem))
+}

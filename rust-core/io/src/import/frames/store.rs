@@ -1,0 +1,157 @@
+//! Where a recording's files lie: in a folder, or in an archive that is never unpacked. Names are those within it, with
+//! `/` between folders; a name that is not UTF-8 is none of a layout's and stays unseen.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use super::super::{ReadOptions, conf, file};
+use super::archive::Archive;
+use base::error::{Error, Result};
+use base::progress::Progress;
+
+/// Longest text that a layout has: poses of a hundred thousand frames.
+const LONGEST_TEXT: u64 = 1 << 27;
+
+/// Entries of a folder between two looks at the progress.
+const ENTRIES: usize = 1000;
+
+/// Files of a recording.
+#[derive(Debug)]
+pub(super) struct Store {
+    /// The folder, the archive, or the one file.
+    pub(super) path: PathBuf,
+    archive: Option<Archive>,
+    /// Names of files and folders at the top.
+    top: BTreeSet<String>,
+}
+
+/// Where the bytes of an image are.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Place {
+    /// A file of the store.
+    Named(Box<str>),
+    /// So many bytes from here on in the one file.
+    Span { at: u64, bytes: u64 },
+}
+
+impl Store {
+    /// The files of a folder.
+    pub(super) fn folder(path: &Path, progress: &Progress<'_>) -> Result<Store> {
+        let mut store = Store { path: path.to_owned(), archive: None, top: BTreeSet::new() };
+        store.top = store.list("", progress)?;
+        Ok(store)
+    }
+
+    /// The files of a zip archive.
+    pub(super) fn archive(path: &Path, progress: &Progress<'_>) -> Result<Store> {
+        let archive = Archive::open(path, progress)?;
+        let top = archive.list("");
+        Ok(Store { path: path.to_owned(), archive: Some(archive), top })
+    }
+
+    /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there.
+    pub(super) fn only_folder(&self, progress: &Progress<'_>) -> Result<Option<Store>> {
+        let is_hidden = |name: &&str| name.starts_with('.') || *name == "__MACOSX";
+        let mut names = self.top().filter(|name| !is_hidden(name));
+        let (Some(name), None) = (names.next(), names.next()) else { return Ok(None) };
+        match &self.archive {
+            Some(archive) => {
+                let archive = archive.inner(name);
+                let top = archive.list("");
+                Ok((!top.is_empty()).then(|| Store { path: self.path.join(name), archive: Some(archive), top }))
+            }
+            None if self.path.join(name).is_dir() => Store::folder(&self.path.join(name), progress).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// One file that holds all.
+    pub(super) fn file(path: &Path) -> Store {
+        Store { path: path.to_owned(), archive: None, top: BTreeSet::new() }
+    }
+
+    /// Whether there is a file or a folder of this name, which may lead through folders.
+    pub(super) fn has(&self, name: &str) -> bool {
+        match &self.archive {
+            Some(archive) => archive.has(name),
+            None if name.contains('/') => self.path.join(name).exists(),
+            None => self.top.contains(name),
+        }
+    }
+
+    /// Files and folders at the top.
+    pub(super) fn top(&self) -> impl Iterator<Item = &str> {
+        self.top.iter().map(String::as_str)
+    }
+
+    /// The files and folders of a folder; none if it is not there.
+    pub(super) fn list(&self, folder: &str, progress: &Progress<'_>) -> Result<BTreeSet<String>> {
+        if let Some(archive) = &self.archive {
+            return Ok(archive.list(folder));
+        }
+        let path = self.path_of(folder);
+        let mut names = BTreeSet::new();
+        if !path.is_dir() {
+            return Ok(names);
+        }
+        for (i, entry) in std::fs::read_dir(&path).map_err(|e| Error::io(&path, e))?.enumerate() {
+            if i % ENTRIES == 0 {
+                progress.check()?;
+            }
+            names.extend(entry.map_err(|e| Error::io(&path, e))?.file_name().into_string().ok());
+        }
+        Ok(names)
+    }
+
+    /// The file for people and for errors.
+    pub(super) fn path_of(&self, name: &str) -> PathBuf {
+        if name.is_empty() { self.path.clone() } else { self.path.join(name) }
+    }
+
+    /// The file that holds a place.
+    pub(super) fn path_at(&self, place: &Place) -> PathBuf {
+        match place {
+            Place::Named(name) => self.path_of(name),
+            Place::Span { .. } => self.path.clone(),
+        }
+    }
+
+    /// The bytes of a place, at most `most`.
+    pub(super) fn bytes(&self, place: &Place, most: u64, progress: &Progress<'_>) -> Result<Vec<u8>> {
+        match (place, &self.archive) {
+            (Place::Named(name), Some(archive)) => archive.read(name, most, progress),
+            (Place::Named(name), None) => {
+                let path = self.path_of(name);
+                let (file, length) = file::open_bytes(&path)?;
+                file::taken(file, 0, length, &path, progress)
+            }
+            (&Place::Span { at, bytes }, _) => {
+                let (file, length) = file::open_bytes(&self.path)?;
+                if at.checked_add(bytes).is_none_or(|end| end > length) {
+                    return Err(Error::format(&self.path, format!("byte {at}"), "the file ends within a frame"));
+                }
+                file::taken(file, at, bytes, &self.path, progress)
+            }
+        }
+    }
+
+    /// The text of a file.
+    pub(super) fn text(&self, name: &str, progress: &Progress<'_>) -> Result<String> {
+        let bytes = self.bytes(&Place::Named(name.into()), LONGEST_TEXT, progress)?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| Error::format(&self.path_of(name), "whole file", "this is not text (UTF-8)"))?;
+        Ok(match text.strip_prefix('\u{feff}') {
+            Some(rest) => rest.to_owned(),
+            None => text,
+        })
+    }
+
+    /// The name within the store of a file that a list at the top names; refused where it leads out.
+    pub(super) fn inside(&self, name: &str, options: &ReadOptions) -> Result<Box<str>, String> {
+        let name = name.strip_prefix("./").unwrap_or(name);
+        if self.archive.is_none() {
+            conf::named(&self.path, name, options)?;
+        }
+        Ok(name.replace('\\', "/").into())
+    }
+}

@@ -1,0 +1,8 @@
+//! Each layout written as its programs write it, with known truth; and what is wrong with recordings.
+
+mod damaged;
+mod jpeg;
+mod layouts;
+mod real;
+mod twin;
+mod writers;

@@ -1,0 +1,106 @@
+//! TUM RGB-D: `depth.txt`, `rgb.txt` and `groundtruth.txt` say times; each depth image takes the colour image and the
+//! pose that are nearest in time. Depths are 5000 to the metre. Lists may name images that are not there.
+
+use super::recording::{Entry, Recording};
+use super::store::{Place, Store};
+use super::{Asked, counted};
+use crate::import::text::{Lines, lines_of};
+use crate::import::trajectory::{self, APART};
+use base::error::{Error, Result};
+use image::frame::Camera;
+
+const DEPTHS: &str = "depth.txt";
+const COLOURS: &str = "rgb.txt";
+const POSES: &str = "groundtruth.txt";
+
+/// Cameras of the data set's three Kinects, by the folder's name.
+const CAMERAS: [([&str; 2], Camera); 3] = [
+    (["freiburg1", "fr1"], kinect([517.3, 516.5], [318.6, 255.3])),
+    (["freiburg2", "fr2"], kinect([520.9, 521.0], [325.1, 249.7])),
+    (["freiburg3", "fr3"], kinect([535.4, 539.2], [320.1, 247.6])),
+];
+
+const fn kinect(focal: [f64; 2], centre: [f64; 2]) -> Camera {
+    Camera { focal, centre, size: Some([640, 480]) }
+}
+
+pub(super) fn recognize(store: &Store) -> bool {
+    store.has(DEPTHS) && store.has("depth")
+}
+
+pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let camera = camera(&store, layout, asked)?;
+    let depths = listed(&store, DEPTHS, asked)?;
+    let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)? } else { Vec::new() };
+    if !store.has(POSES) {
+        let problem = "it is missing, so the frames have no poses; open the folder depth with a camera and align them";
+        return Err(Error::format(&store.path_of(POSES), "whole file", problem));
+    }
+    let text = store.text(POSES, asked.progress)?;
+    let path = store.path_of(POSES);
+    let poses = trajectory::parse(Lines::new(text.as_bytes(), text.len() as u64, &path))?;
+    let (mut entries, mut lost) = (Vec::new(), 0);
+    for (time, name) in &depths {
+        asked.progress.check()?;
+        let Some(world_from_sensor) = poses.at(*time) else {
+            lost += 1;
+            continue;
+        };
+        entries.push(Entry {
+            name: super::recording::stem(name).into(),
+            depth: Place::Named(name.as_str().into()),
+            colour: nearest(&colours, *time).map(|name| Place::Named(name.into())),
+            confidence: None,
+            depth_camera: camera,
+            colour_camera: camera,
+            world_from_sensor,
+        });
+    }
+    let why = format!("have no pose within {APART} s and are passed over");
+    let mut recording = Recording::new(store, layout);
+    recording.depth.unit = 1.0 / 5000.0;
+    recording.notes.extend(counted(lost, depths.len(), &why));
+    Ok(Recording { entries, ..recording })
+}
+
+fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<Camera> {
+    if let Some(camera) = asked.camera_of(store)? {
+        return Ok(camera);
+    }
+    let path = store.path.to_string_lossy().to_ascii_lowercase();
+    match CAMERAS.iter().find(|(names, _)| names.iter().any(|name| path.contains(name))) {
+        Some((_, camera)) if asked.options.camera.is_none() => Ok(*camera),
+        _ => asked.camera(store, layout, "; the data set's tools use (525, 525, 319.5, 239.5)"),
+    }
+}
+
+/// Times and names of the images of a list that are there, by time.
+fn listed(store: &Store, list: &str, asked: &Asked<'_, '_>) -> Result<Vec<(f64, String)>> {
+    let mut found = Vec::new();
+    for (number, line) in lines_of(&store.text(list, asked.progress)?).enumerate() {
+        let fail = |problem: String| Error::format(&store.path_of(list), format!("line {}", number + 1), problem);
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let entry =
+            line.split_once([' ', '\t']).and_then(|(time, name)| Some((time.parse::<f64>().ok()?, name.trim())));
+        let Some((time, name)) = entry.filter(|(time, _)| time.is_finite()) else {
+            return Err(fail("expected a time and the name of an image".to_owned()));
+        };
+        let name = store.inside(name, asked.options).map_err(fail)?;
+        if store.has(&name) {
+            found.push((time, String::from(name)));
+        }
+    }
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(found)
+}
+
+/// The image nearest in time, if it is near.
+fn nearest(images: &[(f64, String)], time: f64) -> Option<&str> {
+    let after = images.partition_point(|image| image.0 < time);
+    let near = [after.wrapping_sub(1), after].into_iter().filter_map(|i| images.get(i));
+    let nearest = near.min_by(|a, b| (a.0 - time).abs().total_cmp(&(b.0 - time).abs()))?;
+    ((nearest.0 - time).abs() <= APART).then_some(nearest.1.as_str())
+}

@@ -1,0 +1,117 @@
+//! Connected parts of the surface, whatever blocks they are in: each tile knows those of its own triangles, and what has a vertex
+//! in common is one.
+
+use glam::DVec3;
+
+use super::connected::parts;
+use super::passes;
+use super::tiles::{Tile, VertexKey};
+use base::error::Result;
+use base::progress::Progress;
+
+/// What is known of a part.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Its triangles.
+    pub faces: u64,
+    /// Its vertices.
+    pub vertices: u64,
+    /// Vertices on no scan.
+    pub unseen: u64,
+    /// Vertices of noisy samples.
+    pub noisy: u64,
+    /// Its bounding box.
+    pub low: DVec3,
+    /// Its other corner.
+    pub high: DVec3,
+    /// The lowest of its vertices: parts are in the order of these.
+    pub first: VertexKey,
+}
+
+impl Part {
+    /// Adds what another tile has of it.
+    fn add(&mut self, other: &Part) {
+        self.faces += other.faces;
+        self.vertices += other.vertices;
+        self.unseen += other.unseen;
+        self.noisy += other.noisy;
+        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
+        self.first = self.first.min(other.first);
+    }
+}
+
+/// The parts of a surface.
+pub struct Parts {
+    /// In the order of their lowest vertices.
+    pub list: Vec<Part>,
+    /// Of each tile the part of each vertex.
+    pub of: Vec<Vec<u32>>,
+}
+
+/// The parts of all tiles together. O(vertices).
+///
+/// # Errors
+/// Cancelled.
+pub fn find(tiles: &[Tile], progress: &Progress<'_>) -> Result<Parts> {
+    let mut list: Vec<Part> = Vec::new();
+    let mut joins: Vec<(VertexKey, u32)> = Vec::new();
+    let mut of = Vec::new();
+    for tile in tiles {
+        let first = list.len() as u32;
+        let (part_of, parts) = within(tile, first, progress)?;
+        list.extend(parts);
+        joins.extend(tile.shared.iter().map(|&v| (tile.key(v), part_of[v as usize])));
+        joins.extend(tile.foreign.iter().zip(&part_of[tile.own..]).map(|(key, part)| (*key, *part)));
+        of.push(part_of);
+    }
+    joins.sort_unstable();
+    let links: Vec<[u32; 3]> =
+        joins.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1, pair[1].1]).collect();
+    if links.is_empty() && tiles.len() < 2 {
+        return Ok(Parts { list, of });
+    }
+    let root = parts(list.len(), &links, progress)?;
+    for i in (0..list.len()).filter(|&i| root[i] as usize != i) {
+        let part = list[i];
+        list[root[i] as usize].add(&part);
+    }
+    let mut roots: Vec<u32> = (0..list.len() as u32).filter(|&i| root[i as usize] == i).collect();
+    roots.sort_unstable_by_key(|&i| list[i as usize].first);
+    let mut number = vec![0; list.len()];
+    roots.iter().enumerate().for_each(|(new, &old)| number[old as usize] = new as u32);
+    for part_of in &mut of {
+        passes::each(part_of.len(), progress, |v| part_of[v] = number[root[part_of[v] as usize] as usize])?;
+    }
+    Ok(Parts { list: roots.into_iter().map(|i| list[i as usize]).collect(), of })
+}
+
+/// The parts of a tile, numbered from `first` on in the order of their lowest vertices, and that of each vertex.
+fn within(tile: &Tile, first: u32, progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<Part>)> {
+    let surface = &tile.surface;
+    let mut part_of = parts(surface.positions.len(), &surface.triangles, progress)?;
+    let mut list: Vec<Part> = Vec::new();
+    // The lowest vertex of a part is met before all others.
+    passes::each(part_of.len(), progress, |v| {
+        let lowest = part_of[v] as usize;
+        if lowest == v {
+            part_of[v] = list.len() as u32;
+            let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            list.push(Part { faces: 0, vertices: 0, unseen: 0, noisy: 0, low, high, first: tile.key(v as u32) });
+        } else {
+            part_of[v] = part_of[lowest];
+        }
+        if v >= tile.own {
+            return;
+        }
+        let part = &mut list[part_of[v] as usize];
+        part.vertices += 1;
+        part.unseen += u64::from(surface.scan[v] < 0);
+        part.noisy += u64::from(surface.noise[v] > 0.0);
+        (part.low, part.high) = (part.low.min(surface.positions[v]), part.high.max(surface.positions[v]));
+    })?;
+    passes::each(surface.triangles.len(), progress, |t| {
+        list[part_of[surface.triangles[t][0] as usize] as usize].faces += 1;
+    })?;
+    part_of.iter_mut().for_each(|part| *part += first);
+    Ok((part_of, list))
+}

@@ -1,0 +1,472 @@
+//! Stage 9b: a second chance for holes whose surroundings stand in the way. [MI04, sec. 3.4]
+//!
+//! A hole between the ragged borders of two scans may have no fill that does not cross the surface. Its border is peeled,
+//! ring by ring, until there is one: what is lost is the border of a scan that disagreed with the others. Where peeling
+//! does not lead to a fill, all that was peeled is put back.
+//!
+//! Peeling and filling stay within the hole's **window**, a box around it, and holes are tried together only if their
+//! windows have something in common. So what is tried in vain in one place changes nothing in another, and a window is all
+//! that has to be in memory.
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::connected::parts;
+use super::extract::{Case, Surface};
+use super::holes::{self, Bounds, Reason, successors, walk};
+use super::lattice::Lattice;
+use super::passes;
+use super::pinches;
+use base::error::Result;
+use base::progress::Progress;
+
+/// Rings peeled at most.
+const ROUNDS: usize = 3;
+/// Times that peeling begins anew without the holes for which it was in vain.
+const TRIALS: usize = 8;
+/// How wide a ring may be, in cells: sides of triangles are at most the diagonal of one.
+const RING: f64 = 2.0;
+
+/// What came of it.
+#[derive(Default)]
+pub struct Peeled {
+    /// Holes that are open no more.
+    pub holes: u64,
+    /// Loops that were closed instead: peeling joins and parts them.
+    pub closed: u64,
+}
+
+/// Peels and closes the holes that have loops of these vertices, where that leads to a fill. Loops may be as long as `limit`
+/// says of vertices.
+///
+/// # Errors
+/// Cancelled.
+pub fn close_stuck(
+    surface: &mut Surface,
+    stuck: &[Vec<u32>],
+    limit: impl Fn(&[u32]) -> f64 + Sync,
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<Peeled> {
+    let mut peeled = Peeled::default();
+    if stuck.is_empty() {
+        return Ok(peeled);
+    }
+    let windows: Vec<Window> = stuck.iter().map(|hole| Window::around(surface, hole, lattice.voxel)).collect();
+    let regions: Vec<Bounds> = windows.iter().map(|window| window.whole).collect();
+    let near = holes::near(&surface.positions, &surface.triangles, &regions, progress)?;
+    let groups = groups(&regions, &near, progress)?;
+    let next = successors(&surface.boundary);
+    let attempts: Vec<Option<Attempt>> = groups
+        .into_par_iter()
+        .map(|mut group| {
+            let cut = Cut::new(surface, &next, group.iter().flat_map(|&hole| &near[hole]).copied().collect());
+            for _ in 0..TRIALS {
+                if group.is_empty() {
+                    break;
+                }
+                let mut trial = Trial::new(&cut, &group, stuck, &windows);
+                trial.run(|vertices| limit(&cut.known(vertices)), lattice, progress)?;
+                if trial.failed.is_empty() {
+                    let Trial { surface, origin, closed, .. } = trial;
+                    return Ok(Some(Attempt { cut, surface, origin, holes: group.len() as u64, closed }));
+                }
+                group.retain(|hole| !trial.failed.contains(hole));
+            }
+            Ok(None)
+        })
+        .collect::<Result<_>>()?;
+    let successes: Vec<Attempt> = attempts.into_iter().flatten().collect();
+    for attempt in &successes {
+        peeled.holes += attempt.holes;
+        peeled.closed += attempt.closed;
+    }
+    paste(surface, successes, progress)?;
+    Ok(peeled)
+}
+
+/// What is tried for a hole stays in here.
+struct Window {
+    /// Where its border may be peeled to.
+    reach: Bounds,
+    /// What fills of that may meet.
+    whole: Bounds,
+}
+
+impl Window {
+    fn around(surface: &Surface, hole: &[u32], voxel: f64) -> Self {
+        let bounds = Bounds::of(hole.iter().map(|&v| surface.positions[v as usize]));
+        let reach = bounds.grown(ROUNDS as f64 * RING * voxel);
+        Window { reach, whole: holes::region(reach) }
+    }
+}
+
+/// The holes in groups: those whose windows meet, or have a triangle in common; `near` are the triangles that each window
+/// meets.
+fn groups(windows: &[Bounds], near: &[Vec<u32>], progress: &Progress<'_>) -> Result<Vec<Vec<usize>>> {
+    let boxes: Vec<(usize, Bounds)> = windows.iter().copied().enumerate().collect();
+    let meeting = holes::meeting(&boxes, progress)?;
+    let mut pairs: Vec<[u32; 2]> = meeting.iter().map(|&(a, b)| [a as u32, b as u32]).collect();
+    let mut first_at: FxHashMap<u32, u32> = FxHashMap::default();
+    for (hole, triangles) in near.iter().enumerate() {
+        progress.check()?;
+        for &t in triangles {
+            let first = *first_at.entry(t).or_insert(hole as u32);
+            if first != hole as u32 && pairs.last() != Some(&[hole as u32, first]) {
+                pairs.push([hole as u32, first]);
+            }
+        }
+    }
+    let links: Vec<[u32; 3]> = pairs.iter().map(|&[a, b]| [a, b, b]).collect();
+    let mut groups: Vec<Vec<usize>> = vec![Vec::new(); windows.len()];
+    for (hole, &lowest) in parts(windows.len(), &links, progress)?.iter().enumerate() {
+        groups[lowest as usize].push(hole);
+    }
+    groups.retain(|group| !group.is_empty());
+    Ok(groups)
+}
+
+/// The surface in the windows of a group.
+struct Cut {
+    surface: Surface,
+    /// Numbers in the whole surface, ascending.
+    vertices: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl Cut {
+    /// Of these triangles; `next` are the successors of the boundary.
+    fn new(whole: &Surface, next: &FxHashMap<u32, u32>, mut triangles: Vec<u32>) -> Self {
+        triangles.sort_unstable();
+        triangles.dedup();
+        let corners = || triangles.iter().map(|&t| whole.triangles[t as usize]);
+        let mut vertices: Vec<u32> = corners().flatten().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let number = |v: u32| vertices.partition_point(|&other| other < v) as u32;
+        let of = |v: u32| v as usize;
+        let sides = corners().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let surface = Surface {
+            positions: vertices.iter().map(|&v| whole.positions[of(v)]).collect(),
+            confidence: vertices.iter().map(|&v| whole.confidence[of(v)]).collect(),
+            noise: vertices.iter().map(|&v| whole.noise[of(v)]).collect(),
+            colour: vertices.iter().map(|&v| whole.colour[of(v)]).collect(),
+            scan: vertices.iter().map(|&v| whole.scan[of(v)]).collect(),
+            boundary: sides.filter(|[a, b]| next.get(a) == Some(b)).map(|side| side.map(number)).collect(),
+            cases: triangles.iter().map(|&t| whole.cases[t as usize]).collect(),
+            triangles: corners().map(|t| t.map(number)).collect(),
+        };
+        Cut { surface, vertices, triangles }
+    }
+
+    /// Those vertices that the whole surface has, by its numbers.
+    fn known(&self, vertices: &[u32]) -> Vec<u32> {
+        vertices.iter().filter_map(|&v| self.vertices.get(v as usize)).copied().collect()
+    }
+}
+
+/// An attempt to close holes by peeling, on a copy of the surface around them.
+struct Trial<'a> {
+    windows: &'a [Window],
+    surface: Surface,
+    /// Of the triangles that are left of the cut, which they were.
+    origin: Vec<u32>,
+    /// Of the vertices at a peeled hole its number, of those at other loops [`OTHER`].
+    hole_of: FxHashMap<u32, usize>,
+    closed: u64,
+    /// Holes that stay open.
+    failed: FxHashSet<usize>,
+}
+
+/// At a loop that is not being closed.
+const OTHER: usize = usize::MAX;
+
+impl<'a> Trial<'a> {
+    fn new(cut: &Cut, group: &[usize], stuck: &[Vec<u32>], windows: &'a [Window]) -> Self {
+        let surface = cut.surface.clone();
+        let mut hole_of: FxHashMap<u32, usize> = surface.boundary.iter().map(|side| (side[0], OTHER)).collect();
+        let number = |v: &u32| cut.vertices.partition_point(|other| other < v) as u32;
+        for &hole in group {
+            hole_of.extend(stuck[hole].iter().map(|v| (number(v), hole)));
+        }
+        let origin = (0..surface.triangles.len() as u32).collect();
+        Trial { windows, surface, origin, hole_of, closed: 0, failed: FxHashSet::default() }
+    }
+
+    /// Peels and closes until all holes are closed, or it is known which can't be.
+    fn run(&mut self, limit: impl Fn(&[u32]) -> f64, lattice: &Lattice, progress: &Progress<'_>) -> Result<()> {
+        let mut stuck: FxHashSet<u32> = self.hole_of.iter().filter(|at| *at.1 != OTHER).map(|at| *at.0).collect();
+        for round in 1..=ROUNDS {
+            let peeled: FxHashSet<usize> = stuck.iter().filter_map(|v| self.hole_of.get(v).copied()).collect();
+            self.peel(&stuck);
+            if !self.failed.is_empty() {
+                return Ok(());
+            }
+            pinches::split(&mut self.surface, lattice, progress)?;
+            let wanted = self.take_loops(peeled);
+            if !self.failed.is_empty() {
+                return Ok(());
+            }
+            let surface = &mut self.surface;
+            let report = holes::close(&mut surface.positions, &mut surface.triangles, &wanted, &limit, progress)?;
+            surface.adopt_fill(&report);
+            self.closed += report.closed as u64;
+            let next = successors(&wanted);
+            stuck.clear();
+            for open in &report.open {
+                let sides = walk(open.vertex, &next);
+                self.surface.boundary.extend(&sides);
+                if open.reason == Reason::Crossing && round < ROUNDS {
+                    stuck.extend(sides.iter().map(|side| side[0]));
+                } else {
+                    self.failed.extend(sides.iter().filter_map(|side| self.hole_of.get(&side[0])));
+                }
+            }
+            if stuck.is_empty() || !self.failed.is_empty() {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the loops around peeled holes out of the boundary. Holes that have met another loop have failed, those that
+    /// have left their windows, and those around which nothing is left.
+    fn take_loops(&mut self, mut peeled: FxHashSet<usize>) -> Vec<[u32; 2]> {
+        let mut boundary = std::mem::take(&mut self.surface.boundary);
+        let next = successors(&boundary);
+        // Loops that leave the cut are chains in it.
+        let ends: FxHashSet<u32> = boundary.iter().map(|side| side[1]).collect();
+        boundary.sort_by_key(|side| ends.contains(&side[0]));
+        let mut seen = FxHashSet::default();
+        let mut wanted = Vec::new();
+        for &[first, _] in &boundary {
+            if seen.contains(&first) {
+                continue;
+            }
+            let sides = walk(first, &next);
+            seen.extend(sides.iter().map(|side| side[0]));
+            let holes: FxHashSet<usize> = sides.iter().filter_map(|s| self.hole_of.get(&s[0]).copied()).collect();
+            let place = Bounds::of(sides.iter().map(|side| self.surface.positions[side[0] as usize]));
+            let is_within = |hole: &usize| self.windows[*hole].whole.encloses(&holes::region(place));
+            if holes.contains(&OTHER) || !holes.iter().any(is_within) {
+                self.failed.extend(holes.iter().copied().filter(|&hole| hole != OTHER));
+                self.surface.boundary.extend(sides);
+            } else {
+                wanted.extend(sides);
+            }
+            peeled.retain(|hole| !holes.contains(hole));
+        }
+        self.failed.extend(peeled);
+        wanted
+    }
+
+    /// Removes all triangles at these vertices and brings the boundary up to date.
+    fn peel(&mut self, vertices: &FxHashSet<u32>) {
+        let surface = &mut self.surface;
+        let goes: Vec<bool> = surface.triangles.iter().map(|t| t.iter().any(|v| vertices.contains(v))).collect();
+        let removed: Vec<[u32; 3]> = (surface.triangles.iter().zip(&goes)).filter(|t| *t.1).map(|t| *t.0).collect();
+        keep(&mut surface.cases, &goes);
+        keep(&mut surface.triangles, &goes);
+        keep(&mut self.origin, &goes);
+        let sides = |t: &[u32; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+        let gone: FxHashSet<[u32; 2]> = removed.iter().flat_map(sides).collect();
+        let open: FxHashSet<[u32; 2]> = surface.boundary.iter().copied().collect();
+        surface.boundary.retain(|side| !gone.contains(side));
+        for t in &removed {
+            let hole = t.iter().filter(|v| vertices.contains(v)).find_map(|v| self.hole_of.get(v).copied());
+            for [a, b] in sides(t) {
+                if let Some(hole) = hole {
+                    let hole = *self.hole_of.entry(a).or_insert(hole);
+                    // Of what lies beyond, not all triangles may be known.
+                    if hole != OTHER && !self.windows[hole].reach.contains(surface.positions[a as usize]) {
+                        self.failed.insert(hole);
+                    }
+                }
+                // The far side of a removed side is a new boundary, unless it was removed too or there was none.
+                if !gone.contains(&[b, a]) && !open.contains(&[a, b]) {
+                    surface.boundary.push([b, a]);
+                }
+            }
+        }
+    }
+}
+
+/// Keeps what does not go.
+fn keep<T>(list: &mut Vec<T>, goes: &[bool]) {
+    let mut goes = goes.iter();
+    list.retain(|_| !goes.next().is_some_and(|goes| *goes));
+}
+
+/// What a group became.
+struct Attempt {
+    cut: Cut,
+    surface: Surface,
+    origin: Vec<u32>,
+    holes: u64,
+    closed: u64,
+}
+
+/// Puts what groups became in the place of what they were. Triangles that stay keep their order, new ones follow.
+fn paste(surface: &mut Surface, attempts: Vec<Attempt>, progress: &Progress<'_>) -> Result<()> {
+    if attempts.is_empty() {
+        return Ok(());
+    }
+    let mut goes = passes::filled(false, surface.triangles.len(), progress)?;
+    let (mut old_sides, mut new_sides) = (FxHashSet::default(), Vec::new());
+    for Attempt { cut, surface: new, origin, .. } in attempts {
+        progress.check()?;
+        let (known, first) = (cut.vertices.len(), surface.positions.len() as u32);
+        let number = |v: u32| cut.vertices.get(v as usize).copied().unwrap_or_else(|| first + v - known as u32);
+        for (v, &whole) in cut.vertices.iter().enumerate() {
+            let whole = whole as usize;
+            // Vertices where fans met have been moved apart.
+            surface.positions[whole] = new.positions[v];
+            surface.scan[whole] = new.scan[v];
+        }
+        surface.positions.extend_from_slice(&new.positions[known..]);
+        surface.confidence.extend_from_slice(&new.confidence[known..]);
+        surface.noise.extend_from_slice(&new.noise[known..]);
+        surface.colour.extend_from_slice(&new.colour[known..]);
+        surface.scan.extend_from_slice(&new.scan[known..]);
+        cut.triangles.iter().for_each(|&t| goes[t as usize] = true);
+        for (&origin, triangle) in origin.iter().zip(&new.triangles) {
+            let whole = cut.triangles[origin as usize] as usize;
+            goes[whole] = false;
+            surface.triangles[whole] = triangle.map(number);
+        }
+        surface.triangles.extend(new.triangles[origin.len()..].iter().map(|t| t.map(number)));
+        surface.cases.extend_from_slice(&new.cases[origin.len()..]);
+        old_sides.extend(cut.surface.boundary.iter().map(|side| side.map(|v| cut.vertices[v as usize])));
+        new_sides.extend(new.boundary.iter().map(|side| side.map(number)));
+    }
+    let stays = |t: usize| !goes.get(t).is_some_and(|goes| *goes);
+    passes::retain::<Case>(&mut surface.cases, progress, |t, _| stays(t))?;
+    passes::retain(&mut surface.triangles, progress, |t, _| stays(t))?;
+    surface.boundary.retain(|side| !old_sides.contains(side));
+    surface.boundary.extend(new_sides);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::super::close::{Limit, close_holes};
+    use super::*;
+    use mesh::{TriMesh, check};
+
+    /// Squares along each side of a sheet.
+    const SIDE: i32 = 20;
+    /// How far sheets lie apart: exact in all places of a sheet.
+    const APART: f64 = 1024.0;
+
+    /// A sheet with a hole, around which vertices stand out of it, by place and height; a fin through the hole's middle.
+    #[derive(Clone, Debug)]
+    struct Sheet {
+        hole: i32,
+        spikes: Vec<(i32, i32, i32)>,
+        fin: bool,
+    }
+
+    fn sheet() -> impl Strategy<Value = Sheet> {
+        let spikes = prop::collection::vec((5..16_i32, 5..16_i32, -200..200_i32), 0..25);
+        (2..6_i32, spikes, prop::bool::weighted(0.2)).prop_map(|(hole, spikes, fin)| Sheet { hole, spikes, fin })
+    }
+
+    impl Sheet {
+        fn mesh(&self) -> TriMesh {
+            let at = |x: i32, y: i32| (y * (SIDE + 1) + x) as u32;
+            let places = (0..=SIDE).flat_map(|y| (0..=SIDE).map(move |x| DVec3::new(x.into(), y.into(), 0.5)));
+            let mut positions: Vec<DVec3> = places.collect();
+            for &(x, y, height) in &self.spikes {
+                // Toward the middle, so that what stands out leans over the hole.
+                let moved = f64::from(height) / 64.0;
+                let middle = DVec3::new(10.0, 10.0, 0.0);
+                let place = &mut positions[at(x, y) as usize];
+                let toward = ((middle - *place) * 8.0).round() / 8.0 * DVec3::new(1.0, 1.0, 0.0);
+                *place += toward * 0.5 + DVec3::Z * moved;
+            }
+            let is_cut = |x: i32, y: i32| {
+                [x, y].iter().all(|a| (10 - self.hole / 2..10 + self.hole / 2 + self.hole % 2).contains(a))
+            };
+            let mut triangles = Vec::new();
+            for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)).filter(|&(x, y)| !is_cut(x, y)) {
+                let [p, q, r, s] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+                triangles.extend([[p, q, r], [p, r, s]]);
+            }
+            if self.fin {
+                let first = positions.len() as u32;
+                let corners = [[9.75, -1.0], [10.5, -1.0], [10.5, 2.0], [9.75, 2.0]];
+                positions.extend(corners.map(|[x, z]| DVec3::new(x, 10.25, z)));
+                triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+            }
+            TriMesh::new(positions, triangles)
+        }
+    }
+
+    /// The surface of several sheets, side by side.
+    fn surface(sheets: &[Sheet], first: usize) -> Surface {
+        let mut surface = Surface::default();
+        for (i, sheet) in sheets.iter().enumerate() {
+            let (mesh, before) = (sheet.mesh(), surface.positions.len() as u32);
+            let aside = DVec3::X * APART * (first + i) as f64;
+            surface.positions.extend(mesh.positions.iter().map(|p| p + aside));
+            surface.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + before)));
+        }
+        let sides = || surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let all: FxHashSet<[u32; 2]> = sides().collect();
+        surface.boundary = sides().filter(|&[a, b]| !all.contains(&[b, a])).collect();
+        let count = surface.positions.len();
+        (surface.confidence, surface.noise) = (vec![1.0; count], vec![0.0; count]);
+        (surface.colour, surface.scan) = (vec![[9; 4]; count], vec![0; count]);
+        surface.cases = vec![Case::Direct; surface.triangles.len()];
+        surface
+    }
+
+    /// Holes closed and left open, and the triangles by their corners.
+    fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
+        let mut surface = surface(sheets, first);
+        let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
+        let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), &lattice, &Progress::none()).unwrap();
+        let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
+        let mut triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
+        triangles.sort_unstable();
+        let report = check(&TriMesh::new(surface.positions, surface.triangles));
+        assert!(report.is_manifold(), "{report}");
+        assert_eq!((report.boundary_edges, report.boundary_loops as u64), (surface.boundary.len(), found.open));
+        ([found.closed, found.open], triangles)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Theorem: what is done in one place does not depend on what is elsewhere.
+        #[test]
+        fn places_do_not_decide_about_each_other(sheets in prop::collection::vec(sheet(), 2..12)) {
+            let (holes, triangles) = closed(&sheets, 0);
+            let alone: Vec<_> = sheets.iter().enumerate().map(|(i, sheet)| closed(std::slice::from_ref(sheet), i)).collect();
+            let sum = |i: usize| alone.iter().map(|(holes, _)| holes[i]).sum::<u64>();
+            prop_assert_eq!(holes, [sum(0), sum(1)]);
+            let mut expected: Vec<_> = alone.into_iter().flat_map(|(_, triangles)| triangles).collect();
+            expected.sort_unstable();
+            prop_assert!(triangles == expected);
+        }
+    }
+
+    #[test]
+    fn what_leans_over_a_hole_is_peeled_and_what_stands_in_it_stays() {
+        let spikes: Vec<_> = (8..13).map(|x| (x, 7, if x % 2 == 0 { 40 } else { -40 })).collect();
+        let flap = Sheet { hole: 4, spikes, fin: false };
+        let surface = surface(std::slice::from_ref(&flap), 0);
+        let ([closed_holes, open], triangles) = closed(std::slice::from_ref(&flap), 0);
+        assert_eq!((closed_holes, open), (1, 1));
+        let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
+        let gone = surface.triangles.iter().filter(|t| triangles.binary_search(&t.map(corner)).is_err()).count();
+        assert!(gone > 5, "{gone}");
+        let fin = Sheet { hole: 4, spikes: Vec::new(), fin: true };
+        let before = self::surface(std::slice::from_ref(&fin), 0);
+        let (holes, triangles) = closed(&[fin], 0);
+        assert_eq!((holes, triangles.len()), ([0, 3], before.triangles.len()));
+    }
+}

@@ -1,0 +1,408 @@
+//! Stages 5 to 7 in blocks: the surface is made block by block, and what each block has of it is the same however space is cut.
+//!
+//! Labels of nodes depend on votes of nodes around them, valid cells on labels, vertices on vertices around them; all of that
+//! ends within a brick. So a block is made with the bricks around it, and what it has made of these is left to others.
+//! Bricks are numbered in the order of their places, whatever block they are in.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::anomalies::{self, Analyser, BrickSurface};
+use super::artificial;
+use super::extract::{self, Extracted, Surface};
+use super::field::BrickLabels;
+use super::lattice::{self, BRICK, BRICK_BITS, Lattice};
+use super::pinches;
+use super::{BrickVertices, Clock, Labels};
+use base::error::Result;
+use base::progress::Progress;
+
+/// A box of bricks; its upper corner is the first that is outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block {
+    low: [i32; 3],
+    high: [i32; 3],
+}
+
+/// How far beyond its block, in cells, the surface has to be known: a vertex of a triangle of the block may lie a cell away, the
+/// triangles at it two, their vertices three; and where a vertex is depends on those up to six further on.
+const HALO: i32 = 12;
+
+impl Block {
+    /// All there is.
+    const ALL: Block = Block { low: [i32::MIN >> 1; 3], high: [i32::MAX >> 1; 3] };
+
+    /// The block that a brick is in where blocks are cubes of so many bricks.
+    fn around(brick: [i32; 3], side: i32) -> Block {
+        let low = brick.map(|at| at.div_euclid(side) * side);
+        Block { low, high: low.map(|at| at + side) }
+    }
+
+    fn contains(&self, brick: [i32; 3]) -> bool {
+        (0..3).all(|i| (self.low[i]..self.high[i]).contains(&brick[i]))
+    }
+
+    /// Whether a brick is in the block or beside it.
+    fn is_near(&self, brick: [i32; 3]) -> bool {
+        (0..3).all(|i| (self.low[i] - 1..=self.high[i]).contains(&brick[i]))
+    }
+}
+
+/// The blocks that have any of the bricks, which are in order, each with its bricks and those beside it, in order.
+pub fn blocks(bricks: &[[i32; 3]], side: Option<i32>) -> Vec<(Block, Vec<[i32; 3]>)> {
+    let Some(side) = side else {
+        return if bricks.is_empty() { Vec::new() } else { vec![(Block::ALL, bricks.to_vec())] };
+    };
+    let mut all: Vec<Block> = bricks.iter().map(|&brick| Block::around(brick, side)).collect();
+    all.sort_unstable_by_key(|block| block.low);
+    all.dedup();
+    let near = |block: Block| bricks.iter().copied().filter(|&brick| block.is_near(brick)).collect();
+    all.into_iter().map(|block| (block, near(block))).collect()
+}
+
+/// A vertex, wherever it is kept: its brick, its number among the brick's, and for those that were split from it which of them it
+/// is, from 1 on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VertexKey {
+    /// Those that were split off follow all others.
+    pub is_copy: bool,
+    /// Its brick.
+    pub brick: [i32; 3],
+    /// Its number in the brick.
+    pub number: u32,
+    /// Of those split from it, which.
+    pub copy: u32,
+}
+
+/// What a brick has of the surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Share {
+    /// The brick.
+    pub brick: [i32; 3],
+    /// Its vertices.
+    pub vertices: u32,
+    /// Vertices that were split from them.
+    pub copies: u32,
+    /// Its triangles.
+    pub triangles: u32,
+}
+
+/// What a block has of the surface.
+pub struct Tile {
+    /// Its vertices brick by brick, then those split from them, then those of other blocks that its triangles have.
+    pub surface: Surface,
+    /// What each of its bricks has, in order.
+    pub shares: Vec<Share>,
+    /// The first vertex of each share.
+    pub first: Vec<u32>,
+    /// Of the vertices that were split off, which was split; rising.
+    pub copied: Vec<u32>,
+    /// The vertices of other blocks, rising.
+    pub foreign: Vec<VertexKey>,
+    /// Its own vertices: those before the foreign ones.
+    pub own: usize,
+    /// Own vertices that triangles of other blocks have, rising.
+    pub shared: Vec<u32>,
+    /// Vertices that no crossing places.
+    pub artificial: u64,
+}
+
+impl Tile {
+    /// What a vertex is called everywhere.
+    pub fn key(&self, vertex: u32) -> VertexKey {
+        let split_off = self.own - self.copied.len();
+        let v = vertex as usize;
+        if v >= self.own {
+            return self.foreign[v - self.own];
+        }
+        let (original, copy) = match v.checked_sub(split_off) {
+            None => (vertex, 0),
+            Some(at) => {
+                let first = self.copied.partition_point(|&other| other < self.copied[at]);
+                (self.copied[at], (at - first + 1) as u32)
+            }
+        };
+        let share = self.first.partition_point(|&first| first <= original) - 1;
+        let [brick, number] = [share, (original - self.first[share]) as usize];
+        VertexKey { is_copy: copy > 0, brick: self.shares[brick].brick, number: number as u32, copy }
+    }
+}
+
+/// The bricks that may hold a cell or a vertex, in order: around labelled nodes others get labels too.
+pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
+    let mut bricks: Vec<[i32; 3]> = Vec::new();
+    for (brick, labels) in labels {
+        let reach = labels.bounds.map(|[low, high]| {
+            [(low - anomalies::LABEL_REACH) >> BRICK_BITS, (high + anomalies::LABEL_REACH) >> BRICK_BITS]
+        });
+        for z in reach[2][0]..=reach[2][1] {
+            for y in reach[1][0]..=reach[1][1] {
+                bricks.extend((reach[0][0]..=reach[0][1]).map(|x| [brick[0] + x, brick[1] + y, brick[2] + z]));
+            }
+        }
+    }
+    bricks.sort_unstable();
+    bricks.dedup();
+    bricks
+}
+
+/// Makes the tile of a block; `near` are its bricks and those beside it, in order.
+///
+/// # Errors
+/// Cancelled; more vertices than there are numbers for.
+pub fn build(
+    block: Block,
+    near: Vec<[i32; 3]>,
+    labels: &Labels,
+    vertices: &BrickVertices,
+    lattice: &Lattice,
+    clock: &mut Clock,
+    progress: &Progress<'_>,
+) -> Result<Tile> {
+    let mut bricks = analyse(near, labels, progress)?;
+    bricks.iter_mut().for_each(|surface| clip(surface, block));
+    clock.lap("analyse");
+    let Extracted { mut surface, artificial, at_nodes, sides } =
+        extract::extract(&mut bricks, vertices, lattice, progress)?;
+    clock.lap("reconstruct");
+    artificial::place(&mut surface, &artificial, lattice, progress)?;
+    artificial::separate_at_nodes(&mut surface, at_nodes, lattice);
+    clock.lap("artificial");
+    let copied = pinches::split(&mut surface, lattice, progress)?;
+    let window = Window { surface, copied, sides, bricks: &bricks };
+    let artificial = artificial.iter().filter(|a| block.contains(a.node.map(|x| x >> BRICK_BITS))).count() as u64;
+    let tile = window.cut(block, artificial);
+    clock.lap("pinches");
+    Ok(tile)
+}
+
+fn analyse(near: Vec<[i32; 3]>, labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
+    let found = near
+        .into_par_iter()
+        .map_init(Analyser::default, |analyser, brick| {
+            progress.advance(1)?;
+            Ok(analyser.analyse(brick, |at| {
+                let label: &BrickLabels = labels.get(&[brick[0] + at[0], brick[1] + at[1], brick[2] + at[2]])?;
+                Some([&label.inside, &label.outside])
+            }))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(found.into_iter().flatten().collect())
+}
+
+/// Leaves of a brick beside a block the cells that matter to it.
+fn clip(surface: &mut BrickSurface, block: Block) {
+    if block.contains(surface.brick) {
+        return;
+    }
+    let range = |i: usize| {
+        let first = surface.brick[i] << BRICK_BITS;
+        let low = (block.low[i] << BRICK_BITS) - HALO - first;
+        let high = (block.high[i] << BRICK_BITS) + HALO - first;
+        low.clamp(0, BRICK)..high.clamp(0, BRICK)
+    };
+    let [x, y, z] = [0, 1, 2].map(range);
+    let bits = (((1_u64 << x.end) - 1) & !((1_u64 << x.start) - 1)) as u32;
+    for at_z in 0..BRICK {
+        for at_y in 0..BRICK {
+            let row = &mut surface.valid[lattice::row(at_y, at_z)];
+            *row &= if y.contains(&at_y) && z.contains(&at_z) { bits } else { 0 };
+        }
+    }
+}
+
+/// The surface of a block and of what is around it.
+struct Window<'a> {
+    surface: Surface,
+    copied: Vec<u32>,
+    sides: Vec<u32>,
+    bricks: &'a [Box<BrickSurface>],
+}
+
+impl Window<'_> {
+    /// What the block has of it.
+    fn cut(self, block: Block, artificial: u64) -> Tile {
+        let mut shares: Vec<Share> = (self.bricks.iter())
+            .map(|of| Share { brick: of.brick, vertices: of.vertices, copies: 0, triangles: of.triangles })
+            .collect();
+        let first = first_vertices(&shares);
+        for &vertex in &self.copied {
+            shares[first.partition_point(|&first| first <= vertex) - 1].copies += 1;
+        }
+        let own = self.surface.positions.len();
+        let Window { surface, copied, sides, .. } = self;
+        let whole = Tile { surface, shares, first, copied, own, foreign: Vec::new(), shared: Vec::new(), artificial };
+        let is_own: Vec<bool> = whole.shares.iter().map(|share| block.contains(share.brick)).collect();
+        if is_own.iter().all(|&own| own) { whole } else { whole.cut(&is_own, &sides) }
+    }
+}
+
+impl Tile {
+    /// What those of its bricks have that are `is_own`; `sides` of the boundary belong to each.
+    fn cut(self, is_own: &[bool], sides: &[u32]) -> Tile {
+        let of = |vertex: u32| match (vertex as usize).checked_sub(self.own - self.copied.len()) {
+            None => vertex,
+            Some(at) => self.copied[at],
+        };
+        let is_own_vertex = |&vertex: &u32| is_own[self.first.partition_point(|&first| first <= of(vertex)) - 1];
+        let surface = &self.surface;
+        let (mut triangles, mut cases, mut boundary, mut beside) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut triangle, mut side) = (0, 0);
+        for (i, share) in self.shares.iter().enumerate() {
+            let (triangles_end, sides_end) = (triangle + share.triangles as usize, side + sides[i] as usize);
+            if is_own[i] {
+                triangles.extend_from_slice(&surface.triangles[triangle..triangles_end]);
+                cases.extend_from_slice(&surface.cases[triangle..triangles_end]);
+                boundary.extend_from_slice(&surface.boundary[side..sides_end]);
+            } else {
+                let corners = surface.triangles[triangle..triangles_end].as_flattened();
+                beside.extend(corners.iter().copied().filter(is_own_vertex));
+            }
+            (triangle, side) = (triangles_end, sides_end);
+        }
+        let mut foreign: Vec<u32> =
+            triangles.as_flattened().iter().copied().filter(|vertex| !is_own_vertex(vertex)).collect();
+        for list in [&mut foreign, &mut beside] {
+            list.sort_unstable();
+            list.dedup();
+        }
+        let mut order: Vec<u32> = (0..self.own as u32).filter(is_own_vertex).collect();
+        let own = order.len();
+        order.extend(&foreign);
+        let mut number = vec![u32::MAX; self.own];
+        order.iter().enumerate().for_each(|(new, &old)| number[old as usize] = new as u32);
+        let renamed = |vertex: u32| number[vertex as usize];
+        let at = |v: &u32| *v as usize;
+        let shares: Vec<Share> =
+            self.shares.iter().zip(is_own).filter(|share| *share.1).map(|share| *share.0).collect();
+        Tile {
+            surface: Surface {
+                positions: order.iter().map(|v| surface.positions[at(v)]).collect(),
+                confidence: order.iter().map(|v| surface.confidence[at(v)]).collect(),
+                noise: order.iter().map(|v| surface.noise[at(v)]).collect(),
+                colour: order.iter().map(|v| surface.colour[at(v)]).collect(),
+                scan: order.iter().map(|v| surface.scan[at(v)]).collect(),
+                triangles: triangles.into_iter().map(|t| t.map(renamed)).collect(),
+                cases,
+                boundary: boundary.into_iter().map(|side| side.map(renamed)).collect(),
+            },
+            first: first_vertices(&shares),
+            shares,
+            copied: self.copied.iter().copied().filter(is_own_vertex).map(renamed).collect(),
+            own,
+            foreign: foreign.into_iter().map(|vertex| self.key(vertex)).collect(),
+            shared: beside.into_iter().map(renamed).collect(),
+            artificial: self.artificial,
+        }
+    }
+}
+
+/// The first vertex of each share.
+fn first_vertices(shares: &[Share]) -> Vec<u32> {
+    let mut next = 0;
+    let mut first = |share: &Share| {
+        next += share.vertices;
+        next - share.vertices
+    };
+    shares.iter().map(&mut first).collect()
+}
+
+/// Where vertices are, by what they are called everywhere.
+pub struct Index<'a> {
+    tiles: &'a [Tile],
+    /// Tile and share of each brick.
+    of: FxHashMap<[i32; 3], [u32; 2]>,
+}
+
+impl<'a> Index<'a> {
+    /// Of all tiles. O(bricks).
+    pub fn new(tiles: &'a [Tile]) -> Self {
+        let bricks = |(i, tile): (usize, &'a Tile)| {
+            tile.shares.iter().enumerate().map(move |(share, of)| (of.brick, [i as u32, share as u32]))
+        };
+        Index { tiles, of: tiles.iter().enumerate().flat_map(bricks).collect() }
+    }
+
+    /// The tile that a vertex is of, and its number there.
+    pub fn find(&self, key: &VertexKey) -> [usize; 2] {
+        let [i, share] = self.of[&key.brick].map(|i| i as usize);
+        let tile = &self.tiles[i];
+        let vertex = tile.first[share] + key.number;
+        if !key.is_copy {
+            return [i, vertex as usize];
+        }
+        let before = tile.copied.partition_point(|&other| other < vertex);
+        [i, tile.own - tile.copied.len() + before + key.copy as usize - 1]
+    }
+}
+
+/// Median of the noise over the vertices, world units.
+pub fn typical_noise(tiles: &[Tile]) -> f64 {
+    let mut noise: Vec<f32> = tiles.iter().flat_map(|tile| &tile.surface.noise[..tile.own]).copied().collect();
+    let middle = noise.len() / 2;
+    if noise.is_empty() { 0.0 } else { f64::from(*noise.select_nth_unstable_by(middle, f32::total_cmp).1) }
+}
+
+/// The whole surface: vertices and triangles brick by brick, then the vertices that were split off; and for each vertex what
+/// `of_vertex` has of it, a list for each tile.
+///
+/// # Errors
+/// Cancelled; more vertices than there are numbers for.
+pub fn join(
+    mut tiles: Vec<Tile>,
+    mut of_vertex: Vec<Vec<u32>>,
+    progress: &Progress<'_>,
+) -> Result<(Surface, Vec<u32>)> {
+    if tiles.len() == 1 {
+        return Ok((tiles.swap_remove(0).surface, of_vertex.swap_remove(0)));
+    }
+    let vertices: usize = tiles.iter().map(|tile| tile.own).sum();
+    extract::refuse_many(vertices as u64)?;
+    let mut shares: Vec<([i32; 3], usize, usize)> = (tiles.iter().enumerate())
+        .flat_map(|(i, tile)| tile.shares.iter().enumerate().map(move |(share, of)| (of.brick, i, share)))
+        .collect();
+    shares.sort_unstable();
+
+    let (mut whole, mut of_whole) = (Surface::default(), Vec::new());
+    let mut numbers: Vec<Vec<u32>> = tiles.iter().map(|tile| vec![u32::MAX; tile.surface.positions.len()]).collect();
+    let mut take = |i: usize, range: Range<usize>| {
+        let first = whole.positions.len();
+        range.clone().for_each(|v| numbers[i][v] = (first + v - range.start) as u32);
+        whole.append_vertices(&tiles[i].surface, range.clone());
+        of_whole.extend_from_slice(&of_vertex[i][range]);
+        progress.check()
+    };
+    for &(_, i, share) in &shares {
+        let first = tiles[i].first[share] as usize;
+        take(i, first..first + tiles[i].shares[share].vertices as usize)?;
+    }
+    let mut next: Vec<usize> = tiles.iter().map(|tile| tile.own - tile.copied.len()).collect();
+    for &(_, i, share) in &shares {
+        let copies = tiles[i].shares[share].copies as usize;
+        take(i, next[i]..next[i] + copies)?;
+        next[i] += copies;
+    }
+    let index = Index::new(&tiles);
+    for (i, tile) in tiles.iter().enumerate() {
+        progress.check()?;
+        for (at, key) in tile.foreign.iter().enumerate() {
+            let [owner, v] = index.find(key);
+            numbers[i][tile.own + at] = numbers[owner][v];
+        }
+    }
+    let mut next = vec![0; tiles.len()];
+    for &(_, i, share) in &shares {
+        progress.check()?;
+        let (of, numbers) = (&tiles[i].surface, &numbers[i]);
+        let triangles = next[i]..next[i] + tiles[i].shares[share].triangles as usize;
+        whole.triangles.extend(of.triangles[triangles.clone()].iter().map(|t| t.map(|v| numbers[v as usize])));
+        whole.cases.extend_from_slice(&of.cases[triangles.clone()]);
+        next[i] = triangles.end;
+    }
+    for (tile, numbers) in tiles.iter().zip(&numbers) {
+        whole.boundary.extend(tile.surface.boundary.iter().map(|side| side.map(|v| numbers[v as usize])));
+    }
+    Ok((whole, of_whole))
+}
