@@ -223,8 +223,11 @@ fn frame_seeds() -> BTreeMap<String, Vec<u8>> {
     let metadata = r#"{"K": [2, 0, 0, 0, 2, 0, 0.5, 0.5, 1], "w": 2, "h": 2, "dw": 2, "dh": 2,
         "poses": [[0, 0, 0, 1, 0, 0, 0], [0, 0.6, 0, 0.8, 1, 0, 0]]}"#;
     let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    // Without a time, so that the same bytes come out each day.
-    let options = || zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
+    // Without a time and as on Unix, so that the same bytes come out each day and everywhere.
+    let options = || {
+        let options = zip::write::SimpleFileOptions::default().last_modified_time(zip::DateTime::default());
+        options.system(zip::System::Unix)
+    };
     let mut put = |name: String, content: &[u8]| {
         zip.start_file(name, options()).unwrap();
         std::io::Write::write_all(&mut zip, content).unwrap();
