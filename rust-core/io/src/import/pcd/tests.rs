@@ -1,4 +1,8 @@
 use super::super::damage;
+use std::path::Path;
+
+use glam::DVec3;
+
 use super::*;
 
 fn head(height: usize, data: &str) -> String {
