@@ -7,7 +7,7 @@
 //! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |
-//! | `measure` | exact distances of points to a mesh; areas, angles, volume |
+//! | `measure/` | exact distances of points to a mesh; areas, angles, volume |
 
 pub mod certify;
 pub mod check;
