@@ -8,6 +8,8 @@
 //! ```
 //!
 //! This crate names what others hold: each part is a crate of its own, under its own name there and here.
+//!
+#![doc = include_str!("tour.md")]
 
 pub mod params;
 
@@ -70,3 +72,8 @@ pub use image::RangeImage;
 pub use mesh::TriMesh;
 pub use point_cloud::PointCloud;
 pub use progress::{Progress, Tick};
+
+/// What README.md says of Rust, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use surfrecon::cluster::{ClusterParams, Clustered as Core, Resolution};
 use surfrecon::mesh::measure::Quality;
 use surfrecon::params::{Params as _, Value, find};
@@ -157,6 +157,16 @@ impl Clustered {
         let mesh = Py::new(py, Mesh::from(std::mem::take(&mut core.mesh)))?;
         Ok(Clustered { mesh, core })
     }
+}
+
+/// One level, or a chain of them as a list.
+pub fn clustered(py: Python<'_>, levels: Vec<Core>, chain: bool) -> PyResult<Bound<'_, PyAny>> {
+    let levels: Vec<_> =
+        levels.into_iter().map(|level| Bound::new(py, Clustered::new(py, level)?)).collect::<PyResult<_>>()?;
+    if chain {
+        return Ok(PyList::new(py, levels)?.into_any());
+    }
+    Ok(levels.into_iter().next().expect("one level was asked for").into_any())
 }
 
 #[pymethods]

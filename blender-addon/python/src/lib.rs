@@ -27,6 +27,7 @@ mod align;
 mod align_report;
 mod allocator;
 mod arrays;
+mod background;
 mod cluster;
 mod constraints;
 mod errors;

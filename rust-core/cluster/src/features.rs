@@ -17,9 +17,9 @@ use base::progress::{Pace, Progress};
 use geom::bvh::Bvh;
 use geom::neighbours::KdTree;
 
-/// Cosine of the angle between the normals at a crease.
+/// Cosine of the angle between the normals at a crease, 40 degrees.
 const CREASE: f64 = 0.766;
-/// Cosine of the turn from which a crease has a corner.
+/// Cosine of the turn from which a crease has a corner: 45 degrees.
 const CORNER: f64 = 0.7;
 /// Least length of a crease, in mean edges of the net.
 const LEAST: f64 = 3.0;
@@ -27,18 +27,20 @@ const LEAST: f64 = 3.0;
 const REACH: f64 = 0.5;
 /// The same onto a corner.
 const REACH_CORNER: f64 = 0.75;
+/// Cosine of the most that a triangle may turn by a move onto a crease: 78 degrees, since the two sides of a crease differ.
+const TURN: f64 = 0.2;
 /// Smallest angle that a move or a flip may make, in radians, unless there was a smaller one.
 const SHARP: f64 = std::f64::consts::FRAC_PI_6;
-/// The same while the nodes around may still make way.
+/// The same while the nodes around may still make way: 11 degrees.
 const LOOSE: f64 = 0.2;
-/// Angles below this are mended then.
+/// Angles below this are mended then, in radians: 34 degrees, a little above what is asked for.
 const MENDED: f64 = 0.6;
 /// Rounds of making way, their relaxation steps and sweeps.
 const ROUNDS: usize = 2;
 const STEPS: usize = 20;
 const SWEEPS: usize = 6;
 
-/// Most edges of the border that are looked along for a corner.
+/// Most edges of the border that are looked along for a corner: dense borders cost no more than this each.
 const LOOKED: usize = 512;
 
 /// Creases as segments between vertices of the surface, each with a triangle beside it, and their corners.
@@ -317,7 +319,7 @@ fn try_move(net: &mut Net, links: &Links, v: u32, spot: Spot, sharp: f64) -> boo
         let corners = triangle.map(|w| net.points[w as usize]);
         let moved = triangle.map(|w| if w == v { spot.point } else { net.points[w as usize] });
         let (old, new) = (area_vector(corners), area_vector(moved));
-        turned |= !(new.dot(old) > 0.2 * new.length() * old.length());
+        turned |= !(new.dot(old) > TURN * new.length() * old.length());
         before = before.min(smallest_angle(corners));
         after = after.min(smallest_angle(moved));
     });

@@ -19,8 +19,19 @@ const ROUNDS: usize = 4;
 const STEPS: usize = 20;
 /// Sweeps of moves and flips in each round.
 const SWEEPS: usize = 6;
-/// Steps of the search for a node's best place, each with eight directions.
+/// Steps of the search for a node's best place, and the directions that each tries.
 const SEARCH: usize = 16;
+const DIRECTIONS: usize = 8;
+/// The first step, as a share of the mean edge at the node; halved where no direction helps.
+const FIRST_STEP: f64 = 0.25;
+/// What the smallest angle around a node must gain, in radians, for a move to count: less would keep sweeps going for nothing.
+const GAIN: f64 = 1e-4;
+/// Cosine of the most that a triangle may turn by a move of one of its corners: 60 degrees.
+const TURN: f64 = 0.5;
+/// Square of the least distance of a new node from the ends of the edge that it splits, in lengths of that edge: a fifth.
+const CLEAR_SQUARED: f64 = 0.04;
+/// Nodes between two looks at the progress.
+const PACE: usize = 64;
 
 /// Mends sharp angles. With `wanted`, there are as many nodes afterwards, as far as the topology lets them.
 ///
@@ -77,7 +88,7 @@ fn split_longest(surface: &Surface, net: &mut Net, count: usize, progress: &Prog
         let place = surface.walk(middle, net.places[a as usize]);
         // On a rim the walk may end elsewhere.
         let [p, q] = [a, b].map(|v| net.points[v as usize].distance_squared(place.point));
-        if !(p.min(q) > 0.04 * net.points[a as usize].distance_squared(net.points[b as usize])) {
+        if !(p.min(q) > CLEAR_SQUARED * net.points[a as usize].distance_squared(net.points[b as usize])) {
             continue;
         }
         let new = net.points.len() as u32;
@@ -111,7 +122,7 @@ pub fn sweep(surface: &Surface, net: &mut Net, sharp: f64, progress: &Progress<'
     let stars = Stars::of(&net.triangles, net.points.len());
     let mut moved = 0;
     for (i, &v) in nodes.iter().enumerate() {
-        if i.is_multiple_of(64) {
+        if i.is_multiple_of(PACE) {
             progress.check()?;
         }
         moved += usize::from(improve(surface, net, &stars, v as usize));
@@ -131,9 +142,9 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
     let (Some(normal), true) = (normal.try_normalize(), length > 0.0) else { return false };
     let x = normal.any_orthonormal_vector();
     let y = normal.cross(x);
-    let directions: Vec<DVec3> = (0..8)
+    let directions: Vec<DVec3> = (0..DIRECTIONS)
         .map(|i| {
-            let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_4).sin_cos();
+            let (sin, cos) = (i as f64 * (std::f64::consts::TAU / DIRECTIONS as f64)).sin_cos();
             x * cos + y * sin
         })
         .collect();
@@ -146,7 +157,7 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
             let corners = t.map(|w| if w as usize == v { point } else { net.points[w as usize] });
             let after = area_vector(corners);
             // A triangle without area may turn anywhere.
-            if !(after.dot(*before) > 0.5 * after.length() * before.length()) && *before != DVec3::ZERO {
+            if !(after.dot(*before) > TURN * after.length() * before.length()) && *before != DVec3::ZERO {
                 return f64::NEG_INFINITY;
             }
             smallest = smallest.min(smallest_angle(corners));
@@ -154,7 +165,7 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
         smallest
     };
     let (start, mut best) = (smallest(net, before.point), (smallest(net, before.point), before));
-    let mut step = 0.25 * length;
+    let mut step = FIRST_STEP * length;
     for _ in 0..SEARCH {
         let from = best;
         for &direction in &directions {
@@ -169,5 +180,5 @@ fn improve(surface: &Surface, net: &mut Net, stars: &Stars, v: usize) -> bool {
         }
     }
     net.put(v, best.1);
-    best.0 > start + 1e-4
+    best.0 > start + GAIN
 }

@@ -444,29 +444,48 @@ fn what_cannot_be_done_is_said() {
     assert!(message(&named, &params).contains("colours"));
 }
 
+/// Of any image there comes a whole grid of finite vertices, or an error that says what is the matter with it.
 #[test]
-fn strange_images_do_no_harm() {
+fn strange_images_give_a_whole_grid_or_a_reason() {
     let big = |r: f64, c: f64| if ((r + c) as usize).is_multiple_of(2) { 1e300 } else { -1e300 };
     let wild =
         |r: f64, c: f64| [0.0, -0.0, 1e-320, -5.0, f64::INFINITY, f64::NAN, 1e18][(r * 31.0 + c * 7.0) as usize % 7];
+    let mut outcomes = [0; 2];
+    let mut take = |image: &RangeImage| {
+        for target in [Target::AsGiven, Target::Max(1e-3)] {
+            match run(image, &QuadParams { target, ..QuadParams::default() }, &Progress::none()) {
+                Ok(grid) => {
+                    grid.mesh.validate().unwrap();
+                    assert_eq!(grid.mesh.positions.len(), grid.rows * grid.cols);
+                    assert!(grid.mesh.positions.iter().all(|p| p.is_finite()));
+                    outcomes[0] += 1;
+                }
+                Err(Error::Input(text)) => {
+                    assert!(REASONS.iter().any(|reason| text.contains(reason)), "{text}");
+                    outcomes[1] += 1;
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    };
     for value in
         [&big as &dyn Fn(f64, f64) -> f64, &wild, &|_, _| 0.0, &|r, c| if r + c < 1.0 { 1.0 } else { f64::NAN }]
     {
         for projection in projections(20, 20) {
             let values = (0..400).map(|i| value((i / 20) as f64, (i % 20) as f64)).collect();
-            let image = RangeImage::from_values(20, 20, values, projection).unwrap();
-            let _ = run(&image, &QuadParams::default(), &Progress::none());
-            let target = Target::Max(1e-3);
-            let _ = run(&image, &QuadParams { target, ..QuadParams::default() }, &Progress::none());
+            take(&RangeImage::from_values(20, 20, values, projection).unwrap());
         }
         let points: Vec<[f32; 3]> =
             (0..400).map(|i| [value(f64::from(i), 3.0) as f32, value(1.0, f64::from(i)) as f32, 1.0]).collect();
         for viewing in [Viewing::ALONG_MINUS_Z, Viewing::From(DVec3::ZERO)] {
-            let image = RangeImage::from_points(20, 20, points.clone(), viewing).unwrap();
-            let _ = run(&image, &QuadParams::default(), &Progress::none());
+            take(&RangeImage::from_points(20, 20, points.clone(), viewing).unwrap());
         }
     }
+    assert!(outcomes.iter().all(|&count| count > 4), "{outcomes:?}");
 }
+
+/// Of images that no grid is made of.
+const REASONS: [&str; 1] = ["XXX"];
 
 #[test]
 fn cancelling_stops_at_every_check() {

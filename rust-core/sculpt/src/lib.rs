@@ -55,6 +55,7 @@ mod certify;
 mod mend;
 
 // The paper's own pipeline
+#[cfg(any(test, feature = "reference"))]
 pub mod reference;
 
 // Built once, dug to any tolerance

@@ -20,6 +20,10 @@ const MAX_LEAF: usize = 12;
 const NODE_COST: f32 = 1.2;
 /// Parts smaller than this are built by one thread.
 const PARALLEL: usize = 4096;
+/// Parts whose extents and bins are found by several threads.
+const LARGE: usize = 16 * PARALLEL;
+/// Below 1, so that in single precision what lies at the far end of the middles falls into the last bin and not beyond it.
+const WITHIN: f32 = 0.9999;
 
 /// A triangle to place: its grown box in the frame.
 #[derive(Clone, Copy)]
@@ -151,7 +155,7 @@ fn extents(items: &[Item]) -> (Box3, Box3) {
     let of = |items: &[Item]| {
         items.iter().fold((Box3::EMPTY, Box3::EMPTY), |(b, m), i| (b.join(i.bounds()), m.add(i.middle())))
     };
-    if items.len() < 16 * PARALLEL {
+    if items.len() < LARGE {
         return of(items);
     }
     items.par_chunks(PARALLEL).map(of).reduce(|| (Box3::EMPTY, Box3::EMPTY), |a, b| (a.0.join(b.0), a.1.join(b.1)))
@@ -169,7 +173,7 @@ fn split(items: &mut [Item], bounds: Box3, middles: Box3, depth: usize) -> Optio
     }
     // A bin for about every item will do, or the bins cost more than the items.
     let count = (items.len().next_power_of_two() / 2).clamp(4, BINS);
-    let scale = Vec3A::select(size.cmpgt(Vec3A::ZERO), (count as f32 * 0.9999) / size, Vec3A::ZERO);
+    let scale = Vec3A::select(size.cmpgt(Vec3A::ZERO), (count as f32 * WITHIN) / size, Vec3A::ZERO);
     let bin_of = |i: &Item| ((i.middle() - middles.lo) * scale).min(Vec3A::splat((count - 1) as f32));
     let bins = fill(items, count, &bin_of);
     let Some((cost, axis, last)) = best_plane(&bins, count, size) else {
@@ -204,7 +208,7 @@ fn fill(items: &[Item], count: usize, bin_of: &(impl Fn(&Item) -> Vec3A + Sync))
         }
         bins
     };
-    if items.len() < 16 * PARALLEL {
+    if items.len() < LARGE {
         return of(items);
     }
     items.par_chunks(PARALLEL).map(of).reduce(

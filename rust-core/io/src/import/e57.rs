@@ -22,6 +22,13 @@ use mesh::point_cloud::PointCloud;
 /// Fewest points that a grid holds of its pixels: one in so many.
 const SPARSEST: u64 = 256;
 
+/// Longest name of a scan that is taken, in bytes: longer ones are no names.
+const LONGEST_NAME: usize = 200;
+/// How far the length of a pose's quaternion may be from 1: writers round to few digits.
+const UNIT_WITHIN: f64 = 0.02;
+/// Bytes of a pixel of a grid of points: coordinates, intensity, colour.
+const PIXEL: u64 = 20;
+
 /// Whether a file that starts like this is one.
 pub(super) fn sniff(start: &[u8]) -> bool {
     start.starts_with(b"ASTM-E57")
@@ -44,7 +51,9 @@ fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
     let mut scans = Vec::with_capacity(stored.len());
     for (part, one) in stored.iter().enumerate() {
         let mut scan = Scan { part, world_from_sensor: pose(one, &scan.path, part)?, ..scan.clone() };
-        if let Some(name) = one.name.as_deref().map(str::trim).filter(|name| !name.is_empty() && name.len() < 200) {
+        if let Some(name) =
+            one.name.as_deref().map(str::trim).filter(|name| !name.is_empty() && name.len() < LONGEST_NAME)
+        {
             scan.name = name.to_owned();
         }
         scans.push(scan);
@@ -58,7 +67,7 @@ fn pose(stored: &Stored, path: &Path, part: usize) -> Result<DAffine3> {
     let rotation = DQuat::from_xyzw(q.x, q.y, q.z, q.w);
     let translation = DVec3::new(t.x, t.y, t.z);
     let length = rotation.length();
-    if !(translation.is_finite() && (length - 1.0).abs() < 0.02) {
+    if !(translation.is_finite() && (length - 1.0).abs() < UNIT_WITHIN) {
         let problem = format!("the pose's quaternion has length {length}, or its translation is not finite");
         return Err(Error::format(path, format!("scan {part}"), problem));
     }
@@ -75,7 +84,9 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
             return fail("there is no such scan".to_owned());
         };
         // At least a bit a point: files whose points take none are bombs.
-        if stored.records > length.saturating_mul(8) || stored.records * 24 > scan.options.max_decoded_bytes() {
+        if stored.records > length.saturating_mul(8)
+            || stored.records * size_of::<DVec3>() as u64 > scan.options.max_decoded_bytes()
+        {
             return fail(format!("{} points don't fit a file of {length} bytes, or max_decoded_gib", stored.records));
         }
         let bounds = match index_bounds(&stored) {
@@ -146,7 +157,7 @@ fn grid_size(rows: Range, cols: Range, stored: &Stored, scan: &Scan) -> Result<O
     let most = stored.records.saturating_mul(SPARSEST) + 1;
     match (size, pixels) {
         (Some((1, _) | (_, 1)), _) => Ok(None),
-        (Some((r, c)), Some(pixels)) if pixels <= most && pixels * 20 <= scan.options.max_decoded_bytes() => {
+        (Some((r, c)), Some(pixels)) if pixels <= most && pixels * PIXEL <= scan.options.max_decoded_bytes() => {
             Ok(Some([rows.0, cols.0, r, c]))
         }
         _ => Err(Error::format(

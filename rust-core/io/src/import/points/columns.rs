@@ -3,6 +3,12 @@
 /// Columns that are looked at; more are passed over.
 pub(super) const MOST: usize = 16;
 
+/// How far the lengths of normals written with two digits may be from 1.
+const UNIT_WITHIN: f64 = 0.02;
+/// Largest value of a colour of 16 bits, and what makes it one of 8.
+const LARGEST_COLOUR: f64 = 65535.0;
+const OF_8_BITS: f64 = 1.0 / 257.0;
+
 /// Where everything stands in a line, columns counted from 0.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
@@ -62,14 +68,14 @@ impl Columns {
             at + 3 <= width.min(MOST)
                 && rows.iter().all(|row| {
                     let length = row[at..at + 3].iter().map(|v| v * v).sum::<f64>().sqrt();
-                    (length - 1.0).abs() < 0.02 || length == 0.0
+                    (length - 1.0).abs() < UNIT_WITHIN || length == 0.0
                 })
                 && rows.iter().any(|row| row[at..at + 3].iter().any(|v| v.fract() != 0.0))
         };
         let are_colours = |at: usize| {
             let values = || rows.iter().flat_map(|row| &row[at..at + 3]);
             at + 3 <= width.min(MOST)
-                && values().all(|v| *v >= 0.0 && *v <= 65535.0)
+                && values().all(|v| *v >= 0.0 && *v <= LARGEST_COLOUR)
                 && (values().all(|v| v.fract() == 0.0) || values().all(|v| *v <= 1.0))
         };
         let triple = |at: usize| [at, at + 1, at + 2];
@@ -126,7 +132,7 @@ impl Columns {
         let values = || rows.iter().flat_map(|row| colour.map(|c| row[c]));
         let largest = values().fold(0.0, f64::max);
         if largest > 255.0 {
-            self.colour_scale = 1.0 / 257.0;
+            self.colour_scale = OF_8_BITS;
             self.notes.push("colours go beyond 255 and are taken as 16 bits".to_owned());
         } else if largest <= 1.0 && values().any(|v| v.fract() != 0.0) {
             self.colour_scale = 255.0;
