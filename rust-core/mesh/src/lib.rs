@@ -7,6 +7,7 @@
 //! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |
+//! | `srgb` | colours as light, and means of them |
 //! | `measure` | exact distances of points to a mesh; areas, angles, volume |
 
 pub mod certify;
@@ -15,6 +16,7 @@ pub mod measure;
 pub mod point_cloud;
 pub mod quads;
 pub mod shapes;
+pub mod srgb;
 
 pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};
 pub use point_cloud::PointCloud;
