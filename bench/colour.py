@@ -121,7 +121,7 @@ def merge(source, out, matched):
     given, scans = np.load(source), []
     for k, (depth, colour, pose) in enumerate(zip(given["depth"], given["colours"], given["poses"], strict=True)):
         values = np.where(depth > 0, depth, np.nan).astype(float)
-        image = surfrecon.RangeImage.pinhole(values, focal=given["focal"], centre=given["centre"], name=f"{k:04}")
+        image = surfrecon.RangeImage.pinhole(values, focal=tuple(given["focal"]), centre=tuple(given["centre"]), name=f"{k:04}")
         image.world_from_sensor, image.colour = pose, colour
         scans.append(image)
     merged = surfrecon.merge(scans, voxel=float(given["cell"]), match_exposure=matched)

@@ -42,7 +42,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
 pub fn merge(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,

@@ -57,6 +57,8 @@ pub struct Gains {
 }
 
 const ONE: f64 = 65_536.0;
+/// Light that is as good as infinite: sixteen times white.
+const BRIGHTEST: u64 = 1 << 20;
 
 impl Gains {
     /// From factors.
@@ -70,7 +72,7 @@ impl Gains {
         let light = member.colour.map(|byte| u64::from(srgb::light(byte)));
         match self.of_scan.get(member.scan as usize) {
             None => light,
-            Some(gains) => [0, 1, 2].map(|i| (light[i] * u64::from(gains[i]) + (1 << 15)) >> 16),
+            Some(gains) => [0, 1, 2].map(|i| ((light[i] * u64::from(gains[i]) + (1 << 15)) >> 16).min(BRIGHTEST)),
         }
     }
 }
