@@ -1,10 +1,10 @@
 """Colours of a merge: scans whose exposures differ and that show lamps' reflections, beside the mean of their bytes.
 
-Depth images of a sculpture with a pattern on it whose colours are known; each is exposed otherwise, by up to 30 per cent,
-and a lamp shines back where a pixel looks at its reflection. The mean of bytes is taken here, of what each image
-shows of each vertex of the merged surface: what this library did before it added light and knew exposures. Nothing tells
-how bright all scans together should be: what factor suits a result best is taken off, of both alike. Every run is
-a fresh process.
+Depth images of a sculpture with a pattern on it whose colours are known; each is exposed otherwise, by up to 30 per
+cent, and a lamp shines back where a pixel looks at its reflection. The mean of bytes is taken here, of what each image
+shows of each vertex of the merged surface: what this library did before it added light and knew exposures. Nothing
+tells how bright all scans together should be: what factor suits a result best is taken off, of both alike. Every run
+is a fresh process.
 """
 
 import json
@@ -121,17 +121,32 @@ def merge(source, out, matched):
     given, scans = np.load(source), []
     for k, (depth, colour, pose) in enumerate(zip(given["depth"], given["colours"], given["poses"], strict=True)):
         values = np.where(depth > 0, depth, np.nan).astype(float)
-        image = surfrecon.RangeImage.pinhole(values, focal=tuple(given["focal"]), centre=tuple(given["centre"]), name=f"{k:04}")
+        image = surfrecon.RangeImage.pinhole(
+            values, focal=tuple(given["focal"]), centre=tuple(given["centre"]), name=f"{k:04}"
+        )
         image.world_from_sensor, image.colour = pose, colour
         scans.append(image)
     merged = surfrecon.merge(scans, voxel=float(given["cell"]), match_exposure=matched)
     found = {name: merged.mesh.vertex_attributes[name] for name in ("colour", "interpolated")}
     gains = np.array(merged.report.colour_gains).reshape(-1, 3)
+    found["normals"] = vertex_normals(merged.mesh.positions, merged.mesh.triangles)
     np.savez(out, positions=merged.mesh.positions, gains=gains, **found)
 
 
-def mean_of_bytes(photos, vertices):
-    """The mean of what the images show of each vertex, in bytes, and how many show it."""
+def vertex_normals(positions, triangles):
+    """Unit normals of a mesh."""
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    across, sums = np.cross(b - a, c - a), np.zeros_like(positions)
+    for k in range(3):
+        np.add.at(sums, triangles[:, k], across)
+    return sums / np.maximum(np.linalg.norm(sums, axis=1, keepdims=True), 1e-12)
+
+
+def mean_of_bytes(photos, vertices, normals):
+    """The mean of what the images show of each vertex, in bytes, and the sum of its weights.
+
+    A weight is a quarter and, of the rest, the cosine between the ray and the normal: as the merge trusts samples.
+    """
     total, count = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
     camera = photos.shots.camera
     for pose, depth, colours in zip(photos.shots.poses, photos.shots.depth, photos.colours, strict=True):
@@ -145,9 +160,12 @@ def mean_of_bytes(photos, vertices):
             inside &= np.abs(depth[row + down, col + right] - at[:, 2]) < 2 * photos.shots.cell
             weight = (share[:, 0] if right else 1 - share[:, 0]) * (share[:, 1] if down else 1 - share[:, 1])
             shown += weight[:, None] * colours[row + down, col + right]
-        total[inside] += shown[inside]
-        count += inside
-    return total / np.maximum(count, 1)[:, None], count
+        towards = pose[:3, 3] - vertices
+        cosine = (towards * normals).sum(1) / np.linalg.norm(towards, axis=1)
+        trust = np.where(inside, 0.25 + 0.75 * np.clip(cosine, 0, 1), 0)
+        total += trust[:, None] * shown
+        count += trust
+    return total / np.where(count > 0, count, 1)[:, None], count
 
 
 def off_pattern(found, light):
@@ -185,7 +203,7 @@ def run_case(case, wanted, record):
 
     def judge(tool, out):
         made = np.load(out)
-        former, count = mean_of_bytes(photos, made["positions"])
+        former, count = mean_of_bytes(photos, made["positions"], made["normals"])
         told = (count > 0) & ~made["interpolated"] & (made["colour"][:, 3] > 0)
         light = pattern(made["positions"][told], photos.size)
         if tool == OURS:

@@ -620,8 +620,10 @@ def rigid_and_rest(obj, matrix):
 
 
 def plain(value):
-    """A value as custom properties can hold it: 32-bit integers, floats, strings (lists of them a line each), dicts; of lists of
-    lists what these hold."""
+    """A value as custom properties can hold it: 32-bit integers, floats, strings (lists of them a line each), dicts.
+
+    Of lists of lists it is one list of what these hold.
+    """
     if isinstance(value, dict):
         return {k: plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, tuple | list):
