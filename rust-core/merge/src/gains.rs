@@ -328,7 +328,7 @@ mod tests {
         for (scans, next) in [(2, 1), (12, 3), (200, 10)] {
             let exposures = exposures(scans);
             assert!(error_of(&pairs_of(&exposures, next, |_| 0.0), &exposures) < 0.01, "{scans} scans");
-            let noise = |k: usize| 0.1 * (spread(k) - 0.5) + if k % 7 == 0 { 0.4 } else { 0.0 };
+            let noise = |k: usize| 0.1 * (spread(k) - 0.5) + if k.is_multiple_of(7) { 0.4 } else { 0.0 };
             assert!(error_of(&pairs_of(&exposures, next, noise), &exposures) < 0.02, "{scans} scans");
         }
     }
