@@ -20,6 +20,7 @@ BENCHMARKS = [
     "align",
     "merge",
     "noise",
+    "colour",
     "delaunay",
     "scattered",
     "sculpt",

@@ -620,13 +620,17 @@ def rigid_and_rest(obj, matrix):
 
 
 def plain(value):
-    """A value as custom properties can hold it: 32-bit integers, floats, strings (lists of them a line each), dicts."""
+    """A value as custom properties can hold it: 32-bit integers, floats, strings (lists of them a line each), dicts.
+
+    Of lists of lists it is one list of what these hold.
+    """
     if isinstance(value, dict):
         return {k: plain(v) for k, v in value.items() if v is not None}
     if isinstance(value, tuple | list):
         if value and isinstance(value[0], str):
             return "\n".join(value)
-        numbers = [plain(v) for v in value]
+        parts = [plain(v) for v in value]
+        numbers = [n for part in parts for n in (part if isinstance(part, list) else [part])]
         return [float(v) for v in numbers] if any(isinstance(v, float) for v in numbers) else numbers
     if isinstance(value, int) and not -(2**31) <= value < 2**31:
         return float(value)

@@ -126,6 +126,8 @@ def merge_lines(context, report):
     yield "Holes closed, left", f"{closed}, {left}"
     yield "Closed up to", length(context, report["max_hole_length"])
     yield "Stray parts dropped", f"{parts}"
+    if gains := list(report.get("colour_gains", ())):
+        yield "Exposures matched by", f"{min(gains):.2f} to {max(gains):.2f}"
     if report.get("seen_through"):
         yield "Dropped as seen through", f"{report['seen_through']:,} edges"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"

@@ -657,6 +657,9 @@ typedef struct {
   // Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
   // grazing angle. Radians, > 0, at most pi/2, default pi/2.
   double grazing_limit;
+  // Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ
+  // from scan to scan. Off: colours are averaged as they are. 1 or 0, default 1.
+  uint64_t match_exposure;
 } srf_merge_params;
 
 // Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
@@ -1908,8 +1911,8 @@ srf_status srf_merger_add_scans(srf_merger *merger, const srf_scans *scans);
 
 // Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 // any number of threads and any order of adding. Vertex attributes: confidence, interpolated (on no scan exactly), source_scan
-// (the scan of largest weight by the order of names, -1 where interpolated), colour if every scan has colours; of triangles:
-// hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
+// (the scan of largest weight by the order of names, -1 where interpolated), colour if any scan has colours (averaged in linear
+// light; of alpha 0 and the nearest colour where no scan has one); of triangles: hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
 // merger      not NULL
 // params      NULL for the defaults
 // progress    NULL for none

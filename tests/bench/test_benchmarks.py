@@ -19,6 +19,7 @@ WITH = {
     "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
+    "colour": {"mean-of-bytes"},
     "delaunay": {"qhull"},
     "scattered": {"open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"},
     "sculpt": {"pydelatin", "pymartini", "open3d-quadric", "meshlab-quadric"},
@@ -35,6 +36,7 @@ WITH = {
 NOT_OF_ALL = {
     "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
+    "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
     "install": {"tests_passed", "tests_failed", "excused"},

@@ -54,6 +54,25 @@ def test_any_mixture_and_order_of_sources_makes_the_same_surface(images, tmp_pat
     assert same(surfrecon.merge(mixed[::-1], voxel=VOXEL, threads=1).mesh, from_set)
 
 
+def test_scans_of_other_exposures_are_made_equally_bright_and_one_without_colours_takes_none_away():
+    images = torus_scans(pixels=90)
+    greys = [120 + 10 * k for k in range(len(images) - 1)]
+    for image, grey in zip(images, greys, strict=False):
+        image.colour = np.full((image.rows, image.cols, 3), grey, np.uint8)
+    assert images[-1].colour is None
+    result = surfrecon.merge(images, voxel=VOXEL)
+    colours = result.mesh.vertex_attributes["colour"]
+    seen = colours[:, 3] > 0
+    assert seen.mean() > 0.8 and np.ptp(colours[seen, :3].astype(int)) <= 4
+    gains = np.array(result.report.colour_gains)
+    light = surfrecon.linear_colours(np.array([[grey] * 3 + [255] for grey in greys], np.uint8)).reshape(-1, 4)[:, 0]
+    assert gains.shape == (len(images), 3) and (gains[-1] == 1).all()
+    assert np.allclose(gains[:-1, 0] * light, np.mean(gains[:-1, 0] * light), rtol=0.02)
+    as_they_are = surfrecon.merge(images, voxel=VOXEL, match_exposure=False)
+    assert as_they_are.report.colour_gains == []
+    assert np.ptp(as_they_are.mesh.vertex_attributes["colour"][:, :3].astype(int)) > 30
+
+
 def test_meshes_are_placed_by_their_matrices():
     mesh = torus()
     moved = np.eye(4)

@@ -83,7 +83,7 @@ impl Job {
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, *, measure = false, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False)")]
+    #[pyo3(signature = (scans, *, measure = false, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False)")]
     fn merge(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let call = MergeCall::new(scans, measure, options)?;
         Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {

@@ -31,8 +31,9 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///
 /// Returns:
 ///     A ``MergeResult`` with ``mesh`` (in the world; its attributes: ``confidence``; ``noise``, the standard deviation of the samples
-///     along their rays; ``source_scan``; ``interpolated``; ``colour`` if all have it; of faces ``hole_fill``), ``report`` and, if
-///     asked for, ``distances``.
+///     along their rays; ``source_scan``; ``interpolated``; ``colour`` if any scan has it; of faces ``hole_fill``), ``report`` and, if
+///     asked for, ``distances``. Colours are averaged in linear light, without highlights where three scans and more have a say;
+///     alpha is 0 where no scan has one, which have the nearest one of the surface.
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
@@ -41,7 +42,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
 pub fn merge(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,
@@ -270,6 +271,13 @@ impl MergeReport {
         self.report.dropped_components.into()
     }
 
+    /// What the red, green and blue light of each scan was multiplied by to make all equally bright; empty where they are, or do
+    /// not overlap, or that was not asked for.
+    #[getter]
+    fn colour_gains(&self) -> Vec<(f64, f64, f64)> {
+        self.report.colour_gains.iter().map(|&of| of.into()).collect()
+    }
+
     /// Largest number of bytes held by intersections and the surface at once.
     #[getter]
     fn working_bytes(&self) -> u64 {
@@ -318,6 +326,7 @@ impl MergeReport {
             faces,
             holes,
             dropped_components,
+            colour_gains,
             working_bytes,
             seconds
         )

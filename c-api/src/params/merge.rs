@@ -38,6 +38,9 @@ pub struct srf_merge_params {
     /// Largest angle between a triangle's normal and the direction to the sensor. Smaller values drop surfaces seen at a
     /// grazing angle. Radians, > 0, at most pi/2, default pi/2.
     pub grazing_limit: f64,
+    /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ
+    /// from scan to scan. Off: colours are averaged as they are. 1 or 0, default 1.
+    pub match_exposure: u64,
 }
 
 impl Fields for srf_merge_params {
@@ -51,6 +54,7 @@ impl Fields for srf_merge_params {
             min_component_share: 0.0,
             edge_limit: SRF_FROM_DATA,
             grazing_limit: std::f64::consts::FRAC_PI_2,
+            match_exposure: 1,
         }
     }
 
@@ -63,6 +67,7 @@ impl Fields for srf_merge_params {
             ("min_component_share", Given::Double(self.min_component_share)),
             ("edge_limit", Given::Double(self.edge_limit)),
             ("grazing_limit", Given::Double(self.grazing_limit)),
+            ("match_exposure", Given::Whole(self.match_exposure)),
         ]
     }
 }

@@ -10,6 +10,7 @@ use super::lattice::Lattice;
 use super::passes;
 use base::error::Result;
 use base::progress::Progress;
+use mesh::srgb::Mix;
 
 /// Elements handled between two looks at the progress.
 const BLOCK: usize = 1 << 14;
@@ -49,13 +50,13 @@ pub fn place(
                 let base = lattice.world(node, axis as usize, 0.0)[axis as usize];
                 // Whole numbers: the sums must not depend on the order of the neighbours.
                 let (mut along, mut trust, mut noise, mut colour, mut count) =
-                    (0_i128, 0_i128, 0_i128, [0_u32; 4], 0_u32);
+                    (0_i128, 0_i128, 0_i128, Mix::default(), 0_u32);
                 for &v in of(slot).iter().filter(known) {
                     let v = v as usize;
                     along += ((surface.positions[v][axis as usize] - base) / lattice.voxel * UNITS) as i128;
                     trust = trust.saturating_add((f64::from(surface.confidence[v]) * UNITS) as i128);
                     noise += (f64::from(surface.noise[v]) / lattice.voxel * UNITS) as i128;
-                    (0..4).for_each(|i| colour[i] += u32::from(surface.colour[v][i]));
+                    colour.add(surface.colour[v], 1);
                     count += 1;
                 }
                 if count == 0 {
@@ -68,7 +69,7 @@ pub fn place(
                     false => lattice.world(node, axis as usize, mean(along).clamp(INSET, 1.0 - INSET)),
                 };
                 let noise = (mean(noise) * lattice.voxel) as f32;
-                Ok((position, mean(trust) as f32, noise, colour.map(|c| ((c + count / 2) / count) as u8)))
+                Ok((position, mean(trust) as f32, noise, colour.colour()))
             })
             .collect::<Result<_>>()?;
         passes::each(slots, progress, |slot| {

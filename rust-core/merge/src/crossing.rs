@@ -15,7 +15,7 @@ pub struct Crossing {
     pub normal: f32,
     /// Trust in the sample, the paper's `w`.
     pub weight: f32,
-    /// Colour, sRGB with straight alpha.
+    /// Colour, sRGB with straight alpha: 0 where the scan has none.
     pub colour: [u8; 4],
     /// How much further along the normal the surface lies, without the bias of smoothing, in units of 1 / 4096 cell.
     residual: i16,

@@ -14,6 +14,7 @@ use super::lattice::{ACROSS, CELL, FRACTION_BITS, Lattice};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::OrientedSurface;
+use mesh::srgb::Mix;
 
 /// Crossings between two looks at the cancel flag, and triangles between them.
 const CHECK_EVERY: u64 = 1 << 14;
@@ -79,8 +80,8 @@ pub fn discretize(
                 };
                 let weight = blend(&|v| surface.confidence[v]);
                 let colour = match colour {
-                    Some(colour) => [0, 1, 2, 3].map(|i| (blend(&|v| f32::from(colour[v][i])) + 0.5) as u8),
-                    None => [255; 4],
+                    Some(colour) => Mix::of_triangle(corners.map(|v| colour[v]), weights),
+                    None => [0; 4],
                 };
                 buckets.push(axis, hit.line[0], hit.line[1], |line| {
                     let along = hit.sign_of(normal[axis]);

@@ -17,6 +17,7 @@ use super::passes;
 use super::table::{EDGE_CORNERS, INTERIOR, Table, table};
 use base::error::{Error, Result};
 use base::progress::Progress;
+use mesh::srgb::Mix;
 use mesh::{Attribute, TriMesh};
 
 /// A vertex that no crossing of its line gives a place: its edge, by axis and lower node.
@@ -58,7 +59,7 @@ pub struct Surface {
     pub confidence: Vec<f32>,
     /// Standard deviation of the samples here along their rays, world units; 0: clean.
     pub noise: Vec<f32>,
-    /// sRGB with straight alpha.
+    /// sRGB with straight alpha: 0 where no scan has a colour.
     pub colour: Vec<[u8; 4]>,
     /// Scan of largest weight, -1 for vertices that lie on no scan exactly: artificial ones, and those moved out of nodes.
     pub scan: Vec<i32>,
@@ -105,8 +106,9 @@ impl Surface {
             let sum: f64 = sources.iter().map(|&v| f64::from(self.confidence[v])).sum();
             self.confidence.push((sum / 3.0) as f32);
             self.noise.push(sources.iter().map(|&v| self.noise[v]).sum::<f32>() / 3.0);
-            let mean = |i: usize| (sources.iter().map(|&v| u32::from(self.colour[v][i])).sum::<u32>() + 1) / 3;
-            self.colour.push([mean(0) as u8, mean(1) as u8, mean(2) as u8, mean(3) as u8]);
+            let mut colour = Mix::default();
+            sources.iter().for_each(|&v| colour.add(self.colour[v], 1));
+            self.colour.push(colour.colour());
             self.scan.push(-1);
         }
         self.cases.resize(self.triangles.len(), Case::Fill);
@@ -287,7 +289,7 @@ pub fn extract(
         positions: passes::filled(DVec3::ZERO, vertices, progress)?,
         confidence: vec![0.0; vertices],
         noise: vec![0.0; vertices],
-        colour: passes::filled([255; 4], vertices, progress)?,
+        colour: passes::filled([0; 4], vertices, progress)?,
         scan: passes::filled(-1, vertices, progress)?,
         triangles: vec![[0; 3]; triangles],
         cases: passes::filled(Case::Direct, triangles, progress)?,

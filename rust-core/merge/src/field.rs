@@ -12,7 +12,9 @@
 
 use rustc_hash::FxHashMap;
 
+use super::colour::Poll;
 use super::crossing::{BundleKey, OnLine};
+use super::gains::Gains;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
 use super::lines::SortedBundle;
 use super::nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};
@@ -87,7 +89,7 @@ pub struct Vertex {
     pub weight: f32,
     /// Standard deviation of the samples here along their rays, cells.
     pub noise: f32,
-    /// Colour, sRGB with straight alpha.
+    /// Colour, sRGB with straight alpha: 0 where no scan has one.
     pub colour: [u8; 4],
     /// The scan of largest trust, -1 where no crossing of its line is near.
     pub scan: i32,
@@ -133,17 +135,29 @@ pub struct Field {
     nodes: Vec<Node>,
     touched: Vec<u32>,
     smoother: Smoother,
+    poll: Poll,
 }
 
 impl Default for Field {
     fn default() -> Self {
-        Field { nodes: vec![Node::default(); SIDE * SIDE * SIDE], touched: Vec::new(), smoother: Smoother::default() }
+        Field {
+            nodes: vec![Node::default(); SIDE * SIDE * SIDE],
+            touched: Vec::new(),
+            smoother: Smoother::default(),
+            poll: Poll::default(),
+        }
     }
 }
 
 impl Field {
     /// Labels the nodes of a brick and finds its vertices; `None` if no crossing says anything about any of them.
-    pub fn label(&mut self, bundles: &Bundles, brick: [i32; 3], rule: &Rule) -> Option<(Box<BrickLabels>, Vertices)> {
+    pub fn label(
+        &mut self,
+        bundles: &Bundles,
+        brick: [i32; 3],
+        rule: &Rule,
+        gains: &Gains,
+    ) -> Option<(Box<BrickLabels>, Vertices)> {
         (0..3).for_each(|axis| self.votes_along(axis, bundles, brick, rule));
         if self.touched.is_empty() {
             return None;
@@ -170,7 +184,8 @@ impl Field {
                     let ends = [node.mean(), upper.mean()];
                     // Sure labels may say other than the votes.
                     let zero = if (ends[0] < 0.0) == (ends[1] < 0.0) { 0.5 } else { ends[0] / (ends[0] - ends[1]) };
-                    vertices[axis].push(vertex(bundles, brick, axis, at, zero, is_inside, rule));
+                    let edge = Edge { axis, brick, at };
+                    vertices[axis].push(vertex(bundles, &edge, zero, is_inside, rule, gains, &mut self.poll));
                 }
             }
         }
@@ -246,22 +261,30 @@ impl Field {
     }
 }
 
+/// An edge of the grid: its axis, its brick, and its lower node there.
+struct Edge {
+    axis: usize,
+    brick: [i32; 3],
+    at: [i32; 3],
+}
+
 /// The vertex of an edge whose votes are zero at `zero`: what is known of its line tells the rest.
 fn vertex(
     bundles: &Bundles,
-    brick: [i32; 3],
-    axis: usize,
-    at: [i32; 3],
+    edge: &Edge,
     zero: f64,
     lower_is_inside: bool,
     rule: &Rule,
+    gains: &Gains,
+    poll: &mut Poll,
 ) -> Vertex {
+    let &Edge { axis, brick, at } = edge;
     let [u, v] = ACROSS[axis];
     let line = (at[v] << BRICK_BITS | at[u]) as usize;
     let cell = (brick[axis] << BRICK_BITS) + at[axis];
     let (mut total, mut certain, mut place) = (0.0, 0.0, zero);
     let (mut along_line, mut is_thin) = (0.0, false);
-    let (mut trust, mut noise, mut colour, mut strongest) = (0.0, 0.0, [0.0; 4], None::<&Tally>);
+    let (mut trust, mut noise, mut strongest) = (0.0, 0.0, None::<&Tally>);
     let farthest = FARTHEST as i32;
     if let Some(bundle) = bundles.through(axis, brick) {
         for along in (cell - farthest) >> BRICK_BITS..=(cell + farthest) >> BRICK_BITS {
@@ -282,8 +305,7 @@ fn vertex(
                 }
                 trust += tally.trust();
                 noise += weight * tally.deviation();
-                let mean = tally.colour();
-                (0..4).for_each(|i| colour[i] += weight * mean[i]);
+                poll.add(tally.members(), tally.count(), gains);
                 if strongest.is_none_or(|s| {
                     tally.largest_trust() > s.largest_trust()
                         || (tally.largest_trust() == s.largest_trust() && tally.scan < s.scan)
@@ -304,7 +326,7 @@ fn vertex(
         fraction: place as f32,
         weight: trust as f32,
         noise: if total > 0.0 { (noise / total) as f32 } else { 0.0 },
-        colour: if total > 0.0 { colour.map(|x| (x / total + 0.5) as u8) } else { [255; 4] },
+        colour: poll.decide(),
         scan: strongest.map_or(-1, |tally| tally.scan as i32),
     }
 }

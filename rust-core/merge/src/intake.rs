@@ -30,7 +30,7 @@ pub struct Discretized {
     pub triangles: u64,
     /// Largest trust of any sample.
     pub full_trust: f32,
-    /// Whether every scan has colours.
+    /// Whether any scan has colours.
     pub coloured: bool,
     /// What was measured of those scans that are range images, with their numbers, ascending.
     pub images: Vec<(u32, Measured)>,
@@ -133,7 +133,7 @@ pub fn discretize_all(
             all.buckets.append(&mut group.found.buckets);
             all.triangles += group.found.triangles;
             all.full_trust = all.full_trust.max(group.found.full_trust);
-            all.coloured &= group.found.coloured;
+            all.coloured |= group.found.coloured;
             all.images.append(&mut group.found.images);
             all
         });
@@ -144,7 +144,7 @@ pub fn discretize_all(
 
 impl Discretized {
     fn none(lattice: Lattice) -> Self {
-        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: true, images: Vec::new() }
+        Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: false, images: Vec::new() }
     }
 }
 
@@ -225,7 +225,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         scans.push(scan);
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));
-        found.coloured &= surface.colour.is_some();
+        found.coloured |= surface.colour.is_some();
         found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
         self.progress.advance(1).map(|()| true)
     }

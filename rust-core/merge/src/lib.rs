@@ -32,6 +32,11 @@ mod tally;
 // what scans see through
 mod sight;
 
+// colours: of edges, made equally bright over the scans, where no scan has any
+mod colour;
+mod gains;
+mod near_colours;
+
 // 4. labels of the nodes, and vertices
 mod field;
 mod nodes;
@@ -80,7 +85,7 @@ pub use deviation::deviation;
 pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource};
 
 use base::error::{Error, Result, Shown};
-use base::params::{length, ratio};
+use base::params::{flag, length, ratio};
 use base::progress::Progress;
 use image::range_image::noise::Noise;
 use image::triangulate::TriangulateParams;
@@ -102,6 +107,8 @@ base::params! {
             .off("all are left open"),
         /// Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between layers of badly placed scans or out of their noise, is dropped in any case.
         min_component_share: f64 = ratio("Smallest part (share)").default(0.0).at_most(1.0).off("all are kept that scans are evidence of"),
+        /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan.
+        match_exposure: bool = flag("Match exposure").on().off("colours are averaged as they are").since("0.2"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
     }
@@ -174,6 +181,9 @@ pub struct MergeReport {
     pub holes: [u64; 2],
     /// Components dropped, those that no scan saw and those of less than `min_component_share`, and the faces they had.
     pub dropped_components: [u64; 2],
+    /// What the red, green and blue light of each scan was multiplied by to make all equally bright; empty where they are, or do not
+    /// overlap, or that was not asked for.
+    pub colour_gains: Vec<[f64; 3]>,
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,
     /// Names of the stages with their wall-clock seconds.
@@ -184,8 +194,9 @@ pub struct MergeReport {
 ///
 /// Vertex attributes: `confidence` (f32, summed over the scans at the vertex), `noise` (f32, standard deviation of the samples
 /// along their rays, as measured, 0 where they are clean), `interpolated` (bool: on no scan exactly,
-/// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if every
-/// scan has colours. Face attribute: `hole_fill` (bool).
+/// artificial or filling a hole), `source_scan` (i32, the scan of largest weight, -1 where interpolated), `colour` if any scan
+/// has colours: averaged in linear light; alpha 0 where no scan has one, with the nearest colour of the surface there. Face
+/// attribute: `hole_fill` (bool).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Merged {
     /// The surface, in the world.
@@ -302,7 +313,11 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
                 sight::drop_seen_through(bundles, &sources, &scans.images, &lattice, tolerance, progress)?;
             report.seen_through = seen_through;
             clock.lap("sight");
-            label_nodes(&bundles, &rule, progress)?
+            if params.match_exposure && scans.coloured {
+                report.colour_gains = gains::measure(&bundles, sources.len(), progress)?;
+                clock.lap("colours");
+            }
+            label_nodes(&bundles, &rule, &gains::Gains::new(&report.colour_gains), progress)?
         }
         #[cfg(any(test, feature = "reference"))]
         Fusing::ByLines => {
@@ -357,6 +372,9 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
         refuse_nothing(&surface, report.voxel, params.min_component_share)?;
     }
     report.faces = surface.count_cases(progress)?;
+    if scans.coloured {
+        near_colours::fill_in(&mut surface, progress)?;
+    }
     let mesh = surface.into_mesh(scans.coloured, progress)?;
     clock.lap("holes");
     report.seconds = clock.laps;
@@ -423,14 +441,19 @@ fn sort_lines(raw: Vec<bundles::RawBundle>, progress: &Progress<'_>) -> Result<B
     Ok(Bundles::new(raw.into_par_iter().map(sort).collect::<Result<_>>()?))
 }
 
-fn label_nodes(bundles: &Bundles, rule: &field::Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
+fn label_nodes(
+    bundles: &Bundles,
+    rule: &field::Rule,
+    gains: &gains::Gains,
+    progress: &Progress<'_>,
+) -> Result<(Labels, BrickVertices)> {
     let bricks = bundles.labelled_bricks();
     progress.stage(4, bricks.len() as u64);
     let found = bricks
         .into_par_iter()
         .map_init(Field::default, |field, brick| {
             progress.advance(1)?;
-            Ok(field.label(bundles, brick, rule).map(|(labels, vertices)| ((brick, labels), (brick, vertices))))
+            Ok(field.label(bundles, brick, rule, gains).map(|(labels, vertices)| ((brick, labels), (brick, vertices))))
         })
         .collect::<Result<Vec<_>>>()?;
     Ok(found.into_iter().flatten().unzip())

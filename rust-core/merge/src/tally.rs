@@ -3,6 +3,7 @@
 //!
 //! Sums are whole numbers, so that neither the order of the scans nor how they are shared among threads can matter.
 
+use super::colour::Members;
 use super::crossing::{Crossing, LINE_MASK, OnLine};
 
 /// The crossings of an edge that walks along its line meet with one sign. Sums are in units of 1 / [`UNIT`].
@@ -20,9 +21,8 @@ pub struct Tally {
     count: u32,
     /// Standard deviations of the samples, in units of 1 / 1024 cell.
     deviation: u32,
-    /// Weights of the colours, in units of 1 / 255 of a full one.
-    colour_weight: u32,
-    colour: [u32; 4],
+    /// Colours of some of the scans.
+    colours: Members,
     trust: u64,
     /// Weights of the votes; times the normal's component along the line.
     weight: i64,
@@ -63,7 +63,6 @@ impl From<&Crossing> for Tally {
         let (normal, fraction) = (f64::from(c.normal), f64::from(c.fraction));
         let weight = vote(c) * normal * normal;
         let sum = |x: f64| (x * UNIT).round() as i64;
-        let colour_weight = (255.0 * vote(c)).ceil() as u32;
         Tally {
             packed: c.line() as u32 | if c.enters() { ENTERS } else { 0 } | if c.is_clean() { 0 } else { NOISY },
             cell: c.cell,
@@ -71,8 +70,7 @@ impl From<&Crossing> for Tally {
             largest_trust: c.weight,
             count: 1,
             deviation: c.deviation_units().into(),
-            colour_weight,
-            colour: c.colour.map(|x| u32::from(x) * colour_weight),
+            colours: Members::of(c.scan(), c.colour, vote(c)),
             trust: (f64::from(c.weight) * TRUST_UNIT) as u64,
             weight: sum(weight),
             slope: sum(weight * normal),
@@ -108,8 +106,7 @@ impl Tally {
         }
         self.count = self.count.saturating_add(other.count);
         self.deviation = self.deviation.saturating_add(other.deviation);
-        self.colour_weight = self.colour_weight.saturating_add(other.colour_weight);
-        (0..4).for_each(|i| self.colour[i] = self.colour[i].saturating_add(other.colour[i]));
+        self.colours.add(&other.colours);
         self.trust = self.trust.saturating_add(other.trust);
         self.weight = self.weight.saturating_add(other.weight);
         self.slope = self.slope.saturating_add(other.slope);
@@ -187,9 +184,10 @@ impl Tally {
         self.largest_trust
     }
 
-    /// Mean colour.
-    pub fn colour(&self) -> [f64; 4] {
-        self.colour.map(|x| f64::from(x) / f64::from(self.colour_weight.max(1)))
+    /// Colours of some of the scans, of all where they are few.
+    #[inline]
+    pub fn members(&self) -> &Members {
+        &self.colours
     }
 
     /// Place along the line, in cells.
@@ -263,7 +261,8 @@ mod tests {
         (place, -1.0_f32..1.0, 0.0_f32..2.0, -0.5..0.5_f64, prop::sample::select(vec![0.0, 0.1, 3.0])).prop_map(
             |((line, scan, cell, fraction), normal, weight, residual, deviation)| {
                 let normal = if normal == 0.0 { 0.5 } else { normal };
-                let mut crossing = Crossing::new(line, scan, cell, fraction, normal, weight, [line as u8, 7, 9, 255]);
+                let colour = [(fraction * 256.0) as u8, 7, 9, [255, 255, 100, 0][scan as usize % 4]];
+                let mut crossing = Crossing::new(line, scan, cell, fraction, normal, weight, colour);
                 crossing.set_noise(residual, deviation);
                 crossing
             },

@@ -8,6 +8,7 @@
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |
 //! | `measure/` | exact distances of points to a mesh; areas, angles, volume |
+//! | `srgb` | colours as light, and means of them |
 
 pub mod certify;
 pub mod check;
@@ -15,6 +16,7 @@ pub mod measure;
 pub mod point_cloud;
 pub mod quads;
 pub mod shapes;
+pub mod srgb;
 
 pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};
 pub use point_cloud::PointCloud;

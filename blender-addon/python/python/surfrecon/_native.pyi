@@ -497,6 +497,8 @@ class MergeReport:
     @property
     def dropped_components(self) -> tuple[int, int]: ...
     @property
+    def colour_gains(self) -> list[tuple[float, float, float]]: ...
+    @property
     def working_bytes(self) -> int: ...
     @property
     def seconds(self) -> dict[str, float]: ...
@@ -550,6 +552,7 @@ class Job:
         merge_distance: float | None = None,
         max_hole_length: float | None = None,
         min_component_share: float | None = 0.0,
+        match_exposure: bool | None = True,
         edge_limit: float | None = None,
         grazing_limit: float | None = 1.5707963267948966,
         threads: int | None = 0,
@@ -757,6 +760,7 @@ def merge(
     merge_distance: float | None = None,
     max_hole_length: float | None = None,
     min_component_share: float | None = 0.0,
+    match_exposure: bool | None = True,
     edge_limit: float | None = None,
     grazing_limit: float | None = 1.5707963267948966,
     threads: int | None = 0,

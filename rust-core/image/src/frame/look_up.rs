@@ -7,6 +7,7 @@ use super::{Camera, ColourImage};
 use crate::range_image::{Projection, RangeImage};
 use base::error::Result;
 use base::progress::{Pace, Progress};
+use mesh::srgb::Mix;
 
 /// A sample is hidden by one that is nearer to the colour camera by more than this factor: surfaces seen at up to 80
 /// degrees don't hide themselves, and a nearer surface of a thirtieth of the distance is no other colour's worth.
@@ -125,9 +126,7 @@ fn between(image: &ColourImage, col: f32, row: f32) -> [u8; 4] {
     let at = |row: usize, col: usize| image.pixels[row * cols + col];
     let corners = [at(top, left), at(top, right), at(bottom, left), at(bottom, right)];
     let weights = [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y];
-    let channel = |k: usize| {
-        let mixed: f32 = corners.iter().zip(weights).map(|(corner, weight)| f32::from(corner[k]) * weight).sum();
-        (mixed + 0.5) as u8
-    };
-    [channel(0), channel(1), channel(2), u8::MAX]
+    let mut mix = Mix::default();
+    corners.iter().zip(weights).for_each(|(&[r, g, b], weight)| mix.add_share([r, g, b, u8::MAX], weight));
+    mix.colour()
 }

@@ -11,6 +11,7 @@ use super::pitch::Pitch;
 use super::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use base::error::Result;
 use base::progress::Progress;
+use mesh::srgb::Mix;
 
 /// Blocks are not larger than this share of a cell, since relief of their size is lost, nor so large that their own noise would be less than 1 / 3 of their side: the noise that
 /// is left is taken out by what smooths along the surface.
@@ -80,7 +81,7 @@ pub fn averaged(image: &RangeImage, noise: &Noise, side: usize, progress: &Progr
                 Samples::Points(all) => points.push(block.mean_point(all)),
             }
             if let (Some(blocks), Some(pixels)) = (&mut colour, &image.colour) {
-                blocks.push(block.mean(|pixel, channel| f32::from(pixels[pixel][channel])).map(|x| (x + 0.5) as u8));
+                blocks.push(block.mean_colour(pixels));
             }
             if let (Some(blocks), Some(pixels)) = (&mut confidence, &image.confidence) {
                 blocks.push(block.mean::<1>(|pixel, _| pixels[pixel])[0]);
@@ -207,6 +208,12 @@ impl Block {
         if self.samples.is_empty() { [f32::NAN; 3] } else { self.mean(|pixel, axis| points[pixel][axis]) }
     }
 
+    fn mean_colour(&self, colours: &[[u8; 4]]) -> [u8; 4] {
+        let mut mix = Mix::default();
+        self.samples.iter().for_each(|sample| mix.add(colours[sample.pixel], 1));
+        mix.colour()
+    }
+
     fn mean<const N: usize>(&self, of: impl Fn(usize, usize) -> f32) -> [f32; N] {
         let count = self.samples.len().max(1) as f32;
         std::array::from_fn(|i| self.samples.iter().map(|sample| of(sample.pixel, i)).sum::<f32>() / count)
@@ -300,7 +307,8 @@ mod tests {
         image.colour = Some((0..8).map(|i| [10 * i, 0, 0, 255]).collect());
         image.confidence = Some(vec![1.0, 0.0, 0.5, 100.0, 1.0, 0.0, 0.5, 0.5]);
         let blocks = blocks_of(&image, 2);
-        assert_eq!(blocks.colour.as_ref().unwrap()[0], [25, 0, 0, 255]);
+        // In linear light; the mean of the bytes would be 25.
+        assert_eq!(blocks.colour.as_ref().unwrap()[0], [31, 0, 0, 255]);
         let confidence = blocks.confidence.as_ref().unwrap();
         assert_eq!(confidence[0], 0.5);
         // The pixel far away is not of the surface.

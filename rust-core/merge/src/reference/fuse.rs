@@ -15,6 +15,7 @@ use crate::bundles::RawBundle;
 use crate::crossing::Crossing;
 use crate::lines::{SortedBundle, by_brick, for_each_line};
 use crate::remove::remove_fine_details;
+use mesh::srgb::Mix;
 
 /// What makes crossings one, and how they are averaged.
 #[derive(Clone, Copy, Debug, Default)]
@@ -126,16 +127,14 @@ fn is_one_surface(group: &[Crossing], rule: &Rule) -> bool {
 fn fused(group: &[Crossing], rule: &Rule) -> Crossing {
     let base = group[0].cell;
     let mut total = 0.0;
-    let (mut place, mut normal, mut colour) = (0.0, 0.0, [0.0; 4]);
+    let (mut place, mut normal, mut colour) = (0.0, 0.0, Mix::default());
     let mut strongest = &group[0];
     for c in group {
         let w = rule.weight(c);
         total += w;
         place += w * (f64::from(c.cell - base) + f64::from(c.fraction));
         normal += w * f64::from(c.normal);
-        for i in 0..4 {
-            colour[i] += w * f64::from(c.colour[i]);
-        }
+        colour.add_share(c.colour, w as f32);
         if c.weight > strongest.weight || (c.weight == strongest.weight && c.scan() < strongest.scan()) {
             strongest = c;
         }
@@ -150,7 +149,7 @@ fn fused(group: &[Crossing], rule: &Rule) -> Crossing {
         (place - cell) as f32,
         (normal / total) as f32,
         group.iter().map(|c| c.weight).sum(),
-        colour.map(|x| (x / total + 0.5) as u8),
+        colour.colour(),
     )
 }
 

@@ -1,0 +1,144 @@
+//! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface. Alpha stays 0,
+//! so that what was seen can be told from what was not.
+
+use super::extract::Surface;
+use super::passes;
+use base::error::Result;
+use base::progress::Progress;
+use mesh::srgb::Mix;
+
+/// What lies in a part without any colour is white.
+const NOWHERE: [u8; 4] = [u8::MAX, u8::MAX, u8::MAX, 0];
+
+/// Gives vertices of alpha 0 the colours of those beside them. O(triangles).
+///
+/// # Errors
+/// Cancelled.
+pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
+    let mut number = passes::filled(u32::MAX, surface.colour.len(), progress)?;
+    let mut bare: Vec<u32> = Vec::new();
+    passes::each(surface.colour.len(), progress, |v| {
+        if surface.colour[v][3] == 0 {
+            number[v] = bare.len() as u32;
+            bare.push(v as u32);
+        }
+    })?;
+    if bare.is_empty() {
+        return Ok(());
+    }
+    let (starts, beside) = beside(&surface.triangles, &number, bare.len(), progress)?;
+    let around = |i: u32| &beside[starts[i as usize] as usize..starts[i as usize + 1] as usize];
+    // Of each the ring that it is in; 0 for what has a colour, the last for what has none yet.
+    let mut rings = passes::filled(u32::MAX, bare.len(), progress)?;
+    let ring_of = |rings: &[u32], v: u32| match number[v as usize] {
+        u32::MAX => 0,
+        i => rings[i as usize],
+    };
+    let mut ring: Vec<u32> = Vec::new();
+    passes::each(bare.len(), progress, |i| {
+        if around(i as u32).iter().any(|&v| ring_of(&rings, v) == 0) {
+            ring.push(i as u32);
+        }
+    })?;
+    let mut at = 0;
+    while !ring.is_empty() {
+        at += 1;
+        passes::each(ring.len(), progress, |k| rings[ring[k] as usize] = at)?;
+        let mixed = passes::made(ring.len(), progress, |k| {
+            let mut mix = Mix::default();
+            for &v in around(ring[k]).iter().filter(|&&v| ring_of(&rings, v) < at) {
+                let [red, green, blue, _] = surface.colour[v as usize];
+                mix.add([red, green, blue, u8::MAX], 1);
+            }
+            mix.colour()
+        })?;
+        passes::each(ring.len(), progress, |k| {
+            let [red, green, blue, _] = mixed[k];
+            surface.colour[bare[ring[k] as usize] as usize] = [red, green, blue, 0];
+        })?;
+        let mut next = Vec::new();
+        passes::each(ring.len(), progress, |k| {
+            for &v in around(ring[k]) {
+                let i = number[v as usize];
+                if i != u32::MAX && rings[i as usize] == u32::MAX {
+                    // Of the next ring; once is enough.
+                    rings[i as usize] = at + 1;
+                    next.push(i);
+                }
+            }
+        })?;
+        ring = next;
+    }
+    passes::each(bare.len(), progress, |i| {
+        if rings[i] == u32::MAX {
+            surface.colour[bare[i] as usize] = NOWHERE;
+        }
+    })
+}
+
+/// The vertices beside each that has a number, as starts and a flat list; each as often as triangles have both.
+fn beside(
+    triangles: &[[u32; 3]],
+    number: &[u32],
+    count: usize,
+    progress: &Progress<'_>,
+) -> Result<(Vec<u32>, Vec<u32>)> {
+    let sides = |t: usize| {
+        let [a, b, c] = triangles[t];
+        [(a, [b, c]), (b, [c, a]), (c, [a, b])].into_iter().filter_map(|(v, others)| {
+            let i = number[v as usize];
+            (i != u32::MAX).then_some((i as usize, others))
+        })
+    };
+    let mut starts = passes::filled(0_u32, count + 1, progress)?;
+    passes::each(triangles.len(), progress, |t| sides(t).for_each(|(i, others)| starts[i + 1] += others.len() as u32))?;
+    passes::each(count, progress, |i| starts[i + 1] += starts[i])?;
+    let mut next = starts.clone();
+    let mut list = passes::filled(0_u32, starts[count] as usize, progress)?;
+    passes::each(triangles.len(), progress, |t| {
+        for (i, others) in sides(t) {
+            for v in others {
+                list[next[i] as usize] = v;
+                next[i] += 1;
+            }
+        }
+    })?;
+    Ok((starts, list))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A strip of triangles with these colours along it.
+    fn strip(colours: &[[u8; 4]]) -> Surface {
+        let triangles =
+            (2..colours.len() as u32).map(|v| if v % 2 == 0 { [v - 2, v - 1, v] } else { [v - 1, v - 2, v] });
+        Surface { colour: colours.to_vec(), triangles: triangles.collect(), ..Surface::default() }
+    }
+
+    #[test]
+    fn the_nearest_colours_spread_and_say_that_they_were_not_seen() {
+        let (red, blue, none) = ([200, 0, 0, 255], [0, 0, 200, 255], [9, 9, 9, 0]);
+        let mut colours = vec![none; 101];
+        (colours[0], colours[1], colours[99], colours[100]) = (red, red, blue, blue);
+        let mut surface = strip(&colours);
+        fill_in(&mut surface, &Progress::none()).unwrap();
+        let [dark_red, dark_blue] = [[200, 0, 0, 0], [0, 0, 200, 0]];
+        assert_eq!((surface.colour[0], surface.colour[100]), (red, blue));
+        assert!(surface.colour[2..49].iter().all(|&colour| colour == dark_red), "{:?}", surface.colour);
+        assert!(surface.colour[52..99].iter().all(|&colour| colour == dark_blue), "{:?}", surface.colour);
+        assert_eq!(surface.colour[50], [146, 0, 146, 0]);
+    }
+
+    #[test]
+    fn where_nothing_is_near_it_is_white_and_what_has_a_colour_stays() {
+        let mut surface = strip(&[[1, 2, 3, 0]; 5]);
+        fill_in(&mut surface, &Progress::none()).unwrap();
+        assert_eq!(surface.colour, [NOWHERE; 5]);
+        let colours = [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 255]];
+        let mut surface = strip(&colours);
+        fill_in(&mut surface, &Progress::none()).unwrap();
+        assert_eq!(surface.colour, colours);
+    }
+}
