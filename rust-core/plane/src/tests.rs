@@ -92,7 +92,8 @@ fn neither_order_nor_threads_count() {
     let mut images = frames(7, 0.004, tilted());
     let bits = |found: DominantPlane| {
         let DominantPlane { plane, share, spread } = found;
-        let all = [plane.normal().x, plane.normal().y, plane.normal().z, plane.point().z, plane.margin, share, spread];
+        let all =
+            [plane.normal().x, plane.normal().y, plane.normal().z, plane.point().z, plane.margin(), share, spread];
         all.map(f64::to_bits)
     };
     let expected = bits(search(&images, 1).unwrap());
@@ -141,7 +142,8 @@ fn above_is_where_it_was_seen_from_else_where_the_others_are() {
 #[test]
 fn parameters_are_heeded() {
     let cloud = square_and_heap(1.0);
-    let margin = of_cloud(&cloud, &PlaneParams { margin: Some(0.25), ..PlaneParams::default() }).unwrap().plane.margin;
+    let margin =
+        of_cloud(&cloud, &PlaneParams { margin: Some(0.25), ..PlaneParams::default() }).unwrap().plane.margin();
     assert_eq!(margin, 0.25);
     let narrow = of_cloud(&cloud, &PlaneParams { tolerance: Some(0.0005), min_share: 0.0, ..PlaneParams::default() });
     assert!(narrow.is_err() || narrow.is_ok_and(|found| found.share < 0.4));

@@ -14,6 +14,7 @@ mod similarity;
 #[cfg(test)]
 mod tests;
 
+pub use crate::places::Places;
 pub use region::{Mask, OrientedBox, Plane};
 pub use similarity::{Similarity, scale_cloud, scale_frame, scale_image, scale_mesh};
 

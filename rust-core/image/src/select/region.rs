@@ -80,8 +80,7 @@ impl OrientedBox {
 pub struct Plane {
     normal: DVec3,
     offset: f64,
-    /// What lies at most so far above belongs to the region; below 0 where only what lies deeper does.
-    pub margin: f64,
+    margin: f64,
 }
 
 impl Plane {
@@ -119,6 +118,11 @@ impl Plane {
         self.normal
     }
 
+    /// What lies at most so far above belongs to the region; below 0 where only what lies deeper does.
+    pub fn margin(&self) -> f64 {
+        self.margin
+    }
+
     /// The point of the plane nearest to the origin.
     pub fn point(&self) -> DVec3 {
         self.normal * self.offset
@@ -133,6 +137,14 @@ impl Plane {
     #[must_use]
     pub fn flipped(self) -> Self {
         Plane { normal: -self.normal, offset: -self.offset, ..self }
+    }
+
+    /// The same plane with another margin.
+    ///
+    /// # Errors
+    /// One that is not finite or too large.
+    pub fn with_margin(self, margin: f64) -> Result<Self> {
+        Ok(Plane { margin: magnitude::coordinate("the margin of the plane", margin)?, ..self })
     }
 
     /// The same plane so that a place lies above.

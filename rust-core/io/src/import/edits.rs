@@ -3,6 +3,8 @@
 //! Selections are of the world as it was when they were made: they hold where the scan lay, and so stay with its samples when it is
 //! placed elsewhere.
 
+use std::sync::Arc;
+
 use glam::DAffine3;
 
 use base::error::Result;
@@ -17,8 +19,15 @@ pub(crate) struct Edits(Vec<Edit>);
 
 #[derive(Clone, Debug)]
 enum Edit {
-    Select { selection: Selection, world_from_sensor: DAffine3 },
+    Select(Arc<Placed>),
     Scale(f64),
+}
+
+/// A selection, and where the scan lay in the world that it is of.
+#[derive(Debug)]
+struct Placed {
+    selection: Selection,
+    world_from_sensor: DAffine3,
 }
 
 impl Edits {
@@ -28,7 +37,7 @@ impl Edits {
 
     /// Whether there are selections.
     pub(super) fn leave_out(&self) -> bool {
-        self.0.iter().any(|edit| matches!(edit, Edit::Select { .. }))
+        self.0.iter().any(|edit| matches!(edit, Edit::Select(_)))
     }
 }
 
@@ -36,7 +45,8 @@ impl Scan {
     /// Keeps or removes samples, whenever the scan is read from now on. The region is of the world as the scan lies in it now; a scan
     /// that is placed elsewhere afterwards takes its selections along. Of what was selected before what is left counts.
     pub fn select(&mut self, selection: Selection) {
-        self.edits.0.push(Edit::Select { selection, world_from_sensor: self.world_from_sensor });
+        let placed = Placed { selection, world_from_sensor: self.world_from_sensor };
+        self.edits.0.push(Edit::Select(placed.into()));
     }
 
     /// Gives the scan another size and place: its pose now, its samples whenever it is read from now on.
@@ -66,8 +76,9 @@ impl Scan {
         };
         for edit in &self.edits.0 {
             let done = match edit {
-                Edit::Select { selection, world_from_sensor } => {
-                    selected(&mut content, selection, *world_from_sensor * scan_from_samples, progress)
+                Edit::Select(placed) => {
+                    let world_from_samples = placed.world_from_sensor * scan_from_samples;
+                    selected(&mut content, &placed.selection, world_from_samples, progress)
                 }
                 Edit::Scale(scale) => {
                     scan_from_samples.translation *= *scale;
