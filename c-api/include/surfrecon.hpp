@@ -501,8 +501,14 @@ public:
     }
 
     // What a region holds stays, all else goes; how many went. remove() is the opposite.
-    std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {}) { return select(region, 1, world_from_mesh, progress); }
-    std::size_t remove(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {}) { return select(region, 0, world_from_mesh, progress); }
+    std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    {
+        return select(region, 1, world_from_mesh, progress);
+    }
+    std::size_t remove(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    {
+        return select(region, 0, world_from_mesh, progress);
+    }
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_mesh_transform(get(), &similarity)); }
 

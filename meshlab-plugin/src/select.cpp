@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What of the visible layers is kept: by a box, a plane or the selection; the background; their true size and the ground.
-#include <cmath>
+#include <algorithm>
+#include <array>
+#include <set>
 
 #include "filter.h"
 #include "layer.h"

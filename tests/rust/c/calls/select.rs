@@ -54,8 +54,22 @@ pub(super) fn regions_part_images_meshes_clouds_and_scans_of_files() {
         assert!(bytes(read) == bytes(mesh) && bytes(mesh).len() == 5 * 24 + 4 * 12);
         api.ok((api.srf_region_free)(region));
         let points = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 2.0_f64]];
-        api.ok((api.srf_cloud_create)(&Array::of(&points, F64, 3), null.cast(), null.cast(), null.cast(), null, &mut cloud));
-        let plane = Plane { numbers: { let mut n = level().numbers; n[6] = 1.0_f64.to_bits(); n }, ..level() };
+        api.ok((api.srf_cloud_create)(
+            &Array::of(&points, F64, 3),
+            null.cast(),
+            null.cast(),
+            null.cast(),
+            null,
+            &mut cloud,
+        ));
+        let plane = Plane {
+            numbers: {
+                let mut n = level().numbers;
+                n[6] = 1.0_f64.to_bits();
+                n
+            },
+            ..level()
+        };
         api.ok((api.srf_region_below)(&plane, &mut region));
         api.ok((api.srf_cloud_select)(cloud, region, 0, none, &mut gone));
         assert_eq!(gone, 2);
