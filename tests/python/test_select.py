@@ -264,3 +264,10 @@ def test_what_is_no_region_is_a_type_error(scans, region):
         scans[0].keep(region)
     with pytest.raises(TypeError, match="region must be"):
         surfrecon.keep(scans[:1], region if region is None or np.ndim(region) == 0 else [region])
+
+
+def test_aligning_names_what_has_no_samples(truth):
+    gone = surfrecon.Box.between((1e5, 1e5, 1e5), (2e5, 2e5, 2e5))
+    aligned = surfrecon.align([*truth[:3], truth[3].keep(gone)])
+    states = [scan.state for scan in aligned.report.scans]
+    assert states[3] == "unplaced" and "unplaced" not in states[:2] and aligned.report.scans[3].reason
