@@ -17,12 +17,13 @@ use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
+use crate::regions::{Plane, PlaneCall};
 use crate::scan::{ScanCall, scanned};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
@@ -37,6 +38,18 @@ impl Job {
 
 #[pymethods]
 impl Job {
+    /// Starts ``surfrecon.dominant_plane`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``dominant_plane``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: plane
+    #[pyo3(signature = (scans, **options), text_signature = "(scans, *, tolerance=None, min_share=0.05, margin=None, threads=0)")]
+    fn dominant_plane(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = PlaneCall::new(scans, options)?;
+        Job::of(Background::start(move |progress| made_class(Plane::from(call.run(progress)?))))
+    }
+
     /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
     ///
     /// Raises:
