@@ -2,7 +2,8 @@
 
 Each tool reads each file in a fresh process, three times; the median counts. MB/s are megabytes of the file by CPU
 second, so that another load on the machine doesn't count; the peak is what the process holds beyond its imports. Into
-Blender both ways take turns in one process; the peak is what ours needs beyond the other. See blender.py.
+Blender both ways take turns in one process; the peak is what ours needs beyond the other. See blender.py. Recordings of
+frames are a table of their own: recordings.py.
 """
 
 import json
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import blender
 import measured
+import recordings
 import table
 
 # Case: file in SURFRECON_DATA (or made below), and who else reads it.
@@ -157,6 +159,7 @@ def main(wanted, record):
         {"case": "case", "format": "format", "tool": "tool", "MB/s": "mb_per_s", "s": "wall_s", "MB": "peak_mb"}
         | ({"failed": "failed"} if any("failed" in row for row in record.rows) else {}),
     )
+    recordings.main(wanted, record)
 
 
 def read(case, path, tools, wanted, record):

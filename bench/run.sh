@@ -14,6 +14,9 @@ if asked capi; then
     cargo build --release --quiet -p surfrecon-capi
     cargo build --release --quiet -p surfrecon-tests --example capi_overhead
 fi
+if asked io; then
+    cargo build --release --quiet -p surfrecon-tests --example decoders
+fi
 # What a peer lacks is said by the benchmark, which counts it as skipped.
 if asked sculpt; then
     cargo build --release --quiet --locked --manifest-path bench/meshopt/Cargo.toml --target-dir "${CARGO_TARGET_DIR:-target}" || true

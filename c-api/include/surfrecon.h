@@ -89,6 +89,8 @@ typedef enum {
   SRF_U32 = 4,
   // uint8_t
   SRF_U8 = 5,
+  // uint16_t; of the depths of frames
+  SRF_U16 = 6,
 } srf_type;
 
 // How pixels see.
@@ -380,6 +382,67 @@ typedef struct {
   void *user;
 } srf_progress;
 
+// How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
+// x to the right and y down; pixel centres lie at whole numbers, that of the first pixel at 0, 0. Starts with its size; prepared by
+// srf_frame_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // What depths are: SRF_PINHOLE_DEPTH, along z, the default, or SRF_PINHOLE_RANGE, along the ray.
+  uint32_t kind;
+  // Rows of the depth image.
+  uint64_t rows;
+  // Its columns.
+  uint64_t cols;
+  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  uint64_t row_stride;
+  // Its camera: fx, fy, cx, cy in pixels.
+  double intrinsics[4];
+  // What a stored depth is multiplied with, > 0: 0.001 makes millimetres metres. 1 by default.
+  double scale;
+  // Samples further away along z are the sensor's guesses and are left out, in the unit of the scaled depths; 0, the default, for none.
+  double reach;
+  // Rows of the colour image; 0, as its columns, for the size of the depth image.
+  uint64_t colour_rows;
+  // Its columns.
+  uint64_t colour_cols;
+  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  uint64_t colour_row_stride;
+  // Its camera: fx, fy, cx, cy in its pixels; all 0, the default, for that of the depth image, scaled to its size.
+  double colour_intrinsics[4];
+  // Takes points of the depth camera's frame into that of the colour camera: a rotation and a translation, the identity by default.
+  srf_pose colour_from_depth;
+  // 1: undistorting left the colour image a black rim; what is seen through it is left out. 0 by default.
+  uint32_t has_black_rim;
+  // 1: poses and colour_from_depth are of cameras with y up that look along -z, as ARKit's and OpenGL's. 0 by default.
+  uint32_t looks_along_minus_z;
+  // Rows of the confidence image; 0, as its columns, for the size of the depth image.
+  uint64_t confidence_rows;
+  // Its columns.
+  uint64_t confidence_cols;
+  // Bytes from one of its rows to the next; 0 for rows without gaps.
+  uint64_t confidence_row_stride;
+  // Samples of a lower level are left out, 0 to 255. 1 by default.
+  uint64_t least_confidence;
+} srf_frame;
+
+// How many samples of a frame were left out, each counted for the first reason that it has. Starts with its size; prepared by
+// srf_left_out_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 0.
+  uint32_t reserved;
+  // Samples that were measured.
+  uint64_t of;
+  // Those of too low a confidence.
+  uint64_t low_confidence;
+  // Those beyond the sensor's reach.
+  uint64_t out_of_reach;
+  // Those seen through the black rim of the colour image.
+  uint64_t black_rim;
+} srf_left_out;
+
 // What srf_mesh_check() found. Starts with its size; set by srf_mesh_report_init().
 typedef struct {
   // Bytes of this struct.
@@ -511,6 +574,23 @@ typedef struct {
   // What it counts: at 1, the default, as much as a two-thousandth of the smaller scan's surface. > 0.
   double weight;
 } srf_pick;
+
+// Makes the range image of a scan, for example with srf_image_from_frame(): user, as given in srf_image_source; out_image, receives
+// a handle that nobody else uses, which the library then frees. Its pose and its name are passed over: those of adding count.
+// Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan more than once;
+// each time it must make the same image, or the result is none of any scan. It may call any function of this library. Answer
+// SRF_OK, or the status of what went wrong: the call for which it was made then ends, with SRF_ERR_CANCELLED or SRF_ERR_OUT_OF_MEMORY
+// for these, else with SRF_ERR_INPUT; its text has the scan's name and what srf_last_error_message() says on the thread of this function
+// (srf_set_last_error() says it). A call that is cancelled waits for those that are being made. Must not unwind, nor leave by longjmp().
+typedef int32_t (*srf_image_fn)(void *user, srf_image **out_image);
+
+// Who makes the image of a scan when it is needed, so that it need not stay in memory: not before a run, and a few times in it at most.
+typedef struct {
+  // Makes it; not NULL.
+  srf_image_fn make;
+  // Handed to make as it is. Must stay until what it was added to is freed and no call works with it.
+  void *user;
+} srf_image_source;
 
 // Figures of an alignment. Starts with its size; prepared by srf_align_report_init().
 typedef struct {
@@ -1120,6 +1200,11 @@ uint32_t srf_abi_version(void);
 // never NULL; valid until the next call that fails on this thread. UTF-8. Since 0.1.
 const char *srf_last_error_message(void);
 
+// Says what went wrong in a function that the library calls (srf_image_source): becomes the text of the last error of this thread.
+// text       UTF-8; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_NULL. Since 0.2.
+srf_status srf_set_last_error(const char *text);
+
 // Short text of a status, for example "cancelled".
 // out_text   receives a static text on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
@@ -1285,6 +1370,46 @@ srf_status srf_image_triangulate(const srf_image *image,
 // out_cloud  receives a new handle on SRF_OK only; not NULL
 // returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_to_cloud(const srf_image *image, srf_cloud **out_cloud);
+
+// Prepares a struct for srf_image_from_frame(). Call srf_frame_init(frame), which adds the size that this header knows.
+// frame    not NULL
+// size     sizeof(srf_frame): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_frame_init_sized(srf_frame *frame,
+                                size_t size);
+#define srf_frame_init(frame) srf_frame_init_sized((frame), sizeof(srf_frame))
+
+// Prepares a struct for srf_image_from_frame(). Call srf_left_out_init(left_out), which adds the size that this header knows.
+// left_out  not NULL
+// size      sizeof(srf_left_out): what of the struct this library does not know becomes 0
+// returns   SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_left_out_init_sized(srf_left_out *left_out,
+                                   size_t size);
+#define srf_left_out_init(left_out) srf_left_out_init_sized((left_out), sizeof(srf_left_out))
+
+// Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
+// its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
+// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_U16 is 65535. O(pixels).
+// frame              how the images were taken, initialized by srf_frame_init(); not NULL
+// depths             one SRF_U16, SRF_F32 or SRF_F64 a pixel of the depth image, row after row; not NULL
+// colours            3 or 4 SRF_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
+// confidences        one SRF_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
+// world_from_sensor  places the depth camera, a rotation and a translation; NULL for the identity
+// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
+// progress           NULL for none
+// out_image          receives a new handle on SRF_OK only; not NULL
+// out_left_out       initialized by srf_left_out_init(); NULL if not wanted
+// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_NULL,
+//                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_image_from_frame(const srf_frame *frame,
+                                const srf_array *depths,
+                                const srf_array *colours,
+                                const srf_array *confidences,
+                                const srf_pose *world_from_sensor,
+                                const char *name,
+                                const srf_progress *progress,
+                                srf_image **out_image,
+                                srf_left_out *out_left_out);
 
 // Makes a cloud.
 // positions         3 SRF_F64 or SRF_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
@@ -1487,6 +1612,13 @@ srf_status srf_scans_describe(const srf_scans *scans,
                               size_t index,
                               const char **out_name,
                               srf_pose *out_pose);
+
+// Whether a scan is a frame of a recording, of which there may be thousands.
+// scans         not NULL
+// index         less than the number of scans
+// out_is_frame  receives 1 if it is, else 0; not NULL
+// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_scans_is_frame(const srf_scans *scans, size_t index, uint32_t *out_is_frame);
 
 // Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
 // srf_scans_describe() places.
@@ -1699,6 +1831,17 @@ srf_status srf_aligner_add_cloud(srf_aligner *aligner, const srf_cloud *cloud, c
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_add_scans(srf_aligner *aligner,
                                  const srf_scans *scans);
+
+// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
+// aligner            not NULL
+// source             makes it; the struct is copied; not NULL
+// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
+// name               what texts call it and ties are broken by, UTF-8; not NULL
+// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_aligner_add_source(srf_aligner *aligner,
+                                  const srf_image_source *source,
+                                  const srf_pose *world_from_sensor,
+                                  const char *name);
 
 // How many scans were added.
 // aligner    not NULL
@@ -2116,6 +2259,17 @@ srf_status srf_merger_add_mesh(srf_merger *merger,
 // scans      not NULL
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_add_scans(srf_merger *merger, const srf_scans *scans);
+
+// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
+// merger             not NULL
+// source             makes it; the struct is copied; not NULL
+// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
+// name               what texts call it and ties are broken by, UTF-8; not NULL
+// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_add_source(srf_merger *merger,
+                                 const srf_image_source *source,
+                                 const srf_pose *world_from_sensor,
+                                 const char *name);
 
 // Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 // any number of threads and any order of adding. Vertex attributes: confidence, interpolated (on no scan exactly), source_scan

@@ -2,7 +2,8 @@
 //
 // Each class owns one handle, frees it, can be moved and not copied; `get()` is the handle for the functions of surfrecon.h,
 // which remain the manual. A call that fails throws surfrecon::Error (surfrecon::Cancelled for a cancelled one); what a
-// progress function throws comes out of the call it was handed to, which then is cancelled.
+// progress function throws comes out of the call it was handed to, which then is cancelled, and what a source of images throws
+// out of the call that needed the image.
 
 #ifndef SURFRECON_HPP
 #define SURFRECON_HPP
@@ -13,6 +14,7 @@
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -84,6 +86,8 @@ struct TypeOf<std::int32_t> { static constexpr std::uint32_t value = SRF_I32; };
 template <>
 struct TypeOf<std::uint32_t> { static constexpr std::uint32_t value = SRF_U32; };
 template <>
+struct TypeOf<std::uint16_t> { static constexpr std::uint32_t value = SRF_U16; };
+template <>
 struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_U8; };
 
 template <typename T>
@@ -99,6 +103,8 @@ public:
     Handle() = default;
     explicit Handle(H *handle) : handle_(handle) {}
     H *get() const noexcept { return handle_.get(); }
+    // Hands the handle over to whoever frees it.
+    H *release() noexcept { return handle_.release(); }
     explicit operator bool() const noexcept { return static_cast<bool>(handle_); }
 
 private:
@@ -261,6 +267,16 @@ struct Turntable {
 // What files do not say themselves.
 struct ReadOptions : srf_read_options {
     ReadOptions() { check(srf_read_options_init(this)); }
+};
+
+// How the images of a frame were taken and how they lie in memory.
+struct Frame : srf_frame {
+    Frame() { check(srf_frame_init(this)); }
+};
+
+// What of a frame was left out.
+struct LeftOut : srf_left_out {
+    LeftOut() { check(srf_left_out_init(this)); }
 };
 
 // How far a sculpted mesh lies from the samples.
@@ -643,6 +659,21 @@ public:
         return make(rows, cols, projection, points.array(), world_from_sensor, name);
     }
 
+    // Of a frame: depths, and colours of 3 or 4 numbers and confidences where there are any. What was left out goes to `left_out`, if
+    // given.
+    template <typename Depth, std::size_t N = 3>
+    static Image from_frame(const Frame &frame, View<Depth> depths, View<std::uint8_t, N> colours = {}, View<std::uint8_t> confidences = {},
+                            const Pose &world_from_sensor = {}, const std::string &name = {}, LeftOut *left_out = nullptr,
+                            const ProgressFunction &progress = {})
+    {
+        const srf_array array = depths.array(), painted = colours.array(), trusted = confidences.array();
+        srf_image *image = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_from_frame(&frame, &array, colours.empty() ? nullptr : &painted, confidences.empty() ? nullptr : &trusted,
+                                           &world_from_sensor, name.c_str(), watcher.get(), &image, left_out));
+        return Image(image);
+    }
+
     // Scans a mesh virtually.
     static Image scan(const Mesh &mesh, std::size_t rows, std::size_t cols, const srf_projection &projection,
                       const Pose &world_from_sensor, const ScanParams &params = {}, const ProgressFunction &progress = {})
@@ -738,7 +769,65 @@ private:
     }
 };
 
+// Makes the range image of a scan whenever it is needed, the same each time: called on other threads too, several at once; see
+// srf_image_fn. May throw.
+using ImageFunction = std::function<Image()>;
+
 namespace detail {
+
+// The functions of C++ that make images for a handle, and what the first of them threw past the C library.
+class Sources {
+public:
+    // Adds one by `add`, which is handed what the C library takes.
+    template <typename Add>
+    void add(ImageFunction function, Add add)
+    {
+        if (!thrown_) thrown_ = std::make_unique<Thrown>();
+        makers_.push_back(std::make_unique<Maker>(Maker{std::move(function), thrown_.get()}));
+        const srf_image_source source{&Sources::make, makers_.back().get()};
+        const srf_status status = add(&source);
+        if (status != SRF_OK) makers_.pop_back();
+        surfrecon::check(status);
+    }
+
+    void check(const Watcher &watcher, srf_status status) const
+    {
+        std::exception_ptr thrown;
+        if (thrown_) {
+            const std::lock_guard<std::mutex> lock(thrown_->mutex);
+            std::swap(thrown, thrown_->first);
+        }
+        if (status != SRF_OK && thrown) std::rethrow_exception(thrown);
+        watcher.check(status);
+    }
+
+private:
+    struct Thrown {
+        std::mutex mutex;
+        std::exception_ptr first;
+    };
+    struct Maker {
+        ImageFunction function;
+        Thrown *thrown;
+    };
+
+    static std::int32_t make(void *user, srf_image **out_image)
+    {
+        auto &maker = *static_cast<Maker *>(user);
+        try {
+            *out_image = maker.function().release();
+            return SRF_OK;
+        } catch (...) {
+            const std::lock_guard<std::mutex> lock(maker.thrown->mutex);
+            if (!maker.thrown->first) maker.thrown->first = std::current_exception();
+            return SRF_ERR_INPUT;
+        }
+    }
+
+    // The C library has their addresses.
+    std::vector<std::unique_ptr<Maker>> makers_;
+    std::unique_ptr<Thrown> thrown_;
+};
 
 inline std::vector<const srf_image *> handles(const std::vector<const Image *> &images)
 {
@@ -1043,6 +1132,14 @@ public:
         return pose;
     }
 
+    // Whether it is a frame of a recording, of which there may be thousands.
+    bool is_frame(std::size_t index) const
+    {
+        std::uint32_t is_frame = 0;
+        check(srf_scans_is_frame(get(), index, &is_frame));
+        return is_frame == 1;
+    }
+
     // How the files were understood.
     std::vector<std::string> notes() const
     {
@@ -1159,6 +1256,13 @@ public:
     void add(const Image &image) { check(srf_aligner_add_image(get(), image.get())); }
     void add(const Scans &scans) { check(srf_aligner_add_scans(get(), scans.get())); }
     void add(const Cloud &cloud, const std::string &name) { check(srf_aligner_add_cloud(get(), cloud.get(), name.c_str())); }
+    // A scan whose image is made when it is needed, so that it need not stay in memory; the function is kept as long as this is.
+    void add(ImageFunction make, const std::string &name, const Pose &world_from_sensor = {})
+    {
+        sources_.add(std::move(make), [&](const srf_image_source *source) {
+            return srf_aligner_add_source(get(), source, &world_from_sensor, name.c_str());
+        });
+    }
     void add(const Mesh &mesh, const std::string &name, const Pose &world_from_mesh = {})
     {
         check(srf_aligner_add_mesh(get(), mesh.get(), &world_from_mesh, name.c_str()));
@@ -1199,7 +1303,7 @@ public:
     {
         srf_alignment *alignment = nullptr;
         detail::Watcher watcher(progress);
-        watcher.check(srf_aligner_run(get(), &params, watcher.get(), &alignment));
+        sources_.check(watcher, srf_aligner_run(get(), &params, watcher.get(), &alignment));
         return Alignment(alignment);
     }
 
@@ -1210,8 +1314,8 @@ public:
         Snap snap;
         std::vector<std::uint8_t> touches(size());
         detail::Watcher watcher(progress);
-        watcher.check(srf_aligner_snap(get(), scan, poses(world_from_scan), world_from_scan.size(), &params, watcher.get(),
-                                       &snap, touches.data()));
+        sources_.check(watcher, srf_aligner_snap(get(), scan, poses(world_from_scan), world_from_scan.size(), &params, watcher.get(),
+                                                 &snap, touches.data()));
         for (std::size_t other = 0; other < touches.size(); ++other) {
             if (touches[other] == 1) snap.touched.push_back(other);
         }
@@ -1226,8 +1330,8 @@ public:
         const srf_array array = points.array();
         std::vector<double> distances(points.size());
         detail::Watcher watcher(progress);
-        watcher.check(srf_aligner_misfit(get(), scan, poses(world_from_scan), world_from_scan.size(), &array, watcher.get(),
-                                         distances.data()));
+        sources_.check(watcher, srf_aligner_misfit(get(), scan, poses(world_from_scan), world_from_scan.size(), &array, watcher.get(),
+                                                   distances.data()));
         return distances;
     }
 
@@ -1240,6 +1344,8 @@ private:
         check(srf_aligner_create(&aligner));
         return aligner;
     }
+
+    detail::Sources sources_;
 };
 
 // A merge being put together.
@@ -1249,6 +1355,13 @@ public:
 
     void add(const Image &image) { check(srf_merger_add_image(get(), image.get())); }
     void add(const Scans &scans) { check(srf_merger_add_scans(get(), scans.get())); }
+    // A scan whose image is made when it is needed, so that it need not stay in memory; the function is kept as long as this is.
+    void add(ImageFunction make, const std::string &name, const Pose &world_from_sensor = {})
+    {
+        sources_.add(std::move(make), [&](const srf_image_source *source) {
+            return srf_merger_add_source(get(), source, &world_from_sensor, name.c_str());
+        });
+    }
     void add(const Mesh &mesh, const std::string &name, const Pose &world_from_mesh = {})
     {
         check(srf_merger_add_mesh(get(), mesh.get(), &world_from_mesh, name.c_str()));
@@ -1265,7 +1378,7 @@ public:
         srf_merge_report report{};
         check(srf_merge_report_init(&report));
         detail::Watcher watcher(progress);
-        watcher.check(srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
+        sources_.check(watcher, srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
         return Result{Mesh(mesh), report};
     }
 
@@ -1276,6 +1389,8 @@ private:
         check(srf_merger_create(&merger));
         return merger;
     }
+
+    detail::Sources sources_;
 };
 
 }  // namespace surfrecon

@@ -13,6 +13,7 @@ use crate::files::srf_scans;
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::image::srf_image;
+use crate::image_source::srf_image_source;
 use crate::mesh::srf_mesh;
 use crate::params::align::srf_align_params;
 use crate::pose::{self, srf_pose};
@@ -203,6 +204,22 @@ pub unsafe extern "C" fn srf_aligner_add_cloud(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_add_scans(aligner: *mut srf_aligner, scans: *const srf_scans) -> srf_status {
     guard(|| add(aligner, Source::of_scans(scans)?))
+}
+
+/// Adds a scan whose range image a function makes: it is made when it is first needed, one a thread at a time, and its samples are not kept.
+/// aligner            not NULL
+/// source             makes it; the struct is copied; not NULL
+/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
+/// name               what texts call it and ties are broken by, UTF-8; not NULL
+/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_aligner_add_source(
+    aligner: *mut srf_aligner,
+    source: *const srf_image_source,
+    world_from_sensor: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(aligner, [Source::of_source(source, world_from_sensor, name)?]))
 }
 
 /// How many scans were added.

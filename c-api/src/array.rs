@@ -24,6 +24,8 @@ pub enum srf_type {
     SRF_U32 = 4,
     /// uint8_t
     SRF_U8 = 5,
+    /// uint16_t; of the depths of frames
+    SRF_U16 = 6,
 }
 
 use srf_type::*;
@@ -52,9 +54,10 @@ fn size_of_type(name: &str, type_: u32) -> Result<usize, Failure> {
     match type_ {
         t if t == SRF_F32 as u32 || t == SRF_I32 as u32 || t == SRF_U32 as u32 => Ok(4),
         t if t == SRF_F64 as u32 => Ok(8),
+        t if t == SRF_U16 as u32 => Ok(2),
         t if t == SRF_U8 as u32 => Ok(1),
         other => {
-            Err(Failure::new(SRF_ERR_INPUT, format!("{name}: type must be a value of srf_type, 1 to 5, got {other}")))
+            Err(Failure::new(SRF_ERR_INPUT, format!("{name}: type must be a value of srf_type, 1 to 6, got {other}")))
         }
     }
 }
@@ -65,22 +68,49 @@ fn name_of_type(type_: u32) -> &'static str {
         2 => "SRF_F64",
         3 => "SRF_I32",
         4 => "SRF_U32",
+        6 => "SRF_U16",
         _ => "SRF_U8",
     }
+}
+
+/// How an image lies in memory.
+#[derive(Clone, Copy)]
+pub struct Rows {
+    pub rows: usize,
+    pub cols: usize,
+    /// Bytes from one row to the next; 0 for rows without gaps.
+    pub stride: usize,
 }
 
 /// A borrowed array whose extent is checked.
 pub struct Borrowed<'a> {
     name: &'a str,
     bytes: &'a [u8],
+    /// Elements; those of a row follow each other at `stride` bytes.
     count: usize,
     stride: usize,
+    row: Row,
     type_: u32,
+}
+
+/// Elements of a row, and bytes from its first one to that of the next.
+struct Row {
+    count: usize,
+    stride: usize,
 }
 
 impl<'a> Borrowed<'a> {
     /// Takes an array of elements of `components` numbers.
     pub fn new(name: &'a str, array: *const srf_array, components: u32) -> Result<Self, Failure> {
+        Self::take(name, array, components, None)
+    }
+
+    /// Takes an image of elements of `components` numbers.
+    pub fn image(name: &'a str, array: *const srf_array, components: u32, rows: Rows) -> Result<Self, Failure> {
+        Self::take(name, array, components, Some(rows))
+    }
+
+    fn take(name: &'a str, array: *const srf_array, components: u32, rows: Option<Rows>) -> Result<Self, Failure> {
         let array = pointer::read_struct(array)
             .ok_or_else(|| Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")))?;
         let wrong = |text: String| Failure::new(SRF_ERR_INPUT, format!("{name}: {text}"));
@@ -92,13 +122,24 @@ impl<'a> Borrowed<'a> {
         if stride < size {
             return Err(wrong(format!("a stride of {stride} bytes is less than the {size} bytes of an element")));
         }
-        let length = match array.count {
+        let too_many = || wrong(format!("{} elements are more than there can be", array.count));
+        let spanned = |count: usize, stride: usize, last: usize| match count {
             0 => Some(0),
-            n => (n - 1).checked_mul(stride).and_then(|bytes| bytes.checked_add(size)),
+            n => (n - 1).checked_mul(stride).and_then(|bytes| bytes.checked_add(last)),
         };
-        let length = length.ok_or_else(|| wrong(format!("{} elements are more than there can be", array.count)))?;
+        let Rows { rows, cols, stride: row_stride } = rows.unwrap_or(Rows { rows: 1, cols: array.count, stride: 0 });
+        if rows.checked_mul(cols) != Some(array.count) {
+            return Err(wrong(format!("an image of {cols} x {rows} pixels has not {} elements", array.count)));
+        }
+        let a_row = spanned(cols, stride, size).ok_or_else(too_many)?;
+        let row_stride = if row_stride == 0 { cols.checked_mul(stride).ok_or_else(too_many)? } else { row_stride };
+        if row_stride < a_row {
+            return Err(wrong(format!("rows {row_stride} bytes apart have no room for the {a_row} bytes of a row")));
+        }
+        let length = spanned(if cols == 0 { 0 } else { rows }, row_stride, a_row).ok_or_else(too_many)?;
         let bytes = pointer::bytes(&format!("{name}.data"), array.data.cast(), length)?;
-        Ok(Borrowed { name, bytes, count: array.count, stride, type_: array.r#type })
+        let row = Row { count: cols, stride: row_stride };
+        Ok(Borrowed { name, bytes, count: array.count, stride, row, type_: array.r#type })
     }
 
     /// Like [`Borrowed::new`], `None` for NULL.
@@ -120,12 +161,16 @@ impl<'a> Borrowed<'a> {
             )
         })?;
         let size = size_of::<T>();
-        let element = |bytes: &[u8]| convert(bytemuck::pod_read_unaligned(&bytes[..size]));
-        if self.stride == size {
-            // The compiler makes one copy of this.
-            all.extend(self.bytes.chunks_exact(size).map(element));
-        } else {
-            all.extend(self.bytes.chunks(self.stride).map(element));
+        let mut element = |bytes: &[u8]| convert(bytemuck::pod_read_unaligned(&bytes[..size]));
+        let of_row = (self.row.count.saturating_sub(1)) * self.stride + size;
+        for row in self.bytes.chunks(self.row.stride.max(1)) {
+            let row = &row[..of_row];
+            if self.stride == size {
+                // The compiler makes one copy of this.
+                all.extend(row.chunks_exact(size).map(&mut element));
+            } else {
+                all.extend(row.chunks(self.stride).map(&mut element));
+            }
         }
         Ok(all)
     }
@@ -203,6 +248,35 @@ impl<'a> Borrowed<'a> {
     pub fn marks(&self) -> Result<Vec<bool>, Failure> {
         match self.type_ {
             t if t == SRF_U8 as u32 => self.collect(|mark: [u8; 1]| mark[0] != 0),
+            _ => Err(self.wrong_type("SRF_U8")),
+        }
+    }
+
+    /// Depths as doubles; NaN where one of 16 bits is the largest, which marks that nothing was measured.
+    pub fn depths(&self) -> Result<Vec<f64>, Failure> {
+        let whole = |[depth]: [u16; 1]| if depth == u16::MAX { f64::NAN } else { f64::from(depth) };
+        match self.type_ {
+            t if t == SRF_U16 as u32 => self.collect(whole),
+            t if t == SRF_F64 as u32 || t == SRF_F32 as u32 => self.values(),
+            _ => Err(self.wrong_type("SRF_U16, SRF_F32 or SRF_F64")),
+        }
+    }
+
+    /// The first three of the `N` numbers of a colour.
+    pub fn opaque<const N: usize>(&self) -> Result<Vec<[u8; 3]>, Failure>
+    where
+        [u8; N]: AnyBitPattern,
+    {
+        match self.type_ {
+            t if t == SRF_U8 as u32 => self.collect(|c: [u8; N]| [c[0], c[1], c[2]]),
+            _ => Err(self.wrong_type("SRF_U8")),
+        }
+    }
+
+    /// Levels of confidence.
+    pub fn levels(&self) -> Result<Vec<u8>, Failure> {
+        match self.type_ {
+            t if t == SRF_U8 as u32 => self.collect(|[level]: [u8; 1]| level),
             _ => Err(self.wrong_type("SRF_U8")),
         }
     }

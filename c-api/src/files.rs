@@ -197,6 +197,23 @@ pub unsafe extern "C" fn srf_scans_describe(
     })
 }
 
+/// Whether a scan is a frame of a recording, of which there may be thousands.
+/// scans         not NULL
+/// index         less than the number of scans
+/// out_is_frame  receives 1 if it is, else 0; not NULL
+/// returns       SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_scans_is_frame(
+    scans: *const srf_scans,
+    index: usize,
+    out_is_frame: *mut u32,
+) -> srf_status {
+    guard(|| {
+        let scans = handle::get("scans", scans)?;
+        pointer::write("out_is_frame", out_is_frame, at(&scans.set.scans, index)?.is_frame().into())
+    })
+}
+
 /// Reads a scan. A range image comes placed in the world; a mesh and a cloud in their own frame, which
 /// srf_scans_describe() places.
 /// scans        not NULL

@@ -95,6 +95,17 @@ pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Ends a handle that was handed over; what it stood for.
+pub fn take<H: Handle>(name: &str, handle: *mut H) -> Result<H::Inner, Failure>
+where
+    H::Inner: Clone,
+{
+    let inner = get(name, handle.cast_const())?;
+    free(name, handle)?;
+    // Copied only where another thread works with it still.
+    Ok(Arc::unwrap_or_clone(inner))
+}
+
 /// Makes an opaque type of the header a kind of handle.
 macro_rules! handle {
     ($name:ident, $inner:ty) => {

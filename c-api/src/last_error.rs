@@ -4,7 +4,7 @@ use std::ffi::{CStr, c_char};
 
 use crate::guard::guard;
 use crate::pointer;
-use crate::status::{Failure, LAST_ERROR, srf_status, srf_status::*};
+use crate::status::{Failure, LAST_ERROR, remember, srf_status, srf_status::*};
 
 /// Every status with its short text.
 const TEXTS: [(srf_status, &CStr); 11] = [
@@ -21,12 +21,29 @@ const TEXTS: [(srf_status, &CStr); 11] = [
     (SRF_ERR_STRUCT_SIZE, c"unknown size of a struct"),
 ];
 
+/// The short text of a status, of whatever number.
+pub fn short_text(status: i32) -> &'static str {
+    let known = TEXTS.iter().find(|(known, _)| *known as i32 == status);
+    known.and_then(|(_, text)| text.to_str().ok()).unwrap_or("unknown status")
+}
+
 /// Text of the last error of this thread: what is wrong and, where there is one, the remedy. Empty if no call has failed,
 /// never NULL; valid until the next call that fails on this thread. UTF-8. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_last_error_message() -> *const c_char {
     // `as_ptr` stays good after the borrow ends: only `remember` replaces the text.
     LAST_ERROR.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"".as_ptr())
+}
+
+/// Says what went wrong in a function that the library calls (srf_image_source): becomes the text of the last error of this thread.
+/// text       UTF-8; not NULL
+/// returns    SRF_OK, SRF_ERR_INPUT for text that is not UTF-8, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_set_last_error(text: *const c_char) -> srf_status {
+    guard(|| {
+        remember(pointer::text("text", text)?);
+        Ok(())
+    })
 }
 
 /// Short text of a status, for example "cancelled".

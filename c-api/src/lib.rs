@@ -7,9 +7,10 @@
 //! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
-//! | `image`, `cloud`, `mesh` | what there is |
+//! | `image`, `frame`, `cloud`, `mesh` | what there is |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `region`, `select` | what of scans is kept or removed; their true size and ground |
+//! | `image_source` | scans whose images the caller makes when they are needed |
 //! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `text` | texts as C wants them |
@@ -37,9 +38,11 @@ mod cluster;
 mod files;
 mod fork;
 mod formats;
+mod frame;
 mod guard;
 mod handle;
 mod image;
+mod image_source;
 mod last_error;
 mod measure;
 mod merge;

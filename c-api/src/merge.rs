@@ -8,6 +8,7 @@ use crate::files::srf_scans;
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::image::srf_image;
+use crate::image_source::srf_image_source;
 use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
 use crate::pose::srf_pose;
@@ -217,6 +218,22 @@ pub unsafe extern "C" fn srf_merger_add_mesh(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
     guard(|| add(merger, Source::of_scans(scans)?))
+}
+
+/// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
+/// merger             not NULL
+/// source             makes it; the struct is copied; not NULL
+/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
+/// name               what texts call it and ties are broken by, UTF-8; not NULL
+/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_source(
+    merger: *mut srf_merger,
+    source: *const srf_image_source,
+    world_from_sensor: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(merger, [Source::of_source(source, world_from_sensor, name)?]))
 }
 
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for

@@ -1,4 +1,4 @@
-//! Scans as merges and alignments take them: range images, placed meshes, scans of files.
+//! Scans as merges and alignments take them: range images, placed meshes, scans of files, images that the caller makes.
 
 use std::borrow::Cow;
 use std::ffi::c_char;
@@ -14,18 +14,20 @@ use surfrecon::{PointCloud, Progress, RangeImage};
 use crate::cloud::srf_cloud;
 use crate::files::{Scans, srf_scans};
 use crate::image::{Image, srf_image};
+use crate::image_source::{MadeScan, srf_image_source};
 use crate::mesh::{Mesh, srf_mesh};
 use crate::pose::{self, srf_pose};
 use crate::status::Failure;
 use crate::{handle, pointer};
 
-/// A scan that was added to a merge or an alignment; those of a set are read when their turn comes.
+/// A scan that was added to a merge or an alignment; those of a set are read, and those of a source made, when their turn comes.
 #[derive(Clone)]
 pub enum Source {
     Image(Arc<Image>),
     Mesh(NamedMesh),
     Cloud { name: String, cloud: Arc<PointCloud> },
     Scan { set: Arc<Scans>, index: usize },
+    Made(MadeScan),
 }
 
 /// A mesh as it was when it was added, placed and named by the caller.
@@ -72,6 +74,15 @@ impl Source {
         Ok((0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }).collect())
     }
 
+    /// A scan whose image the caller makes, placed and named by the caller.
+    pub fn of_source(
+        source: *const srf_image_source,
+        world_from_sensor: *const srf_pose,
+        name: *const c_char,
+    ) -> Result<Self, Failure> {
+        MadeScan::of(source, world_from_sensor, name).map(Source::Made)
+    }
+
     /// Its pose as it was added.
     pub fn world_from_scan(&self) -> DAffine3 {
         match self {
@@ -79,6 +90,7 @@ impl Source {
             Source::Mesh(mesh) => mesh.world_from_mesh,
             Source::Cloud { cloud, .. } => cloud.world_from_cloud,
             Source::Scan { set, index } => set.set.scans[*index].world_from_sensor,
+            Source::Made(scan) => scan.world_from_sensor,
         }
     }
 }
@@ -100,6 +112,7 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => &mesh.name,
             Source::Cloud { name, .. } => name,
             Source::Scan { set, index } => set.set.scans[*index].name(),
+            Source::Made(scan) => &scan.name,
         }
     }
 
@@ -109,6 +122,7 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => mesh.borrowed().load(loading, progress),
             Source::Cloud { name, cloud } => placed(name, cloud).load(loading, progress),
             Source::Scan { set, index } => set.set.scans[*index].load(loading, progress),
+            Source::Made(scan) => scan.image(progress)?.load(loading, progress),
         }
     }
 
@@ -117,6 +131,7 @@ impl ScanSource for Source {
             Source::Image(image) => image.image.image(progress),
             Source::Mesh(_) | Source::Cloud { .. } => Ok(None),
             Source::Scan { set, index } => set.set.scans[*index].image(progress),
+            Source::Made(scan) => Ok(Some(Cow::Owned(scan.image(progress)?))),
         }
     }
 
@@ -126,6 +141,7 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => mesh.borrowed().oriented_points(progress),
             Source::Cloud { name, cloud } => placed(name, cloud).oriented_points(progress),
             Source::Scan { set, index } => set.set.scans[*index].oriented_points(progress),
+            Source::Made(scan) => scan.image(progress)?.oriented_points(progress),
         }
     }
 
@@ -135,6 +151,7 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => mesh.borrowed().places(progress),
             Source::Cloud { name, cloud } => placed(name, cloud).places(progress),
             Source::Scan { set, index } => set.set.scans[*index].places(progress),
+            Source::Made(scan) => scan.image(progress)?.places(progress),
         }
     }
 
@@ -144,6 +161,7 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => mesh.borrowed().content(triangulation, progress),
             Source::Cloud { name, cloud } => placed(name, cloud).content(triangulation, progress),
             Source::Scan { set, index } => set.set.scans[*index].content(triangulation, progress),
+            Source::Made(scan) => scan.image(progress)?.content(triangulation, progress),
         }
     }
 }

@@ -77,3 +77,11 @@ pub fn remember(text: &str) {
     let text = c_text(text);
     LAST_ERROR.with(|last| *last.borrow_mut() = text);
 }
+
+/// Calls a function of the caller's; its answer, and what it left as the text of the last error, which becomes what it was.
+pub fn said<R>(call: impl FnOnce() -> R) -> (R, String) {
+    let before = LAST_ERROR.take();
+    let answer = call();
+    let text = LAST_ERROR.replace(before);
+    (answer, text.to_string_lossy().into_owned())
+}

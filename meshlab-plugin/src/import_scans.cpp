@@ -29,21 +29,23 @@ Outputs run(Job &job)
     if (file.isEmpty()) refuse("Choose the file to import");
     const surfrecon::Scans scans = open(file, job.parameters);
     for (const std::string &note : scans.notes()) job.log(note);
+    const std::vector<std::size_t> layers = chosen(scans, job.parameters);
+    if (const std::string note = left_out(scans, layers); !note.empty()) job.log(note);
 
     // All are read before the first layer is made: an error or a cancel leaves the document as it was.
     std::vector<surfrecon::Scans::Content> read;
-    for (std::size_t i = 0; i < scans.size(); ++i) {
-        if (job.callback != nullptr && !job.callback(static_cast<int>(80 * i / scans.size()), "Reading scans")) {
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+        if (job.callback != nullptr && !job.callback(static_cast<int>(80 * i / layers.size()), "Reading scans")) {
             refuse("Cancelled: nothing was imported");
         }
-        read.push_back(scans.read(i));
+        read.push_back(scans.read(layers[i]));
     }
     std::vector<MeshModel *> made;
     int images = 0, vertices = 0;
     try {
         for (std::size_t i = 0; i < read.size(); ++i) {
             if (job.callback != nullptr) job.callback(static_cast<int>(80 + 20 * i / read.size()), "Making layers");
-            const std::string name = scans.name(i);
+            const std::string name = scans.name(layers[i]);
             made.push_back(job.document.addNewMesh("", text(name), true));
             const surfrecon::Image &image = read[i].image;
             if (image) {
@@ -51,7 +53,7 @@ Outputs run(Job &job)
                         std::to_string(image.valid()) + " of them valid");
                 ++images;
             }
-            fill_scan(*made.back(), read[i], scans.pose(i), job.parameters.getBool("faces"));
+            fill_scan(*made.back(), read[i], scans.pose(layers[i]), job.parameters.getBool("faces"));
             vertices += made.back()->cm.vn;
             read[i] = {};
         }
@@ -74,6 +76,7 @@ extern const Filter import_filter = {
     "Opens a file of scans: every scan becomes a layer of its own, placed by its matrix. Range images keep their grid: each vertex "
     "knows its row and column, so that the layer can be merged, sculpted and edited as the range image it is. Confidence becomes "
     "the quality of the vertices; colours are kept.<br>"
+    "A recording of a depth camera or a phone, the file of it or its folder, becomes a layer a frame, of many frames some.<br>"
     "Unlike with <i>Import Mesh</i>, all scans of a file come at once, with their poses, and structured PTX, E57 and PCD files "
     "become surfaces.",
     compat::FilterBase::RangeMap | compat::FilterBase::MeshCreation,

@@ -38,8 +38,9 @@ std::vector<int> load(const QString &file, const Layers &layers, const RichParam
 {
     try {
         const surfrecon::Scans scans = srf::open(file, given);
-        if (scans.size() != layers.size()) {
-            srf::refuse("There are " + std::to_string(scans.size()) + " scans in the file: open it with the filter \"" + srf::import_name + "\"");
+        const std::vector<std::size_t> chosen = srf::chosen(scans, given);
+        if (chosen.size() != layers.size()) {
+            srf::refuse("There are " + std::to_string(chosen.size()) + " scans in the file: open it with the filter \"" + srf::import_name + "\"");
         }
         // pymeshlab, which has no application, leaves its callback pointing at the log of the last document that applied a filter,
         // even once that document is gone.
@@ -49,9 +50,9 @@ std::vector<int> load(const QString &file, const Layers &layers, const RichParam
             if (callback != nullptr && !callback(static_cast<int>(100 * i / layers.size()), "Reading scans")) {
                 srf::refuse("Cancelled");
             }
-            surfrecon::Scans::Content scan = scans.read(i);
-            srf::fill_scan(*layers[i], scan, scans.pose(i), given.getBool("faces"));
-            layers[i]->setLabel(srf::text(scans.name(i)));
+            surfrecon::Scans::Content scan = scans.read(chosen[i]);
+            srf::fill_scan(*layers[i], scan, scans.pose(chosen[i]), given.getBool("faces"));
+            layers[i]->setLabel(srf::text(scans.name(chosen[i])));
             int mask = vcg::tri::io::Mask::IOM_VERTCOORD;
             if (layers[i]->cm.fn > 0) mask |= vcg::tri::io::Mask::IOM_FACEINDEX;
             if (layers[i]->hasDataMask(MeshModel::MM_VERTCOLOR)) mask |= vcg::tri::io::Mask::IOM_VERTCOLOR;
@@ -111,7 +112,7 @@ unsigned int SurfreconIOPlugin::numberMeshesContainedInFile(const QString &, con
 {
     // Opening says how many there are, and reads none.
     try {
-        return static_cast<unsigned int>(srf::open(file, given).size());
+        return static_cast<unsigned int>(srf::chosen(srf::open(file, given), given).size());
     } catch (const surfrecon::Error &error) {
         srf::refuse(error.what());
     }

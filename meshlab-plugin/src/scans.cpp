@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scans.h"
 
+#include <algorithm>
+
 #include "filter.h"
 #include "layer.h"
 #include "parameters.h"
@@ -16,6 +18,8 @@ void add_read_parameters(RichParameterList &list)
     list.addParam(RichString("camera", "", "Camera of depth images",
                              "Focal lengths and centre, in pixels: fx fy cx cy. Images are depth images of this camera then; empty: "
                              "they are height maps."));
+    list.addParam(RichInt("max_frames", 50, "Most frames",
+                          "Of a recording of more frames, so many become layers, spread evenly over it; 0 for all."));
     add_parameters(list, open_parameters, 1);
 }
 
@@ -41,6 +45,25 @@ surfrecon::Scans open(const QString &file, const RichParameterList &given)
     surfrecon::Scans scans = surfrecon::Scans::open({path}, read_options(given));
     if (scans.size() == 0) refuse("There is no scan in " + path);
     return scans;
+}
+
+std::vector<std::size_t> chosen(const surfrecon::Scans &scans, const RichParameterList &given)
+{
+    const int most = given.getInt("max_frames");
+    if (most < 0) refuse("max_frames must be at least 0, got " + std::to_string(most) + "; 0 stands for all");
+    std::vector<std::size_t> frames, all;
+    for (std::size_t i = 0; i < scans.size(); ++i) (scans.is_frame(i) ? frames : all).push_back(i);
+    const std::size_t count = most == 0 ? frames.size() : std::min(frames.size(), static_cast<std::size_t>(most));
+    for (std::size_t k = 0; k < count; ++k) all.push_back(frames[k * frames.size() / count]);
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+std::string left_out(const surfrecon::Scans &scans, const std::vector<std::size_t> &chosen)
+{
+    if (chosen.size() == scans.size()) return {};
+    return std::to_string(chosen.size()) + " of " + std::to_string(scans.size()) +
+           " frames become layers, spread evenly over the recording; max_frames says how many";
 }
 
 void fill_scan(MeshModel &layer, surfrecon::Scans::Content &scan, const surfrecon::Pose &pose, bool faces)

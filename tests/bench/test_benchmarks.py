@@ -26,7 +26,7 @@ WITH = {
     "quads": set(),
     "cluster": {"meshlab-isotropic", "meshlab-quadric"},
     "capi": set(),
-    "io": {"open3d", "pymeshlab", "trimesh", "meshio", "laspy", "bpy"},
+    "io": {"decoders", "open3d", "pymeshlab", "trimesh", "meshio", "laspy", "bpy"},
     "blender": set(),
     "meshlab": {"vcg-filter"},
     "limits": set(),

@@ -41,6 +41,68 @@ static srf_image *height_map(void)
     return image;
 }
 
+/* A frame that is made when it is needed: a wall, whose depths stay with the program. */
+typedef struct {
+    uint16_t depths[N * N];
+    int is_broken;
+} Wall;
+
+static int32_t make_wall(void *user, srf_image **out_image)
+{
+    const Wall *wall = user;
+    srf_array depths = {NULL, N * N, 0, SRF_U16, 1};
+    srf_frame frame;
+
+    if (wall->is_broken) {
+        srf_set_last_error("the camera is gone");
+        return SRF_ERR_IO;
+    }
+    depths.data = wall->depths;
+    must(srf_frame_init(&frame) == SRF_OK && frame.kind == SRF_PINHOLE_DEPTH && frame.scale == 1.0, "init");
+    frame.rows = frame.cols = N;
+    frame.intrinsics[0] = frame.intrinsics[1] = N;
+    frame.intrinsics[2] = frame.intrinsics[3] = 0.5 * (N - 1);
+    frame.scale = 0.001;
+    return srf_image_from_frame(&frame, &depths, NULL, NULL, NULL, NULL, NULL, out_image, NULL);
+}
+
+/* Frames from memory, merged by a function that makes them; one that fails says why. */
+static void frames(void)
+{
+    Wall *wall = calloc(1, sizeof *wall);
+    const srf_image_source source = {make_wall, wall};
+    srf_image *image = NULL;
+    srf_left_out left_out;
+    srf_merger *merger = NULL;
+    srf_mesh *merged = NULL;
+    srf_frame frame;
+    srf_array depths = {NULL, N * N, 0, SRF_U16, 1};
+    int i;
+
+    for (i = 1; i < N * N; ++i) wall->depths[i] = (uint16_t)(1000 + 3 * (i % N) + 2 * (i / N));
+    must(make_wall(wall, &image) == SRF_OK && srf_image_free(image) == SRF_OK, "frame");
+    image = NULL;
+    depths.data = wall->depths;
+    must(srf_frame_init(&frame) == SRF_OK && srf_left_out_init(&left_out) == SRF_OK, "init");
+    frame.rows = N - 1;
+    frame.cols = N;
+    frame.intrinsics[0] = frame.intrinsics[1] = N;
+    must(srf_image_from_frame(&frame, &depths, NULL, NULL, NULL, NULL, NULL, &image, &left_out) == SRF_ERR_INPUT && image == NULL, "rows");
+    frame.rows = N;
+    frame.reach = 1050;
+    must(srf_image_from_frame(&frame, &depths, NULL, NULL, NULL, "a wall", NULL, &image, &left_out) == SRF_OK, "frame");
+    must(left_out.of == N * N - 1 && left_out.out_of_reach > 100 && left_out.low_confidence == 0, "left out");
+    must(srf_image_free(image) == SRF_OK && srf_merger_create(&merger) == SRF_OK, "free");
+    must(srf_merger_add_source(merger, &source, NULL, "wall") == SRF_OK, "add");
+    must(srf_merger_run(merger, NULL, NULL, &merged, NULL) == SRF_OK && srf_mesh_free(merged) == SRF_OK, "merge");
+    wall->is_broken = 1;
+    merged = NULL;
+    must(srf_merger_run(merger, NULL, NULL, &merged, NULL) == SRF_ERR_INPUT && merged == NULL, "a source that fails");
+    must(strcmp(srf_last_error_message(), "wall: the source could not make its image: the camera is gone") == 0, "its reason");
+    must(srf_merger_free(merger) == SRF_OK, "free");
+    free(wall);
+}
+
 /* One scan drawn to the others, and what it lies off them. */
 static void draw(const srf_aligner *aligner, const srf_align_params *params, const srf_cloud *cloud)
 {
@@ -150,6 +212,7 @@ int main(void)
     double off[N * N];
     int asked = 0;
 
+    frames();
     must(srf_image_triangulate(image, NULL, NULL, &surface) == SRF_OK, "triangulate");
     must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
     align(image, surface, cloud);

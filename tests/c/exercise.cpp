@@ -67,6 +67,52 @@ try {
     text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
     text_of<Error>([] { Scans::open({"missing.ply"}); });
 
+    Frame frame;
+    frame.rows = frame.cols = 30;
+    frame.intrinsics[0] = frame.intrinsics[1] = 30;
+    frame.intrinsics[2] = frame.intrinsics[3] = 14.5;
+    frame.scale = 0.001;
+    frame.reach = 1.2;
+    std::vector<std::uint16_t> depths(30 * 30, 1000);
+    for (std::size_t i = 0; i < depths.size(); ++i) depths[i] = static_cast<std::uint16_t>(1000 + 3 * (i % 30) + (i == 7 ? 500 : 0));
+    const std::vector<std::uint8_t> paint(4 * 30 * 30, 200), levels(30 * 30, 2);
+    LeftOut left_out;
+    const auto wall = [&] {
+        return Image::from_frame(frame, View<std::uint16_t>(depths.data(), depths.size()),
+                                 View<std::uint8_t, 4>(paint.data(), depths.size()), View<std::uint8_t>(levels.data(), levels.size()));
+    };
+    must(wall().valid() == 899, "from a frame");
+    must(Image::from_frame(frame, View<std::uint16_t>(depths.data(), depths.size()), {}, {}, Pose(), "wall", &left_out).name() == "wall",
+         "named");
+    must(left_out.of == 900 && left_out.out_of_reach == 1 && left_out.low_confidence == 0, "left out");
+    text_of<Error>([&] { Image::from_frame(frame, View<float>()); });
+    Merger walls;
+    walls.add(wall, "wall");
+    Pose aside;
+    aside.matrix[12] = 0.2;
+    bool is_broken = false;
+    walls.add(
+        [&] {
+            if (is_broken) throw std::logic_error("out of the source");
+            return wall();
+        },
+        "another", aside);
+    text_of<Error>([&] { walls.add(wall, "mirrored", [] {
+        Pose mirror;
+        mirror.matrix[0] = -1;
+        return mirror;
+    }()); });
+    Merger of_walls = std::move(walls);
+    must(of_walls.run().report.scans == 2, "sources");
+    is_broken = true;
+    must(text_of<std::logic_error>([&] { of_walls.run(); }) == "out of the source", "exceptions get through");
+    is_broken = false;
+    must(of_walls.run().report.scans == 2, "and leave nothing behind");
+    Aligner lost;
+    lost.add([&] { return Image(); }, "nothing");
+    lost.add(wall, "wall");
+    must(text_of<Error>([&] { lost.run(); }).find("nothing: the source made no image") == 0, "no image");
+
     Aligner aligner;
     aligner.add(image);
     aligner.add(mesh, "tetrahedron", from_above);

@@ -37,6 +37,7 @@ by_pkg_config() {
     flags=$(pkg-config --cflags --libs surfrecon) && static=$(pkg-config --static --cflags --libs surfrecon) || return 1
     # shellcheck disable=SC2086 # several words
     cc -std=c99 c-api/examples/c/merge_scans.c -o "$scratch/merge_scans" $flags &&
+        cc -std=c99 c-api/examples/c/merge_frames.c -o "$scratch/merge_frames" $flags -lm &&
         cc -std=c99 c-api/examples/c/align_scans.c -o "$scratch/align_scans" $flags &&
         cc -std=c99 c-api/examples/c/list_scans.c -o "$scratch/list_scans" $flags &&
         cc -std=c99 -static c-api/examples/c/list_scans.c -o "$scratch/list_scans_static" $static &&

@@ -71,6 +71,8 @@ int main(void)
     HELD(srf_aligned_scan) aligned_scan;
     HELD(srf_aligned_pair) aligned_pair;
     HELD(srf_snap) snap;
+    HELD(srf_frame) frame;
+    HELD(srf_left_out) left_out;
     const double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
     srf_array points, corners;
@@ -101,6 +103,8 @@ int main(void)
     FILL(aligned_scan, srf_aligned_scan_init);
     FILL(aligned_pair, srf_aligned_pair_init);
     FILL(snap, srf_snap_init);
+    FILL(frame, srf_frame_init);
+    FILL(left_out, srf_left_out_init);
 
     memset(&points, 0, sizeof(points));
     points.data = positions;

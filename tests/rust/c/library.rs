@@ -55,13 +55,14 @@ pub const F64: u32 = 2;
 pub const I32: u32 = 3;
 pub const U32: u32 = 4;
 pub const U8: u32 = 5;
+pub const U16: u32 = 6;
 
 impl Array {
     pub const EMPTY: Array = Array { data: std::ptr::null(), count: 0, stride: 0, kind: 0, components: 0 };
 
     /// An array of `components` numbers an element.
     pub fn of<T>(values: &[T], kind: u32, components: u32) -> Self {
-        let size = [4, 8, 4, 4, 1][kind as usize - 1] * components as usize;
+        let size = [4, 8, 4, 4, 1, 2][kind as usize - 1] * components as usize;
         Array { data: values.as_ptr().cast(), count: size_of_val(values) / size, stride: 0, kind, components }
     }
 
@@ -78,6 +79,13 @@ impl Array {
 #[repr(C)]
 pub struct Watch {
     pub report: Option<unsafe extern "C" fn(*const c_char, f64, *const c_char, *mut c_void) -> i32>,
+    pub user: *mut c_void,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct ImageSource {
+    pub make: Option<unsafe extern "C" fn(*mut c_void, *mut Handle) -> i32>,
     pub user: *mut c_void,
 }
 
@@ -121,6 +129,8 @@ pub type Pick = Sized<14>;
 pub type MergeParams = Sized<6>;
 pub type MergeReport = Sized<19>;
 pub type MeshReport = Sized<17>;
+pub type Frame = Sized<37>;
+pub type LeftOut = Sized<4>;
 pub type TriangulateParams = Sized<2>;
 pub type ScanParams = Sized<10>;
 pub type SculptParams = Sized<8>;
@@ -259,6 +269,7 @@ functions! {
     srf_version() -> *const c_char;
     srf_abi_version() -> u32;
     srf_last_error_message() -> *const c_char;
+    srf_set_last_error(text: *const c_char) -> i32;
     srf_status_text(status: i32, out: *mut *const c_char) -> i32;
     srf_set_memory_limit(bytes: u64) -> i32;
     srf_memory_limit() -> u64;
@@ -280,6 +291,9 @@ functions! {
     srf_triangulate_params_init_sized(params: *mut TriangulateParams, size: usize) -> i32;
     srf_image_triangulate(image: Handle, params: *const TriangulateParams, progress: *const Watch, out: *mut Handle) -> i32;
     srf_image_to_cloud(image: Handle, out: *mut Handle) -> i32;
+    srf_frame_init_sized(frame: *mut Frame, size: usize) -> i32;
+    srf_left_out_init_sized(left_out: *mut LeftOut, size: usize) -> i32;
+    srf_image_from_frame(frame: *const Frame, depths: *const Array, colours: *const Array, confidences: *const Array, pose: *const [f64; 16], name: *const c_char, progress: *const Watch, out: *mut Handle, left_out: *mut LeftOut) -> i32;
     srf_cloud_create(positions: *const Array, normals: *const Array, colours: *const Array, intensities: *const Array, pose: *const [f64; 16], out: *mut Handle) -> i32;
     srf_cloud_free(cloud: Handle) -> i32;
     srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array, intensities: *mut Array) -> i32;
@@ -334,6 +348,7 @@ functions! {
     srf_scans_count(scans: Handle, count: *mut usize, notes: *mut usize) -> i32;
     srf_scans_note(scans: Handle, index: usize, out: *mut *const c_char) -> i32;
     srf_scans_describe(scans: Handle, index: usize, name: *mut *const c_char, pose: *mut [f64; 16]) -> i32;
+    srf_scans_is_frame(scans: Handle, index: usize, out: *mut u32) -> i32;
     srf_scans_read(scans: Handle, index: usize, progress: *const Watch, content: *mut u32, image: *mut Handle, mesh: *mut Handle, cloud: *mut Handle) -> i32;
     srf_align_params_init_sized(params: *mut AlignParams, size: usize) -> i32;
     srf_pick_init_sized(pick: *mut Pick, size: usize) -> i32;
@@ -343,6 +358,7 @@ functions! {
     srf_aligner_add_mesh(aligner: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_aligner_add_cloud(aligner: Handle, cloud: Handle, name: *const c_char) -> i32;
     srf_aligner_add_scans(aligner: Handle, scans: Handle) -> i32;
+    srf_aligner_add_source(aligner: Handle, source: *const ImageSource, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_aligner_fix(aligner: Handle, scan: usize) -> i32;
     srf_aligner_pick(aligner: Handle, pick: *const Pick) -> i32;
     srf_aligner_trust(aligner: Handle, a: usize, b: usize) -> i32;
@@ -371,6 +387,7 @@ functions! {
     srf_merger_add_image(merger: Handle, image: Handle) -> i32;
     srf_merger_add_mesh(merger: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_add_scans(merger: Handle, scans: Handle) -> i32;
+    srf_merger_add_source(merger: Handle, source: *const ImageSource, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_run(merger: Handle, params: *const MergeParams, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
     srf_sculpt_params_init_sized(params: *mut SculptParams, size: usize) -> i32;
     srf_certificate_init_sized(certificate: *mut Certificate, size: usize) -> i32;

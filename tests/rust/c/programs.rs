@@ -91,6 +91,17 @@ fn the_c_example_merges_a_scan() {
 }
 
 #[test]
+fn the_c_example_merges_frames_and_leaks_nothing() {
+    let sanitizers = ["-std=c99", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    let program = compile("cc", &sanitizers, "c-api/examples/c/merge_frames.c");
+    let printed = program.run(&["out.ply", "20"]);
+    assert!(printed.starts_with("20 frames, voxel 0.0") && printed.ends_with(" 0 holes left open\n"), "{printed}");
+    assert!(std::fs::metadata(program.folder.path().join("out.ply")).unwrap().len() > 100_000);
+    let failed = program.command(&[]).args(["out2.ply", "0"]).output().unwrap();
+    assert!(!failed.status.success() && String::from_utf8_lossy(&failed.stderr).starts_with("usage: "));
+}
+
+#[test]
 fn the_c_example_lists_scans_and_leaks_nothing() {
     let sanitizers = ["-std=c99", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
     let program = compile("cc", &sanitizers, "c-api/examples/c/list_scans.c");

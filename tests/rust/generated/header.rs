@@ -13,6 +13,8 @@ const CHAPTERS: &[&str] = &[
     "pose",
     "params/triangulate",
     "image",
+    "frame",
+    "image_source",
     "cloud",
     "mesh",
     "formats",

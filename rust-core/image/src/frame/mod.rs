@@ -14,11 +14,16 @@ mod rim;
 
 pub use camera::Camera;
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 
 use crate::range_image::{DepthKind, Projection, RangeImage};
 use base::error::{Error, Result};
 use base::progress::Progress;
+
+/// Turns cameras with y up that look along -z, as OpenGL's and ARKit's, into those with y down that look along z, and back:
+/// put behind a pose of the one it makes one of the other.
+pub const TURNED: DAffine3 =
+    DAffine3 { matrix3: DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z), translation: DVec3::ZERO };
 
 /// What a depth camera recorded at one moment: as it was recorded, nothing left out yet.
 #[derive(Clone, Debug, PartialEq)]

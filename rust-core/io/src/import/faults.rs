@@ -128,9 +128,14 @@ fn sets(folder: &Path) -> Vec<Vec<PathBuf>> {
 #[test]
 fn any_read_may_fail() {
     let folder = tempfile::tempdir().unwrap();
+    check(folder.path(), sets(folder.path()));
+}
+
+/// Has every read of the sets of files in a folder fail, one after the other.
+pub(super) fn check(folder: &Path, sets: Vec<Vec<PathBuf>>) {
     let mut wrong = Vec::new();
-    for paths in sets(folder.path()) {
-        let name = paths[0].strip_prefix(folder.path()).unwrap().display();
+    for paths in sets {
+        let name = paths[0].strip_prefix(folder).unwrap().display();
         let whole = read_all(&paths, Fault::None).0.unwrap_or_else(|error| panic!("{error}"));
         let interrupted = read_all(&paths, Fault::Interrupted(false)).0;
         if interrupted.as_ref().ok() != Some(&whole) {
@@ -139,7 +144,7 @@ fn any_read_may_fail() {
         for good in 0.. {
             match read_all(&paths, Fault::After(good)) {
                 (Err(base::error::Error::Io { path, source }), _)
-                    if path.starts_with(folder.path()) && source.to_string().contains("broken disk") => {}
+                    if path.starts_with(folder) && source.to_string().contains("broken disk") => {}
                 (Err(other), _) => wrong.push(format!("{name}, read {good} fails: {other:?}")),
                 // Past the last read.
                 (Ok(_), Fault::After(left)) if left > 0 => {

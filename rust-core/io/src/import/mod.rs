@@ -3,6 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `registry` | the formats: how each is recognized and read |
+//! | `scan` | one scan of a set: where it is, and what it is read as |
 //! | `ply` | range grids, meshes and points |
 //! | `conf` | VRIP's lists of placed scans |
 //! | `overlap` | what the quaternions of such a list mean |
@@ -45,6 +46,7 @@ mod project;
 mod ptx;
 mod raster;
 pub(crate) mod registry;
+mod scan;
 mod stl;
 mod text;
 mod trajectory;
@@ -54,29 +56,22 @@ mod window;
 mod damage;
 #[cfg(test)]
 mod faults;
+#[cfg(fuzzing)]
+pub mod fuzzing;
 
-use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
-
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::frame::{ColourImage, ConfidenceImage, Frame};
-use image::oriented::OrientedPoints;
-use image::places::Places;
-use image::range_image::RangeImage;
-use image::select::scale_frame;
-use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
-use mesh::TriMesh;
-use mesh::point_cloud::PointCloud;
 
 pub use image::frame::Camera;
 pub use options::{PixelMeaning, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
 use registry::{Role, format_of};
+pub(crate) use scan::Begin;
+pub use scan::{Content, Scan};
 
 /// Scans opened together: from one file, or from a side file that places several.
 #[derive(Clone, Debug, Default)]
@@ -85,46 +80,6 @@ pub struct ScanSet {
     pub scans: Vec<Scan>,
     /// What a person should know about how the files were understood, for example the quaternion convention used.
     pub notes: Vec<String>,
-}
-
-/// One scan of a [`ScanSet`]: where it is and where it stands; its samples stay on disk until [`Scan::read`].
-#[derive(Clone, Debug)]
-pub struct Scan {
-    /// Name for people, unique within the set.
-    pub name: String,
-    /// The file that holds the samples.
-    pub path: PathBuf,
-    /// Which scan of the file, counted from 0.
-    pub part: usize,
-    /// Places the scan in the world.
-    pub world_from_sensor: DAffine3,
-    /// What the file doesn't say itself.
-    pub options: Arc<ReadOptions>,
-    /// Where the part begins, for formats whose parts lie one after the other.
-    pub(crate) begin: Begin,
-    /// What it is a frame of.
-    pub(crate) recording: Option<Arc<frames::Recording>>,
-    /// What becomes of its samples after they are read.
-    pub(crate) edits: edits::Edits,
-}
-
-/// A place in a file of text.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Begin {
-    pub(crate) byte: u64,
-    /// Lines before it.
-    pub(crate) line: u64,
-}
-
-/// What a scan turned out to hold.
-#[derive(Clone, Debug)]
-pub enum Content {
-    /// A grid of samples, placed in the world.
-    RangeImage(RangeImage),
-    /// A triangle mesh in its own frame.
-    Mesh(TriMesh),
-    /// Points without connectivity.
-    Points(PointCloud),
 }
 
 /// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
@@ -305,257 +260,11 @@ fn make_names_unique(scans: &mut [Scan]) {
     }
 }
 
-impl Scan {
-    /// The only scan of a file, where the file's own frame is the world; named like the file.
-    pub fn new(path: &Path) -> Self {
-        Scan {
-            name: path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
-            path: path.to_owned(),
-            part: 0,
-            world_from_sensor: DAffine3::IDENTITY,
-            options: Arc::default(),
-            begin: Begin::default(),
-            recording: None,
-            edits: edits::Edits::default(),
-        }
-    }
-
-    /// The only scan of a file that is understood as `options` say.
-    fn with(path: &Path, options: &Arc<ReadOptions>) -> Self {
-        Scan { options: options.clone(), ..Scan::new(path) }
-    }
-
-    /// Reads the samples: those that are kept, in their true size.
-    ///
-    /// # Errors
-    /// The file can't be read or is damaged; a mask that does not fit.
-    pub fn read(&self) -> Result<Content> {
-        self.read_with(&Progress::none())
-    }
-
-    /// As [`Scan::read`]; `progress` counts the bytes of the file.
-    ///
-    /// # Errors
-    /// As [`Scan::read`]; [`Error::Cancelled`].
-    pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
-        if self.edits.is_empty() {
-            return self.whole(progress);
-        }
-        let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: edits::Edits::default(), ..self.clone() };
-        self.edited(local.whole(progress)?, progress)
-    }
-
-    /// Reads what the file holds. A frame's colours are looked up before anything is removed that may hide them from others.
-    fn whole(&self, progress: &Progress<'_>) -> Result<Content> {
-        if let Some(frame) = self.recorded(progress)? {
-            return Ok(Content::RangeImage(frame.into_range_image(progress)?.0));
-        }
-        let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
-        progress.plan(&[("reading", 1.0)]);
-        let outcome = progress.watch(|| read(self, progress));
-        // A reader may take the end of reading for the end of the file.
-        progress.check().and(outcome)
-    }
-
-    /// Whether it is a frame of a recording.
-    pub fn is_frame(&self) -> bool {
-        self.recording.is_some()
-    }
-
-    /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
-    ///
-    /// # Errors
-    /// As [`Scan::read_with`].
-    pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        let mut image = progress.watch(|| recording.colour(self.part, &self.options, progress))?;
-        if let Some(image) = &mut image {
-            image.colour_from_depth.translation *= self.scale();
-        }
-        Ok(image)
-    }
-
-    /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
-    ///
-    /// # Errors
-    /// As [`Scan::read_with`].
-    pub fn confidence(&self, progress: &Progress<'_>) -> Result<Option<ConfidenceImage>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        progress.watch(|| recording.confidence(self.part, &self.options, progress))
-    }
-
-    /// The frame of a recording as it was recorded, nothing left out, in its true size; `None` for other scans.
-    ///
-    /// # Errors
-    /// As [`Scan::read_with`].
-    pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
-        let Some(mut frame) = self.recorded(progress)? else { return Ok(None) };
-        scale_frame(&mut frame, self.scale()).map_err(|error| self.says(error))?;
-        Ok(Some(frame))
-    }
-
-    fn recorded(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
-        let Some(recording) = &self.recording else { return Ok(None) };
-        progress.plan(&[("reading", 1.0)]);
-        progress.stage(0, 1);
-        let read = || recording.frame(self.part, self.world_from_sensor, &self.options, progress);
-        let mut frame = progress.watch(read)?;
-        frame.depth.name = self.name.clone();
-        progress.advance(1)?;
-        Ok(Some(frame))
-    }
-
-    /// About `count` of its points, spread over it, in its own frame; cheaper than reading it where the format allows.
-    /// Fewer if there are fewer.
-    ///
-    /// # Errors
-    /// The file can't be read or is damaged.
-    pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
-        if self.edits.leave_out() {
-            let places = self.places(&Progress::none())?.positions;
-            let step = places.len().div_ceil(count.max(1)).max(1);
-            return Ok(places.into_iter().step_by(step).collect());
-        }
-        let mut points = self.recorded_points(count)?;
-        points.iter_mut().for_each(|point| *point *= self.scale());
-        Ok(points)
-    }
-
-    fn recorded_points(&self, count: usize) -> Result<Vec<DVec3>> {
-        if let Some(recording) = &self.recording {
-            return recording.preview(self.part, count, &self.options);
-        }
-        match format_of(&self.path)?.role {
-            Role::Scans { preview, .. } => preview(self, count),
-            _ => Err(self.is_no_scan()),
-        }
-    }
-
-    /// Names the scan in an error.
-    fn says(&self, error: Error) -> Error {
-        match error {
-            Error::Input(text) => Error::Input(format!("{}: {text}", self.name)),
-            other => other,
-        }
-    }
-
-    fn is_no_scan(&self) -> Error {
-        Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
-    }
-}
-
-impl ScanSource for Scan {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
-        match self.read_with(&progress.unseen())? {
-            Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),
-            Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
-            Content::Points(_) => Err(Error::input(format!(
-                "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",
-                self.path.display()
-            ))),
-        }
-    }
-
-    fn image(&self, progress: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
-        match self.read_with(&progress.unseen())? {
-            Content::RangeImage(image) => Ok(Some(Cow::Owned(image))),
-            Content::Mesh(_) | Content::Points(_) => Ok(None),
-        }
-    }
-
-    fn oriented_points(&self, progress: &Progress<'_>) -> Result<OrientedPoints> {
-        let (name, place) = (self.name.clone(), self.world_from_sensor);
-        match self.read_with(&progress.unseen())? {
-            Content::RangeImage(image) => image.oriented_points(progress),
-            Content::Mesh(mesh) => PlacedMesh { name, mesh: &mesh, world_from_mesh: place }.oriented_points(progress),
-            Content::Points(cloud) => {
-                PlacedCloud { name, cloud: &cloud, world_from_cloud: place }.oriented_points(progress)
-            }
-        }
-    }
-
-    fn places(&self, progress: &Progress<'_>) -> Result<Places> {
-        match self.read_with(&progress.unseen())? {
-            Content::RangeImage(image) => Places::of_image(&image, progress),
-            Content::Mesh(mesh) => Places::of_mesh(&mesh, self.world_from_sensor).map_err(|error| self.says(error)),
-            Content::Points(cloud) => Places::of_cloud(&cloud, self.world_from_sensor, progress),
-        }
-    }
-}
-
-/// What the fuzz targets call.
-#[cfg(fuzzing)]
-pub mod fuzzing {
-    /// Checks what a PLY file in memory reads as.
-    pub fn ply(bytes: &[u8]) {
-        super::ply::examine(bytes);
-    }
-
-    /// Checks what a file in memory reads as, in every format that its first bytes could be of, and as an SRTM tile and a
-    /// binary STL file, which have no mark.
-    pub fn scan(bytes: &[u8]) {
-        use super::*;
-        type Sniff = fn(&[u8]) -> bool;
-        let formats: [(Sniff, file::Parse); 15] = [
-            (ptx::sniff, ptx::parse),
-            (pcd::sniff, pcd::parse),
-            (e57::sniff, e57::parse),
-            (las::sniff, las::parse),
-            (gltf::sniff, gltf::parse),
-            (|_| true, stl::parse),
-            (obj::sniff, obj::parse),
-            (raster::png::sniff, raster::png::parse),
-            (raster::pgm::sniff, raster::pgm::parse),
-            (raster::pfm::sniff, raster::pfm::parse),
-            (raster::exr::sniff, raster::exr::parse),
-            (raster::tiff::sniff, raster::tiff::parse),
-            (raster::npy::sniff, raster::npy::parse),
-            (raster::esri::sniff, raster::esri::parse),
-            (|_| true, raster::hgt::parse),
-        ];
-        // Little, so that what unpacks to much is refused.
-        let options = ReadOptions { max_decoded_gib: 0.125, ..ReadOptions::default() };
-        let scan = Scan { options: Arc::new(options), ..Scan::new(Path::new("fuzz/scan.bin")) };
-        for (sniff, parse) in formats {
-            if sniff(bytes) {
-                damage::sound(&damage::read(parse, bytes, &scan), &scan);
-            }
-        }
-    }
-
-    /// Checks what lists, places or describes scans: read or refused with its name.
-    pub fn side(bytes: &[u8]) {
-        use super::*;
-        let path = Path::new("fuzz/side.txt");
-        let _ = camera::parse(bytes, path);
-        let _ = pose::parse(bytes);
-        let _ = trajectory::parse(text::Lines::new(bytes, bytes.len() as u64, path));
-        let _ = project::parse_mlp(bytes, path);
-        let _ = project::parse_aln(text::Lines::new(bytes, bytes.len() as u64, path));
-    }
-
-    /// Checks what the bytes read as in each way that frames come; files for it are written into `folder`.
-    pub fn frames(bytes: &[u8], folder: &std::path::Path) {
-        super::frames::examine(bytes, folder);
-    }
-
-    /// Checks what a file of points in text reads as.
-    pub fn points(bytes: &[u8]) {
-        super::points::examine(bytes);
-    }
-
-    /// Checks what a `.conf` file in memory reads as; its scans are looked for in `folder`. True if it is accepted.
-    pub fn conf(bytes: &[u8], folder: &std::path::Path) -> bool {
-        super::conf::examine(bytes, folder)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+    use mesh::TriMesh;
+
     use super::*;
 
     const POINT: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\

@@ -2,6 +2,7 @@
 //! enums, after a cancel, and from eight threads at once.
 
 mod files;
+mod frames;
 mod objects;
 mod operations;
 mod refusals;

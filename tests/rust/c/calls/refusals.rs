@@ -58,7 +58,7 @@ pub(super) fn arrays_that_lie_are_refused() {
         // SAFETY: wrong in the ways that are checked.
         unsafe { (api.srf_mesh_create)(&p, &t, &mut mesh) }
     };
-    api.refused(create(Array { kind: 42, ..good }, &[]), INPUT, "type must be a value of srf_type, 1 to 5, got 42");
+    api.refused(create(Array { kind: 42, ..good }, &[]), INPUT, "type must be a value of srf_type, 1 to 6, got 42");
     api.refused(create(Array { components: 2, ..good }, &[]), INPUT, "components must be 3, got 2");
     api.refused(create(Array { stride: 11, ..good }, &[]), INPUT, "a stride of 11 bytes is less than the 12 bytes");
     api.refused(create(Array { count: usize::MAX, ..good }, &[]), INPUT, "more than there can be");

@@ -1,6 +1,7 @@
 //! Cancelling, and eight threads at once.
 
 use super::files::*;
+use super::frames::*;
 use super::objects::*;
 use super::operations::*;
 use super::refusals::*;
@@ -49,7 +50,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 20] = [
+    let all: [fn(); 26] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -70,6 +71,12 @@ fn every_call_from_eight_threads_at_once() {
         files_go_out_and_come_back,
         options_say_what_files_do_not,
         everything_is_written_and_comes_back,
+        frames_from_arrays,
+        both_axes_of_cameras,
+        frames_that_can_not_be_are_refused,
+        images_made_when_they_are_needed_merge_as_those_that_are_there,
+        what_a_source_does_not_do_ends_the_run_with_its_reason,
+        sources_are_aligned_and_cancelled,
     ];
     std::thread::scope(|scope| {
         for first in 0..8 {

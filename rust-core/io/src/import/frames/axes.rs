@@ -9,10 +9,10 @@ use glam::DAffine3;
 
 use super::super::ReadOptions;
 use super::super::overlap::{Overlap, short};
-use super::recording::{Convention, Recording, TURNED};
+use super::recording::{Convention, Recording};
 use base::error::Result;
 use base::progress::Progress;
-use image::frame::LeftOut;
+use image::frame::{LeftOut, TURNED};
 
 /// Frames that take part; of more, some are taken evenly.
 const FRAMES: usize = 16;

@@ -6,10 +6,10 @@
 use serde_json::Value;
 
 use super::Asked;
-use super::recording::{Convention, Entry, Recording, TURNED, flat, json, pose, stem};
+use super::recording::{Convention, Entry, Recording, flat, json, pose, stem};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
-use image::frame::Camera;
+use image::frame::{Camera, TURNED};
 
 const NAME: &str = "transforms.json";
 

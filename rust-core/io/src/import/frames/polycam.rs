@@ -4,11 +4,11 @@
 
 use serde_json::Value;
 
-use super::recording::{Entry, Recording, TURNED, json, pose, stem};
+use super::recording::{Entry, Recording, json, pose, stem};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use base::error::{Error, Result};
-use image::frame::Camera;
+use image::frame::{Camera, TURNED};
 
 const FRAMES: &str = "keyframes";
 

@@ -5,11 +5,11 @@
 use serde_json::Value;
 
 use super::decode::Coding;
-use super::recording::{Entry, Recording, TURNED, flat, in_order, json, pose_of, stem};
+use super::recording::{Entry, Recording, flat, in_order, json, pose_of, stem};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use base::error::{Error, Result};
-use image::frame::Camera;
+use image::frame::{Camera, TURNED};
 
 /// Where a recording's files are.
 struct Form {

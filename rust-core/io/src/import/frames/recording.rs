@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 
 use super::super::ReadOptions;
 use super::super::raster::{Numbers, Raster};
@@ -84,10 +84,6 @@ impl Convention {
     /// y up, looking along -z, as ARKit's and OpenGL's cameras.
     pub(super) const BACKWARD: Convention = Convention { looks_along_minus_z: true, is_sure: true };
 }
-
-/// Turns a camera with y up that looks along -z into one with y down that looks along z.
-pub(super) const TURNED: DAffine3 =
-    DAffine3 { matrix3: DMat3::from_cols(DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z), translation: DVec3::ZERO };
 
 impl Recording {
     /// A recording of Kinects and the like: images of millimetres beside colour images that are registered to them.

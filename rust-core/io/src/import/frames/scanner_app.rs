@@ -3,11 +3,11 @@
 
 use serde_json::Value;
 
-use super::recording::{Entry, Recording, TURNED, flat, json, pose};
+use super::recording::{Entry, Recording, flat, json, pose};
 use super::store::{Place, Store};
 use super::{Asked, counted, decode};
 use base::error::{Error, Result};
-use image::frame::Camera;
+use image::frame::{Camera, TURNED};
 
 /// Columns and rows that cameras are given for where no colour image says it: those of the phones' video.
 const PHOTO: [usize; 2] = [1920, 1440];

@@ -5,4 +5,5 @@ mod jpeg;
 mod layouts;
 mod real;
 mod twin;
+mod withstand;
 mod writers;
