@@ -6,6 +6,7 @@ import bpy
 from . import convert
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
 from .operators.merge import REPORT
+from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
 from .translations import NAMES, OPERATORS, word
@@ -50,6 +51,9 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
         counts = (scans, "scan", "scans"), (others, "mesh", "meshes")
         texts = [number(len(some), word(one), word(many)) for some, one, many in counts]
+        frames = sum(len(obj[FRAMES]) for obj in context.selected_objects if is_recording(obj))
+        if frames:
+            texts.append(number(frames, word("frame in its file"), word("frames in their files")))
         layout.label(text=f"{word('Selection')}: {', '.join(texts)}", translate=False)
 
 

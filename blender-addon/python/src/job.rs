@@ -31,6 +31,7 @@ use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::scan::{ScanCall, scanned};
+use crate::scans::{OpenCall, ScanSet};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
@@ -43,6 +44,7 @@ enum Made {
     /// One or, as a list, any number.
     Scanned(Vec<surfrecon::RangeImage>, bool),
     Read(Vec<Content>),
+    Opened(Box<surfrecon::import::ScanSet>),
     Prepared(Box<Sculptor>),
     Sculpted(Box<(Core, [usize; 2])>),
     Quads(Box<CoreQuads>),
@@ -56,7 +58,7 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
 /// Made by ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
-/// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
+/// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     watched: Arc<Calls>,
@@ -244,6 +246,21 @@ impl Job {
         })
     }
 
+    /// Starts ``surfrecon.open`` with the same arguments.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``open``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: open
+    #[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
+    fn open(paths: &Bound<'_, PyAny>, camera: Option<[f64; 4]>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = OpenCall::new(paths, camera, options)?;
+        Job::start(move |progress| {
+            progress.plan(&[("opening", 1.0)]);
+            Ok(Made::Opened(Box::new(call.run(progress)?)))
+        })
+    }
+
     /// Reads scans that ``surfrecon.open`` found, one after the other; the result is a list of what ``Scan.read`` gives.
     ///
     /// Raises:
@@ -395,6 +412,7 @@ impl Job {
             Ok(Ok(Ok(Made::Distances(distances)))) => Ok(PyArray1::from_vec(py, distances).into_any()),
             Ok(Ok(Ok(Made::Certified(found)))) => Ok(certified_dict(py, *found)?.into_any()),
             Ok(Ok(Ok(Made::Scanned(images, single)))) => scanned(py, images, single),
+            Ok(Ok(Ok(Made::Opened(set)))) => Ok(Bound::new(py, ScanSet::new(py, *set)?)?.into_any()),
             Ok(Ok(Ok(Made::Read(contents)))) => {
                 let contents =
                     contents.into_iter().map(|content| content_object(py, content)).collect::<PyResult<Vec<_>>>()?;
