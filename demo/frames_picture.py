@@ -23,7 +23,7 @@ def captions(f):
     )
     yield (
         "One surface",
-        "in the colours of the recording" if f["coloured"] else "the recording has no colours",
+        "in the colours of the recording" if f["coloured"] else "not every frame has colours",
         [("triangles", f"{f['triangles']:,}"), ("all frames merged in", f"{f['seconds']['merge']:.1f} s")],
     )
     manifold = "manifold" if check["is_manifold"] else "NOT manifold"

@@ -186,7 +186,7 @@ def test_several_surfaces_and_none(extension):
 
 def test_presets_come_with_the_extension():
     for operator, names in {
-        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py"},
+        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py", "phone_recording.py"},
         "virtual_scan": {"depth_camera.py", "exact.py"},
     }.items():
         paths = bpy.utils.preset_paths(f"operator/surfrecon.{operator}")
