@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""True size and ground: one transform of all that is selected, so that it stays together."""
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import EnumProperty, FloatProperty
+from mathutils import Matrix
+
+from .. import convert, recording, regions
+from ..job import JobOperator
+from ..properties import threads_of_preferences
+from ..running import Known, Refused, gathered
+from ..words import length
+from .background import scan_or_frames
+from .select_region import is_scan
+
+
+class PlaceOperator(JobOperator):
+    """What both share: what they move is selected."""
+
+    bl_options = {"REGISTER", "UNDO"}
+    may_be_handed_over = False
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to move."""
+        if not super().poll(context):
+            return False
+        if not context.selected_objects:
+            cls.poll_message_set("Select the scans and what was made of them")
+            return False
+        return True
+
+    def movable(self, context):
+        """The selected objects that no other selected one takes along; refuses those that can't be moved."""
+        chosen = set(context.selected_objects)
+        roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
+        for obj in roots:
+            convert.movable(obj)
+        return roots
+
+
+class SURFRECON_OT_true_size(PlaceOperator, bpy.types.Operator):
+    """Scale all selected objects so that two picked points lie as far apart as they really are"""
+
+    bl_idname = "surfrecon.true_size"
+    bl_label = "True Size"
+
+    distance: FloatProperty(
+        name="True distance",
+        description="How far the two points of the ruler, or the two selected vertices, lie apart in reality",
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=5,
+        default=1.0,
+        min=1e-9,
+        soft_max=1e3,
+        options={"SKIP_SAVE"},
+    )
+
+    def invoke(self, context, event):
+        """Asks for the distance; what was measured is what it begins with."""
+        try:
+            a, b = regions.picked(context, 2)
+        except Refused as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        self.distance = float(np.linalg.norm(b - a))
+        return context.window_manager.invoke_props_dialog(self)
+
+    def launch(self, context):
+        """Finds the scale."""
+        return Known(surfrecon.true_size(*regions.picked(context, 2), self.distance))
+
+    def finish(self, context, similarity):
+        """Scales about the origin of the scene. Scans stay rigid: their samples take the scale."""
+        roots = self.movable(context)
+        meshes = [obj for root in roots for obj in family(root) if convert.is_range_image(obj)]
+        for obj in meshes:
+            convert.writable(obj)
+            if len({each for each in bpy.data.objects if each.data == obj.data} - set(meshes)) > 0:
+                raise Refused(
+                    f'"{obj.name}" shares its samples with an object that is not scaled: give it its own with'
+                    " Object > Relations > Make Single User"
+                )
+        for root in roots:
+            grow(root, similarity.scale)
+        done = set()
+        for obj in meshes:
+            convert.scale_range_image(obj, similarity.scale, obj.data not in done)
+            done.add(obj.data)
+        self.report({"INFO"}, f"Scaled by {similarity.scale:.6g}")
+
+
+class SURFRECON_OT_ground(PlaceOperator, bpy.types.Operator):
+    """Turn and move all selected objects so that a picked or found plane becomes the ground, with z up"""
+
+    bl_idname = "surfrecon.ground"
+    bl_label = "Ground"
+
+    by: EnumProperty(
+        name="Plane",
+        description="What becomes the ground",
+        items=(
+            ("PICKED", "Picked points", "Three points of a bent ruler, else three or more selected vertices or a face"),
+            ("OBJECT", "Active object", "The plane of the active mesh or empty, whose z points up"),
+            ("FOUND", "Largest plane", "The plane that the selected scans stand on"),
+        ),
+    )
+
+    def draw(self, context):
+        """Panel of the last operation."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "by")
+
+    def launch(self, context):
+        """Finds the plane."""
+        if self.by == "FOUND":
+            objects = [obj for obj in context.selected_objects if is_scan(obj)]
+            if not objects:
+                raise Refused("Select the scans that stand on something")
+            scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
+            return surfrecon.Job.dominant_plane(scans, threads=threads_of_preferences())
+        if self.by == "OBJECT":
+            if context.object is None:
+                raise Refused("Make the plane the active object")
+            plane = regions.region_of(context.object, context.evaluated_depsgraph_get())
+            if not isinstance(plane, surfrecon.Plane):
+                raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
+            return Known(plane)
+        points = regions.picked(context, 3)
+        # Cameras look at a ground from above.
+        eyes = [obj.matrix_world.translation for obj in context.selected_objects if convert.is_range_image(obj)]
+        above = np.mean([tuple(eye) for eye in eyes], axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
+        return Known(regions.plane_of(points, above))
+
+    def finish(self, context, plane):
+        """Moves everything alike."""
+        matrix = Matrix(surfrecon.ground(plane).matrix.tolist())
+        for root in self.movable(context):
+            root.matrix_world = matrix @ root.matrix_world
+        text = "The plane is the ground now"
+        if plane.share is not None:
+            text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
+        self.report({"INFO"}, text)
+
+
+def ancestors(obj):
+    """The objects that it hangs on."""
+    while obj.parent is not None:
+        obj = obj.parent
+        yield obj
+
+
+def family(obj):
+    """An object and all that hang on it."""
+    return [obj, *obj.children_recursive]
+
+
+def grow(root, scale):
+    """Scales an object and all that hang on it about the scene's origin; scans and frames by their samples, which are scaled
+    elsewhere, others by their matrix.
+    """
+    matrix = root.matrix_world.copy()
+    matrix.translation *= scale
+    if recording.is_recording(root):
+        recording.grow(root, scale)
+    elif not convert.is_range_image(root) and root.type != "CAMERA":
+        matrix = matrix @ Matrix.Diagonal((scale, scale, scale, 1))
+        root.matrix_world = matrix
+        return
+    root.matrix_world = matrix
+    for child in root.children:
+        # Their places are said in the frame of the parent, whose own scale has not changed.
+        child.matrix_parent_inverse.translation *= scale
+        child.location *= scale
+        if child.type == "CAMERA":
+            child.data.clip_start *= scale
+            child.data.clip_end *= scale
+            child.data.display_size *= scale
