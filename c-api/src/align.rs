@@ -43,6 +43,11 @@ impl Aligner {
         self.ready.as_ref().filter(|ready| ready.process == std::process::id()).map(|ready| ready.scans.clone())
     }
 
+    /// The scans in the order of adding.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources
+    }
+
     /// The poses that a caller hands over, or those of adding; none of scans that are left out.
     pub fn poses(&self, given: *const srf_pose, count: usize) -> Result<Vec<Option<DAffine3>>, Failure> {
         if given.is_null() && count == 0 {

@@ -199,6 +199,14 @@ impl<'a> Borrowed<'a> {
         }
     }
 
+    /// Flags: bytes that are not 0.
+    pub fn marks(&self) -> Result<Vec<bool>, Failure> {
+        match self.type_ {
+            t if t == SRF_U8 as u32 => self.collect(|mark: [u8; 1]| mark[0] != 0),
+            _ => Err(self.wrong_type("SRF_U8")),
+        }
+    }
+
     /// The entries of an attribute, by type and components: floats, integers, flags (one byte), colours (four bytes).
     pub fn attribute(array: *const srf_array, name: &'a str) -> Result<AttributeData, Failure> {
         let given = pointer::read_struct(array)
@@ -207,7 +215,7 @@ impl<'a> Borrowed<'a> {
         match (given.r#type, given.components) {
             (t, 1) if t == SRF_F32 as u32 || t == SRF_F64 as u32 => Ok(AttributeData::F32(borrowed.values_f32()?)),
             (t, 1) if t == SRF_I32 as u32 => Ok(AttributeData::I32(borrowed.collect(|x: [i32; 1]| x[0])?)),
-            (t, 1) if t == SRF_U8 as u32 => Ok(AttributeData::Bool(borrowed.collect(|x: [u8; 1]| x[0] != 0)?)),
+            (t, 1) if t == SRF_U8 as u32 => Ok(AttributeData::Bool(borrowed.marks()?)),
             (t, 4) if t == SRF_U8 as u32 => Ok(AttributeData::Colour(borrowed.colours()?)),
             (t, n) => Err(Failure::new(
                 SRF_ERR_INPUT,

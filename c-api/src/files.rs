@@ -21,6 +21,7 @@ use crate::text::c_text;
 use crate::{params, pointer, sized};
 
 /// Scans opened together, with texts as C wants them.
+#[derive(Clone)]
 pub struct Scans {
     pub set: ScanSet,
     names: Vec<CString>,

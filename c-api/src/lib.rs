@@ -9,6 +9,7 @@
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `cloud`, `mesh` | what there is |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `region`, `select` | what of scans is kept or removed; their true size and ground |
 //! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
 //! | `text` | texts as C wants them |
@@ -49,8 +50,10 @@ mod pose;
 mod progress;
 mod quads;
 mod reconstruct;
+mod region;
 mod scan;
 mod sculpt;
+mod select;
 mod settings;
 mod sized;
 mod snap;

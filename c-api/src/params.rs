@@ -5,6 +5,7 @@ pub mod align;
 pub mod cluster;
 pub mod merge;
 pub mod open;
+pub mod plane;
 pub mod quads;
 pub mod reconstruct;
 pub mod scan;

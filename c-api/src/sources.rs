@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::select::Places;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud, Progress, RangeImage};
 
@@ -125,6 +126,15 @@ impl ScanSource for Source {
             Source::Mesh(mesh) => mesh.borrowed().oriented_points(progress),
             Source::Cloud { name, cloud } => placed(name, cloud).oriented_points(progress),
             Source::Scan { set, index } => set.set.scans[*index].oriented_points(progress),
+        }
+    }
+
+    fn places(&self, progress: &Progress<'_>) -> surfrecon::Result<Places> {
+        match self {
+            Source::Image(image) => image.image.places(progress),
+            Source::Mesh(mesh) => mesh.borrowed().places(progress),
+            Source::Cloud { name, cloud } => placed(name, cloud).places(progress),
+            Source::Scan { set, index } => set.set.scans[*index].places(progress),
         }
     }
 

@@ -56,6 +56,18 @@ inline const Parameters triangulate_parameters = {
      false, 90, 0, 90, false, offsetof(srf_triangulate_params, grazing_limit), {}},
 };
 
+inline const Parameters plane_parameters = {
+    {Kind::length, "tolerance", "Tolerance",
+     "Samples that lie further off do not count for the plane.<br>0: three times what its samples scatter by, at most a hundredth of what the scans extend over.",
+     true, 0, 0, unbounded, false, offsetof(srf_plane_params, tolerance), {}},
+    {Kind::ratio, "min_share", "Min share",
+     "A plane on which a smaller share of the samples lies is refused. 0 to 1.",
+     false, 0.05, 0, 1, false, offsetof(srf_plane_params, min_share), {}},
+    {Kind::length, "margin", "Margin",
+     "What lies at most so far above the plane is removed with it.<br>0: four times what its samples scatter by.",
+     true, 0, 0, unbounded, false, offsetof(srf_plane_params, margin), {}},
+};
+
 inline const Parameters align_parameters = {
     {Kind::choice, "start", "Start",
      "What is known of the poses that the scans have.<br>Unknown: Nothing: each scan may lie anywhere.<br>Rough: They are near where they belong: places near them are tried first.",

@@ -18,13 +18,15 @@ pub use cluster;
 #[doc(inline)]
 pub use geom;
 #[doc(inline)]
-pub use image::{frame, range_image, rigid, triangulate};
+pub use image::{frame, range_image, rigid, select, triangulate};
 #[doc(inline)]
 pub use io::{export, import};
 #[doc(inline)]
 pub use merge;
 #[doc(inline)]
 pub use mesh::{self, point_cloud};
+#[doc(inline)]
+pub use plane;
 #[doc(inline)]
 pub use quads;
 #[doc(inline)]

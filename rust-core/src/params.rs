@@ -9,6 +9,7 @@ pub const SCHEMAS: &[Schema] = &[
     io::import::SCHEMA,
     io::export::SCHEMA,
     image::triangulate::SCHEMA,
+    plane::SCHEMA,
     align::SCHEMA,
     merge::SCHEMA,
     sculpt::SCHEMA,
@@ -106,6 +107,7 @@ mod tests {
         try_all::<io::import::ReadOptions>();
         try_all::<io::export::WriteOptions>();
         try_all::<image::triangulate::TriangulateParams>();
+        try_all::<plane::PlaneParams>();
         try_all::<align::AlignParams>();
         try_all::<merge::MergeParams>();
         try_all::<sculpt::SculptParams>();

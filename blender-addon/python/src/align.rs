@@ -231,6 +231,12 @@ impl Alignment {
 fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, is_list: bool) -> PyResult<PlacedFile> {
     use surfrecon::merge::ScanSource as _;
     let file = match source {
+        Source::File(scan) if scan.scale() != 1.0 => {
+            return Err(input_error(format!(
+                "{:?} has another size than its file, which a list of poses can't say: write it to a file with surfrecon.write() and align that",
+                scan.name
+            )));
+        }
         Source::File(scan) if scan.part == 0 => {
             let folder = list.parent().unwrap_or(std::path::Path::new(""));
             let inside = scan.path.strip_prefix(folder).unwrap_or(&scan.path);

@@ -108,6 +108,16 @@ pub fn integers(value: &Bound<'_, PyAny>, what: &str, shape: &[Extent]) -> PyRes
     copy::<i64>(&array, "int64")
 }
 
+/// An array of flags of any shape, copied row by row.
+///
+/// # Errors
+/// `TypeError` for entries of another type.
+pub fn marks(value: &Bound<'_, PyAny>, what: &str) -> PyResult<(Vec<bool>, Vec<usize>)> {
+    let array = value.py().import("numpy")?.call_method1("asarray", (value,))?;
+    let shape: Vec<Extent> = untyped_shape(&array)?.into_iter().map(Some).collect();
+    copy::<bool>(&numbers(&array, what, "b", &shape)?, "bool")
+}
+
 /// Colours of shape (..., 3) or (..., 4): bytes as they are, floats as shares of 255; alpha 255 where it is missing.
 ///
 /// # Errors
@@ -166,7 +176,11 @@ fn numbers<'py>(value: &Bound<'py, PyAny>, what: &str, kinds: &str, shape: &[Ext
         array = value.call_method1("astype", ("float64",))?.call_method1("filled", (f64::NAN,))?;
     }
     if !kinds.contains(kind.as_str()) {
-        let wanted = if kinds.contains('f') { "real numbers" } else { "integers" };
+        let wanted = match kinds {
+            "b" => "bool",
+            kinds if kinds.contains('f') => "real numbers",
+            _ => "integers",
+        };
         return Err(PyTypeError::new_err(format!("{what} must be {wanted}, got {}", dtype_name(&array)?)));
     }
     let got = untyped_shape(&array)?;
@@ -221,6 +235,18 @@ pub fn matrix<'py>(py: Python<'py>, transform: &DAffine3) -> Bound<'py, PyAny> {
 /// # Errors
 /// `InputError` if it isn't affine, finite and invertible.
 pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
+    let transform = any_affine(value, what)?;
+    if transform.matrix3.determinant() == 0.0 {
+        return Err(input_error(format!("{what} flattens space: its determinant is 0")));
+    }
+    Ok(transform)
+}
+
+/// Like [`affine`], also of one that flattens space.
+///
+/// # Errors
+/// `InputError` if it isn't affine and finite.
+pub fn any_affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
     let (m, _) = floats(value, what, &[Some(4), Some(4)])?;
     if !m.iter().all(|x| x.is_finite()) {
         return Err(input_error(format!("{what} has an entry that is not finite")));
@@ -229,11 +255,7 @@ pub fn affine(value: &Bound<'_, PyAny>, what: &str) -> PyResult<DAffine3> {
         return Err(input_error(format!("{what} must end with the row 0 0 0 1, got {:?}", &m[12..])));
     }
     let columns = |c: usize| DVec3::new(m[c], m[4 + c], m[8 + c]);
-    let transform = DAffine3::from_cols(columns(0), columns(1), columns(2), columns(3));
-    if transform.matrix3.determinant() == 0.0 {
-        return Err(input_error(format!("{what} flattens space: its determinant is 0")));
-    }
-    Ok(transform)
+    Ok(DAffine3::from_cols(columns(0), columns(1), columns(2), columns(3)))
 }
 
 /// The rigid transform nearest to a 4 x 4 matrix.

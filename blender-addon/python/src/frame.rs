@@ -18,6 +18,8 @@ use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::scan::Camera;
+use crate::select::Edit;
+use crate::similarity::Similarity;
 
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
 #[pyclass(frozen, subclass, module = "surfrecon")]
@@ -63,6 +65,27 @@ impl Scan {
     #[pyo3(signature = (*, progress = None))]
     pub fn read<'py>(&self, py: Python<'py>, progress: Option<Py<PyAny>>) -> PyResult<Bound<'py, PyAny>> {
         content_object(py, Watch::new(progress).run(py, |progress| self.scan.read_with(progress))?)
+    }
+
+    /// The scan with what a region holds, whenever it is read, merged or aligned; nothing is read now. See ``surfrecon.keep``.
+    ///
+    /// Args:
+    ///     region: a ``Box``, a ``Plane`` or a mask: (rows, cols) bool, or (n,) for a mesh or a cloud.
+    ///
+    /// Raises:
+    ///     TypeError: what is no region. A mask of another size is an ``InputError`` when the scan is read.
+    fn keep(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Py<Scan>> {
+        to_object(py, Edit::select(region, true)?.of_scan(&self.scan)?)
+    }
+
+    /// The scan without what a region holds; as ``keep``.
+    fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Py<Scan>> {
+        to_object(py, Edit::select(region, false)?.of_scan(&self.scan)?)
+    }
+
+    /// The scan in another size and place: its pose now, its samples whenever it is read. See ``surfrecon.transformed``.
+    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Py<Scan>> {
+        to_object(py, Edit::transform(similarity).of_scan(&self.scan)?)
     }
 
     fn __repr__(&self) -> String {
@@ -159,7 +182,7 @@ impl Frame {
         arrays::matrix(slf.py(), &slf.as_super().scan.world_from_sensor)
     }
 
-    /// The depths as a ``RangeImage`` as they were recorded, nothing left out, without colours.
+    /// The depths as a ``RangeImage`` as they were recorded, nothing left out or removed, without colours; in true size.
     #[getter]
     fn depth(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
         Ok(read(&slf, whole)?.depth.into())
@@ -170,7 +193,10 @@ impl Frame {
     /// one.
     #[getter]
     fn image(slf: PyRef<'_, Self>) -> PyResult<RangeImage> {
-        Ok(read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?.0.into())
+        match read(&slf, import::Scan::read_with)? {
+            import::Content::RangeImage(image) => Ok(image.into()),
+            _ => unreachable!("a frame is a range image"),
+        }
     }
 
     /// How many samples ``image`` leaves out: a dict with ``of`` (those measured), ``low_confidence``, ``out_of_reach``

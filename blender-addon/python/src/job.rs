@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyList};
 use surfrecon::cluster::Clustered as CoreClustered;
 use surfrecon::import::Content;
 use surfrecon::mesh::certify::Certified;
+use surfrecon::plane::DominantPlane;
 use surfrecon::quads::QuadGrid as CoreQuads;
 use surfrecon::sculpt::Sculpted as Core;
 use surfrecon::{Progress, Tick, memory};
@@ -30,12 +31,14 @@ use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
+use crate::regions::{Plane, PlaneCall};
 use crate::scan::{ScanCall, scanned};
 use crate::scans::{OpenCall, ScanSet};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// What a call gives.
 enum Made {
+    Plane(DominantPlane),
     Aligned(Box<Alignment>),
     Ready(Aligner),
     Merged(Box<Measured>),
@@ -57,7 +60,7 @@ type Outcome = std::thread::Result<surfrecon::Result<Made>>;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
@@ -148,6 +151,18 @@ fn part<'a>(whole: &'a Progress<'static>, index: usize, count: usize) -> Progres
 
 #[pymethods]
 impl Job {
+    /// Starts ``surfrecon.dominant_plane`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``dominant_plane``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: plane
+    #[pyo3(signature = (scans, **options), text_signature = "(scans, *, tolerance=None, min_share=0.05, margin=None, threads=0)")]
+    fn dominant_plane(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = PlaneCall::new(scans, options)?;
+        Job::start(move |progress| Ok(Made::Plane(call.run(progress)?)))
+    }
+
     /// Starts ``surfrecon.align`` with the same arguments but ``progress``.
     ///
     /// Raises:
@@ -405,6 +420,7 @@ impl Job {
             py.detach(|| std::thread::sleep(std::time::Duration::from_millis(2)));
         }
         match py.detach(|| thread.join()) {
+            Ok(Ok(Ok(Made::Plane(plane)))) => Ok(Bound::new(py, Plane::from(plane))?.into_any()),
             Ok(Ok(Ok(Made::Aligned(aligned)))) => Ok(Bound::new(py, *aligned)?.into_any()),
             Ok(Ok(Ok(Made::Ready(aligner)))) => Ok(Bound::new(py, aligner)?.into_any()),
             Ok(Ok(Ok(Made::Merged(merged)))) => Ok(Bound::new(py, MergeResult::new(py, *merged)?)?.into_any()),

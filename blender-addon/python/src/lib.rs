@@ -10,6 +10,9 @@
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
+//! | `regions` | boxes and planes; the dominant plane |
+//! | `similarity` | true size and ground |
+//! | `select` | keeps, removes and transforms scans of every kind |
 //! | `sources` | scans as Python hands them over |
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
@@ -42,10 +45,13 @@ mod quads;
 mod range_image;
 mod ready;
 mod reconstruct;
+mod regions;
 mod scan;
 mod scans;
 mod sculpt;
+mod select;
 mod settings;
+mod similarity;
 mod sources;
 
 use pyo3::prelude::*;
@@ -85,13 +91,19 @@ mod _native {
     #[pymodule_export]
     use crate::reconstruct::{Reconstructed, Reconstructor, reconstruct};
     #[pymodule_export]
+    use crate::regions::{OrientedBox, Plane, dominant_plane};
+    #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
     use crate::scans::{ScanSet, formats, open, read, recording_of, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]
+    use crate::select::{keep, remove, transformed};
+    #[pymodule_export]
     use crate::settings::{memory_limit, set_memory_limit};
+    #[pymodule_export]
+    use crate::similarity::{Similarity, ground, true_size};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
@@ -12,9 +12,11 @@ use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
-use crate::errors::{guarded, input_error, to_python};
+use crate::errors::{detached, guarded, input_error, to_python};
 use crate::params::params;
 use crate::progress::Watch;
+use crate::select::Edit;
+use crate::similarity::Similarity;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
 ///
@@ -72,6 +74,12 @@ impl Mesh {
         }
         mesh.validate().map_err(|e| to_python(&e))?;
         Ok(mesh.into())
+    }
+
+    fn selected(&self, py: Python<'_>, edit: &Edit, world_from_mesh: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let place = world_from_mesh.map(|place| arrays::affine(place, "world_from_mesh")).transpose()?;
+        let place = place.unwrap_or(DAffine3::IDENTITY);
+        Ok(Watch::new(None).run(py, |progress| edit.of_mesh(&self.mesh, place, progress))?.0.into())
     }
 
     /// The coordinates less `origin` times `scale` in single precision.
@@ -220,6 +228,48 @@ impl Mesh {
             let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();
             write_mesh(&path, &mesh, &coarser, &options, progress)
         })
+    }
+
+    /// The mesh with the vertices that a region holds, and the faces of which all three are: see ``surfrecon.keep``.
+    ///
+    /// Args:
+    ///     region: a ``Box``, a ``Plane`` or a mask, (n,) bool.
+    ///     world_from_mesh: 4 x 4: where the mesh lies. Default: its coordinates are the world's.
+    ///
+    /// Raises:
+    ///     InputError: a mask of another size.
+    ///     TypeError: what is no region.
+    #[pyo3(signature = (region, *, world_from_mesh = None))]
+    fn keep(
+        &self,
+        py: Python<'_>,
+        region: &Bound<'_, PyAny>,
+        world_from_mesh: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        self.selected(py, &Edit::select(region, true)?, world_from_mesh)
+    }
+
+    /// The mesh without the vertices that a region holds, and without the faces at them; as ``keep``.
+    #[pyo3(signature = (region, *, world_from_mesh = None))]
+    fn remove(
+        &self,
+        py: Python<'_>,
+        region: &Bound<'_, PyAny>,
+        world_from_mesh: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        self.selected(py, &Edit::select(region, false)?, world_from_mesh)
+    }
+
+    /// The mesh with its vertices scaled, turned and shifted, and attributes that are lengths scaled.
+    ///
+    /// Raises:
+    ///     InputError: coordinates that become too large.
+    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
+        let mesh = detached(py, || {
+            let mut mesh = TriMesh::clone(&self.mesh);
+            similarity.similarity.of_mesh(&mut mesh).map(|()| mesh)
+        })?;
+        Ok(mesh.into())
     }
 
     fn __repr__(&self) -> String {

@@ -5,11 +5,21 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 
 use crate::arrays;
+use crate::progress::Watch;
+use crate::select::Edit;
+use crate::similarity::Similarity;
 
 /// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct PointCloud {
     pub cloud: Arc<surfrecon::PointCloud>,
+}
+
+impl PointCloud {
+    fn edited(&self, py: Python<'_>, edit: &Edit) -> PyResult<Self> {
+        let cloud = Watch::new(None).run(py, |progress| edit.of_cloud(&self.cloud, progress))?;
+        Ok(PointCloud { cloud: Arc::new(cloud) })
+    }
 }
 
 #[pymethods]
@@ -46,6 +56,28 @@ impl PointCloud {
     #[getter]
     fn world_from_cloud<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::matrix(py, &self.cloud.world_from_cloud)
+    }
+
+    /// The cloud with what a region holds: see ``surfrecon.keep``.
+    ///
+    /// Args:
+    ///     region: a ``Box``, a ``Plane`` or a mask, (n,) bool.
+    ///
+    /// Raises:
+    ///     InputError: a mask of another size.
+    ///     TypeError: what is no region.
+    fn keep(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &Edit::select(region, true)?)
+    }
+
+    /// The cloud without what a region holds; as ``keep``.
+    fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &Edit::select(region, false)?)
+    }
+
+    /// The cloud in another size and place, its pose still rigid: see ``surfrecon.transformed``.
+    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
+        self.edited(py, &Edit::transform(similarity))
     }
 
     fn __repr__(&self) -> String {

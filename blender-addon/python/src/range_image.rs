@@ -18,6 +18,8 @@ use crate::errors::{guarded, input_error, parameter_error, reworded, to_python};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
+use crate::select::Edit;
+use crate::similarity::Similarity;
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
 ///
@@ -45,6 +47,11 @@ impl RangeImage {
 
     fn locked(&self) -> MutexGuard<'_, Arc<Core>> {
         self.image.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn edited(&self, py: Python<'_>, edit: &Edit) -> PyResult<Self> {
+        let image = self.image();
+        Ok(Watch::new(None).run(py, |progress| edit.of_image(&image, progress))?.into())
     }
 
     fn pixels(&self) -> [Option<usize>; 2] {
@@ -454,6 +461,28 @@ impl RangeImage {
             Ok(with_grid(&image, surface))
         });
         made.map(Mesh::from)
+    }
+
+    /// The image with what a region holds: see ``surfrecon.keep``.
+    ///
+    /// Args:
+    ///     region: a ``Box``, a ``Plane`` or a mask, (rows, cols) bool.
+    ///
+    /// Raises:
+    ///     InputError: a mask of another size.
+    ///     TypeError: what is no region.
+    fn keep(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &Edit::select(region, true)?)
+    }
+
+    /// The image without what a region holds; as ``keep``.
+    fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &Edit::select(region, false)?)
+    }
+
+    /// The image in another size and place, its pose still rigid: see ``surfrecon.transformed``.
+    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
+        self.edited(py, &Edit::transform(similarity))
     }
 
     fn __repr__(&self) -> String {

@@ -16,6 +16,8 @@ use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::{RangeImage, write_together};
+use crate::select::{Edit, edits};
+use crate::similarity::Similarity;
 
 /// Opens scans without reading their samples.
 ///
@@ -254,10 +256,47 @@ impl ScanSet {
         let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
         Ok(ScanSet { scans, notes: set.notes })
     }
+
+    /// How many scans there are.
+    pub fn count(&self) -> usize {
+        self.scans.len()
+    }
+
+    /// The set with an edit for each of its scans.
+    ///
+    /// # Errors
+    /// See [`Edit::of_scan`].
+    pub fn edited(&self, py: Python<'_>, edits: &[Edit]) -> PyResult<Self> {
+        let scans =
+            self.scans.iter().zip(edits).map(|(scan, edit)| frame::to_object(py, edit.of_scan(&scan.get().scan)?));
+        Ok(ScanSet { scans: scans.collect::<PyResult<_>>()?, notes: self.notes.clone() })
+    }
 }
 
 #[pymethods]
 impl ScanSet {
+    /// The set with what a region holds of each scan, whenever it is read, merged or aligned: see ``surfrecon.keep``.
+    ///
+    /// Args:
+    ///     region: a ``Box``, a ``Plane``, or a list of one mask a scan, ``None`` for those that stay whole.
+    ///
+    /// Raises:
+    ///     InputError: another number of masks than of scans. One of another size is one when its scan is read.
+    ///     TypeError: what is no region.
+    fn keep(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &edits(region, true, self.count())?)
+    }
+
+    /// The set without what a region holds of each scan; as ``keep``.
+    fn remove(&self, py: Python<'_>, region: &Bound<'_, PyAny>) -> PyResult<Self> {
+        self.edited(py, &edits(region, false, self.count())?)
+    }
+
+    /// The set in another size and place: poses now, samples whenever they are read. See ``surfrecon.transformed``.
+    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
+        self.edited(py, &vec![Edit::transform(similarity); self.count()])
+    }
+
     fn __len__(&self) -> usize {
         self.scans.len()
     }

@@ -8,6 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::select::Places;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriMesh, import};
 
@@ -80,6 +81,19 @@ impl ScanSource for Source {
             Source::Cloud { name, cloud } => {
                 PlacedCloud { name: name.clone(), cloud, world_from_cloud: cloud.world_from_cloud }
                     .content(triangulation, progress)
+            }
+        }
+    }
+
+    fn places(&self, progress: &Progress<'_>) -> surfrecon::Result<Places> {
+        match self {
+            Source::File(scan) => scan.places(progress),
+            Source::Image(image) => image.places(progress),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.places(progress)
+            }
+            Source::Cloud { name, cloud } => {
+                PlacedCloud { name: name.clone(), cloud, world_from_cloud: cloud.world_from_cloud }.places(progress)
             }
         }
     }

@@ -2,8 +2,10 @@
 
 pub mod frame;
 pub mod oriented;
+pub mod places;
 pub mod range_image;
 pub mod rigid;
+pub mod select;
 pub mod sight;
 pub mod source;
 pub mod triangulate;

@@ -8,6 +8,7 @@ use glam::{DAffine3, DVec3};
 use rustc_hash::FxHasher;
 
 use crate::oriented::OrientedPoints;
+use crate::places::Places;
 use crate::range_image::noise::Noise;
 use crate::range_image::smooth::{self, Smoothed};
 use crate::range_image::{RangeImage, Samples, blocks};
@@ -66,6 +67,17 @@ pub trait ScanSource: Sync {
             ..TriMesh::default()
         };
         named(self.name(), OrientedPoints::of_mesh(&mesh, surface.world_from_surface))
+    }
+
+    /// Where its samples lie, whether it can be merged or not.
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn places(&self, progress: &Progress<'_>) -> Result<Places> {
+        if let Some(image) = self.image(progress)? {
+            return named(self.name(), Places::of_image(&image, progress));
+        }
+        Ok(self.oriented_points(progress)?.into())
     }
 
     /// A number that follows from what the scan holds and where it lies, the same for equal scans only, but for one chance
@@ -250,6 +262,10 @@ impl ScanSource for PlacedCloud<'_> {
 
     fn oriented_points(&self, _: &Progress<'_>) -> Result<OrientedPoints> {
         named(&self.name, OrientedPoints::of_cloud(self.cloud, self.world_from_cloud))
+    }
+
+    fn places(&self, progress: &Progress<'_>) -> Result<Places> {
+        named(&self.name, Places::of_cloud(self.cloud, self.world_from_cloud, progress))
     }
 }
 

@@ -105,9 +105,7 @@ pub fn voxel(
     let mean = |sum: f64| sum / samples as f64;
     let spacing = mean(told.iter().map(|t| t.spacing.0).sum());
     if samples == 0 {
-        return Err(Error::input(
-            "no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit",
-        ));
+        return Err(super::nothing_to_merge());
     }
     if spacing <= 0.0 {
         return Err(Error::input(

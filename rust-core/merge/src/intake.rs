@@ -126,9 +126,7 @@ pub fn discretize_all(
         if let Some(failure) = failure {
             return Err(failure.error);
         }
-        let lattice = lattice.ok_or_else(|| {
-            Error::input("no scan has a triangle, so there is nothing to merge: check the scans or raise edge_limit")
-        })?;
+        let lattice = lattice.ok_or_else(super::nothing_to_merge)?;
         let mut all = good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
             all.buckets.append(&mut group.found.buckets);
             all.triangles += group.found.triangles;

@@ -375,6 +375,12 @@ const HOLE_VOXELS: f64 = 100.0;
 /// ... and of at most this share of the diagonal of the bounding box of the part they are in.
 const HOLE_SHARE: f64 = 0.2;
 
+fn nothing_to_merge() -> Error {
+    Error::input(
+        "no scan has a triangle, so there is nothing to merge: check the scans, check what was kept of them, or raise edge_limit",
+    )
+}
+
 fn refuse_nothing(surface: &extract::Surface, voxel: f64, min_share: f64) -> Result<()> {
     if !surface.is_empty() {
         return Ok(());

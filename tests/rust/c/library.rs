@@ -110,6 +110,8 @@ impl<const N: usize> Sized<N> {
     }
 }
 
+pub type PlaneParams = Sized<3>;
+pub type Plane = Sized<9>;
 pub type AlignParams = Sized<6>;
 pub type AlignReport = Sized<5>;
 pub type AlignedScan = Sized<103>;
@@ -282,6 +284,24 @@ functions! {
     srf_cloud_free(cloud: Handle) -> i32;
     srf_cloud_arrays(cloud: Handle, positions: *mut Array, normals: *mut Array, colours: *mut Array, intensities: *mut Array) -> i32;
     srf_cloud_pose(cloud: Handle, out: *mut [f64; 16]) -> i32;
+    srf_plane_params_init_sized(params: *mut PlaneParams, size: usize) -> i32;
+    srf_plane_init_sized(plane: *mut Plane, size: usize) -> i32;
+    srf_plane_through(points: *const f64, above: *const f64, out: *mut Plane) -> i32;
+    srf_dominant_plane(aligner: Handle, params: *const PlaneParams, progress: *const Watch, out: *mut Plane) -> i32;
+    srf_region_box(pose: *const [f64; 16], out: *mut Handle) -> i32;
+    srf_region_below(plane: *const Plane, out: *mut Handle) -> i32;
+    srf_region_mask(marks: *const Array, rows: usize, cols: usize, out: *mut Handle) -> i32;
+    srf_region_free(region: Handle) -> i32;
+    srf_true_size(a: *const f64, b: *const f64, distance: f64, out: *mut [f64; 16]) -> i32;
+    srf_ground(plane: *const Plane, up: *const f64, out: *mut [f64; 16]) -> i32;
+    srf_image_select(image: Handle, region: Handle, keep: u32, progress: *const Watch, removed: *mut usize) -> i32;
+    srf_cloud_select(cloud: Handle, region: Handle, keep: u32, progress: *const Watch, removed: *mut usize) -> i32;
+    srf_mesh_select(mesh: Handle, pose: *const [f64; 16], region: Handle, keep: u32, progress: *const Watch, removed: *mut usize) -> i32;
+    srf_scans_select(scans: Handle, index: usize, region: Handle, keep: u32) -> i32;
+    srf_scans_transform(scans: Handle, similarity: *const [f64; 16]) -> i32;
+    srf_image_transform(image: Handle, similarity: *const [f64; 16]) -> i32;
+    srf_cloud_transform(cloud: Handle, similarity: *const [f64; 16]) -> i32;
+    srf_mesh_transform(mesh: Handle, similarity: *const [f64; 16]) -> i32;
     srf_mesh_create(positions: *const Array, triangles: *const Array, out: *mut Handle) -> i32;
     srf_mesh_free(mesh: Handle) -> i32;
     srf_mesh_positions(mesh: Handle, out: *mut Array) -> i32;

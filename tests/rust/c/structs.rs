@@ -113,6 +113,7 @@ fn defaults_are_those_of_the_table() {
         ("open", "srf_read_options", init!(srf_read_options_init_sized)),
         ("write", "srf_write_options", init!(srf_write_options_init_sized)),
         ("triangulate", "srf_triangulate_params", init!(srf_triangulate_params_init_sized)),
+        ("plane", "srf_plane_params", init!(srf_plane_params_init_sized)),
         ("align", "srf_align_params", init!(srf_align_params_init_sized)),
         ("merge", "srf_merge_params", init!(srf_merge_params_init_sized)),
         ("sculpt", "srf_sculpt_params", init!(srf_sculpt_params_init_sized)),

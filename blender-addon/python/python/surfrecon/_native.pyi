@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, final, overload
+from typing import Any, Literal, Self, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ __all__ = [
     "AlignedScan",
     "Aligner",
     "Alignment",
+    "Box",
     "Camera",
     "Clustered",
     "Frame",
@@ -23,6 +24,7 @@ __all__ = [
     "Mesh",
     "Parameter",
     "Pick",
+    "Plane",
     "PointCloud",
     "QuadGrid",
     "RangeImage",
@@ -32,6 +34,7 @@ __all__ = [
     "ScanSet",
     "Sculpted",
     "Sculptor",
+    "Similarity",
     "Snap",
     "Spline",
     "TurntableFound",
@@ -41,7 +44,10 @@ __all__ = [
     "cluster",
     "cluster_levels",
     "distances",
+    "dominant_plane",
     "formats",
+    "ground",
+    "keep",
     "linear_colours",
     "memory_foreseen",
     "memory_in_use",
@@ -54,10 +60,13 @@ __all__ = [
     "read",
     "reconstruct",
     "recording_of",
+    "remove",
     "sculpt",
     "sculpture",
     "set_memory_limit",
     "surface_distance",
+    "transformed",
+    "true_size",
     "turntable",
     "virtual_scan",
     "write",
@@ -76,6 +85,8 @@ _Pick: TypeAlias = Pick | tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int
 _Poses: TypeAlias = Iterable[ArrayLike | None]
 _Free: TypeAlias = tuple[Literal["turn", "slide"], list[float], list[float]]
 _Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
+_Region: TypeAlias = Box | Plane | ArrayLike
+_Axis: TypeAlias = Literal["x", "y", "z", "-x", "-y", "-z"]
 _Progress: TypeAlias = Callable[[str, float], bool | None]
 _Content: TypeAlias = RangeImage | Mesh | PointCloud
 
@@ -107,6 +118,44 @@ class Parameter:
     def off(self) -> str: ...
     @property
     def since(self) -> str: ...
+
+@final
+class Box:
+    def __new__(cls, world_from_box: ArrayLike) -> Box: ...
+    @staticmethod
+    def between(low: ArrayLike, high: ArrayLike) -> Box: ...
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
+
+@final
+class Plane:
+    def __new__(cls, point: ArrayLike, normal: ArrayLike, *, margin: float = 0.0) -> Plane: ...
+    @staticmethod
+    def through(points: ArrayLike, *, above: ArrayLike | None = None) -> Plane: ...
+    @property
+    def point(self) -> NDArray[np.float64]: ...
+    @property
+    def normal(self) -> NDArray[np.float64]: ...
+    @property
+    def margin(self) -> float: ...
+    @property
+    def share(self) -> float | None: ...
+    @property
+    def spread(self) -> float | None: ...
+    def with_margin(self, margin: float) -> Plane: ...
+    def flipped(self) -> Plane: ...
+    def height(self, points: ArrayLike) -> NDArray[np.float64]: ...
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]: ...
+
+@final
+class Similarity:
+    def __new__(cls, matrix: ArrayLike) -> Similarity: ...
+    @property
+    def matrix(self) -> _Matrix: ...
+    @property
+    def scale(self) -> float: ...
+    def inverse(self) -> Similarity: ...
+    def apply(self, points: ArrayLike) -> NDArray[np.float64]: ...
+    def __matmul__(self, first: Similarity, /) -> Similarity: ...
 
 @final
 class Mesh:
@@ -142,6 +191,9 @@ class Mesh:
         progress: _Progress | None = None,
     ) -> None: ...
     def check(self) -> dict[str, int | bool | None]: ...
+    def keep(self, region: _Region, *, world_from_mesh: ArrayLike | None = None) -> Mesh: ...
+    def remove(self, region: _Region, *, world_from_mesh: ArrayLike | None = None) -> Mesh: ...
+    def transformed(self, similarity: Similarity) -> Mesh: ...
 
 @final
 class PointCloud:
@@ -155,6 +207,9 @@ class PointCloud:
     def intensity(self) -> NDArray[np.float32] | None: ...
     @property
     def world_from_cloud(self) -> _Matrix: ...
+    def keep(self, region: _Region) -> PointCloud: ...
+    def remove(self, region: _Region) -> PointCloud: ...
+    def transformed(self, similarity: Similarity) -> PointCloud: ...
 
 @final
 class RangeImage:
@@ -216,6 +271,9 @@ class RangeImage:
     def confidence(self, confidence: ArrayLike | None) -> None: ...
     def write(self, path: _PathLike, *, progress: _Progress | None = None) -> None: ...
     def world_points(self) -> NDArray[np.float64]: ...
+    def keep(self, region: _Region) -> RangeImage: ...
+    def remove(self, region: _Region) -> RangeImage: ...
+    def transformed(self, similarity: Similarity) -> RangeImage: ...
     def triangulate(
         self,
         *,
@@ -236,6 +294,9 @@ class Scan:
     @property
     def world_from_sensor(self) -> _Matrix: ...
     def read(self, *, progress: _Progress | None = None) -> _Content: ...
+    def keep(self, region: _Region) -> Self: ...
+    def remove(self, region: _Region) -> Self: ...
+    def transformed(self, similarity: Similarity) -> Self: ...
 
 @final
 class Frame(Scan):
@@ -264,6 +325,9 @@ class ScanSet(Sequence[Scan]):
     @overload
     def __getitem__(self, key: slice, /) -> list[Scan]: ...
     def __iter__(self) -> Iterator[Scan]: ...
+    def keep(self, region: Box | Plane | Iterable[ArrayLike | None]) -> ScanSet: ...
+    def remove(self, region: Box | Plane | Iterable[ArrayLike | None]) -> ScanSet: ...
+    def transformed(self, similarity: Similarity) -> ScanSet: ...
 
 @final
 class AlignedScan:
@@ -515,6 +579,17 @@ class MergeResult:
 @final
 class Job:
     @staticmethod
+    def dominant_plane(
+        scans: Iterable[_Alignable],
+        *,
+        # options: plane
+        tolerance: float | None = None,
+        min_share: float | None = 0.05,
+        margin: float | None = None,
+        threads: int | None = 0,
+        # end
+    ) -> Job: ...
+    @staticmethod
     def align(
         scans: Iterable[_Alignable],
         *,
@@ -747,6 +822,47 @@ def memory_in_use() -> int: ...
 def memory_peak(*, restart: bool = False) -> int: ...
 def linear_colours(colours: NDArray[np.uint8]) -> NDArray[np.float32]: ...
 def parameters(operation: str | None = None) -> list[Parameter]: ...
+def dominant_plane(
+    scans: Iterable[_Alignable],
+    *,
+    # options: plane
+    tolerance: float | None = None,
+    min_share: float | None = 0.05,
+    margin: float | None = None,
+    threads: int | None = 0,
+    # end
+    progress: _Progress | None = None,
+) -> Plane: ...
+@overload
+def keep(
+    scans: ScanSet, region: Box | Plane | Iterable[ArrayLike | None], *, progress: _Progress | None = None
+) -> ScanSet: ...
+@overload
+def keep(
+    scans: Iterable[_Alignable],
+    region: Box | Plane | Iterable[ArrayLike | None],
+    *,
+    progress: _Progress | None = None,
+) -> list[Any]: ...
+@overload
+def remove(
+    scans: ScanSet, region: Box | Plane | Iterable[ArrayLike | None], *, progress: _Progress | None = None
+) -> ScanSet: ...
+@overload
+def remove(
+    scans: Iterable[_Alignable],
+    region: Box | Plane | Iterable[ArrayLike | None],
+    *,
+    progress: _Progress | None = None,
+) -> list[Any]: ...
+@overload
+def transformed(scans: ScanSet, similarity: Similarity, *, progress: _Progress | None = None) -> ScanSet: ...
+@overload
+def transformed(
+    scans: Iterable[_Alignable], similarity: Similarity, *, progress: _Progress | None = None
+) -> list[Any]: ...
+def true_size(a: ArrayLike, b: ArrayLike, distance: float) -> Similarity: ...
+def ground(plane: Plane, *, up: _Axis | ArrayLike = "z") -> Similarity: ...
 def align(
     scans: Iterable[_Alignable],
     *,

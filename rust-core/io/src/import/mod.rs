@@ -16,6 +16,7 @@
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | what the files don't say themselves |
+//! | `edits` | what is kept of a scan, and its true size and place |
 //! | `file`, `window`, `text` | regular files, whole or in part; a window that moves along one; its lines |
 //!
 //! A file is recognized by its content; the ending of its name decides only where the content could be anything.
@@ -23,6 +24,7 @@
 mod camera;
 mod conf;
 mod e57;
+mod edits;
 mod file;
 mod frames;
 mod gltf;
@@ -64,7 +66,9 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
+use image::places::Places;
 use image::range_image::RangeImage;
+use image::select::scale_frame;
 use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
@@ -100,6 +104,8 @@ pub struct Scan {
     pub(crate) begin: Begin,
     /// What it is a frame of.
     pub(crate) recording: Option<Arc<frames::Recording>>,
+    /// What becomes of its samples after they are read.
+    pub(crate) edits: edits::Edits,
 }
 
 /// A place in a file of text.
@@ -329,6 +335,7 @@ impl Scan {
             options: Arc::default(),
             begin: Begin::default(),
             recording: None,
+            edits: edits::Edits::default(),
         }
     }
 
@@ -337,10 +344,10 @@ impl Scan {
         Scan { options: options.clone(), ..Scan::new(path) }
     }
 
-    /// Reads the samples.
+    /// Reads the samples: those that are kept, in their true size.
     ///
     /// # Errors
-    /// The file can't be read or is damaged.
+    /// The file can't be read or is damaged; a mask that does not fit.
     pub fn read(&self) -> Result<Content> {
         self.read_with(&Progress::none())
     }
@@ -350,7 +357,16 @@ impl Scan {
     /// # Errors
     /// As [`Scan::read`]; [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
-        if let Some(frame) = self.frame(progress)? {
+        if self.edits.is_empty() {
+            return self.whole(progress);
+        }
+        let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: edits::Edits::default(), ..self.clone() };
+        self.edited(local.whole(progress)?, progress)
+    }
+
+    /// Reads what the file holds. A frame's colours are looked up before anything is removed that may hide them from others.
+    fn whole(&self, progress: &Progress<'_>) -> Result<Content> {
+        if let Some(frame) = self.recorded(progress)? {
             return Ok(Content::RangeImage(frame.into_range_image(progress)?.0));
         }
         let Role::Scans { read, .. } = format_of(&self.path)?.role else { return Err(self.is_no_scan()) };
@@ -371,7 +387,11 @@ impl Scan {
     /// As [`Scan::read_with`].
     pub fn colour(&self, progress: &Progress<'_>) -> Result<Option<ColourImage>> {
         let Some(recording) = &self.recording else { return Ok(None) };
-        progress.watch(|| recording.colour(self.part, &self.options, progress))
+        let mut image = progress.watch(|| recording.colour(self.part, &self.options, progress))?;
+        if let Some(image) = &mut image {
+            image.colour_from_depth.translation *= self.scale();
+        }
+        Ok(image)
     }
 
     /// How far the sensor of a frame trusts its depths; `None` where it does not say, and for other scans.
@@ -383,11 +403,17 @@ impl Scan {
         progress.watch(|| recording.confidence(self.part, &self.options, progress))
     }
 
-    /// The frame of a recording as it was recorded, nothing left out; `None` for other scans.
+    /// The frame of a recording as it was recorded, nothing left out, in its true size; `None` for other scans.
     ///
     /// # Errors
     /// As [`Scan::read_with`].
     pub fn frame(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
+        let Some(mut frame) = self.recorded(progress)? else { return Ok(None) };
+        scale_frame(&mut frame, self.scale()).map_err(|error| self.says(error))?;
+        Ok(Some(frame))
+    }
+
+    fn recorded(&self, progress: &Progress<'_>) -> Result<Option<Frame>> {
         let Some(recording) = &self.recording else { return Ok(None) };
         progress.plan(&[("reading", 1.0)]);
         progress.stage(0, 1);
@@ -404,12 +430,31 @@ impl Scan {
     /// # Errors
     /// The file can't be read or is damaged.
     pub fn preview_points(&self, count: usize) -> Result<Vec<DVec3>> {
+        if self.edits.leave_out() {
+            let places = self.places(&Progress::none())?.positions;
+            let step = places.len().div_ceil(count.max(1)).max(1);
+            return Ok(places.into_iter().step_by(step).collect());
+        }
+        let mut points = self.recorded_points(count)?;
+        points.iter_mut().for_each(|point| *point *= self.scale());
+        Ok(points)
+    }
+
+    fn recorded_points(&self, count: usize) -> Result<Vec<DVec3>> {
         if let Some(recording) = &self.recording {
             return recording.preview(self.part, count, &self.options);
         }
         match format_of(&self.path)?.role {
             Role::Scans { preview, .. } => preview(self, count),
             _ => Err(self.is_no_scan()),
+        }
+    }
+
+    /// Names the scan in an error.
+    fn says(&self, error: Error) -> Error {
+        match error {
+            Error::Input(text) => Error::Input(format!("{}: {text}", self.name)),
+            other => other,
         }
     }
 
@@ -449,6 +494,14 @@ impl ScanSource for Scan {
             Content::Points(cloud) => {
                 PlacedCloud { name, cloud: &cloud, world_from_cloud: place }.oriented_points(progress)
             }
+        }
+    }
+
+    fn places(&self, progress: &Progress<'_>) -> Result<Places> {
+        match self.read_with(&progress.unseen())? {
+            Content::RangeImage(image) => Places::of_image(&image, progress),
+            Content::Mesh(mesh) => Places::of_mesh(&mesh, self.world_from_sensor).map_err(|error| self.says(error)),
+            Content::Points(cloud) => Places::of_cloud(&cloud, self.world_from_sensor, progress),
         }
     }
 }

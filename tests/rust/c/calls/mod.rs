@@ -5,6 +5,7 @@ mod files;
 mod objects;
 mod operations;
 mod refusals;
+mod select;
 mod threads;
 
 use std::ffi::{CStr, CString, c_char, c_void};
