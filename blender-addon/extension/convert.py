@@ -260,6 +260,18 @@ def positions(mesh):
     return flat.reshape(-1, 3)
 
 
+def scale_range_image(obj, scale):
+    """Scales the samples of a range image and its projection; its pose stays."""
+    mesh = obj.data
+    mesh.attributes["position"].data.foreach_set("vector", (positions(mesh) * scale).reshape(-1))
+    mesh.update()
+    if PARAMETERS in obj:
+        projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
+        if projection["kind"] == "points":
+            projection = {"kind": "points", "viewing": (projection["viewing"], projection["vector"])}
+        obj[PROJECTION], obj[PARAMETERS] = projection_properties(projection, scale)
+
+
 def triangles(mesh):
     """(m, 3) int32; larger polygons are cut."""
     if len(mesh.loops) == 3 * len(mesh.polygons):

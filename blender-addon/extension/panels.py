@@ -82,6 +82,20 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
         buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
 
 
+class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
+    """How large scans are, and where the ground is."""
+
+    bl_label = "Size and Ground"
+
+    def draw(self, context):
+        """Its buttons."""
+        buttons(
+            self.layout,
+            ("surfrecon.true_size", "FIXED_SIZE"),
+            ("surfrecon.ground", "VIEW_PERSPECTIVE"),
+        )
+
+
 class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
     """What should not be merged."""
 
@@ -89,7 +103,12 @@ class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
 
     def draw(self, context):
         """Its buttons."""
-        buttons(self.layout, ("surfrecon.clean", "BRUSH_DATA"))
+        buttons(
+            self.layout,
+            ("surfrecon.clean", "BRUSH_DATA"),
+            ("surfrecon.select_region", "SELECT_INTERSECT"),
+            ("surfrecon.remove_background", "AXIS_TOP"),
+        )
 
 
 class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
@@ -221,6 +240,7 @@ CLASSES = (
     SURFRECON_PT_running,
     SURFRECON_PT_bring,
     SURFRECON_PT_look,
+    SURFRECON_PT_place,
     SURFRECON_PT_clean,
     SURFRECON_PT_merge,
     SURFRECON_PT_options,

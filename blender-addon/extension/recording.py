@@ -20,6 +20,10 @@ from .running import Refused, Task, waited
 PATHS, OPTIONS, FRAMES = "recording_paths", "recording_options", "recording_frames"
 TOTAL, SCALE, POSES = "recording_total", "recording_scale", "recording_poses"
 
+# Regions that keep or remove samples, 18 numbers each, in the frame of the object: 1 for a plane and 0 for a box, 1
+# where what it holds is kept, and a matrix by rows: of a box, or with a plane's point, normal and margin as columns.
+SELECTIONS = "recording_selections"
+
 # One such file of a recording stands for all of it: images, lists and cameras, which alone are no scan with a place.
 PARTS = {".png", ".jpg", ".jpeg", ".exr", ".json", ".txt", ".log", ".csv", ".freiburg", ".depth"}
 
@@ -95,6 +99,7 @@ def frames(obj, depsgraph):
     """
     name, numbers, total, poses, scale = obj.name, list(obj[FRAMES]), obj[TOTAL], poses_of(obj), obj[SCALE]
     world_from_recording = placement(obj, depsgraph)
+    regions = selections(obj, world_from_recording)
     paths = [bpy.path.abspath(path) for path in obj[PATHS].split("\n")]
     options = obj[OPTIONS].to_dict() if OPTIONS in obj else {}
     try:
@@ -110,10 +115,13 @@ def frames(obj, depsgraph):
         raise Refused(
             f'"{name}" was made when {paths[0]} had {total:,} frames, and now it has {len(scans):,}: import it again'
         )
-    return [
-        moved(scans[number], world_from_recording, scale, None if poses is None else poses[k])
-        for k, number in enumerate(numbers)
-    ]
+    found = []
+    for k, number in enumerate(numbers):
+        scan = moved(scans[number], world_from_recording, scale, None if poses is None else poses[k])
+        for region, keep in regions:
+            scan = scan.keep(region) if keep else scan.remove(region)
+        found.append(scan)
+    return found
 
 
 def moved(scan, world_from_recording, scale, pose):
@@ -168,6 +176,57 @@ def put(obj, world_from_recording, world_from_frames):
     """Notes where frames lie now, in the world; the object stays where it is."""
     recording_from_world = np.linalg.inv(world_from_recording)
     obj[POSES] = np.concatenate([(recording_from_world @ pose)[:3].reshape(-1) for pose in world_from_frames]).tolist()
+
+
+def note_selection(obj, region, keep, world_from_recording):
+    """Notes that frames keep what a region of the world holds, a `surfrecon.Plane` or the matrix of a box, or are without
+    it, whenever they are read.
+    """
+    rows = np.zeros((4, 4))
+    recording_from_world = np.linalg.inv(world_from_recording)
+    is_plane = isinstance(region, surfrecon.Plane)
+    if is_plane:
+        size = np.cbrt(np.linalg.det(recording_from_world[:3, :3]))
+        rows[:, 0] = recording_from_world @ [*region.point, 1]
+        rows[:3, 1] = recording_from_world[:3, :3] @ region.normal / size
+        rows[0, 2] = region.margin * size
+    else:
+        rows = recording_from_world @ region
+    obj[SELECTIONS] = [*obj.get(SELECTIONS, ()), float(is_plane), float(keep), *rows.reshape(-1).tolist()]
+
+
+def selections(obj, world_from_recording):
+    """The regions, in the world, and whether each is kept."""
+    size = np.cbrt(np.linalg.det(world_from_recording[:3, :3]))
+    found = []
+    for is_plane, keep, *numbers in np.array(obj.get(SELECTIONS, ()), np.float64).reshape(-1, 18):
+        rows = np.array(numbers).reshape(4, 4)
+        if is_plane:
+            point, normal = world_from_recording @ [*rows[:3, 0], 1], world_from_recording[:3, :3] @ rows[:3, 1]
+            found.append((surfrecon.Plane(point[:3], normal, margin=rows[0, 2] * size), bool(keep)))
+        else:
+            found.append((surfrecon.Box(world_from_recording @ rows), bool(keep)))
+    return found
+
+
+def grow(obj, scale):
+    """Scales the frames about the origin of the object's frame."""
+    obj[SCALE] = obj[SCALE] * scale
+    poses = poses_of(obj)
+    if poses is not None:
+        poses[:, :3, 3] *= scale
+        obj[POSES] = poses[:, :3].reshape(-1).tolist()
+    if SELECTIONS in obj:
+        stored = np.array(obj[SELECTIONS], np.float64).reshape(-1, 18)
+        for one in stored:
+            rows = one[2:].reshape(4, 4)
+            if one[0]:
+                rows[:3, 0] *= scale
+                rows[0, 2] *= scale
+            else:
+                rows[:3] *= scale
+        obj[SELECTIONS] = stored.reshape(-1).tolist()
+    obj.empty_display_size *= scale
 
 
 def of_all(found):

@@ -18,33 +18,35 @@ PAINTED = 0.5
 
 
 def region_of(obj, depsgraph):
-    """The `surfrecon.Box` or `surfrecon.Plane` that an object stands for: a mesh or a cube's empty is its box, a flat mesh and
-    any other empty the plane of its x and y, with its z above.
+    """The `surfrecon.Box` that an object stands for and its matrix, or the `surfrecon.Plane` and `None`: a mesh or a
+    cube's empty is its box, a flat mesh and any other empty the plane of its x and y, with its z above.
     """
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
     convert.refuse_unusable(obj, matrix)
     try:
         if obj.type == "EMPTY" and obj.instance_type == "NONE":
             if obj.empty_display_type != "CUBE":
-                return surfrecon.Plane(matrix[:3, 3], np.cross(matrix[:3, 0], matrix[:3, 1]))
+                return surfrecon.Plane(matrix[:3, 3], np.cross(matrix[:3, 0], matrix[:3, 1])), None
             size = obj.empty_display_size
-            return surfrecon.Box(matrix @ np.diag([size, size, size, 1.0]))
+            box = matrix @ np.diag([size, size, size, 1.0])
+            return surfrecon.Box(box), box
         if obj.type != "MESH":
             raise Refused(f'"{obj.name}" is neither a mesh nor an empty: put a cube around what is meant, or a plane')
         corners = np.array(obj.bound_box, np.float64)
         low, high = corners.min(axis=0), corners.max(axis=0)
         middle, half = (low + high) / 2, (high - low) / 2
         if half[2] <= THIN * max(half[:2].max(), 1e-300):
-            return surfrecon.Plane(matrix[:3, :3] @ middle + matrix[:3, 3], np.cross(matrix[:3, 0], matrix[:3, 1]))
+            at = matrix[:3, :3] @ middle + matrix[:3, 3]
+            return surfrecon.Plane(at, np.cross(matrix[:3, 0], matrix[:3, 1])), None
         box = np.diag([*half, 1.0])
         box[:3, 3] = middle
-        return surfrecon.Box(matrix @ box)
+        return surfrecon.Box(matrix @ box), matrix @ box
     except surfrecon.InputError as problem:
         raise Refused(f'"{obj.name}" is no region: {problem}') from problem
 
 
 def marked(obj, by):
-    """(n,) bool: which vertices of an object are selected, in the active vertex group or masked; refuses where none is."""
+    """(n,) bool: which vertices of an object are selected, in its active vertex group or masked; refuses none."""
     mesh = obj.data
     count = len(mesh.vertices)
     if by == "SELECTED":
@@ -94,8 +96,8 @@ def ruler_points(scene, count):
 
 
 def picked(context, count):
-    """Points that were picked: those of the ruler, else the selected vertices of the active object. Refuses other numbers of
-    vertices than `count`, or fewer where three are asked for.
+    """Points that were picked: those of the ruler, else the selected vertices of the active object. Refuses other
+    numbers of vertices than two, or fewer than three where three are asked for.
     """
     points = ruler_points(context.scene, count)
     if points is not None:

@@ -3,18 +3,19 @@
 
 import bpy
 import surfrecon
-from bpy.props import FloatProperty
 
 from .. import convert, recording
 from ..job import JobOperator
-from ..properties import threads_of_preferences
+from ..properties import draw_others, given, option
 from ..running import Refused, gathered
 from ..words import length, number
 from .select_region import apply_region, is_scan
 
+PARAMETERS = {p.name: p for p in surfrecon.parameters("plane")}
+
 
 class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
-    """Find the plane that the selected scans stand on, such as a table or the floor, and remove it with what lies below"""
+    """Find the plane that the selected scans stand on, a table or the floor, and remove it with what lies below"""
 
     bl_idname = "surfrecon.remove_background"
     bl_label = "Remove Background"
@@ -22,15 +23,7 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
     # What is removed is told by the vertices that were there at the start.
     may_be_handed_over = False
 
-    margin: FloatProperty(
-        name="Margin",
-        description="What lies less than this above the plane goes, too. 0: as much as the plane's own samples spread",
-        subtype="DISTANCE",
-        unit="LENGTH",
-        precision=5,
-        min=0,
-        options={"SKIP_SAVE"},
-    )
+    __annotations__ = {name: option(parameter) for name, parameter in PARAMETERS.items()}
 
     @classmethod
     def poll(cls, context):
@@ -42,20 +35,24 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
             return False
         return True
 
+    def draw(self, context):
+        """Panel of the last operation."""
+        self.layout.use_property_split = True
+        draw_others(self.layout, self, PARAMETERS, ())
+
     def launch(self, context):
         """Gathers the selected scans."""
         objects = [obj for obj in context.selected_objects if is_scan(obj)]
         self.names = [obj.name for obj in objects]
         scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
-        margin = {"margin": self.margin} if self.margin else {}
-        return surfrecon.Job.dominant_plane(scans, **margin, threads=threads_of_preferences())
+        return surfrecon.Job.dominant_plane(scans, **given(self, PARAMETERS))
 
     def finish(self, context, plane):
         """Removes what lies on the plane and below."""
         objects = [bpy.data.objects.get(name) for name in self.names]
         if None in objects:
             raise Refused("A scan was removed meanwhile: try again")
-        removed = apply_region(plane, objects, False, context.evaluated_depsgraph_get())
+        removed = apply_region(plane, None, objects, False, context.evaluated_depsgraph_get())
         text = f"The plane has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
         self.report({"INFO"}, f"{text}; {removed:,} samples of {number(len(objects), 'scan', 'scans')} removed")
 

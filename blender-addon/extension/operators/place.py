@@ -7,9 +7,9 @@ import surfrecon
 from bpy.props import EnumProperty, FloatProperty
 from mathutils import Matrix
 
-from .. import convert, recording, regions
+from .. import convert, recording, regions, scaling
 from ..job import JobOperator
-from ..properties import threads_of_preferences
+from ..preferences import preference
 from ..running import Known, Refused, gathered
 from ..words import length
 from .background import scan_or_frames
@@ -74,22 +74,11 @@ class SURFRECON_OT_true_size(PlaceOperator, bpy.types.Operator):
         return Known(surfrecon.true_size(*regions.picked(context, 2), self.distance))
 
     def finish(self, context, similarity):
-        """Scales about the origin of the scene. Scans stay rigid: their samples take the scale."""
+        """Scales about the origin of the scene."""
         roots = self.movable(context)
-        meshes = [obj for root in roots for obj in family(root) if convert.is_range_image(obj)]
-        for obj in meshes:
-            convert.writable(obj)
-            if len({each for each in bpy.data.objects if each.data == obj.data} - set(meshes)) > 0:
-                raise Refused(
-                    f'"{obj.name}" shares its samples with an object that is not scaled: give it its own with'
-                    " Object > Relations > Make Single User"
-                )
+        scaling.refuse_shared(roots)
         for root in roots:
-            grow(root, similarity.scale)
-        done = set()
-        for obj in meshes:
-            convert.scale_range_image(obj, similarity.scale, obj.data not in done)
-            done.add(obj.data)
+            scaling.grow(root, similarity.scale)
         self.report({"INFO"}, f"Scaled by {similarity.scale:.6g}")
 
 
@@ -121,11 +110,11 @@ class SURFRECON_OT_ground(PlaceOperator, bpy.types.Operator):
             if not objects:
                 raise Refused("Select the scans that stand on something")
             scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
-            return surfrecon.Job.dominant_plane(scans, threads=threads_of_preferences())
+            return surfrecon.Job.dominant_plane(scans, threads=preference("threads") or None)
         if self.by == "OBJECT":
             if context.object is None:
                 raise Refused("Make the plane the active object")
-            plane = regions.region_of(context.object, context.evaluated_depsgraph_get())
+            plane, _ = regions.region_of(context.object, context.evaluated_depsgraph_get())
             if not isinstance(plane, surfrecon.Plane):
                 raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
             return Known(plane)
@@ -151,31 +140,3 @@ def ancestors(obj):
     while obj.parent is not None:
         obj = obj.parent
         yield obj
-
-
-def family(obj):
-    """An object and all that hang on it."""
-    return [obj, *obj.children_recursive]
-
-
-def grow(root, scale):
-    """Scales an object and all that hang on it about the scene's origin; scans and frames by their samples, which are scaled
-    elsewhere, others by their matrix.
-    """
-    matrix = root.matrix_world.copy()
-    matrix.translation *= scale
-    if recording.is_recording(root):
-        recording.grow(root, scale)
-    elif not convert.is_range_image(root) and root.type != "CAMERA":
-        matrix = matrix @ Matrix.Diagonal((scale, scale, scale, 1))
-        root.matrix_world = matrix
-        return
-    root.matrix_world = matrix
-    for child in root.children:
-        # Their places are said in the frame of the parent, whose own scale has not changed.
-        child.matrix_parent_inverse.translation *= scale
-        child.location *= scale
-        if child.type == "CAMERA":
-            child.data.clip_start *= scale
-            child.data.clip_end *= scale
-            child.data.display_size *= scale

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Keep or remove samples of scans before they are merged or aligned: by a box, a plane, or what is selected or painted."""
+"""Keep or remove samples of scans before they are merged or aligned: by a box, a plane, a selection, by painting."""
 
 import bpy
 import numpy as np
@@ -72,7 +72,7 @@ class SURFRECON_OT_select_region(bpy.types.Operator):
         shape = context.object
         if shape is None or shape in chosen:
             raise Refused("Make the cube or the plane the active object: select the scans first, and it last")
-        return apply_region(regions.region_of(shape, depsgraph), chosen, keep, depsgraph), len(chosen)
+        return apply_region(*regions.region_of(shape, depsgraph), chosen, keep, depsgraph), len(chosen)
 
 
 def is_scan(obj):
@@ -80,23 +80,24 @@ def is_scan(obj):
     return convert.is_range_image(obj) or recording.is_recording(obj)
 
 
-def apply_region(region, objects, keep, depsgraph):
-    """Keeps or removes what lies in a region, of scans and of frames that stay in their files; returns how many samples of
-    scans went.
+def apply_region(region, world_from_box, objects, keep, depsgraph):
+    """Keeps or removes what lies in a region (of a box its matrix is needed, too), of scans and of frames that stay in
+    their files; returns how many samples of scans went.
     """
     scans = [obj for obj in objects if not recording.is_recording(obj)]
     marks = [region.contains(regions.world_positions(obj, depsgraph)) for obj in scans]
     others = [(obj, recording.placement(obj, depsgraph)) for obj in objects if recording.is_recording(obj)]
     removed = select(scans, marks, keep)
     for obj, matrix in others:
-        recording.note_selection(obj, region, keep, matrix)
+        recording.note_selection(obj, region if world_from_box is None else world_from_box, keep, matrix)
     return removed
 
 
 def select(objects, marks, keep):
-    """Keeps or removes the marked vertices of scans: all or, where something is refused, none. Returns how many went.
+    """Keeps or removes marked vertices of scans: all or, where something is refused, none. Returns how many went.
 
-    A scan of which nothing would be left stays as it is, if others keep something; it is hidden, which takes it out of merges.
+    A scan of which nothing would be left stays as it is, if others keep something, and is hidden, so that it is no longer
+    selected when they are merged.
     """
     stay = [mark if keep else ~mark for mark in marks]
     for obj in objects:
