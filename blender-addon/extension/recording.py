@@ -179,7 +179,7 @@ def put(obj, world_from_recording, world_from_frames):
 
 
 def note_selection(obj, region, keep, world_from_recording):
-    """Notes that frames keep what a region of the world holds, a `surfrecon.Plane` or the matrix of a box, or are without
+    """Notes that frames keep what a region of the world holds, a `surfrecon.Plane` or a box's matrix, or are without
     it, whenever they are read.
     """
     rows = np.zeros((4, 4))

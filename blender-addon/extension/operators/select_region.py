@@ -94,7 +94,7 @@ def apply_region(region, world_from_box, objects, keep, depsgraph):
 
 
 def select(objects, marks, keep):
-    """Keeps or removes marked vertices of scans: all or, where something is refused, none. Returns how many went.
+    """Keeps or removes marked vertices of scans, of all or, where something is refused, none; returns how many went.
 
     A scan of which nothing would be left stays as it is, if others keep something, and is hidden, so that it is no longer
     selected when they are merged.
