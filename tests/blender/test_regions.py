@@ -158,6 +158,44 @@ def test_no_plane_is_refused(tmp_path):
         bpy.ops.surfrecon.remove_background(min_share=0.9)
 
 
+@pytest.mark.parametrize("plain", [True, False])
+def test_what_is_left_keeps_all_it_had(standing, extension, plain):
+    load(standing[0], frames=1, cameras=False)
+    obj = scans()[0]
+    mesh = obj.data
+    if not plain:
+        obj.vertex_groups.new(name="slow").add([0, 5], 0.5, "REPLACE")
+    count = len(mesh.vertices)
+    mesh.attributes.new("by_face", "INT", "FACE").data.foreach_set(
+        "value", np.arange(len(mesh.polygons), dtype=np.int32)
+    )
+    mesh.attributes.new("by_corner", "FLOAT2", "CORNER")
+    colours = mesh.attributes.new("tint", "FLOAT_COLOR", "POINT")
+    colours.data.foreach_set("color", np.linspace(0, 1, 4 * count, dtype=np.float32))
+    mesh.color_attributes.active_color = mesh.color_attributes["tint"]
+    assert extension.pruning.is_plain(mesh) == plain
+    places, rows = (
+        extension.convert.positions(mesh),
+        extension.convert.vertex_values(mesh, "range_row", "INT", np.int32),
+    )
+    faces = np.array([p.vertices[:] for p in mesh.polygons])
+    keep = np.random.default_rng(1).random(count) < 0.9
+    extension.pruning.keep_vertices(mesh, keep)
+    assert np.array_equal(extension.convert.positions(mesh), places[keep])
+    assert np.array_equal(extension.convert.vertex_values(mesh, "range_row", "INT", np.int32), rows[keep])
+    stays = keep[faces].all(axis=1)
+    number = np.cumsum(keep) - 1
+    assert np.array_equal(np.array([p.vertices[:] for p in mesh.polygons]), number[faces[stays]])
+    found = [value.value for value in mesh.attributes["by_face"].data]
+    assert found == np.flatnonzero(stays).tolist()
+    left = np.array([value.color[:] for value in mesh.attributes["tint"].data])
+    assert np.allclose(left.reshape(-1), np.linspace(0, 1, 4 * count).reshape(-1, 4)[keep].reshape(-1), atol=1e-6)
+    assert mesh.color_attributes.active_color_name == "tint" and not mesh.validate()
+    assert "by_corner" in mesh.attributes and len(mesh.attributes["by_corner"].data) == len(mesh.loops)
+    if not plain:
+        assert any(len(v.groups) for v in mesh.vertices) == bool(keep[0] or keep[5])
+
+
 def ruler(*points):
     """What Blender's ruler leaves in a scene; Python can't draw one."""
     stroke = SimpleNamespace(points=[SimpleNamespace(co=Matrix.Translation(p).translation) for p in points])

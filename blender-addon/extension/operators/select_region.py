@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from .. import convert, recording, regions
+from .. import convert, pruning, recording, regions
 from ..running import Refused
 from ..words import number, sentence
 
@@ -96,8 +96,8 @@ def apply_region(region, world_from_box, objects, keep, depsgraph):
 def select(objects, marks, keep):
     """Keeps or removes marked vertices of scans, of all or, where something is refused, none; returns how many went.
 
-    A scan of which nothing would be left stays as it is, if others keep something, and is hidden, so that it is no longer
-    selected when they are merged.
+    A scan of which nothing would be left stays as it is, if others keep something, and is hidden: no longer selected,
+    it is not merged.
     """
     stay = [mark if keep else ~mark for mark in marks]
     for obj in objects:
@@ -115,5 +115,5 @@ def select(objects, marks, keep):
         if not mark.any():
             obj.hide_set(True)
         elif not mark.all():
-            convert.keep_vertices(obj.data, mark)
+            pruning.keep_vertices(obj.data, mark)
     return removed
