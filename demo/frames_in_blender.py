@@ -2,7 +2,7 @@
 
 Usage: python frames_in_blender.py ZIP OUT FRAMES      with the Python of a Blender module
 FRAMES is what the extension imports as a recording: a folder, an archive, a list. UP=Y says which axis of it is up;
-without, up is where the images' upper edge is. Writes OUT/demo.blend, OUT/demo.glb, OUT/demo.panel0.png to 2 and
+without, up is where the images' upper edge is. Writes OUT/demo.blend, OUT/demo.glb, OUT/demo.panel0.png and on, and
 OUT/demo.json.
 """
 
@@ -24,7 +24,7 @@ OBJECTS = 9
 # Pixels of a panel's longer side, and the view's angle along it.
 PIXELS, ANGLE = 800, np.radians(55)
 # This share of the surface is in view.
-SEEN = 0.9
+SEEN = 0.98
 CLAY, BACKDROP = (0.62, 0.56, 0.49, 1), (0.16, 0.17, 0.19)
 
 
@@ -130,9 +130,9 @@ def main():
     clock.done("save")
     coloured = "VERTEX" if surface.vertex_attributes.get("colour") is not None else "SINGLE"
     flat = "FLAT" if coloured == "VERTEX" else "STUDIO"
-    for k, (objects, light, colour) in enumerate(
-        ((scans, flat, coloured), ([merged], flat, coloured), ([merged], "STUDIO", "SINGLE"))
-    ):
+    panels = [(scans, flat, coloured), ([merged], flat, coloured), ([merged], "STUDIO", "SINGLE")]
+    # Without colours the surface is its shape.
+    for k, (objects, light, colour) in enumerate(panels if coloured == "VERTEX" else panels[:2]):
         draw(out / f"demo.panel{k}.png", objects, light, colour)
     clock.done("draw")
 

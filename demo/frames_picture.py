@@ -1,7 +1,7 @@
 """Puts the panels of a recording side by side, with titles and figures, and prints the table of the run.
 
 Usage: python frames_picture.py OUT FONT
-Reads OUT/demo.json and OUT/demo.panel0.png to 2, writes OUT/demo.png.
+Reads OUT/demo.json and OUT/demo.panel0.png and on, writes OUT/demo.png.
 """
 
 import json
@@ -40,9 +40,9 @@ def draw(figures, panels, font):
     type_ = Type(font, width)
     u = type_.unit
     margin, gap = round(24 * u), max(round(4 * u), 2)
-    page = Image.new("RGB", (3 * width + 2 * gap, height + round(180 * u)), PAPER)
+    page = Image.new("RGB", (len(panels) * (width + gap) - gap, height + round(180 * u)), PAPER)
     pen = ImageDraw.Draw(page)
-    for k, (panel, (title, subtitle, lines)) in enumerate(zip(panels, captions(figures), strict=True)):
+    for k, (panel, (title, subtitle, lines)) in enumerate(zip(panels, captions(figures), strict=False)):
         left, top = k * (width + gap), height + round(20 * u)
         page.paste(panel, (left, 0))
         if k:
@@ -73,7 +73,7 @@ def main():
     """Writes the picture, prints the table."""
     out, font = Path(sys.argv[1]), sys.argv[2]
     figures = json.loads((out / "demo.json").read_text())
-    files = [out / f"demo.panel{k}.png" for k in range(3)]
+    files = sorted(out.glob("demo.panel?.png"))
     panels = [Image.open(file).convert("RGB") for file in files]
     draw(figures, panels, font).save(out / "demo.png", optimize=True)
     for file in files:

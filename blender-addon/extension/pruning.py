@@ -43,7 +43,7 @@ def is_plain(mesh):
 
 
 def rebuild(mesh, keep):
-    """Takes the mesh apart to arrays and makes it anew: ten times as fast as editing it."""
+    """Takes the mesh apart to arrays and makes it anew: eight times as fast as editing it."""
     corners = convert.triangles(mesh)
     stays = keep[corners].all(axis=1)
     of_domain = {"POINT": keep, "FACE": stays, "CORNER": np.repeat(stays, 3)}
