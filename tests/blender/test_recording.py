@@ -192,7 +192,7 @@ def test_files_that_are_gone_or_other_are_said(tmp_path):
     load(path)
     folder.rename(tmp_path / "elsewhere")
     with pytest.raises(
-        RuntimeError, match=r'"transforms: 4 more frames" stands for frames of .*can\'t be opened.*put the'
+        RuntimeError, match=r'"transforms: 4 more frames" stands for frames of .*cannot be opened.*put the'
     ):
         bpy.ops.surfrecon.merge()
     # The remedy that the message names.

@@ -8,44 +8,20 @@ from bpy.props import EnumProperty, FloatProperty
 from mathutils import Matrix
 
 from .. import convert, recording, regions, scaling
-from ..job import JobOperator
+from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Known, Refused, gathered
-from ..words import length
+from ..words import length, sentence
 from .background import scan_or_frames
 from .select_region import is_scan
 
 
-class PlaceOperator(JobOperator):
-    """What both share: what they move is selected."""
-
-    bl_options = {"REGISTER", "UNDO"}
-    may_be_handed_over = False
-
-    @classmethod
-    def poll(cls, context):
-        """There must be something to move."""
-        if not super().poll(context):
-            return False
-        if not context.selected_objects:
-            cls.poll_message_set("Select the scans and what was made of them")
-            return False
-        return True
-
-    def movable(self, context):
-        """The selected objects that no other selected one takes along; refuses those that can't be moved."""
-        chosen = set(context.selected_objects)
-        roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
-        for obj in roots:
-            convert.movable(obj)
-        return roots
-
-
-class SURFRECON_OT_true_size(PlaceOperator, bpy.types.Operator):
+class SURFRECON_OT_true_size(bpy.types.Operator):
     """Scale all selected objects so that two picked points lie as far apart as they really are"""
 
     bl_idname = "surfrecon.true_size"
     bl_label = "True Size"
+    bl_options = {"REGISTER", "UNDO"}
 
     distance: FloatProperty(
         name="True distance",
@@ -59,6 +35,14 @@ class SURFRECON_OT_true_size(PlaceOperator, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
+    @classmethod
+    def poll(cls, context):
+        """There must be something to scale, in object mode."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Switch to Object Mode first")
+            return False
+        return has_selection(cls, context)
+
     def invoke(self, context, event):
         """Asks for the distance; what was measured is what it begins with."""
         try:
@@ -69,24 +53,30 @@ class SURFRECON_OT_true_size(PlaceOperator, bpy.types.Operator):
         self.distance = float(np.linalg.norm(b - a))
         return context.window_manager.invoke_props_dialog(self)
 
-    def launch(self, context):
-        """Finds the scale."""
-        return Known(surfrecon.true_size(*regions.picked(context, 2), self.distance))
-
-    def finish(self, context, similarity):
+    def execute(self, context):
         """Scales about the origin of the scene."""
-        roots = self.movable(context)
-        scaling.refuse_shared(roots)
+        try:
+            refuse_no_numbers(self)
+            scale = surfrecon.true_size(*regions.picked(context, 2), self.distance).scale
+            roots = movable_roots(context)
+            scaling.refuse_shared(roots)
+        except (Refused, surfrecon.SurfreconError) as problem:
+            self.report({"ERROR"}, sentence(problem))
+            return {"CANCELLED"}
         for root in roots:
-            scaling.grow(root, similarity.scale)
-        self.report({"INFO"}, f"Scaled by {similarity.scale:.6g}")
+            scaling.grow(root, scale)
+        self.report({"INFO"}, f"Scaled by {scale:.6g}")
+        return {"FINISHED"}
 
 
-class SURFRECON_OT_ground(PlaceOperator, bpy.types.Operator):
+class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
     """Turn and move all selected objects so that a picked or found plane becomes the ground, with z up"""
 
     bl_idname = "surfrecon.ground"
     bl_label = "Ground"
+    bl_options = {"REGISTER", "UNDO"}
+    # An adjusted plane is that of where things were before: Blender has taken the first move back by then.
+    may_be_handed_over = False
 
     by: EnumProperty(
         name="Plane",
@@ -97,6 +87,11 @@ class SURFRECON_OT_ground(PlaceOperator, bpy.types.Operator):
             ("FOUND", "Largest plane", "The plane that the selected scans stand on"),
         ),
     )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to move."""
+        return super().poll(context) and has_selection(cls, context)
 
     def draw(self, context):
         """Panel of the last operation."""
@@ -127,12 +122,29 @@ class SURFRECON_OT_ground(PlaceOperator, bpy.types.Operator):
     def finish(self, context, plane):
         """Moves everything alike."""
         matrix = Matrix(surfrecon.ground(plane).matrix.tolist())
-        for root in self.movable(context):
+        for root in movable_roots(context):
             root.matrix_world = matrix @ root.matrix_world
         text = "The plane is the ground now"
         if plane.share is not None:
             text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
         self.report({"INFO"}, text)
+
+
+def has_selection(cls, context):
+    """For `poll`: whether something is selected."""
+    if not context.selected_objects:
+        cls.poll_message_set("Select the scans and what was made of them")
+        return False
+    return True
+
+
+def movable_roots(context):
+    """The selected objects that no other selected one takes along; refuses those that can't be moved."""
+    chosen = set(context.selected_objects)
+    roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
+    for obj in roots:
+        convert.movable(obj)
+    return roots
 
 
 def ancestors(obj):
