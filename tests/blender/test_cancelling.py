@@ -64,6 +64,7 @@ def call(scans_file, extension):
     bpy.ops.surfrecon.import_scans(filepath=path)
     scans = bpy.context.selected_objects
     shape = add_mesh("torus", torus(150))
+    below = floor(extension)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0, 0, 5)
     bpy.context.scene.collection.objects.link(camera)
@@ -85,7 +86,9 @@ def call(scans_file, extension):
         if name in {"align", "merge", "clean"}:
             chosen = scans
         if name in {"ground", "remove_background"}:
-            chosen = [*scans, floor(extension)]
+            # Which is hidden once nothing of it is left.
+            below.hide_set(False)
+            chosen = [*scans, below]
         for obj in chosen:
             obj.select_set(True)
         bpy.context.view_layer.objects.active = active
