@@ -17,8 +17,8 @@ endif
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-demo: extension ## Scan a shape, merge the scans inside Blender, render: out/demo.*; SCANS=path/to/file.conf uses real scans, SHUFFLE=1 aligns them first
-	@SHUFFLE=$(SHUFFLE) tools/demo.sh $(SCANS)
+demo: extension ## Scan a shape, merge the scans inside Blender, render: out/demo.*; SCANS=path/to/file.conf uses real scans, SHUFFLE=1 aligns them first, FRAMES=folder merges a phone's recording in its colours
+	@SHUFFLE=$(SHUFFLE) FRAMES=$(FRAMES) tools/demo.sh $(SCANS)
 
 test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender, MeshLab)
 	@tools/setup_apt.sh test

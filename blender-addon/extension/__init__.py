@@ -9,7 +9,9 @@
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
 | adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
-| convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras as scanners |
+| convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras both ways |
+| regions, pruning, scaling | boxes, planes, selections, the ruler's points; meshes with fewer vertices; other sizes |
+| recording | frames of a recording: those that stay in their files, and the object that stands for them |
 | scene | results in the scene: collections, selection, colours, materials |
 | words | lengths, numbers, times and errors as people read them |
 | presets, translations | options saved under names; other languages |

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's cameras as virtual scanners: the same view, pixel for pixel."""
+"""Blender's cameras as virtual scanners, and cameras of recordings as Blender's: the same view, pixel for pixel."""
 
 import math
 
+import bpy
 import numpy as np
 import surfrecon
 from mathutils import Matrix
 
+from . import convert
 from .running import Refused
 
 # Pixels of one image; more are a slip of the render settings.
@@ -63,6 +65,45 @@ def scanner(camera, scene, depsgraph, rows, columns):
         centre=(columns / 2 * (1 - seen[0, 2]) - 0.5, rows / 2 * (1 + seen[1, 2]) - 0.5),
         world_from_sensor=rigid(world_from_sensor),
     )
+
+
+# Width of the film in mm, Blender's own default: what the focal length is said for.
+FILM = 36.0
+
+# From a sensor with y down that looks along z to Blender's cameras, with y up, that look along -z.
+TURNED = np.diag([1.0, -1.0, -1.0, 1.0])
+
+
+def of_frame(camera, scan, scan_pose, scale):
+    """A camera object that sees what a frame's `surfrecon.Camera` saw, as a child of the scan's object.
+
+    It is linked nowhere yet. The frame lies at `scan_pose` in the files, a unit of which is `scale` units of the scene.
+    Pixels that are not square are a matter of the scene, not of a camera: height follows from width.
+    """
+    data = bpy.data.cameras.new(f"{scan.name} camera")
+    rows, columns = camera.rows, camera.cols
+    (across, _), (x, y) = camera.projection["focal"], camera.projection["centre"]
+    data.sensor_fit, data.sensor_width, data.sensor_height = "HORIZONTAL", FILM, FILM * rows / columns
+    data.lens = across * FILM / columns
+    # Shares of the width; whole numbers are the centres of pixels.
+    data.shift_x = ((columns - 1) / 2 - x) / columns
+    data.shift_y = (y - (rows - 1) / 2) / columns
+    depths = convert.positions(scan.data)[:, 2]
+    nearest = float(depths.min())
+    data.clip_start, data.clip_end, data.display_size = nearest / 2, 2 * float(depths.max()), nearest / 4
+    made = bpy.data.objects.new(data.name, data)
+    made.parent = scan
+    local = np.linalg.inv(scan_pose) @ np.array(camera.world_from_sensor) @ TURNED
+    local[:3, 3] *= scale
+    made.matrix_basis = Matrix(local.tolist())
+    return made
+
+
+def take_picture_size(scene, made, camera):
+    """Makes a camera that of a scene that has none, with pictures of its size: its view is what was recorded."""
+    if scene.camera is None:
+        scene.camera = made
+        scene.render.resolution_x, scene.render.resolution_y = camera.cols, camera.rows
 
 
 def rigid(matrix):

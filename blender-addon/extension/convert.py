@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arrays <-> Blender's meshes, transforms and custom properties. The one file that knows mesh layers.
+"""Arrays <-> Blender's meshes, transforms and custom properties. What knows mesh layers; `pruning` copies them, too.
 
 A range image in Blender is a mesh of one vertex a valid pixel, with the vertex attributes `range_row` and `range_col`
 and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the size of the grid and
@@ -8,7 +8,6 @@ the projection, and its matrix is the pose. So undo, save and reload keep it, an
 Blender copies an array at once only into an attribute of exactly its type; everything here keeps to that.
 """
 
-import bmesh
 import bpy
 import numpy as np
 import surfrecon
@@ -37,6 +36,12 @@ ROUNDING = 1e-5
 def new_mesh(name, coordinates, corners, sides=3):
     """A mesh from flat float32 coordinates and flat int32 corners of faces with so many sides."""
     mesh = bpy.data.meshes.new(name)
+    fill(mesh, coordinates, corners, sides)
+    return mesh
+
+
+def fill(mesh, coordinates, corners, sides=3):
+    """Gives an empty mesh vertices and faces."""
     count = len(corners) // sides
     mesh.vertices.add(len(coordinates) // 3)
     mesh.loops.add(sides * count)
@@ -48,7 +53,6 @@ def new_mesh(name, coordinates, corners, sides=3):
         # The property is unsigned: a signed array would be converted one by one.
         mesh.polygons.foreach_set("loop_start", np.arange(0, sides * count, sides, dtype=np.uint32))
     mesh.update(calc_edges=True)
-    return mesh
 
 
 def store(mesh, name, values, domain="POINT"):
@@ -260,6 +264,18 @@ def positions(mesh):
     return flat.reshape(-1, 3)
 
 
+def scale_range_image(obj, scale):
+    """Scales the samples of a range image and its projection; its pose stays."""
+    mesh = obj.data
+    mesh.attributes["position"].data.foreach_set("vector", (positions(mesh) * scale).reshape(-1))
+    mesh.update()
+    if PARAMETERS in obj:
+        projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
+        if projection["kind"] == "points":
+            projection = {"kind": "points", "viewing": (projection["viewing"], projection["vector"])}
+        obj[PROJECTION], obj[PARAMETERS] = projection_properties(projection, scale)
+
+
 def triangles(mesh):
     """(m, 3) int32; larger polygons are cut."""
     if len(mesh.loops) == 3 * len(mesh.polygons):
@@ -304,17 +320,6 @@ def surface_with_materials(obj, depsgraph, number):
         placed = positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
         index = index[faces_of_triangles(mesh)]
         return placed, triangles(mesh), np.array(numbers)[np.minimum(index, len(numbers) - 1)]
-
-
-def keep_vertices(mesh, keep):
-    """Removes all other vertices, and the faces they were corners of."""
-    edited = bmesh.new()
-    edited.from_mesh(mesh)
-    gone = [vertex for vertex, stays in zip(edited.verts, keep.tolist(), strict=True) if not stays]
-    bmesh.ops.delete(edited, geom=gone, context="VERTS")
-    edited.to_mesh(mesh)
-    edited.free()
-    mesh.update()
 
 
 def vertex_values(mesh, name, kind, dtype):

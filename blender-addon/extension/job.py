@@ -41,6 +41,8 @@ class JobOperator:
     """
 
     bl_options = {"UNDO"}
+    # What is done before the job begins, for people.
+    gathering = "Reading the objects"
     # Whether `finish` may meet the first result when an adjusted operation goes on in the background.
     may_be_handed_over = True
     replaces = None
@@ -98,7 +100,7 @@ class JobOperator:
         else:
             # What an earlier operation made is not what this one will replace when it is adjusted.
             Adjusting.replaced = None
-            Running.begin(Gathering(), self.bl_label)
+            Running.begin(Gathering(self.gathering), self.bl_label)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
         manager.modal_handler_add(self)
@@ -182,7 +184,7 @@ class JobOperator:
         return (yield from launched) if inspect.isgenerator(launched) else launched
 
     def _begin(self, context):
-        gathering = Gathering()
+        gathering = Gathering(self.gathering)
         gathering.steps = self._launching(context)
         try:
             job = None

@@ -8,7 +8,8 @@ from .operators.import_scans import ENDINGS
 # The order of the work; a line between groups.
 OBJECT = (
     ("surfrecon.reproject", "surfrecon.virtual_scan"),
-    ("surfrecon.tint_scans", "surfrecon.clean"),
+    ("surfrecon.tint_scans", "surfrecon.true_size", "surfrecon.ground"),
+    ("surfrecon.clean", "surfrecon.select_region", "surfrecon.remove_background"),
     ("surfrecon.align", "surfrecon.merge", "surfrecon.reconstruct"),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.cluster"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),

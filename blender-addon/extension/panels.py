@@ -6,6 +6,7 @@ import bpy
 from . import convert
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
 from .operators.merge import REPORT
+from .recording import FRAMES, is_recording
 from .reports import LINES, lie_apart
 from .running import Running
 from .translations import NAMES, OPERATORS, word
@@ -50,6 +51,9 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
         counts = (scans, "scan", "scans"), (others, "mesh", "meshes")
         texts = [number(len(some), word(one), word(many)) for some, one, many in counts]
+        frames = sum(len(obj[FRAMES]) for obj in context.selected_objects if is_recording(obj))
+        if frames:
+            texts.append(number(frames, word("frame in its file"), word("frames in their files")))
         layout.label(text=f"{word('Selection')}: {', '.join(texts)}", translate=False)
 
 
@@ -78,6 +82,20 @@ class SURFRECON_PT_look(ScansPanel, bpy.types.Panel):
         buttons(self.layout, ("surfrecon.tint_scans", "COLOR"))
 
 
+class SURFRECON_PT_place(ScansPanel, bpy.types.Panel):
+    """How large scans are, and where the ground is."""
+
+    bl_label = "Size and Ground"
+
+    def draw(self, context):
+        """Its buttons."""
+        buttons(
+            self.layout,
+            ("surfrecon.true_size", "FIXED_SIZE"),
+            ("surfrecon.ground", "VIEW_PERSPECTIVE"),
+        )
+
+
 class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
     """What should not be merged."""
 
@@ -85,7 +103,12 @@ class SURFRECON_PT_clean(ScansPanel, bpy.types.Panel):
 
     def draw(self, context):
         """Its buttons."""
-        buttons(self.layout, ("surfrecon.clean", "BRUSH_DATA"))
+        buttons(
+            self.layout,
+            ("surfrecon.clean", "BRUSH_DATA"),
+            ("surfrecon.select_region", "SELECT_INTERSECT"),
+            ("surfrecon.remove_background", "AXIS_TOP"),
+        )
 
 
 class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
@@ -217,6 +240,7 @@ CLASSES = (
     SURFRECON_PT_running,
     SURFRECON_PT_bring,
     SURFRECON_PT_look,
+    SURFRECON_PT_place,
     SURFRECON_PT_clean,
     SURFRECON_PT_merge,
     SURFRECON_PT_options,

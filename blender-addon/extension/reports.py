@@ -67,7 +67,9 @@ def align_lines(context, figures):
     """The figures of an alignment as (name, value) texts, and what it says in sentences."""
     figures = figures.to_dict()
     names, states, reasons = (figures[each].split("\n") for each in ("names", "states", "reasons"))
-    yield "Scans placed", f"{figures['placed']} of {len(names)}"
+    # Reports of files saved before count the names.
+    of = figures.get("of", len(names))
+    yield "Scans placed", f"{figures['placed']} of {of}"
     if figures["groups"] > 1:
         yield "Groups", f"{figures['groups']}"
     if "residual" in figures:
@@ -83,7 +85,7 @@ def align_lines(context, figures):
             yield sentence(reason), None
     for message in figures["messages"].splitlines():
         yield sentence(message), None
-    if figures["placed"] < len(names):
+    if figures["placed"] < of:
         yield MOVE, None
 
 

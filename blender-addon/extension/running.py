@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Jobs: what runs while the window lives. Those of the library (`surfrecon.Job`), and what stands for one here."""
 
+import inspect
 import threading
 import time
 
@@ -12,6 +13,9 @@ from .words import duration
 # Estimates of the time left are worth nothing before.
 SETTLED_SECONDS, SETTLED_SHARE = 1.0, 0.02
 
+# Who waits for a job looks at it so often.
+LOOK_SECONDS = 0.002
+
 # Objects are read for no longer than this between two events of the window.
 READING_SECONDS = 0.03
 
@@ -21,13 +25,16 @@ class Refused(Exception):
 
 
 class Gathering:
-    """Stands for the job until its objects are read, which begins once the first progress has been drawn."""
+    """Stands for the job until its input is read, which begins once the first progress has been drawn."""
 
     looked_at, share, steps = 0, 0.0, None
 
+    def __init__(self, title):
+        self.title = title
+
     def progress(self):
-        """The share of the objects that is read."""
-        return "Reading the objects", self.share
+        """The share of the input that is read."""
+        return self.title, self.share
 
     def read(self):
         """Reads on for a moment; returns the job once all is read, else `None`."""
@@ -54,7 +61,8 @@ class Gathering:
 
 
 def gathered(context, objects, read):
-    """`read(object, depsgraph)` of each object, as a list. A generator, for `launch`, that yields the share done.
+    """`read(object, depsgraph)` of each object, as a list; one that takes long may be a generator of the same kind. A
+    generator, for `launch`, that yields the share done.
 
     The user may work on meanwhile, so objects are known by their names and looked up when their turn comes.
     """
@@ -65,8 +73,31 @@ def gathered(context, objects, read):
         obj = bpy.data.objects.get(key)
         if obj is None:
             raise Refused(f'"{key[0]}" was removed meanwhile: try again')
-        found.append(read(obj, context.evaluated_depsgraph_get()))
+        content = read(obj, context.evaluated_depsgraph_get())
+        if inspect.isgenerator(content):
+            content = yield from part_of(content, k / len(keys), 1 / len(keys))
+        found.append(content)
     return found
+
+
+def part_of(steps, begin, length):
+    """A generator that yields shares, as a part of a longer one; returns what it returns."""
+    while True:
+        try:
+            share = next(steps)
+        except StopIteration as ended:
+            return ended.value
+        yield begin + length * share
+
+
+def waited(job):
+    """The result of a job of the library. A generator, for `launch`, that yields the share done; one that is dropped
+    cancels the job.
+    """
+    while not job.done():
+        yield job.progress()[1]
+        time.sleep(LOOK_SECONDS)
+    return job.result()
 
 
 class Task:

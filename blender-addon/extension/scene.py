@@ -10,6 +10,7 @@ import surfrecon
 
 from . import convert, surfaces
 from .preferences import preference
+from .recording import POSES
 
 GOLDEN = 0.618034
 
@@ -25,10 +26,10 @@ def tint(obj, number):
     obj.color = (*colorsys.hsv_to_rgb(number * GOLDEN % 1, 0.45, 0.9), 1)
 
 
-def into_collection(context, name, objects):
-    """Links objects to a new collection of that name in the scene, and returns it."""
+def into_collection(context, name, objects, parent=None):
+    """Links objects to a new collection of that name in another one or the scene's, and returns it."""
     collection = bpy.data.collections.new(name)
-    context.scene.collection.children.link(collection)
+    (parent or context.scene.collection).children.link(collection)
     for obj in objects:
         collection.objects.link(obj)
     return collection
@@ -58,14 +59,18 @@ TRANSFORM = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis
 
 
 def whereabouts(obj):
-    """Where an object is, for `put_back`."""
-    return {name: tuple(getattr(obj, name)) for name in TRANSFORM}
+    """Where an object is, and the frames it may stand for, for `put_back`."""
+    return {name: tuple(getattr(obj, name)) for name in TRANSFORM} | {POSES: list(obj.get(POSES, ()))}
 
 
 def put_back(obj, before):
     """Puts an object where it was."""
-    for name, values in before.items():
-        setattr(obj, name, values)
+    for name in TRANSFORM:
+        setattr(obj, name, before[name])
+    if before[POSES]:
+        obj[POSES] = before[POSES]
+    elif POSES in obj:
+        del obj[POSES]
 
 
 def select_only(context, objects):

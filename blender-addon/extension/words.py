@@ -22,7 +22,7 @@ def number(count, one, many):
 
 
 # What parameters are called whose names in code are no words. Names of files and objects stay as they are.
-TABLES = ("align", "merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
+TABLES = ("plane", "align", "merge", "triangulate", "sculpt", "quads", "reconstruct", "cluster")
 LABELS = {p.name: p.label for table in TABLES for p in surfrecon.parameters(table) if "_" in p.name}
 CODE_NAMES = re.compile(rf'(?<![\w"/.-])({"|".join(LABELS)})(?![\w"/.-])')
 

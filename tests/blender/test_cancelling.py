@@ -2,6 +2,7 @@
 
 import addon_utils
 import bpy
+import numpy as np
 import pytest
 import surfrecon
 from conftest import MODULE
@@ -14,7 +15,9 @@ LONG = {
     "import_scans": {},
     "reproject": {"percent": 40},
     "virtual_scan": {"percent": 40},
+    "ground": {"by": "FOUND"},
     "clean": {},
+    "remove_background": {},
     "align": {},
     "merge": {"voxel": 0.008},
     "reconstruct": {},
@@ -43,13 +46,25 @@ def scans_file(tmp_path_factory):
     return str(write_set(tmp_path_factory.mktemp("scans"), torus_scans(pixels=120)[:4]))
 
 
+def floor(extension):
+    """A scan of a floor below the others."""
+    x, y = np.meshgrid(np.linspace(-3, 3, 200), np.linspace(-3, 3, 200))
+    points = np.stack([x, y, np.full_like(x, -0.6)], axis=-1)
+    image = surfrecon.RangeImage.from_points(points, viewing=("parallel", (0, 0, -1)))
+    made = extension.convert.object_from_range_image("floor", image, 1.0, True)
+    bpy.context.scene.collection.objects.link(made)
+    bpy.context.view_layer.update()
+    return made
+
+
 @pytest.fixture
-def call(scans_file):
+def call(scans_file, extension):
     """Calls an operator with something to work on."""
     path = scans_file
     bpy.ops.surfrecon.import_scans(filepath=path)
     scans = bpy.context.selected_objects
     shape = add_mesh("torus", torus(150))
+    below = floor(extension)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.location = (0, 0, 5)
     bpy.context.scene.collection.objects.link(camera)
@@ -70,6 +85,10 @@ def call(scans_file):
         }.get(name, [*scans, shape])
         if name in {"align", "merge", "clean"}:
             chosen = scans
+        if name in {"ground", "remove_background"}:
+            # Which is hidden once nothing of it is left.
+            below.hide_set(False)
+            chosen = [*scans, below]
         for obj in chosen:
             obj.select_set(True)
         bpy.context.view_layer.objects.active = active

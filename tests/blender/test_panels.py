@@ -132,7 +132,17 @@ def test_the_report_of_a_result(panels, tmp_path):
 
 def test_the_steps_are_in_the_order_of_the_work(extension):
     labels = [cls.bl_label for cls in extension.panels.CLASSES if not getattr(cls, "bl_parent_id", "")]
-    assert labels == ["Range Scans", "Bring In", "Look", "Clean", "Merge", "Reduce", "Measure", "Report"]
+    assert labels == [
+        "Range Scans",
+        "Bring In",
+        "Look",
+        "Size and Ground",
+        "Clean",
+        "Merge",
+        "Reduce",
+        "Measure",
+        "Report",
+    ]
 
 
 def test_the_legend_is_in_the_scene_s_unit(panels, tmp_path):

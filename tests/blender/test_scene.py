@@ -33,7 +33,7 @@ def test_every_operator_is_in_a_menu_and_says_what_it_does(extension):
         assert name in offered, f"{name} is in no menu"
         rna = getattr(bpy.ops.surfrecon, name.split(".")[1]).get_rna_type()
         assert len(rna.description) > 25 and not rna.description.endswith(".")
-        assert re.fullmatch(r"[A-Z]\w*( [A-Z]\w*| from| by)*", rna.name)
+        assert re.fullmatch(r"[A-Z]\w*( [A-Z]\w*| from| by| or)*", rna.name)
         for prop in rna.properties:
             if prop.identifier in {"rna_type", "bl_idname"} or prop.is_hidden or "filter" in prop.identifier:
                 continue
@@ -186,7 +186,7 @@ def test_several_surfaces_and_none(extension):
 
 def test_presets_come_with_the_extension():
     for operator, names in {
-        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py"},
+        "import_scans": {"stanford_models.py", "millimetres.py", "aerial_survey.py", "phone_recording.py"},
         "virtual_scan": {"depth_camera.py", "exact.py"},
     }.items():
         paths = bpy.utils.preset_paths(f"operator/surfrecon.{operator}")
@@ -239,7 +239,7 @@ def test_every_text_has_its_translation_and_every_translation_its_text(extension
     module = extension.translations
     # Pairs that the sidebar shows beside those it yields.
     pairs = {"95 % below", "Largest found", "Max", "Mean", "Of the uniform grid", "RMS", "Relative error"}
-    pairs |= {"Selection", "scan", "scans", "mesh", "meshes"}
+    pairs |= {"Selection", "scan", "scans", "mesh", "meshes", "frame in its file", "frames in their files"}
     texts = {(context, text) for context in (module.TEXTS, module.NAMES) for text in texts | pairs}
     wanted = {(module.OPERATORS, text) for text in operators_} | texts
     for language, found in module.LANGUAGES.items():

@@ -91,6 +91,28 @@ def test_frames_go_where_scans_go(recording):
     assert all(isinstance(scan, surfrecon.Frame) for scan in aligned.scans)
 
 
+def test_a_job_opens_what_open_opens(recording):
+    job = surfrecon.Job.open(recording)
+    frames = job.result()
+    assert job.done() and isinstance(frames, surfrecon.ScanSet)
+    opened = surfrecon.open(recording)
+    assert [frame.name for frame in frames] == [frame.name for frame in opened] and frames.notes == opened.notes
+    with pytest.raises(surfrecon.FileError):
+        surfrecon.Job.open(recording / "nothing").result()
+    with pytest.raises(surfrecon.ParameterError):
+        surfrecon.Job.open(recording, scale=-1)
+    with pytest.raises(TypeError, match="paths must be"):
+        surfrecon.Job.open(3)
+
+
+def test_one_file_tells_which_recording_it_is_of(recording, tmp_path):
+    assert surfrecon.recording_of(recording / "depth_00001.png") == recording
+    assert surfrecon.recording_of(recording / "not there.png") == recording
+    (tmp_path / "alone.png").write_bytes(b"")
+    assert surfrecon.recording_of(tmp_path / "alone.png") is None
+    assert surfrecon.recording_of(tmp_path / "no folder" / "alone.png") is None
+
+
 def test_a_recording_that_lacks_something_says_so(recording, tmp_path):
     (tmp_path / "keyframes" / "images").mkdir(parents=True)
     (tmp_path / "keyframes" / "cameras").mkdir()

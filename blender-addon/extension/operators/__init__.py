@@ -6,6 +6,7 @@ import bpy
 from ..translations import in_our_words
 from . import (
     align,
+    background,
     clean,
     cluster,
     error_hide,
@@ -14,9 +15,11 @@ from . import (
     import_scans,
     measure,
     merge,
+    place,
     quads,
     reconstruct,
     sculpt,
+    select_region,
     tint_scans,
     virtual_scan,
 )
@@ -28,7 +31,11 @@ CLASSES = (
     virtual_scan.SURFRECON_OT_reproject,
     virtual_scan.SURFRECON_OT_virtual_scan,
     tint_scans.SURFRECON_OT_tint_scans,
+    place.SURFRECON_OT_true_size,
+    place.SURFRECON_OT_ground,
     clean.SURFRECON_OT_clean,
+    select_region.SURFRECON_OT_select_region,
+    background.SURFRECON_OT_remove_background,
     align.SURFRECON_OT_align,
     merge.SURFRECON_OT_merge,
     sculpt.SURFRECON_OT_sculpt,

@@ -8,7 +8,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert
+from .. import convert, recording
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -78,15 +78,23 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
             convert.movable(obj)
-            if self.show_misfit:
+            if self.show_misfit and not recording.is_recording(obj):
                 convert.writable(obj)
         self.before = {}
-        scans = yield from gathered(context, objects, self.scan_of_object)
-        fixed = [k for k, name in enumerate(self.before) if is_locked(bpy.data.objects[name])]
-        return surfrecon.Job.align(scans, fixed=fixed, **given(self, PARAMETERS))
+        found = yield from gathered(context, objects, self.scan_of_object)
+        # The name of the object that each scan is of, or stands for.
+        self.owners = [name for name, part in zip(self.before, found, strict=True) for _ in recording.of_all([part])]
+        self.poses = [
+            scan.world_from_sensor if isinstance(scan, surfrecon.Scan) else None for scan in recording.of_all(found)
+        ]
+        fixed = [k for k, name in enumerate(self.owners) if is_locked(bpy.data.objects[name])]
+        return surfrecon.Job.align(recording.of_all(found), fixed=fixed, **given(self, PARAMETERS))
 
     def scan_of_object(self, obj, depsgraph):
-        """What is aligned of an object."""
+        """What is aligned of an object, or a generator of the frames that it stands for."""
+        if recording.is_recording(obj):
+            self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
+            return recording.frames(obj, depsgraph)
         scan = convert.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
         if convert.is_range_image(obj) and not is_image:
@@ -106,14 +114,25 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if missing:
             raise Refused(f'"{missing[0]}" was removed meanwhile: try again')
         report = result.report
+        objects = [bpy.data.objects[name] for name in self.before]
+        frames = {obj.name for obj in objects if recording.is_recording(obj)}
         moved = {
             name: Matrix(pose)
-            for name, scan, pose in zip(self.before, report.scans, result.world_from_scan, strict=True)
-            if scan.state == "placed"
+            for name, scan, pose in zip(self.owners, report.scans, result.world_from_scan, strict=True)
+            if scan.state == "placed" and name not in frames
         }
         place(context, self.before, moved)
-        figures = figures_of(report)
-        objects = [bpy.data.objects[name] for name in self.before]
+        for name in frames:
+            # Those that have no place stay where they were.
+            poses = [
+                there if scan.state == "placed" else here
+                for owner, scan, here, there in zip(
+                    self.owners, report.scans, self.poses, result.world_from_scan, strict=True
+                )
+                if owner == name
+            ]
+            recording.put(bpy.data.objects[name], np.array(self.before[name][1]), poses)
+        figures = figures_of(lines_of(report, self.owners, frames), report)
         for obj in objects:
             obj[REPORT] = figures
         if self.result is not None:
@@ -125,22 +144,23 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             # The sidebar shows the report of the active object.
             context.view_layer.objects.active = objects[0]
         if self.show_misfit:
-            map_misfit(context, objects, result)
-        for scan in report.scans:
-            if scan.reason:
-                self.report({"WARNING"}, f'"{scan.name}" is not placed: {scan.reason}')
-        text = f"{report.placed} of {number(len(objects), 'scan', 'scans')} placed"
-        if report.placed == len(objects):
+            numbers = {name: k for k, name in enumerate(self.owners) if name not in frames}
+            map_misfit(context, {bpy.data.objects[name]: k for name, k in numbers.items()}, result)
+        for name, _, _, reason in lines_of(report, self.owners, frames):
+            if reason:
+                self.report({"WARNING"}, f'"{name}" is not placed: {reason}')
+        text = f"{report.placed} of {number(len(self.owners), 'scan', 'scans')} placed"
+        if report.placed == len(self.owners):
             self.report({"INFO"}, text)
         else:
             self.report({"WARNING"}, f"{text}: see Report in the sidebar for the others")
 
 
-def map_misfit(context, objects, result):
-    """Colours the scans that have a place; what no other scan shows as if it fitted."""
+def map_misfit(context, numbers, result):
+    """Colours the scans, objects with their numbers, that have a place; what no other scan shows as if it fitted."""
     found = {}
-    for k, (obj, pose) in enumerate(zip(objects, result.world_from_scan, strict=True)):
-        if pose is not None and len(obj.data.vertices):
+    for obj, k in numbers.items():
+        if result.world_from_scan[k] is not None and len(obj.data.vertices):
             found[obj] = np.abs(result.misfit(k, convert.positions(obj.data)))
     known = np.concatenate([values[np.isfinite(values)] for values in found.values()] or [np.empty(0)])
     limit = error_map.scale_of(known)
@@ -197,17 +217,36 @@ def is_off(obj, matrix):
     return off[:3, :3].max() > ROUNDING or off[:3, 3].max() > ROUNDING * reach
 
 
-def figures_of(report):
+def lines_of(report, owners, frames):
+    """Name, state, deviation and reason of each scan. Frames in their files, which may be thousands, are counted by the
+    object that stands for them, the state and the reason; their deviation is the largest.
+    """
+    lines, counted = [], {}
+    for scan, owner in zip(report.scans, owners, strict=True):
+        if owner not in frames:
+            lines.append((scan.name, scan.state, float(scan.deviation), scan.reason))
+            continue
+        key = owner, scan.state, scan.reason
+        count, most = counted.get(key, (0, 0.0))
+        counted[key] = count + 1, max(most, float(scan.deviation))
+    for (owner, state, reason), (count, most) in counted.items():
+        lines.append((f"{owner} ({count:,})", state, most, reason))
+    return lines
+
+
+def figures_of(lines, report):
     """What the sidebar shows."""
+    names, states, deviations, reasons = ([*column] for column in zip(*lines, strict=True))
     return convert.plain(
         {
             "placed": report.placed,
+            "of": len(report.scans),
             "groups": len(report.groups),
             "residual": report.residual,
-            "names": [scan.name for scan in report.scans],
-            "states": [scan.state for scan in report.scans],
-            "deviations": [float(scan.deviation) for scan in report.scans],
-            "reasons": [scan.reason for scan in report.scans],
+            "names": names,
+            "states": states,
+            "deviations": deviations,
+            "reasons": reasons,
             "messages": "\n".join(report.messages),
         }
     )

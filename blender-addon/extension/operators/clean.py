@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from .. import convert
+from .. import convert, pruning
 from ..job import JobOperator
 from ..running import Refused, Task
 
@@ -85,7 +85,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
                 raise Refused(f'"{name}" was changed meanwhile: try again')
         for obj, (keep, figures) in zip(scans, kept, strict=True):
             if not keep.all():
-                convert.keep_vertices(obj.data, keep)
+                pruning.keep_vertices(obj.data, keep)
             obj[REPORT] = figures
         small = sum(figures["small"] for _, figures in kept)
         doubtful = sum(figures["doubtful"] for _, figures in kept)

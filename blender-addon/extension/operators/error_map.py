@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert
+from .. import convert, recording
 from ..job import JobOperator
 from ..running import Refused, gathered
 from ..scene import material_of_nodes, sources_of
@@ -65,8 +65,8 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
         self.measured = measured.name
         (points,) = yield from gathered(context, [measured], self.points_of)
-        scans = yield from gathered(context, references, convert.scan_of_object)
-        return surfrecon.Job.distances(points, scans)
+        scans = yield from gathered(context, references, scan_or_frames)
+        return surfrecon.Job.distances(points, recording.of_all(scans))
 
     def points_of(self, measured, depsgraph):
         """The vertices of an object in the world."""
@@ -90,6 +90,11 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         figures = measured[FIGURES]
         rms, most = (length(context, figures[name]) for name in ("rms", "max"))
         self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}')
+
+
+def scan_or_frames(obj, depsgraph):
+    """What distances are measured to of an object, or a generator of the frames that it stands for."""
+    return recording.frames(obj, depsgraph) if recording.is_recording(obj) else convert.scan_of_object(obj, depsgraph)
 
 
 def scale_of(distances):

@@ -12,12 +12,13 @@ from bpy.props import (
     EnumProperty,
     FloatProperty,
     FloatVectorProperty,
+    IntProperty,
     StringProperty,
 )
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import convert
+from .. import cameras, convert, recording
 from ..adjusting import Adjusting
 from ..job import JobOperator
 from ..preferences import preference
@@ -27,7 +28,8 @@ from ..scene import frame_selected, into_collection, select_only, show_colours, 
 from ..translations import NAMES
 from ..words import number
 
-ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings})
+# A zip archive is of a recording's folder; anything else may be in one, so that the library names no ending.
+ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings} | {".zip"})
 
 READING = {p.name: p for p in surfrecon.parameters("open")}
 
@@ -45,6 +47,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     bl_idname = "surfrecon.import_scans"
     bl_label = "Import Range Scans"
     bl_options = {"REGISTER", "UNDO", "PRESET"}
+    gathering = "Opening the files"
 
     filename_ext = ".conf"
     filter_glob: StringProperty(default=";".join("*" + ending for ending in ENDINGS), options={"HIDDEN"})
@@ -87,6 +90,25 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
     frame: BoolProperty(
         name="Frame",
         description="Turn the 3D views to the imported scans, which may be far smaller or larger than what is seen",
+        default=True,
+    )
+    frames: IntProperty(
+        name="Frames as objects",
+        description="At most so many frames of a recording become objects, spread evenly over it; one more object "
+        "stands for all others, which are read when they are merged or aligned",
+        default=50,
+        min=1,
+        max=10000,
+        soft_max=500,
+    )
+    cameras: BoolProperty(
+        name="Cameras",
+        description="Make a camera of each frame that becomes an object, as it was recorded",
+        default=True,
+    )
+    whole: BoolProperty(
+        name="Whole recording",
+        description="One image or list out of a recording's folder stands for all of it: folders can't be dropped",
         default=True,
     )
     images: EnumProperty(
@@ -145,6 +167,11 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         layout.prop(self, "axis_up")
         layout.prop(self, "origin")
         layout.prop(self, "frame")
+        header, body = layout.panel("surfrecon_recordings")
+        header.label(text="Recordings", text_ctxt=NAMES)
+        if body is not None:
+            for name in ("frames", "cameras", "whole"):
+                body.prop(self, name)
         header, body = layout.panel("surfrecon_images", default_closed=True)
         header.label(text="Images", text_ctxt=NAMES)
         if body is None:
@@ -178,29 +205,50 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         return super().execute(context)
 
     def launch(self, context):
-        """Looks what the files hold."""
-        self.paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
-        self.scans = surfrecon.open(self.paths, **self.reading())
-        if not len(self.scans):
+        """Looks what the files hold; only what becomes an object is read."""
+        paths = [os.path.join(self.directory, f.name) for f in self.files if f.name] or [self.filepath]
+        # A file browser that is asked for a folder puts a separator behind it.
+        paths = [os.path.normpath(path) if os.path.isdir(path) else path for path in paths]
+        self.paths, self.opened = yield from recording.opened(paths, self.whole, self.reading())
+        if not len(self.opened):
             raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
-        return surfrecon.Job.read(list(self.scans))
+        numbers = [k for k, scan in enumerate(self.opened) if isinstance(scan, surfrecon.Frame)]
+        chosen = {numbers[k] for k in recording.spread(len(numbers), self.frames)}
+        self.others = [k for k in numbers if k not in chosen]
+        self.scans = [scan for k, scan in enumerate(self.opened) if k in chosen or k not in set(numbers)]
+        return recording.reading(self.scans)
+
+    def factor(self, context):
+        """Units of the scene a unit of the files; recordings are in metres."""
+        of_frames = all(isinstance(scan, surfrecon.Frame) for scan in self.opened)
+        preferred = "M" if of_frames else preference("unit")
+        unit = preferred if self.unit == "PREFERRED" else self.unit
+        length = context.scene.unit_settings.scale_length
+        return {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
 
     def finish(self, context, contents):
         """Puts the scans into a collection; if anything fails, nothing stays."""
-        unit = preference("unit") if self.unit == "PREFERRED" else self.unit
-        length = context.scene.unit_settings.scale_length
-        factor = {"CUSTOM": self.scale, "SCENE": 1.0}.get(unit) or UNITS[unit] / length
-        made = []
+        factor = self.factor(context)
+        made, views, blind = [], [], 0
         try:
-            while contents:
+            for scan in self.scans:
                 # Each is given back as soon as Blender has it.
-                scan = self.scans[len(made)]
-                made.append(self.object_of(scan, contents.pop(0), factor))
+                content, camera = contents.pop(0)
+                if camera is not None and not content.valid.any():
+                    blind += 1
+                    continue
+                made.append(self.object_of(scan, content, factor))
+                if camera is not None and self.cameras:
+                    obj, _ = made[-1]
+                    views.append((cameras.of_frame(camera, obj, np.array(content.world_from_sensor), factor), camera))
         except surfrecon.SurfreconError:
-            remove(obj for obj, _ in made)
+            remove([obj for obj, _ in made] + [view for view, _ in views])
             raise
+        if not made:
+            raise Refused(f"No sample of the {number(blind, 'frame', 'frames')} that were read can be trusted")
         objects = [obj for obj, _ in made]
-        collection = into_collection(context, set_name(self.paths), objects)
+        name = set_name(self.paths)
+        collection = into_collection(context, name, objects)
         offset = place(made, self.axes(), self.origin)
         if offset is not None:
             collection["world_origin"] = [float(x) for x in offset]
@@ -211,13 +259,34 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         for i, obj in enumerate(objects):
             tint(obj, i)
             show_colours(obj)
-        select_only(context, objects)
+        if views:
+            into_collection(context, f"{name} cameras", [view for view, _ in views], collection)
+            cameras.take_picture_size(context.scene, *views[0])
+        chosen = objects + self.stand_for_others(collection, factor, offset)
+        select_only(context, chosen)
         if self.frame:
             frame_selected(context)
         samples = sum(len(obj.data.vertices) for obj in objects)
-        self.report(
-            {"INFO"}, " ".join([f"{number(len(made), 'scan', 'scans')}, {samples:,} samples.", *self.scans.notes])
-        )
+        texts = [f"{number(len(made), 'scan', 'scans')}, {samples:,} samples."]
+        if self.others:
+            texts.append(f"{number(len(self.others), 'frame stays in its file', 'frames stay in their files')}.")
+        if blind:
+            texts.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted.")
+        self.report({"INFO"}, " ".join([*texts, *self.opened.notes]))
+
+    def stand_for_others(self, collection, factor, offset):
+        """The object that stands for the frames that become none, in a list; an empty list if there are none."""
+        if not self.others:
+            return []
+        name = f"{collection.name}: {number(len(self.others), 'more frame', 'more frames')}"
+        others = recording.stand_for(name, self.paths, self.reading(), self.others, len(self.opened), factor)
+        matrix = self.axes()
+        if offset is not None:
+            matrix[:3, 3] -= offset
+        others.matrix_world = Matrix(matrix.tolist())
+        others.empty_display_size = max(max(obj.dimensions) for obj in collection.objects) / 10
+        collection.objects.link(others)
+        return [others]
 
     def object_of(self, scan, content, factor):
         """The object of a scan, not yet placed, and its matrix."""

@@ -6,7 +6,7 @@ import numpy as np
 import surfrecon
 from bpy.props import BoolProperty
 
-from .. import convert, surfaces
+from .. import convert, recording, surfaces
 from ..job import JobOperator
 from ..running import Refused
 from ..scene import sources_of
@@ -59,6 +59,9 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         self.measured, self.against = active.name, ", ".join(obj.name for obj in others)
         self.surface = surfaces.surface_of([active], depsgraph)
         self.reference = surfaces.surface_of(others, depsgraph)
+        for obj in others:
+            if recording.is_recording(obj):
+                self.report({"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
         self.found = None
         return surfrecon.Job.surface_distance(self.surface, self.reference, signed=self.signed)
 

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert
+from .. import convert, recording
 from ..job import JobOperator
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Refused, gathered
@@ -61,21 +61,27 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         if not objects:
             raise Refused("Only results of earlier merges are selected: select the scans")
         self.names = [obj.name for obj in objects]
-        self.scans = yield from gathered(context, objects, self.scan_of_object)
+        self.scans = recording.of_all((yield from gathered(context, objects, self.scan_of_object)))
+        self.count = len(self.scans)
         return surfrecon.Job.merge(self.scans, **arguments(self), measure=self.measure, threads=threads(self))
 
     def scan_of_object(self, obj, depsgraph):
-        """What is merged of an object."""
+        """What is merged of an object, or a generator of the frames that it stands for."""
+        if recording.is_recording(obj):
+            return recording.frames(obj, depsgraph)
         scan = convert.scan_of_object(obj, depsgraph)
         if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
             self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
         return scan
 
     def preview(self, context):
-        """The same with large cells."""
-        corners = np.concatenate([box(scan) for scan in self.scans])
+        """The same with large cells, of what is at hand already."""
+        scans = [scan for scan in self.scans if not isinstance(scan, surfrecon.Scan)]
+        if not scans:
+            return None
+        corners = np.concatenate([box(scan) for scan in scans])
         extent = np.linalg.norm(corners.max(axis=0) - corners.min(axis=0))
-        return surfrecon.Job.merge(self.scans, voxel=max(extent / PREVIEW_CELLS, self.voxel), threads=1)
+        return surfrecon.Job.merge(scans, voxel=max(extent / PREVIEW_CELLS, self.voxel), threads=1)
 
     def preview_mesh(self, result):
         """Its surface and where it is."""
@@ -99,7 +105,7 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         sources = [bpy.data.objects.get(name) for name in self.names]
         dress(merged, sources, context.evaluated_depsgraph_get())
         put_forward(context, [merged], sources)
-        self.report({"INFO"}, f"{number(len(self.names), 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles")
+        self.report({"INFO"}, f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles")
 
 
 def box(scan):

@@ -19,12 +19,13 @@ use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
 use crate::regions::{Plane, PlaneCall};
 use crate::scan::{ScanCall, scanned};
+use crate::scans::{OpenCall, ScanSet};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
 /// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
-/// ``Job.surface_distance``, ``Job.virtual_scan`` or ``Job.read``. Dropping a running job cancels it.
+/// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
     call: Background,
@@ -152,6 +153,21 @@ impl Job {
             let images = call.run(|index, count| part(progress, index, count))?;
             let single = call.single;
             made(images, move |py, images| scanned(py, images, single))
+        }))
+    }
+
+    /// Starts ``surfrecon.open`` with the same arguments.
+    ///
+    /// Raises:
+    ///     ParameterError, TypeError: like ``open``, at once. Other errors are raised by ``result``.
+    #[staticmethod]
+    // options: open
+    #[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
+    fn open(paths: &Bound<'_, PyAny>, camera: Option<[f64; 4]>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let call = OpenCall::new(paths, camera, options)?;
+        Job::of(Background::start(move |progress| {
+            progress.plan(&[("opening", 1.0)]);
+            made(call.run(progress)?, |py, set| Ok(Bound::new(py, ScanSet::new(py, set)?)?.into_any()))
         }))
     }
 

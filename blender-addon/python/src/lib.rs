@@ -96,7 +96,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{ScanSet, formats, open, read, write, write_scans};
+    use crate::scans::{ScanSet, formats, open, read, recording_of, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

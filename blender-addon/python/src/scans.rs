@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
+use surfrecon::Progress;
 use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
@@ -50,20 +51,60 @@ pub fn open(
     camera: Option<[f64; 4]>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
-    let paths = match paths.extract::<PathBuf>() {
-        Ok(path) => vec![path],
-        Err(error) if !error.is_instance_of::<PyTypeError>(py) => return Err(error),
-        Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|error| {
-            reworded(error, || {
-                PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
-            })
-        })?,
-    };
-    let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
-    let options = ReadOptions { camera, ..params("open", options)? };
-    let set = Watch::new(None).run(py, move |progress| import::open_with(&paths, &options, progress))?;
-    let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
-    Ok(ScanSet { scans, notes: set.notes })
+    let call = OpenCall::new(paths, camera, options)?;
+    let set = Watch::new(None).run(py, |progress| call.run(progress))?;
+    ScanSet::new(py, set)
+}
+
+/// What is to be opened, free of Python.
+pub struct OpenCall {
+    paths: Vec<PathBuf>,
+    options: ReadOptions,
+}
+
+impl OpenCall {
+    /// Checks and takes the arguments of Python's `open`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `TypeError`.
+    pub fn new(
+        paths: &Bound<'_, PyAny>,
+        camera: Option<[f64; 4]>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let paths = match paths.extract::<PathBuf>() {
+            Ok(path) => vec![path],
+            Err(error) if !error.is_instance_of::<PyTypeError>(paths.py()) => return Err(error),
+            Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|error| {
+                reworded(error, || {
+                    PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
+                })
+            })?,
+        };
+        let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
+        Ok(OpenCall { paths, options: ReadOptions { camera, ..params("open", options)? } })
+    }
+
+    /// Opens them.
+    ///
+    /// # Errors
+    /// See [`import::open_with`].
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
+        import::open_with(&self.paths, &self.options, progress)
+    }
+}
+
+/// The folder of the recording that a file is of, or ``None``: what to open when one image or list of a recording
+/// is at hand. Looks at names of files alone.
+///
+/// Args:
+///     path: a file in the folder of a recording, or in a folder of it.
+///
+/// Raises:
+///     FileError: a folder above it can't be listed.
+#[pyfunction]
+pub fn recording_of(py: Python<'_>, path: PathBuf) -> PyResult<Option<PathBuf>> {
+    Watch::new(None).run(py, |progress| import::recording_of(&path, progress))
 }
 
 /// Reads a file that holds one scan: a ``RangeImage``, a ``Mesh`` or a ``PointCloud``.
@@ -207,6 +248,15 @@ pub struct ScanSet {
 }
 
 impl ScanSet {
+    /// Scans that were opened, as Python objects.
+    ///
+    /// # Errors
+    /// None but of Python itself.
+    pub fn new(py: Python<'_>, set: import::ScanSet) -> PyResult<Self> {
+        let scans = set.scans.into_iter().map(|scan| frame::to_object(py, scan)).collect::<PyResult<_>>()?;
+        Ok(ScanSet { scans, notes: set.notes })
+    }
+
     /// How many scans there are.
     pub fn count(&self) -> usize {
         self.scans.len()

@@ -59,6 +59,7 @@ __all__ = [
     "parameters",
     "read",
     "reconstruct",
+    "recording_of",
     "remove",
     "sculpt",
     "sculpture",
@@ -700,6 +701,22 @@ class Job:
         # end
     ) -> Job: ...
     @staticmethod
+    def open(
+        paths: _PathLike | Sequence[_PathLike],
+        *,
+        # options: open
+        scale: float | None = None,
+        offset: float | None = 0.0,
+        step: float | None = None,
+        invalid: float | None = None,
+        depth: Literal["planar", "ray"] | None = "planar",
+        pixels: Literal["auto", "number", "terrain_rgb", "terrarium"] | None = "auto",
+        max_decoded_gib: float | None = 4.0,
+        allow_outside: bool | None = False,
+        # end
+        camera: tuple[float, float, float, float] | None = None,
+    ) -> Job: ...
+    @staticmethod
     def read(scans: Sequence[Scan]) -> Job: ...
     @staticmethod
     def adaptive_quads(
@@ -794,6 +811,7 @@ def open(
     camera: tuple[float, float, float, float] | None = None,
 ) -> ScanSet: ...
 def read(path: _PathLike, **options: Any) -> _Content: ...
+def recording_of(path: _PathLike) -> Path | None: ...
 def write(
     path: _PathLike, content: _Content | Sequence[RangeImage], *, progress: _Progress | None = None, **options: Any
 ) -> None: ...

@@ -96,6 +96,11 @@ fn recognized(store: Store, progress: &Progress<'_>) -> Result<Result<(&'static 
 }
 
 impl Found {
+    /// The folder where its files begin.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Lists the frames.
     pub(super) fn open(&self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
         open(self.layout, Store::folder(&self.path, progress)?, &Asked { options, progress })

@@ -188,6 +188,23 @@ fn record3d() {
 }
 
 #[test]
+fn a_file_tells_which_recording_it_is_of() {
+    let files = writers::polycam(&Twin::phone(), true);
+    let (_keep, path) = files.folder();
+    let of = |file: &str| crate::import::recording_of(&path.join(file), &Progress::none()).unwrap();
+    for file in ["keyframes/depth/1.png", "keyframes/images/x.jpg", "mesh_info.json"] {
+        assert_eq!(of(file).as_ref(), Some(&path), "{file}");
+    }
+    // Neither from farther off nor beside it.
+    assert_eq!(of("keyframes/a/b/c/d.png"), None);
+    let alone = path.with_file_name("alone.png");
+    std::fs::write(&alone, "").unwrap();
+    std::fs::write(path.with_file_name("another.png"), "").unwrap();
+    assert_eq!(crate::import::recording_of(&alone, &Progress::none()).unwrap(), None);
+    assert!(crate::import::recording_of(&path.join("x.png"), &Progress::cancel_after(0)).is_err());
+}
+
+#[test]
 fn scanner_app() {
     let twin = Twin::phone();
     folder(&writers::scanner_app(&twin), |set| {

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""True size and ground: one transform of all that is selected, so that it stays together."""
+
+import bpy
+import numpy as np
+import surfrecon
+from bpy.props import EnumProperty, FloatProperty
+from mathutils import Matrix
+
+from .. import convert, recording, regions, scaling
+from ..job import JobOperator, refuse_no_numbers
+from ..preferences import preference
+from ..running import Known, Refused, gathered
+from ..words import length, sentence
+from .background import scan_or_frames
+from .select_region import is_scan
+
+
+class SURFRECON_OT_true_size(bpy.types.Operator):
+    """Scale all selected objects so that two picked points lie as far apart as they really are"""
+
+    bl_idname = "surfrecon.true_size"
+    bl_label = "True Size"
+    bl_options = {"REGISTER", "UNDO"}
+
+    distance: FloatProperty(
+        name="True distance",
+        description="How far the two points of the ruler, or the two selected vertices, lie apart in reality",
+        subtype="DISTANCE",
+        unit="LENGTH",
+        precision=5,
+        default=1.0,
+        min=1e-9,
+        soft_max=1e3,
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to scale, in object mode."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Switch to Object Mode first")
+            return False
+        return has_selection(cls, context)
+
+    def invoke(self, context, event):
+        """Asks for the distance; what was measured is what it begins with."""
+        try:
+            a, b = regions.picked(context, 2)
+        except Refused as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        self.distance = float(np.linalg.norm(b - a))
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        """Scales about the origin of the scene."""
+        try:
+            refuse_no_numbers(self)
+            scale = surfrecon.true_size(*regions.picked(context, 2), self.distance).scale
+            roots = movable_roots(context)
+            scaling.refuse_shared(roots)
+        except (Refused, surfrecon.SurfreconError) as problem:
+            self.report({"ERROR"}, sentence(problem))
+            return {"CANCELLED"}
+        for root in roots:
+            scaling.grow(root, scale)
+        self.report({"INFO"}, f"Scaled by {scale:.6g}")
+        return {"FINISHED"}
+
+
+class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
+    """Turn and move all selected objects so that a picked or found plane becomes the ground, with z up"""
+
+    bl_idname = "surfrecon.ground"
+    bl_label = "Ground"
+    bl_options = {"REGISTER", "UNDO"}
+    # An adjusted plane is that of where things were before: Blender has taken the first move back by then.
+    may_be_handed_over = False
+
+    by: EnumProperty(
+        name="Plane",
+        description="What becomes the ground",
+        items=(
+            ("PICKED", "Picked points", "Three points of a bent ruler, else three or more selected vertices or a face"),
+            ("OBJECT", "Active object", "The plane of the active mesh or empty, whose z points up"),
+            ("FOUND", "Largest plane", "The plane that the selected scans stand on"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to move."""
+        return super().poll(context) and has_selection(cls, context)
+
+    def draw(self, context):
+        """Panel of the last operation."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "by")
+
+    def launch(self, context):
+        """Finds the plane."""
+        if self.by == "FOUND":
+            objects = [obj for obj in context.selected_objects if is_scan(obj)]
+            if not objects:
+                raise Refused("Select the scans that stand on something")
+            scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
+            return surfrecon.Job.dominant_plane(scans, threads=preference("threads") or None)
+        if self.by == "OBJECT":
+            if context.object is None:
+                raise Refused("Make the plane the active object")
+            plane, _ = regions.region_of(context.object, context.evaluated_depsgraph_get())
+            if not isinstance(plane, surfrecon.Plane):
+                raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
+            return Known(plane)
+        points = regions.picked(context, 3)
+        # Cameras look at a ground from above.
+        eyes = [obj.matrix_world.translation for obj in context.selected_objects if convert.is_range_image(obj)]
+        above = np.mean([tuple(eye) for eye in eyes], axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
+        return Known(regions.plane_of(points, above))
+
+    def finish(self, context, plane):
+        """Moves everything alike."""
+        matrix = Matrix(surfrecon.ground(plane).matrix.tolist())
+        for root in movable_roots(context):
+            root.matrix_world = matrix @ root.matrix_world
+        text = "The plane is the ground now"
+        if plane.share is not None:
+            text += f"; it has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
+        self.report({"INFO"}, text)
+
+
+def has_selection(cls, context):
+    """For `poll`: whether something is selected."""
+    if not context.selected_objects:
+        cls.poll_message_set("Select the scans and what was made of them")
+        return False
+    return True
+
+
+def movable_roots(context):
+    """The selected objects that no other selected one takes along; refuses those that can't be moved."""
+    chosen = set(context.selected_objects)
+    roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
+    for obj in roots:
+        convert.movable(obj)
+    return roots
+
+
+def ancestors(obj):
+    """The objects that it hangs on."""
+    while obj.parent is not None:
+        obj = obj.parent
+        yield obj

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Keep or remove samples of scans before they are merged or aligned: by a box, a plane, a selection, by painting."""
+
+import bpy
+import numpy as np
+from bpy.props import EnumProperty
+
+from .. import convert, pruning, recording, regions
+from ..running import Refused
+from ..words import number, sentence
+
+
+class SURFRECON_OT_select_region(bpy.types.Operator):
+    """Keep or remove what lies in the active box or below the active plane, or is selected or painted, of all scans"""
+
+    bl_idname = "surfrecon.select_region"
+    bl_label = "Keep or Remove"
+    bl_options = {"REGISTER", "UNDO"}
+
+    action: EnumProperty(
+        name="Action",
+        items=(
+            ("REMOVE", "Remove", "Remove what is in the region"),
+            ("KEEP", "Keep only", "Remove what is not in the region"),
+        ),
+    )
+    by: EnumProperty(
+        name="Region",
+        description="What is in the region",
+        items=(
+            ("OBJECT", "Active object", "What lies in the active cube, or on the active plane and below it"),
+            ("SELECTED", "Selected vertices", "Vertices that are selected in Edit Mode"),
+            ("GROUP", "Vertex group", "Vertices of weight 0.5 or more in the active vertex group"),
+            ("MASK", "Sculpt mask", "Vertices that are masked by half or more in Sculpt Mode"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context):
+        """There must be scans, in object mode."""
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Switch to Object Mode first")
+            return False
+        if not any(is_scan(obj) for obj in context.selected_objects):
+            cls.poll_message_set("Select the scans, and last the cube or plane")
+            return False
+        return True
+
+    def draw(self, context):
+        """Panel of the last operation."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "action")
+        self.layout.prop(self, "by")
+
+    def execute(self, context):
+        """Looks at all scans before any is changed."""
+        try:
+            removed, count = self.run(context)
+        except Refused as problem:
+            self.report({"ERROR"}, sentence(problem))
+            return {"CANCELLED"}
+        self.report({"INFO"}, f"{removed:,} samples of {number(count, 'scan', 'scans')} removed")
+        return {"FINISHED"}
+
+    def run(self, context):
+        """How many samples go, and of how many scans."""
+        depsgraph, keep = context.evaluated_depsgraph_get(), self.action == "KEEP"
+        chosen = [obj for obj in context.selected_objects if is_scan(obj)]
+        if self.by != "OBJECT":
+            chosen = [obj for obj in chosen if not recording.is_recording(obj)]
+            return select(chosen, [regions.marked(obj, self.by) for obj in chosen], keep), len(chosen)
+        shape = context.object
+        if shape is None or shape in chosen:
+            raise Refused("Make the cube or the plane the active object: select the scans first, and it last")
+        return apply_region(*regions.region_of(shape, depsgraph), chosen, keep, depsgraph), len(chosen)
+
+
+def is_scan(obj):
+    """Whether samples of it can be selected."""
+    return convert.is_range_image(obj) or recording.is_recording(obj)
+
+
+def apply_region(region, world_from_box, objects, keep, depsgraph):
+    """Keeps or removes what lies in a region (of a box its matrix is needed, too), of scans and of frames that stay in
+    their files; returns how many samples of scans went.
+    """
+    scans = [obj for obj in objects if not recording.is_recording(obj)]
+    marks = [region.contains(regions.world_positions(obj, depsgraph)) for obj in scans]
+    others = [(obj, recording.placement(obj, depsgraph)) for obj in objects if recording.is_recording(obj)]
+    removed = select(scans, marks, keep)
+    for obj, matrix in others:
+        recording.note_selection(obj, region if world_from_box is None else world_from_box, keep, matrix)
+    return removed
+
+
+def select(objects, marks, keep):
+    """Keeps or removes marked vertices of scans, of all or, where something is refused, none; returns how many went.
+
+    A scan of which nothing would be left stays as it is, if others keep something, and is hidden: no longer selected,
+    it is not merged.
+    """
+    stay = [mark if keep else ~mark for mark in marks]
+    for obj in objects:
+        convert.writable(obj)
+        if obj.data.users > 1:
+            raise Refused(
+                f'"{obj.name}" shares its samples with another object: give it its own with'
+                " Object > Relations > Make Single User"
+            )
+    if objects and not any(mark.any() for mark in stay):
+        raise Refused("Nothing would be left of the scans: check the region, and what is kept of it")
+    removed = 0
+    for obj, mark in zip(objects, stay, strict=True):
+        removed += int(np.count_nonzero(~mark))
+        if not mark.any():
+            obj.hide_set(True)
+        elif not mark.all():
+            pruning.keep_vertices(obj.data, mark)
+    return removed

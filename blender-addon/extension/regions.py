@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What people point at: boxes and planes as objects, vertices that are selected or painted, points of the ruler."""
+
+import numpy as np
+import surfrecon
+
+from . import convert
+from .running import Refused
+
+# The annotation layer that Blender's ruler writes.
+RULER = "RulerData3D"
+
+# A mesh whose box is thinner than this share of its size is a plane.
+THIN = 1e-4
+
+# Sculpted masks and painted weights count from here on.
+PAINTED = 0.5
+
+
+def region_of(obj, depsgraph):
+    """The `surfrecon.Box` that an object stands for and its matrix, or the `surfrecon.Plane` and `None`: a mesh or a
+    cube's empty is its box, a flat mesh and any other empty the plane of its x and y, with its z above.
+    """
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+    convert.refuse_unusable(obj, matrix)
+    try:
+        if obj.type == "EMPTY" and obj.instance_type == "NONE":
+            if obj.empty_display_type != "CUBE":
+                return surfrecon.Plane(matrix[:3, 3], np.cross(matrix[:3, 0], matrix[:3, 1])), None
+            size = obj.empty_display_size
+            box = matrix @ np.diag([size, size, size, 1.0])
+            return surfrecon.Box(box), box
+        if obj.type != "MESH":
+            raise Refused(f'"{obj.name}" is neither a mesh nor an empty: put a cube around what is meant, or a plane')
+        corners = np.array(obj.bound_box, np.float64)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        middle, half = (low + high) / 2, (high - low) / 2
+        if half[2] <= THIN * max(half[:2].max(), 1e-300):
+            at = matrix[:3, :3] @ middle + matrix[:3, 3]
+            return surfrecon.Plane(at, np.cross(matrix[:3, 0], matrix[:3, 1])), None
+        box = np.diag([*half, 1.0])
+        box[:3, 3] = middle
+        return surfrecon.Box(matrix @ box), matrix @ box
+    except surfrecon.InputError as problem:
+        raise Refused(f'"{obj.name}" is no region: {problem}') from problem
+
+
+def marked(obj, by):
+    """(n,) bool: which vertices of an object are selected, in its active vertex group or masked; refuses none."""
+    mesh = obj.data
+    count = len(mesh.vertices)
+    if by == "SELECTED":
+        found = np.empty(count, bool)
+        mesh.vertices.foreach_get("select", found)
+        what = "no selected vertex: select some in Edit Mode, and go back to Object Mode"
+    elif by == "GROUP":
+        group = obj.vertex_groups.active
+        found = np.zeros(count, bool)
+        if group is not None:
+            weights = (max((g.weight for g in v.groups if g.group == group.index), default=0) for v in mesh.vertices)
+            found = np.fromiter(weights, np.float32, count) >= PAINTED
+        what = f"no vertex in its active vertex group with a weight of {PAINTED} or more: paint some in Weight Paint"
+    else:
+        values = convert.vertex_values(mesh, ".sculpt_mask", "FLOAT", np.float32)
+        found = np.zeros(count, bool) if values is None else values >= PAINTED
+        what = "no masked vertex: paint a mask in Sculpt Mode"
+    if not found.any():
+        raise Refused(f'"{obj.name}" has {what}')
+    return found
+
+
+def world_positions(obj, depsgraph):
+    """(n, 3) float64: the vertices of an object's own mesh in the world."""
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+    convert.refuse_unusable(obj, matrix)
+    return convert.positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def ruler_points(scene, count):
+    """So many points of the scene's rulers, the last drawn first, in the world; `None` without such a ruler.
+
+    A ruler of two points is a length, one that was bent has three.
+    """
+    # What annotations are called depends on Blender's version.
+    notes = getattr(scene, "annotation", None) or getattr(scene, "grease_pencil", None)
+    layer = notes.layers.get(RULER) if notes is not None else None
+    if layer is None:
+        return None
+    for frame in layer.frames:
+        for stroke in reversed(list(frame.strokes)):
+            if len(stroke.points) >= count:
+                points = np.array([point.co[:] for point in stroke.points], np.float64)
+                # The middle of three is the corner.
+                return points[[0, -1]] if count == 2 else points
+    return None
+
+
+def picked(context, count):
+    """Points that were picked: those of the ruler, else the selected vertices of the active object. Refuses other
+    numbers of vertices than two, or fewer than three where three are asked for.
+    """
+    points = ruler_points(context.scene, count)
+    if points is not None:
+        return points
+    obj = context.object
+    how = "measure it with the ruler (the Measure tool), or select"
+    if obj is None or obj.type != "MESH":
+        raise Refused(f"No points are picked: {how} {count} vertices of the active object in Edit Mode")
+    chosen = np.empty(len(obj.data.vertices), bool)
+    obj.data.vertices.foreach_get("select", chosen)
+    found = int(chosen.sum())
+    if found != count if count == 2 else found < count:
+        wanted = f"exactly {count}" if count == 2 else f"{count} or more"
+        raise Refused(f'"{obj.name}" has {found:,} selected vertices: {how} {wanted} of them in Edit Mode')
+    return world_positions(obj, context.evaluated_depsgraph_get())[chosen]
+
+
+def plane_of(points, above):
+    """The plane that lies nearest to points, three or more; above is the side where the place `above` lies."""
+    middle = points.mean(axis=0)
+    _, sizes, axes = np.linalg.svd(points - middle)
+    if sizes[1] <= 1e-9 * sizes[0] or sizes[0] == 0:
+        raise Refused("The points lie on one line, through which there are many planes: pick others")
+    normal = axes[2]
+    return surfrecon.Plane(middle, -normal if normal @ (above - middle) < 0 else normal)

@@ -1,0 +1,279 @@
+"""Keep or Remove, Remove Background, True Size and Ground: of objects, and of frames that stay in their files."""
+
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+import surfrecon
+from mathutils import Matrix
+from recordings import write_transforms
+from shapes import torus
+from test_recording import corners, load, merge, rest, scans
+
+VOXEL = 0.06
+
+
+def standing_torus():
+    """A torus on a floor, of which the frames see more than of the torus."""
+    ring = surfrecon.Mesh(0.6 * torus().positions, torus().triangles)
+    low = float(ring.positions[:, 2].min())
+    floor = np.array([[x, y, low] for x, y in ((-3, -3), (3, -3), (3, 3), (-3, 3))], float)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]]) + len(ring.positions)
+    return surfrecon.Mesh(np.concatenate([ring.positions, floor]), np.concatenate([ring.triangles, triangles])), low
+
+
+@pytest.fixture(scope="module")
+def standing(tmp_path_factory):
+    subject, low = standing_torus()
+    return write_transforms(tmp_path_factory.mktemp("standing") / "ring", 12, colour=None, subject=subject), low
+
+
+def world(obj):
+    matrix = np.array(obj.matrix_world)
+    return np.array([v.co[:] for v in obj.data.vertices]) @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def cube(low, high):
+    bpy.ops.mesh.primitive_cube_add(size=1)
+    made = bpy.context.object
+    made.location, made.scale = (np.array(low) + high) / 2, np.array(high, float) - low
+    bpy.context.view_layer.update()
+    return made
+
+
+def choose(objects, active):
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj in objects)
+    active.select_set(True)
+    bpy.context.view_layer.objects.active = active
+
+
+def test_a_box_keeps_or_removes_of_objects_and_of_frames_in_their_files(standing):
+    path, low = standing
+    load(path, frames=3)
+    low_corner, high_corner = np.array((-2, -2, low + 0.05)), np.array((0.1, 2, 2))
+    choose([*scans(), rest()], cube(low_corner, high_corner))
+    before = {obj.name: world(obj) for obj in scans()}
+    assert bpy.ops.surfrecon.select_region(action="KEEP") == {"FINISHED"}
+    region = surfrecon.Box.between(low_corner, high_corner)
+    for obj in scans():
+        inside = region.contains(before[obj.name])
+        assert len(obj.data.vertices) == pytest.approx(inside.sum(), abs=2) and inside.sum() > 100
+    # Still range images, with their rays.
+    merged = merge([*scans(), rest()])
+    places, faces = corners(merged)
+    assert places[:, 0].max() < 0.1 + VOXEL and places[:, 2].min() > low
+    truth = surfrecon.merge(surfrecon.keep(surfrecon.open(path), region), voxel=VOXEL).mesh
+    assert abs(len(faces) - len(truth.triangles)) < 0.02 * len(faces)
+    assert np.quantile(surfrecon.distances(places, truth), 0.99) < 1e-4
+
+
+def test_what_frames_in_their_files_keep_goes_with_them(standing):
+    path, low = standing
+    load(path, frames=1)
+    choose([rest()], cube((-2, -2, low + 0.05), (0.1, 2, 2)))
+    bpy.ops.surfrecon.select_region(action="KEEP")
+    before, _ = corners(merge([rest()]))
+    bpy.ops.object.select_all(action="DESELECT")
+    rest().matrix_world = matrix = Matrix.Translation((5, 1, 2)) @ Matrix.Rotation(2.0, 4, "Z")
+    bpy.context.view_layer.update()
+    after, _ = corners(merge([rest()]))
+    back = np.linalg.inv(np.array(matrix))
+    after = after @ back[:3, :3].T + back[:3, 3]
+    assert np.allclose(after.max(axis=0), before.max(axis=0), atol=VOXEL)
+    assert after[:, 0].max() < 0.1 + VOXEL
+
+
+def test_a_plane_removes_what_lies_on_it_and_below(standing):
+    path, low = standing
+    load(path, frames=3)
+    bpy.ops.mesh.primitive_plane_add(size=1, location=(0, 0, low + 0.1))
+    plane = bpy.context.object
+    choose([*scans(), rest()], plane)
+    assert bpy.ops.surfrecon.select_region() == {"FINISHED"}
+    assert all(world(obj)[:, 2].min() > low + 0.0999 for obj in scans())
+    places, _ = corners(merge([*scans(), rest()]))
+    assert places[:, 2].min() > low + 0.05
+    # Turned over it removes the rest, of which nothing is left.
+    plane.rotation_euler = (np.pi, 0, 0)
+    plane.location.z = low
+    bpy.context.view_layer.update()
+    choose(scans(), plane)
+    with pytest.raises(RuntimeError, match="Nothing would be left"):
+        bpy.ops.surfrecon.select_region()
+
+
+def test_selected_and_painted_vertices(standing):
+    path, _ = standing
+    load(path, frames=2)
+    obj = scans()[0]
+    count = len(obj.data.vertices)
+    choose([obj], obj)
+    chosen = np.zeros(count, bool)
+    chosen[:500] = True
+    obj.data.polygons.foreach_set("select", np.zeros(len(obj.data.polygons), bool))
+    obj.data.edges.foreach_set("select", np.zeros(len(obj.data.edges), bool))
+    obj.data.vertices.foreach_set("select", chosen)
+    assert bpy.ops.surfrecon.select_region(by="SELECTED") == {"FINISHED"}
+    assert len(obj.data.vertices) == count - 500
+    group = obj.vertex_groups.new(name="paint")
+    group.add(list(range(100)), 0.8, "REPLACE")
+    group.add(list(range(100, 200)), 0.2, "REPLACE")
+    assert bpy.ops.surfrecon.select_region(by="GROUP") == {"FINISHED"}
+    assert len(obj.data.vertices) == count - 600
+    with pytest.raises(RuntimeError, match="no masked vertex: paint a mask in Sculpt Mode"):
+        bpy.ops.surfrecon.select_region(by="MASK")
+    mask = obj.data.attributes.new(".sculpt_mask", "FLOAT", "POINT")
+    values = np.zeros(count - 600, np.float32)
+    values[:1000] = 1
+    mask.data.foreach_set("value", values)
+    assert bpy.ops.surfrecon.select_region(by="MASK", action="KEEP") == {"FINISHED"}
+    assert len(obj.data.vertices) == 1000
+    with pytest.raises(RuntimeError, match="Make the cube or the plane the active object"):
+        bpy.ops.surfrecon.select_region()
+
+
+def test_the_background_is_found_and_removed_undone_too(standing):
+    path, low = standing
+    load(path, frames=3)
+    choose([*scans(), rest()], scans()[0])
+    bpy.ops.ed.undo_push(message="before")
+    before = sum(len(obj.data.vertices) for obj in scans())
+    assert bpy.ops.surfrecon.remove_background() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="after")
+    for obj in scans():
+        assert world(obj)[:, 2].min() > low and len(obj.data.vertices) > 100
+    assert sum(len(obj.data.vertices) for obj in scans()) < 0.7 * before
+    places, _ = corners(merge([*scans(), rest()]))
+    # What lies beside the torus was floor.
+    assert np.linalg.norm(places[:, :2], axis=1).max() < 1
+    bpy.ops.ed.undo()
+    assert sum(len(obj.data.vertices) for obj in scans()) == before and "recording_selections" not in rest()
+
+
+def test_no_plane_is_refused(tmp_path):
+    load(write_transforms(tmp_path / "ring", 4, colour=None))
+    with pytest.raises(RuntimeError, match="plane"):
+        bpy.ops.surfrecon.remove_background(min_share=0.9)
+
+
+@pytest.mark.parametrize("plain", [True, False])
+def test_what_is_left_keeps_all_it_had(standing, extension, plain):
+    load(standing[0], frames=1, cameras=False)
+    obj = scans()[0]
+    mesh = obj.data
+    if not plain:
+        obj.vertex_groups.new(name="slow").add([0, 5], 0.5, "REPLACE")
+    count = len(mesh.vertices)
+    mesh.attributes.new("by_face", "INT", "FACE").data.foreach_set(
+        "value", np.arange(len(mesh.polygons), dtype=np.int32)
+    )
+    mesh.attributes.new("by_corner", "FLOAT2", "CORNER")
+    colours = mesh.attributes.new("tint", "FLOAT_COLOR", "POINT")
+    colours.data.foreach_set("color", np.linspace(0, 1, 4 * count, dtype=np.float32))
+    mesh.color_attributes.active_color = mesh.color_attributes["tint"]
+    assert extension.pruning.is_plain(mesh) == plain
+    places, rows = (
+        extension.convert.positions(mesh),
+        extension.convert.vertex_values(mesh, "range_row", "INT", np.int32),
+    )
+    faces = np.array([p.vertices[:] for p in mesh.polygons])
+    keep = np.random.default_rng(1).random(count) < 0.9
+    extension.pruning.keep_vertices(mesh, keep)
+    assert np.array_equal(extension.convert.positions(mesh), places[keep])
+    assert np.array_equal(extension.convert.vertex_values(mesh, "range_row", "INT", np.int32), rows[keep])
+    stays = keep[faces].all(axis=1)
+    number = np.cumsum(keep) - 1
+    assert np.array_equal(np.array([p.vertices[:] for p in mesh.polygons]), number[faces[stays]])
+    found = [value.value for value in mesh.attributes["by_face"].data]
+    assert found == np.flatnonzero(stays).tolist()
+    left = np.array([value.color[:] for value in mesh.attributes["tint"].data])
+    assert np.allclose(left.reshape(-1), np.linspace(0, 1, 4 * count).reshape(-1, 4)[keep].reshape(-1), atol=1e-6)
+    assert mesh.color_attributes.active_color_name == "tint" and not mesh.validate()
+    assert "by_corner" in mesh.attributes and len(mesh.attributes["by_corner"].data) == len(mesh.loops)
+    if not plain:
+        assert any(len(v.groups) for v in mesh.vertices) == bool(keep[0] or keep[5])
+
+
+def ruler(*points):
+    """What Blender's ruler leaves in a scene; Python can't draw one."""
+    stroke = SimpleNamespace(points=[SimpleNamespace(co=Matrix.Translation(p).translation) for p in points])
+    layer = SimpleNamespace(frames=[SimpleNamespace(strokes=[stroke])])
+    return SimpleNamespace(annotation=SimpleNamespace(layers={"RulerData3D": layer}))
+
+
+def test_the_ruler_is_read(extension):
+    read = extension.regions.ruler_points
+    assert np.allclose(read(ruler((1, 2, 3), (4, 5, 6)), 2), [(1, 2, 3), (4, 5, 6)])
+    # A bent one: its ends, and all of it.
+    assert np.allclose(read(ruler((1, 2, 3), (0, 0, 0), (4, 5, 6)), 2), [(1, 2, 3), (4, 5, 6)])
+    assert len(read(ruler((1, 2, 3), (0, 0, 0), (4, 5, 6)), 3)) == 3
+    assert read(ruler((1, 2, 3), (4, 5, 6)), 3) is None and read(bpy.context.scene, 2) is None
+
+
+def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, extension, monkeypatch):
+    path, _ = standing
+    load(path, frames=3)
+    merged = merge([*scans(), rest()])
+    before, _ = corners(merged)
+    poses = {obj.name: np.array(obj.matrix_world) for obj in bpy.data.objects}
+    clip = {obj.name: obj.data.clip_end for obj in bpy.data.objects if obj.type == "CAMERA"}
+    # Two vertices of a mesh that say a length of 0.5.
+    known = bpy.data.meshes.new("known")
+    known.from_pydata([(0, 0, 0), (0.5, 0, 0)], [], [])
+    stick = bpy.data.objects.new("stick", known)
+    bpy.context.scene.collection.objects.link(stick)
+    known.vertices.foreach_set("select", [True, True])
+    choose([*scans(), rest(), merged], stick)
+    stick.select_set(True)
+    assert bpy.ops.surfrecon.true_size(distance=1.5) == {"FINISHED"}
+    bpy.context.view_layer.update()
+    for obj in scans():
+        assert np.allclose(np.array(obj.matrix_world)[:3, :3], poses[obj.name][:3, :3], atol=1e-6)
+        assert np.allclose(obj.matrix_world.translation, 3 * poses[obj.name][:3, 3], atol=1e-5)
+        image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+        assert image.projection["kind"] == "pinhole"
+    for name, far in clip.items():
+        obj = bpy.data.objects[name]
+        assert np.allclose(obj.matrix_world.translation, 3 * poses[name][:3, 3], atol=1e-5)
+        assert obj.data.clip_end == pytest.approx(3 * far)
+    assert np.allclose(corners(merged)[0], 3 * before, atol=1e-5)
+    choose([*scans(), rest()], rest())
+    assert bpy.ops.surfrecon.merge(voxel=3 * VOXEL, measure=False) == {"FINISHED"}
+    again, _ = corners(bpy.context.object)
+    assert np.allclose(again.max(axis=0), 3 * before.max(axis=0), atol=3 * VOXEL)
+    choose([rest()], rest())
+    with pytest.raises(RuntimeError, match="No points are picked"):
+        bpy.ops.surfrecon.true_size(distance=1)
+
+
+def test_a_plane_becomes_the_ground(standing):
+    path, low = standing
+    tilt = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.4, 4, "X")
+    for by in ("FOUND", "OBJECT", "PICKED"):
+        bpy.ops.wm.read_homefile(use_empty=True)
+        load(path, frames=3)
+        for obj in [*scans(), rest()]:
+            obj.matrix_world = tilt @ obj.matrix_world
+        bpy.context.view_layer.update()
+        chosen = [*scans(), rest()]
+        active = chosen[0]
+        if by == "OBJECT":
+            active = bpy.data.objects.new("plane", None)
+            bpy.context.scene.collection.objects.link(active)
+            active.matrix_world = tilt @ Matrix.Translation((0, 0, low))
+        elif by == "PICKED":
+            mesh = bpy.data.meshes.new("corners")
+            mesh.from_pydata([(0, 0, low), (1, 0, low), (0, -1, low), (0, 0, 7)], [], [])
+            active = bpy.data.objects.new("corners", mesh)
+            bpy.context.scene.collection.objects.link(active)
+            active.matrix_world = tilt
+            mesh.vertices.foreach_set("select", [True, True, True, False])
+        bpy.context.view_layer.update()
+        choose(chosen, active)
+        assert bpy.ops.surfrecon.ground(by=by) == {"FINISHED"}
+        bpy.context.view_layer.update()
+        places, _ = corners(merge(chosen))
+        # The floor is at 0 and the torus above.
+        assert abs(np.quantile(places[:, 2], 0.2)) < 0.005 and places[:, 2].max() > 0.3, by
