@@ -588,6 +588,7 @@ class Job:
         threshold: Literal["local", "global"] | None = "local",
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
+        smooth: float | None = None,
         threads: int | None = 0,
         # end
     ) -> Job: ...
@@ -980,6 +981,7 @@ class Reconstructor:
         threshold: Literal["local", "global"] | None = "local",
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
+        smooth: float | None = None,
         threads: int | None = 0,
         # end
         progress: _Progress | None = None,
@@ -993,6 +995,7 @@ def reconstruct(
     threshold: Literal["local", "global"] | None = "local",
     topology: Literal["manifold", "free"] | None = "manifold",
     closure: Literal["auto", "closed", "open"] | None = "auto",
+    smooth: float | None = None,
     threads: int | None = 0,
     # end
     normals: ArrayLike | None = None,

@@ -220,7 +220,7 @@ fn flat_but_for_noise() {
         for threshold in [Threshold::Local, Threshold::Global] {
             let params = ReconstructParams { threshold, ..Default::default() };
             let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
-            let report = mesh::check::check(&made.mesh);
+            let report = check(&made.mesh);
             assert_eq!((report.components, report.genus()), (1, Some(0)), "{name}: {report}");
             // At random, threes may be further apart than is trusted.
             assert!(report.boundary_loops <= 8, "{name}: {report}");

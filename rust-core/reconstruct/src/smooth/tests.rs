@@ -5,8 +5,7 @@ use crate::tests::{cloud, random};
 use crate::{Reason, ReconstructParams, Reconstructed, run};
 use base::error::Error;
 use base::progress::Progress;
-use mesh::check;
-use mesh::check::MeshReport;
+use mesh::check::{MeshReport, check};
 
 /// Numbers with the standard normal distribution.
 fn normal(seed: u64) -> impl FnMut() -> f64 {
@@ -61,7 +60,7 @@ fn with_outliers(mut points: Vec<DVec3>, share: f64) -> Vec<DVec3> {
 
 fn reconstruct(points: Vec<DVec3>) -> (Reconstructed, MeshReport) {
     let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
-    let report = check::check(&made.mesh);
+    let report = check(&made.mesh);
     (made, report)
 }
 
