@@ -45,6 +45,12 @@ def meshlab_ball_pivoting(meshes):
     meshes.generate_surface_reconstruction_ball_pivoting()
 
 
+def screened_poisson(meshes, depth):
+    """Normals from 30 neighbours: with ten, which is the default, they turn over where noise is as large as the spacing."""
+    meshes.compute_normal_for_point_clouds(k=30)
+    meshes.generate_surface_reconstruction_screened_poisson(depth=depth, preclean=False)
+
+
 def main():
     """Runs one tool."""
     tool, points, spacing, out = sys.argv[1], np.fromfile(sys.argv[2]).reshape(-1, 3), float(sys.argv[3]), sys.argv[4]
@@ -60,6 +66,8 @@ def main():
         mesh = open3d_ball_pivoting(points, spacing)
     elif tool == "open3d-alpha-shape":
         mesh = open3d_alpha_shape(points, spacing)
+    elif tool.startswith("screened-poisson-"):
+        screened_poisson(meshes, int(tool.rpartition("-")[2]))
     else:
         meshlab_ball_pivoting(meshes)
     now = resource.getrusage(resource.RUSAGE_SELF)

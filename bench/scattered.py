@@ -1,4 +1,5 @@
-"""Surfaces through scattered points: this library beside CGAL's advancing front, ball pivoting and alpha shapes.
+"""Surfaces through scattered points: this library beside CGAL's advancing front, ball pivoting and alpha shapes; of points
+that carry noise beside Screened Poisson with estimated normals.
 
 Every run is a fresh process. Times of programs (this library, CGAL) are those of the whole process, with reading the
 points; of Python packages those of the reconstruction alone, without imports and files. One checker measures all.
@@ -15,6 +16,7 @@ from pathlib import Path
 import measured
 import numpy as np
 import ply
+import scattered_noise
 import surface
 import table
 from scipy.spatial import cKDTree
@@ -22,9 +24,12 @@ from scipy.spatial import cKDTree
 HERE = Path(__file__).resolve().parent
 OURS, CGAL = "surfrecon", "cgal-advancing-front"
 PYTHON_TOOLS = ["open3d-ball-pivoting", "open3d-alpha-shape", "meshlab-ball-pivoting"]
+POISSON = [f"screened-poisson-{depth}" for depth in scattered_noise.DEPTHS]
 # What a surface is worth; null where there is none.
-QUALITY = ["used_pct", "boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus"]
-COLUMNS = ["case", "tool", "runs", "cpu_s", "wall_s", "peak_mb", "triangles", *QUALITY]
+QUALITY = ["used_pct", "boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus", "components"]
+# What is known of the points and the truth; null where nothing is.
+NOISE = ["noise_spacings", "outlier_pct", "to_truth_rms"]
+COLUMNS = ["case", "tool", "runs", "cpu_s", "wall_s", "peak_mb", "triangles", *QUALITY, *NOISE]
 # The packages take minutes for more, and their results are far from manifold for fewer already.
 PYTHON_LIMIT = 140_000
 # For each run of a package: some hundred times what this library takes for the smaller sets.
@@ -162,21 +167,25 @@ def quality(points, vertices, triangles):
     on_it = np.ascontiguousarray(vertices[np.unique(triangles)].astype(np.float32) + np.float32(0))
     used = np.isin(np.unique(exact), on_it.view([("", np.float32)] * 3).ravel())
     row["used_pct"] = 100 * float(used.mean())
-    return row | {
-        name: figures[name] for name in ("boundary_loops", "nonmanifold_edges", "nonmanifold_vertices", "genus")
-    }
+    return row | {name: figures[name] for name in QUALITY[1:]}
 
 
-def run_case(name, points, tools, folder, wanted, record):
-    """Runs the tools, programs by their commands, on a set of points; a row each."""
-    file, out = Path(folder) / "points.f64", Path(folder) / "out.npz"
+def run_case(name, points, tools, folder, wanted, record, noise=(None, None, None)):
+    """Runs the tools, programs by their commands, on a set of points; a row each.
+
+    `noise`: that of the points in spacings, the percentage of outliers, and the true surface.
+    """
+    file, out, moved = (Path(folder) / name for name in ("points.f64", "out.npz", "vertices.f64"))
+    noise_spacings, outlier_pct, truth = noise
     points.tofile(file)
     spacing = float(np.median(cKDTree(points).query(points, k=2)[0][:, 1]))
 
     def once(tool):
         if tools[tool]:
-            figures, _ = measured.run([*tools[tool], file, out], cpu_limit=PROGRAM_CPU_S)
-            return figures, (points, np.fromfile(out, np.uint32)[1:].reshape(-1, 3).astype(np.int64))
+            ours = ["--vertices", moved] if tool.startswith(OURS) else []
+            figures, _ = measured.run([*tools[tool], file, out, *ours], cpu_limit=PROGRAM_CPU_S)
+            vertices = np.fromfile(moved).reshape(-1, 3) if ours else points
+            return figures, (vertices, np.fromfile(out, np.uint32)[1:].reshape(-1, 3).astype(np.int64))
         if len(points) > PYTHON_LIMIT:
             raise measured.Failed(f"not run for more than {PYTHON_LIMIT:,} points, which takes minutes")
         command = [sys.executable, HERE / "peer_scattered.py", tool, file, spacing, out]
@@ -186,7 +195,9 @@ def run_case(name, points, tools, folder, wanted, record):
         return figures | seconds, (found["vertices"], found["triangles"].astype(np.int64))
 
     def judge(_, made):
-        return quality(points, *made)
+        row = quality(points, *made) | {"noise_spacings": noise_spacings, "outlier_pct": outlier_pct}
+        is_known = truth is not None and row["triangles"] > 0
+        return row | {"to_truth_rms": scattered_noise.to_truth_rms(made, truth) if is_known else None}
 
     return record.measure(
         wanted.tools(name, tools), wanted.repeats, once, lambda tool: {"case": name, "tool": tool}, judge
@@ -202,6 +213,36 @@ def compare(rows):
     for row in rows:
         if "failed" in row:
             print(f"{row['tool']}: {row['failed']}")
+
+
+def noisy(tools, folder, wanted, record):
+    """Runs this library and Screened Poisson on points that carry noise; the latter's best depth is what counts."""
+    tools = {tool: tools[tool] for tool in (OURS, *POISSON)}
+    data = os.environ.get("SURFRECON_DATA")
+    file = Path(data) / "gts/goblet.gts" if data else None
+    for shape, genus, make in scattered_noise.truths((lambda: gts(file)) if file and file.is_file() else None):
+        truth = make()
+        for outlier_pct in scattered_noise.OUTLIERS_PCT:
+            for noise in scattered_noise.NOISES:
+                name = f"{shape}, noise {noise}, outliers {outlier_pct} %"
+                if not wanted.takes(name):
+                    continue
+                points = np.ascontiguousarray(scattered_noise.points(*truth, noise, outlier_pct))
+                found = run_case(name, points, tools, folder, wanted, record, (noise, outlier_pct, truth))
+                print(
+                    f"\n{name}, {len(points):,} points" + (f" (genus {genus})" if genus is not None else ""), flush=True
+                )
+                columns = [
+                    "tool",
+                    "cpu_s",
+                    "wall_s",
+                    "triangles",
+                    "boundary_loops",
+                    "genus",
+                    "components",
+                    "to_truth_rms",
+                ]
+                table.show(found, {column: column for column in columns})
 
 
 def main(wanted, record):
@@ -224,3 +265,5 @@ def main(wanted, record):
             print(f"\n{name}, {len(points):,} points ({known})", flush=True)
             table.show(found, {column: column for column in columns})
             compare(found)
+        if not wanted.smallest:
+            noisy(tools | dict.fromkeys(POISSON), folder, wanted, record)

@@ -204,6 +204,8 @@ typedef enum {
   SRF_INSIDE = 3,
   // Outside the surface: too far away for the threshold, or carved away.
   SRF_OUTSIDE = 4,
+  // Far from any surface that the others tell; only with smoothing. Since 0.2.
+  SRF_OUTLIER = 5,
 } srf_dropped;
 
 // What decided the size of a cell.
@@ -1034,6 +1036,10 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
+  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+  // 0: the surface goes through the points as they are. >= 0. SRF_FROM_DATA, the default: 4.5 standard deviations of the
+  // noise where that is more than 0.2 spacings, else none.
+  double smooth;
 } srf_reconstruct_params;
 
 // The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
@@ -1068,6 +1074,16 @@ typedef struct {
   uint64_t cut_facets;
   // Parts turned over by normals, sensors or direction.
   uint64_t turned_parts;
+  // Points dropped since they are far from any surface that the others tell; only with smoothing. Since 0.2.
+  uint64_t outliers;
+  // Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
+  double noise;
+  // Side of a square of the surface that has one point, as measured with the noise. Since 0.2.
+  double spacing;
+  // Radius within which the surface was smoothed, 0 if it goes through the points. Since 0.2.
+  double smoothing;
+  // Root mean square of the distances by which smoothing moved the points on the surface. Since 0.2.
+  double moved;
 } srf_reconstruct_report;
 
 // How a mesh, or points, are clustered. Starts with its size; set to the defaults by srf_cluster_params_init().

@@ -40,6 +40,8 @@ pub enum srf_dropped {
     SRF_INSIDE = 3,
     /// Outside the surface: too far away for the threshold, or carved away.
     SRF_OUTSIDE = 4,
+    /// Far from any surface that the others tell; only with smoothing. Since 0.2.
+    SRF_OUTLIER = 5,
 }
 
 /// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
@@ -77,6 +79,16 @@ pub struct srf_reconstruct_report {
     pub cut_facets: u64,
     /// Parts turned over by normals, sensors or direction.
     pub turned_parts: u64,
+    /// Points dropped since they are far from any surface that the others tell; only with smoothing. Since 0.2.
+    pub outliers: u64,
+    /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
+    pub noise: f64,
+    /// Side of a square of the surface that has one point, as measured with the noise. Since 0.2.
+    pub spacing: f64,
+    /// Radius within which the surface was smoothed, 0 if it goes through the points. Since 0.2.
+    pub smoothing: f64,
+    /// Root mean square of the distances by which smoothing moved the points on the surface. Since 0.2.
+    pub moved: f64,
 }
 
 impl From<&Reconstructed> for srf_reconstruct_report {
@@ -99,6 +111,11 @@ impl From<&Reconstructed> for srf_reconstruct_report {
             gathered: report.repaired[1] as u64,
             cut_facets: report.cut_facets as u64,
             turned_parts: report.turned_parts as u64,
+            outliers: dropped(Reason::Outlier),
+            noise: report.noise,
+            spacing: report.spacing,
+            smoothing: report.smoothing,
+            moved: report.moved,
         }
     }
 }
@@ -212,6 +229,7 @@ fn reasons(made: &Reconstructed) -> Vec<u8> {
             Reason::Duplicate => srf_dropped::SRF_DUPLICATE,
             Reason::Inside => srf_dropped::SRF_INSIDE,
             Reason::Outside => srf_dropped::SRF_OUTSIDE,
+            Reason::Outlier => srf_dropped::SRF_OUTLIER,
         } as u8;
     }
     reasons

@@ -42,13 +42,23 @@ Outputs run(Job &job)
     job.log(std::to_string(surface.triangles().size()) + " triangles through " + std::to_string(report.used) + " of " +
             std::to_string(report.points) + " points, taken as " + (report.is_closed ? "closed" : "open"));
     job.log("Not on it: " + std::to_string(report.duplicates) + " copies, " + std::to_string(report.inside) + " inside, " +
-            std::to_string(report.outside) + " outside, " + std::to_string(report.not_finite) + " that are no finite numbers");
+            std::to_string(report.outside) + " outside, " + std::to_string(report.outliers) + " outliers, " + std::to_string(report.not_finite) +
+            " that are no finite numbers");
+    if (report.smoothing > 0)
+        job.log("Noise of " + std::to_string(report.noise) + " at a spacing of " + std::to_string(report.spacing) +
+                ": smoothed within " + std::to_string(report.smoothing) + ", which moved points by " +
+                std::to_string(report.moved) + " (root mean square)");
     Outputs out;
     out["points"] = static_cast<int>(report.points);
     out["used"] = static_cast<int>(report.used);
     out["duplicates"] = static_cast<int>(report.duplicates);
     out["inside"] = static_cast<int>(report.inside);
     out["outside"] = static_cast<int>(report.outside);
+    out["outliers"] = static_cast<int>(report.outliers);
+    out["noise"] = report.noise;
+    out["spacing"] = report.spacing;
+    out["smoothing"] = report.smoothing;
+    out["moved"] = report.moved;
     out["not_finite"] = static_cast<int>(report.not_finite);
     out["tetrahedra"] = static_cast<int>(report.tetrahedra);
     out["closed"] = report.is_closed != 0;
@@ -63,8 +73,8 @@ extern const Filter reconstruct_filter = {
     "Surface Reconstruction: Delaunay Carving",
     "generate_surface_reconstruction_delaunay_carving",
     "Makes a surface through the <b>vertices of the current layer</b>, whatever faces it has, over their 3D Delaunay "
-    "tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. Points are neither moved nor "
-    "made; copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
+    "tetrahedralization: closed or open, manifold, through every point the sampling lets it reach. No points are made, and none moved "
+    "unless they carry noise, which <i>Smoothing</i> is about; outliers, copies and vertices that are no finite numbers are left out and counted. The custom vertex attribute <i>source_point</i> says which point each vertex was.<br>"
     "The layer is not changed.<br><br>"
     "See:<br><i>A. Rodr\u00edguez, J. M. Espadero, D. L\u00f3pez, L. Pastor</i><br>"
     "<b>\"Delaunay surface reconstruction from scattered points\"</b><br>DGCI 2000, LNCS 1953",

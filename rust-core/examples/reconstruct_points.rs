@@ -15,6 +15,9 @@ struct Options {
     points: PathBuf,
     /// Receives the number of triangles and, for each, the indices of its three points, all as 32-bit integers.
     triangles: PathBuf,
+    /// Receives x, y, z of each vertex, which smoothing may have moved; triangles then have indices of these.
+    #[arg(long)]
+    vertices: Option<PathBuf>,
     /// Worker threads, 0 for one a core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -32,10 +35,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let Some(AttributeData::I32(points)) = made.mesh.vertex_attribute("source_point") else {
         return Err("the mesh does not say which points it goes through".into());
     };
+    if let Some(file) = &options.vertices {
+        std::fs::write(file, bytemuck::cast_slice(&made.mesh.positions))?;
+    }
     let mut out = std::io::BufWriter::new(std::fs::File::create(&options.triangles)?);
     out.write_all(&(made.mesh.triangles.len() as u32).to_le_bytes())?;
     for &vertex in made.mesh.triangles.as_flattened() {
-        out.write_all(&points[vertex as usize].to_le_bytes())?;
+        let index = if options.vertices.is_some() { vertex } else { points[vertex as usize] as u32 };
+        out.write_all(&index.to_le_bytes())?;
     }
     out.flush()?;
     Ok(())

@@ -37,7 +37,7 @@ def test_what_is_dropped_is_named_with_its_reason():
     points = np.concatenate([sphere(500), [[np.nan, 0, 0]], sphere(500)[7:8], [[0, 0, 2.0]]])
     result = surfrecon.reconstruct(points)
     dropped = {reason: which.tolist() for reason, which in result.dropped.items()}
-    assert dropped == {"not_finite": [500], "duplicate": [501], "inside": [], "outside": [502]}
+    assert dropped == {"not_finite": [500], "duplicate": [501], "inside": [], "outside": [502], "outlier": []}
 
 
 def test_another_factor_gives_what_a_call_of_its_own_gives():

@@ -43,7 +43,7 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 #[pyfunction]
 // options: reconstruct
 #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, progress = None, **options),
-    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', threads=0, normals=None, colour=None, sensors=None, progress=None)")]
+    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, threads=0, normals=None, colour=None, sensors=None, progress=None)")]
 pub fn reconstruct(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
@@ -93,7 +93,7 @@ impl Reconstructor {
     /// Raises:
     ///     InputError: also while it makes another surface, on another thread, or did when this process was forked.
     // options: $self reconstruct
-    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, factor=1.0, threshold='local', topology='manifold', closure='auto', threads=0, progress=None)")]
+    #[pyo3(signature = (*, progress = None, **options), text_signature = "($self, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, threads=0, progress=None)")]
     fn surface(
         &self,
         py: Python<'_>,
@@ -223,7 +223,8 @@ impl Reconstructed {
 #[pymethods]
 impl Reconstructed {
     /// The points that are not on the surface, by the reason, each (k,) uint32 ascending: ``not_finite``, ``duplicate`` (at
-    /// the same place as a point before it), ``inside`` and ``outside`` (out of the surface's reach).
+    /// the same place as a point before it), ``inside`` and ``outside`` (out of the surface's reach), ``outlier`` (far from any
+    /// surface that the others tell; only with smoothing).
     #[getter]
     fn dropped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -232,6 +233,7 @@ impl Reconstructed {
             ("duplicate", Reason::Duplicate),
             ("inside", Reason::Inside),
             ("outside", Reason::Outside),
+            ("outlier", Reason::Outlier),
         ] {
             dict.set_item(name, numpy::PyArray1::from_vec(py, self.dropped_for(reason)))?;
         }
@@ -241,7 +243,10 @@ impl Reconstructed {
     /// Figures of the run by name: ``points``, ``used`` (of them), ``tetrahedra``, ``closed`` (whether the surface has
     /// no border), ``threshold`` (a perimeter with a global one, in mean spacings of a facet's points with a local
     /// one), ``rounds`` (of the paper's carving), ``repaired`` (cells that changed sides to make it manifold, points brought
-    /// onto it afterwards), ``cut_facets`` (left out over gaps and for the manifold), ``turned_parts``, ``seconds`` by stage.
+    /// onto it afterwards), ``cut_facets`` (left out over gaps and for the manifold), ``turned_parts``, ``noise`` (standard
+    /// deviation of the points across the surface; 0 for fewer than 1,024), ``spacing`` (side of a square of the surface that has one
+    /// point), ``smoothing`` (radius within which the surface was smoothed, 0 if it goes through the points), ``moved`` (root mean
+    /// square of the distances by which that moved the points on it), ``seconds`` by stage.
     #[getter]
     fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let report = &self.report;
@@ -255,6 +260,10 @@ impl Reconstructed {
         dict.set_item("repaired", (report.repaired[0], report.repaired[1]))?;
         dict.set_item("cut_facets", report.cut_facets)?;
         dict.set_item("turned_parts", report.turned_parts)?;
+        dict.set_item("noise", report.noise)?;
+        dict.set_item("spacing", report.spacing)?;
+        dict.set_item("smoothing", report.smoothing)?;
+        dict.set_item("moved", report.moved)?;
         let seconds = PyDict::new(py);
         for (stage, time) in &report.seconds {
             seconds.set_item(stage, time)?;

@@ -2,6 +2,7 @@
 
 use crate::guard::guard;
 use crate::params::{Fields, Given};
+use crate::settings::SRF_FROM_DATA;
 use crate::sized;
 use crate::status::srf_status;
 
@@ -61,6 +62,10 @@ pub struct srf_reconstruct_params {
     /// Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
     /// SRF_CLOSURE_AUTO.
     pub closure: u64,
+    /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+    /// 0: the surface goes through the points as they are. >= 0. SRF_FROM_DATA, the default: 4.5 standard deviations of the
+    /// noise where that is more than 0.2 spacings, else none.
+    pub smooth: f64,
 }
 
 impl Fields for srf_reconstruct_params {
@@ -72,6 +77,7 @@ impl Fields for srf_reconstruct_params {
             threshold: 1,
             topology: 1,
             closure: 1,
+            smooth: SRF_FROM_DATA,
         }
     }
 
@@ -82,6 +88,7 @@ impl Fields for srf_reconstruct_params {
             ("threshold", Given::Whole(self.threshold)),
             ("topology", Given::Whole(self.topology)),
             ("closure", Given::Whole(self.closure)),
+            ("smooth", Given::Double(self.smooth)),
         ]
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-pub(crate) use geom::eigen::eigen;
+pub(crate) use geom::linear::{eigen, solve};
 
 pub(crate) type Vector6 = [f64; 6];
 pub(crate) type Matrix6 = [[f64; 6]; 6];
@@ -41,41 +41,6 @@ impl Sums {
         }
         all
     }
-}
-
-/// Solves `matrix * x = right` for a symmetric positive definite matrix; `None` if it isn't.
-pub(crate) fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> Option<[f64; N]> {
-    let mut factor = [[0.0; N]; N];
-    for i in 0..N {
-        for j in 0..=i {
-            let mut sum = matrix[i][j];
-            for k in 0..j {
-                sum -= factor[i][k] * factor[j][k];
-            }
-            if i == j {
-                if !(sum > 0.0) {
-                    return None;
-                }
-                factor[i][i] = sum.sqrt();
-            } else {
-                factor[i][j] = sum / factor[j][j];
-            }
-        }
-    }
-    let mut x = *right;
-    for i in 0..N {
-        for k in 0..i {
-            x[i] -= factor[i][k] * x[k];
-        }
-        x[i] /= factor[i][i];
-    }
-    for i in (0..N).rev() {
-        for k in i + 1..N {
-            x[i] -= factor[k][i] * x[k];
-        }
-        x[i] /= factor[i][i];
-    }
-    Some(x)
 }
 
 /// The rigid motion of a small rotation vector and a translation, rotation first.

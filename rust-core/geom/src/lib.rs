@@ -5,7 +5,7 @@
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
 //! | `delaunay2` | triangulation of points in one plane of space |
 //! | `delaunay3` | tetrahedralization of points |
-//! | `eigen` | eigenvectors of small symmetric matrices |
+//! | `linear` | small symmetric matrices: systems of equations, eigenvalues |
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
 //! | `span` | whether points span a line, a plane or space |
@@ -15,7 +15,7 @@
 pub mod bvh;
 pub mod delaunay2;
 pub mod delaunay3;
-pub mod eigen;
+pub mod linear;
 pub mod neighbours;
 pub mod predicates;
 pub mod span;

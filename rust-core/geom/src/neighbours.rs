@@ -1,9 +1,17 @@
 //! Nearest neighbours among fixed points.
 
+use std::collections::BinaryHeap;
+
 use glam::DVec3;
+
+use base::error::Result;
+use base::progress::Progress;
 
 /// Points searched one by one at the bottom of the tree.
 const LEAF: usize = 12;
+
+/// Points below which a range is arranged on one thread.
+const ONE_THREAD: usize = 1 << 13;
 
 /// A balanced k-d tree over a fixed set of points. Building costs O(n log n), a query O(log n) for points that aren't
 /// crowded; memory 29 bytes a point.
@@ -25,11 +33,29 @@ impl KdTree {
     /// # Panics
     /// With 2^32 points or more.
     pub fn new(points: &[DVec3]) -> Self {
+        Self::arranged(points, &|| false)
+    }
+
+    /// Like [`KdTree::new`], and stops within milliseconds.
+    ///
+    /// # Errors
+    /// [`base::error::Error::Cancelled`].
+    ///
+    /// # Panics
+    /// With 2^32 points or more.
+    pub fn try_new(points: &[DVec3], progress: &Progress<'_>) -> Result<Self> {
+        progress.check()?;
+        let tree = Self::arranged(points, &|| progress.is_stopping());
+        progress.check()?;
+        Ok(tree)
+    }
+
+    fn arranged(points: &[DVec3], is_stopping: &(impl Fn() -> bool + Sync)) -> Self {
         assert!(u32::try_from(points.len()).is_ok(), "{} points are too many for a tree", points.len());
         let mut entries: Vec<(DVec3, u32)> =
             points.iter().enumerate().filter(|(_, p)| p.is_finite()).map(|(i, p)| (*p, i as u32)).collect();
         let mut axes = vec![0; entries.len()];
-        arrange(&mut entries, &mut axes);
+        arrange(&mut entries, &mut axes, is_stopping);
         let low = entries.iter().fold(DVec3::INFINITY, |m, e| m.min(e.0));
         let high = entries.iter().fold(DVec3::NEG_INFINITY, |m, e| m.max(e.0));
         KdTree {
@@ -75,6 +101,38 @@ impl KdTree {
         (best.place != usize::MAX).then(|| (self.indices[best.place], best.squared.sqrt()))
     }
 
+    /// The `count` points nearest to `query`, of those closer than `limit`: `found` is cleared and receives them in no order.
+    /// Of equally near ones those that come first in the list given. Nothing is found if `query` isn't finite.
+    pub fn nearest_few(&self, query: DVec3, count: usize, limit: f64, found: &mut Few) {
+        found.heap.clear();
+        found.count = count;
+        found.limit = limit * limit;
+        if query.is_finite() && count > 0 {
+            self.search_few(0, self.points.len(), query, found);
+        }
+    }
+
+    fn search_few(&self, first: usize, end: usize, query: DVec3, found: &mut Few) {
+        if end - first <= LEAF {
+            for place in first..end {
+                found.offer(self.indices[place], self.points[place].distance_squared(query));
+            }
+            return;
+        }
+        let middle = first + (end - first) / 2;
+        let point = self.points[middle];
+        let axis = usize::from(self.axes[middle]);
+        found.offer(self.indices[middle], point.distance_squared(query));
+        let side = query[axis] - point[axis];
+        let (near, far) =
+            if side < 0.0 { ((first, middle), (middle + 1, end)) } else { ((middle + 1, end), (first, middle)) };
+        self.search_few(near.0, near.1, query, found);
+        // Equally near ones may come first in the list.
+        if side * side <= found.limit {
+            self.search_few(far.0, far.1, query, found);
+        }
+    }
+
     fn search(&self, first: usize, end: usize, query: DVec3, best: &mut Best) {
         if end - first <= LEAF {
             for place in first..end {
@@ -111,9 +169,65 @@ impl Best {
     }
 }
 
+/// The nearest few points of a query. Kept and refilled, so that many queries allocate once.
+#[derive(Clone, Debug, Default)]
+pub struct Few {
+    /// Squared distances, whose bits compare as they do, and indices.
+    heap: BinaryHeap<(u64, u32)>,
+    count: usize,
+    /// Squared; none further away is taken.
+    limit: f64,
+}
+
+impl Few {
+    /// How many were found.
+    pub fn len(&self) -> usize {
+        self.heap.len()
+    }
+
+    /// Whether none was.
+    pub fn is_empty(&self) -> bool {
+        self.heap.is_empty()
+    }
+
+    /// Place in the list given and squared distance of each.
+    pub fn iter(&self) -> impl Iterator<Item = (u32, f64)> {
+        self.heap.iter().map(|&(squared, index)| (index, f64::from_bits(squared)))
+    }
+
+    /// Squared distance of the furthest; `None` without any.
+    pub fn furthest(&self) -> Option<f64> {
+        self.heap.peek().map(|&(squared, _)| f64::from_bits(squared))
+    }
+
+    #[inline]
+    fn offer(&mut self, index: u32, squared: f64) {
+        // Up to the limit where it is that of one found, below it where it was given.
+        let is_full = self.heap.len() == self.count;
+        if if is_full { squared > self.limit } else { squared >= self.limit } {
+            return;
+        }
+        let entry = (squared.to_bits(), index);
+        if is_full {
+            if let Some(mut last) = self.heap.peek_mut()
+                && entry < *last
+            {
+                *last = entry;
+            }
+        } else {
+            self.heap.push(entry);
+        }
+        if self.heap.len() == self.count
+            && let Some(furthest) = self.furthest()
+        {
+            self.limit = furthest;
+        }
+    }
+}
+
 /// Sorts entries into tree order: the middle of a range splits it along its longest side.
-fn arrange(entries: &mut [(DVec3, u32)], axes: &mut [u8]) {
-    if entries.len() <= LEAF {
+fn arrange(entries: &mut [(DVec3, u32)], axes: &mut [u8], is_stopping: &(impl Fn() -> bool + Sync)) {
+    if entries.len() <= LEAF || (entries.len() >= ONE_THREAD && is_stopping()) {
         return;
     }
     let low = entries.iter().fold(DVec3::INFINITY, |m, e| m.min(e.0));
@@ -125,8 +239,13 @@ fn arrange(entries: &mut [(DVec3, u32)], axes: &mut [u8]) {
     axes[middle] = axis as u8;
     let (left, right) = entries.split_at_mut(middle);
     let (left_axes, right_axes) = axes.split_at_mut(middle);
-    arrange(left, left_axes);
-    arrange(&mut right[1..], &mut right_axes[1..]);
+    let (right, right_axes) = (&mut right[1..], &mut right_axes[1..]);
+    if left.len() < ONE_THREAD {
+        arrange(left, left_axes, is_stopping);
+        arrange(right, right_axes, is_stopping);
+    } else {
+        rayon::join(|| arrange(left, left_axes, is_stopping), || arrange(right, right_axes, is_stopping));
+    }
 }
 
 #[cfg(test)]
@@ -155,6 +274,31 @@ mod tests {
                 prop_assert!(tree.nearest_within(query, smallest * 0.999).is_none());
                 prop_assert!(tree.nearest_within(query, smallest * 1.001 + 1e-9).is_some());
             }
+        }
+    }
+
+    proptest! {
+        /// Theorem: the nearest few are those that come first when all are sorted, also among duplicates.
+        #[test]
+        fn the_nearest_few_are_those_of_brute_force(
+            points in prop::collection::vec([-4..4_i32, -4..4, -4..40], 1..200),
+            query in [-5..5_i32, -5..5, -5..45],
+            count in 0_usize..40,
+            limit in 0_u32..60,
+        ) {
+            let points: Vec<DVec3> = points.iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+            let query = DVec3::from(query.map(f64::from));
+            // Whole numbers: distances are exact, and many equal.
+            let limit = if limit > 50 { f64::INFINITY } else { f64::from(limit) };
+            let mut all: Vec<(f64, u32)> = (0..).zip(&points).map(|(i, p)| (p.distance_squared(query), i)).collect();
+            all.retain(|near| near.0 < limit * limit);
+            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            all.truncate(count);
+            let mut few = Few::default();
+            KdTree::new(&points).nearest_few(query, count, limit, &mut few);
+            let mut found: Vec<(f64, u32)> = few.iter().map(|(index, squared)| (squared, index)).collect();
+            found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            prop_assert_eq!(found, all);
         }
     }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use base::error::Result;
 use base::progress::Progress;
-use geom::eigen::eigen;
+use geom::linear::eigen;
 
 use crate::pool::{Pool, Sample, random};
 

@@ -3,6 +3,7 @@
 //! | stage | file | in -> out |
 //! |---|---|---|
 //! | 0 | `prepare` | points -> samples in an order of their own, equal ones once |
+//! |   | `noise`, `smooth` | how much noise they carry; where that is much, samples on the surface they tell, without outliers |
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
 //! | 3 | `separate` | basins -> inside and outside |
@@ -28,7 +29,10 @@
 mod types;
 
 // 0. samples
+mod noise;
+mod patch;
 mod prepare;
+mod smooth;
 
 mod balls;
 mod complex;

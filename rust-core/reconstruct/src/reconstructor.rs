@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::orient::{Witness, orient};
 use super::plane::Plane;
 use super::prepare::{Samples, prepare};
+use super::smooth::{Smoothing, smoothed};
 use super::space::Space;
 use super::{
     Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology, canonical,
@@ -43,6 +44,9 @@ pub struct Reconstructor<C> {
 /// What depends on the points only.
 struct Prepared {
     samples: Samples,
+    /// The parameter they were smoothed with.
+    smooth: Option<f64>,
+    smoothing: Smoothing,
     shape: Shape,
     seconds: Vec<(&'static str, f64)>,
 }
@@ -112,6 +116,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     ) -> Result<Reconstructed> {
         params.validate()?;
         let pool = base::threads::pool(params.threads)?;
+        // What is kept of points smoothed otherwise is of no use.
+        self.prepared.take_if(|prepared| prepared.smooth != params.smooth);
         progress.plan(if self.prepared.is_none() { PLAN } else { PLAN_AGAIN });
         progress.run(&pool, || self.make_surface(params, release, progress))
     }
@@ -151,15 +157,21 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 memory::expect_each(points, BYTES_A_POINT, 0.0, "a surface through", "points")?;
                 let samples = prepare(positions, progress)?;
                 release(&mut self.cloud);
-                self.prepared = Some(Prepared::new(samples, started, params.threads, progress)?);
+                self.prepared = Some(Prepared::new(samples, started, params, progress)?);
                 1
             }
         };
         let started = Instant::now();
         let is_kept = self.is_kept;
-        let Prepared { samples, shape, seconds } = self.prepared.as_mut().expect("just made");
-        let mut report =
-            ReconstructReport { points: samples.given(), seconds: seconds.clone(), ..ReconstructReport::default() };
+        let Prepared { samples, smoothing, shape, seconds, .. } = self.prepared.as_mut().expect("just made");
+        let mut report = ReconstructReport {
+            points: samples.given(),
+            noise: smoothing.noise.deviation / samples.factor,
+            spacing: smoothing.noise.spacing / samples.factor,
+            smoothing: smoothing.radius / samples.factor,
+            seconds: seconds.clone(),
+            ..ReconstructReport::default()
+        };
         let mut found = match shape {
             Shape::Plane(plane) => {
                 progress.stage(first_stage + 1, 1);
@@ -243,11 +255,15 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             }
         }
         let mut positions = vec![DVec3::ZERO; used.len()];
-        for (sample, &point) in samples.points.iter().zip(&samples.input) {
+        let moved = &self.prepared.as_ref().expect("made before the surface").smoothing.moved;
+        let mut squares = 0.0;
+        for (i, (sample, &point)) in samples.points.iter().zip(&samples.input).enumerate() {
             if let Some(position) = positions.get_mut(number[point as usize] as usize) {
                 *position = *sample / samples.factor;
+                squares += moved.get(i).map_or(0.0, |moved| moved * moved);
             }
         }
+        report.moved = (squares / used.len().max(1) as f64).sqrt() / samples.factor;
         progress.check()?;
         let mut mesh = TriMesh::new(positions, triangles);
         let attributes = &mut mesh.vertex_attributes;
@@ -283,19 +299,30 @@ impl Reconstructor<PointCloud> {
 
 impl Prepared {
     /// `started`: when the sorting of the samples did.
-    fn new(mut samples: Samples, started: Instant, threads: usize, progress: &Progress<'_>) -> Result<Self> {
+    fn new(samples: Samples, started: Instant, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
+        let sorted = started.elapsed().as_secs_f64();
+        let (mut samples, smoothing) = smoothed(samples, params.smooth, progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {
             return Err(no_plane(&samples));
         }
-        progress.stage(0, samples.points.len() as u64);
-        let sorted = started.elapsed().as_secs_f64();
+        if smoothing.radius == 0.0 {
+            progress.stage(0, samples.points.len() as u64);
+        }
+        let smoothed = started.elapsed().as_secs_f64();
         let shape = match corners[..] {
             [a, b, c] => Shape::Plane(Plane::new(&samples.points, [a, b, c], progress)?),
-            _ => Shape::Space(Space::new(&mut samples.points, threads, progress)?),
+            _ => match Plane::along(&samples.points, smoothing.noise, progress)? {
+                Some(plane) => Shape::Plane(plane),
+                None => Shape::Space(Space::new(&mut samples.points, params.threads, progress)?),
+            },
         };
-        let seconds = vec![("sort", sorted), ("tetrahedralize", started.elapsed().as_secs_f64() - sorted)];
-        Ok(Prepared { samples, shape, seconds })
+        let seconds = vec![
+            ("sort", sorted),
+            ("smooth", smoothed - sorted),
+            ("tetrahedralize", started.elapsed().as_secs_f64() - smoothed),
+        ];
+        Ok(Prepared { samples, smooth: params.smooth, smoothing, shape, seconds })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What goes in and what comes out.
 
-use base::params::{choice, ratio};
+use base::params::{choice, length, ratio};
 use mesh::TriMesh;
 
 base::choices! {
@@ -47,6 +47,9 @@ base::params! {
         topology: Topology = choice("Topology", Topology::CHOICES),
         /// Whether the points are of a closed surface; only with a manifold topology.
         closure: Closure = choice("Closure", Closure::CHOICES),
+        /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+        smooth: Option<f64> = length("Smoothing")
+            .from_data("4.5 standard deviations of the noise where that is more than 0.2 spacings, else none").off("the surface goes through the points as they are").since("0.2"),
     }
 }
 
@@ -61,6 +64,8 @@ pub enum Reason {
     Inside,
     /// Outside the surface: too far away for the threshold, or carved away.
     Outside,
+    /// Much further from the others than they are from each other, or than their noise explains; only with smoothing.
+    Outlier,
 }
 
 /// A point that is not on the surface.
@@ -96,6 +101,14 @@ pub struct ReconstructReport {
     pub cut_facets: usize,
     /// Parts turned over by normals, sensors or direction.
     pub turned_parts: usize,
+    /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024.
+    pub noise: f64,
+    /// Side of a square of the surface that has one point, as measured.
+    pub spacing: f64,
+    /// Radius within which the surface was smoothed; 0 if it goes through the points.
+    pub smoothing: f64,
+    /// Root mean square of the distances by which smoothing moved the points on the surface.
+    pub moved: f64,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Vec<(&'static str, f64)>,
 }

@@ -668,6 +668,7 @@ class Job:
         threshold: Literal["local", "global"] | None = "local",
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
+        smooth: float | None = None,
         threads: int | None = 0,
         # end
     ) -> Job: ...
@@ -1121,6 +1122,7 @@ class Reconstructor:
         threshold: Literal["local", "global"] | None = "local",
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
+        smooth: float | None = None,
         threads: int | None = 0,
         # end
         progress: _Progress | None = None,
@@ -1134,6 +1136,7 @@ def reconstruct(
     threshold: Literal["local", "global"] | None = "local",
     topology: Literal["manifold", "free"] | None = "manifold",
     closure: Literal["auto", "closed", "open"] | None = "auto",
+    smooth: float | None = None,
     threads: int | None = 0,
     # end
     normals: ArrayLike | None = None,

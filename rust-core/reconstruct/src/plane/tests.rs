@@ -188,3 +188,55 @@ fn three_hundred_thousand_points_and_a_hand_that_stops_them() {
         assert!(matches!(outcome, Err(Error::Cancelled)) && waited < 1.0, "{waited} s");
     }
 }
+
+/// At random over a square of side 6, turned out of the axes.
+fn turned_square(count: usize, height: impl Fn(usize) -> f64) -> Vec<DVec3> {
+    let mut random = random(13);
+    let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, 0.7, 1.1);
+    (0..count).map(|i| turn * DVec3::new(6.0 * random(), 6.0 * random(), height(i))).collect()
+}
+
+/// Theorem: what is flat but for rounding, for a point beside it or for its noise is one sheet with one border.
+#[test]
+fn flat_but_for_noise() {
+    let single = |points: Vec<DVec3>| points.iter().map(|p| p.as_vec3().as_dvec3()).collect::<Vec<_>>();
+    let far = |points: Vec<DVec3>| points.iter().map(|p| *p + DVec3::splat(5e6)).collect::<Vec<_>>();
+    let noise: Vec<f64> = {
+        let mut random = random(29);
+        (0..3000).map(|_| (0..12).map(|_| random()).sum::<f64>() - 6.0).collect()
+    };
+    let mut one_beside: Vec<DVec3> = turned_square(3000, |_| 0.0);
+    one_beside[100] += DVec3::splat(1e-12);
+    // A tenth of a side of a square that has one point.
+    let spacing = 6.0 / 3000.0_f64.sqrt();
+    for (name, points) in [
+        ("turned", turned_square(3000, |_| 0.0)),
+        ("in single precision", single(turned_square(3000, |_| 0.0))),
+        ("far away", far(turned_square(3000, |_| 0.0))),
+        ("one beside it", one_beside),
+        ("with little noise", turned_square(3000, |i| 0.1 * spacing * noise[i])),
+        ("with as much as its spacing", turned_square(3000, |i| spacing * noise[i])),
+    ] {
+        for threshold in [Threshold::Local, Threshold::Global] {
+            let params = ReconstructParams { threshold, ..Default::default() };
+            let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
+            let report = check(&made.mesh);
+            assert_eq!((report.components, report.genus()), (1, Some(0)), "{name}: {report}");
+            // At random, threes may be further apart than is trusted.
+            assert!(report.boundary_loops <= 8, "{name}: {report}");
+            assert!(made.report.used > 2950, "{name}: {:?}", made.report.used);
+            let up = made.mesh.triangles.iter().all(|t| {
+                let [a, b, c] = t.map(|v| made.mesh.positions[v as usize]);
+                (b - a).cross(c - a).z > 0.0
+            });
+            assert!(up || name.starts_with("with"), "{name}");
+        }
+    }
+}
+
+#[test]
+fn parallel_planes_are_no_sheet() {
+    let points: Vec<DVec3> = turned_square(4000, |i| 0.04 * (i % 2) as f64);
+    let made = run(&cloud(points), &ReconstructParams::default(), &Progress::none()).unwrap();
+    assert!(made.report.tetrahedra > 0 && made.report.smoothing == 0.0, "{:?}", made.report);
+}

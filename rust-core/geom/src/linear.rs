@@ -1,4 +1,39 @@
-//! Eigenvectors of small symmetric matrices: principal axes of points, what normal equations leave free.
+//! Small dense systems of linear equations and eigenvalue problems.
+
+/// Solves `matrix * x = right` for a symmetric positive definite matrix; `None` if it isn't.
+pub fn solve<const N: usize>(matrix: &[[f64; N]; N], right: &[f64; N]) -> Option<[f64; N]> {
+    let mut factor = [[0.0; N]; N];
+    for i in 0..N {
+        for j in 0..=i {
+            let mut sum = matrix[i][j];
+            for k in 0..j {
+                sum -= factor[i][k] * factor[j][k];
+            }
+            if i == j {
+                if !(sum > 0.0) {
+                    return None;
+                }
+                factor[i][i] = sum.sqrt();
+            } else {
+                factor[i][j] = sum / factor[j][j];
+            }
+        }
+    }
+    let mut x = *right;
+    for i in 0..N {
+        for k in 0..i {
+            x[i] -= factor[i][k] * x[k];
+        }
+        x[i] /= factor[i][i];
+    }
+    for i in (0..N).rev() {
+        for k in i + 1..N {
+            x[i] -= factor[k][i] * x[k];
+        }
+        x[i] /= factor[i][i];
+    }
+    Some(x)
+}
 
 /// Eigenvalues, rising, and their eigenvectors (rows) of a symmetric matrix, by Jacobi's rotations.
 pub fn eigen<const N: usize>(matrix: &[[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {

@@ -1,0 +1,151 @@
+//! How much noise samples carry: how far they lie off the surface around them, beside how far they lie apart.
+//!
+//! Around some samples a height field is fitted to the half of the nearest ones that fits best, starting from those at the
+//! height of the sample itself: of the two sides of a wall thinner than its samples are apart, that is one. What is left across it
+//! is noise, unless it is as large as the neighbourhood: then a larger one is taken.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::patch::{Frame, Quadric};
+use base::error::Result;
+use base::progress::Progress;
+use geom::neighbours::{Few, KdTree};
+
+/// Spacings of noise up to which a surface goes through all points.
+pub(super) const INTERPOLATED: f64 = 0.2;
+
+/// Samples below which noise can't be told from shape, and none is taken to be there.
+const LEAST: usize = 1024;
+
+/// Samples looked at.
+const SEEDS: usize = 512;
+
+/// Neighbours a height field is fitted to at first ...
+const FEWEST: usize = 32;
+/// ... and at most.
+const MOST: usize = 512;
+
+/// Samples before and after a seed on the curve, among which its neighbours are looked for at first.
+const WINDOW: usize = 128;
+
+/// Largest noise that a neighbourhood tells, in its radii.
+const WITHIN: f64 = 0.3;
+
+/// Times that the half is chosen again.
+const ROUNDS: usize = 3;
+
+/// Deviation of normal noise over the root mean square of the half that is smallest, from so many samples that six unknowns
+/// were fitted to. Measured.
+fn consistency(half: usize) -> f64 {
+    2.65 * (1.0 + CORRECTION / half as f64)
+}
+const CORRECTION: f64 = 6.0;
+
+/// What was measured, in the unit of the samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Noise {
+    /// Standard deviation across the surface.
+    pub(super) deviation: f64,
+    /// Side of a square of the surface that has one sample.
+    pub(super) spacing: f64,
+}
+
+impl Noise {
+    pub(super) fn spacings(&self) -> f64 {
+        if self.spacing > 0.0 { self.deviation / self.spacing } else { 0.0 }
+    }
+}
+
+/// Measures it on samples in the order of the curve. Cost: that of a few hundred small fits; where there is noise, also a
+/// tree over all samples.
+pub(super) fn measure(samples: &[DVec3], progress: &Progress<'_>) -> Result<Noise> {
+    if samples.len() < LEAST {
+        return Ok(Noise::default());
+    }
+    let seeds: Vec<usize> = seeds(samples.len()).collect();
+    let quick = over(&seeds, progress, |seed, _, nearest| {
+        let window = seed.saturating_sub(WINDOW)..(seed + WINDOW).min(samples.len());
+        nearest.extend(window.map(|i| (samples[i].distance_squared(samples[seed]), samples[i])));
+        let count = FEWEST.min(nearest.len());
+        // By place where equally near: the order of the curve is the samples' own.
+        nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.truncate(count);
+        look(samples[seed], nearest)
+    })?;
+    if quick.0.spacings() <= INTERPOLATED {
+        return Ok(quick.0);
+    }
+    let tree = KdTree::try_new(samples, progress)?;
+    let mut count = FEWEST;
+    loop {
+        let (noise, radius) = over(&seeds, progress, |seed, few: &mut Few, nearest| {
+            tree.nearest_few(samples[seed], count, f64::INFINITY, few);
+            nearest.extend(few.iter().map(|(i, squared)| (squared, samples[i as usize])));
+            look(samples[seed], nearest)
+        })?;
+        if noise.deviation <= WITHIN * radius || 2 * count > MOST {
+            return Ok(noise);
+        }
+        count *= 2;
+    }
+}
+
+/// Evenly along the curve.
+fn seeds(samples: usize) -> impl Iterator<Item = usize> {
+    let count = samples.min(SEEDS);
+    (0..count).map(move |k| (2 * k + 1) * samples / (2 * count))
+}
+
+/// Medians of what is seen at the seeds: noise, and the radius it was seen within.
+fn over(
+    seeds: &[usize],
+    progress: &Progress<'_>,
+    look: impl Fn(usize, &mut Few, &mut Vec<(f64, DVec3)>) -> Option<[f64; 3]> + Sync,
+) -> Result<(Noise, f64)> {
+    let seen = seeds
+        .par_iter()
+        .with_min_len(16)
+        .map_init(<(Few, Vec<(f64, DVec3)>)>::default, |(few, nearest), &seed| {
+            progress.check()?;
+            nearest.clear();
+            Ok(look(seed, few, nearest))
+        })
+        .collect::<Result<Vec<Option<[f64; 3]>>>>()?;
+    let median = |which: usize| {
+        let mut values: Vec<f64> = seen.iter().flatten().map(|seen| seen[which]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
+    };
+    // Noise in spacings first: both may differ over the cloud.
+    let spacing = median(1);
+    Ok((Noise { deviation: median(0) * spacing, spacing }, median(2)))
+}
+
+/// Noise in spacings, spacing and radius as seen around a sample.
+fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 3]> {
+    let count = nearest.len();
+    let half = count.div_ceil(2);
+    if half <= 6 {
+        return None;
+    }
+    let weighted: Vec<(DVec3, f64)> = nearest.iter().map(|&(_, sample)| (sample, 1.0)).collect();
+    let frame = Frame::new(seed, &weighted)?;
+    let radius = frame.radius();
+    if !(radius > 0.0 && radius.is_finite()) {
+        return None;
+    }
+    let spacing = radius * (std::f64::consts::PI / count as f64).sqrt();
+    let local: Vec<[f64; 3]> = nearest.iter().map(|&(_, sample)| frame.to_local(sample)).collect();
+    let mut offsets: Vec<(f64, usize)> = local.iter().enumerate().map(|(i, at)| (at[2].abs(), i)).collect();
+    let mut square = 0.0;
+    for _ in 0..ROUNDS {
+        offsets.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let quadric = Quadric::fit(offsets[..half].iter().map(|&(_, i)| (local[i], 1.0)), radius)?;
+        offsets.iter_mut().for_each(|(offset, i)| *offset = (local[*i][2] - quadric.height(local[*i])).abs());
+        let mut sorted: Vec<f64> = offsets.iter().map(|&(offset, _)| offset).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        square = sorted[..half].iter().map(|offset| offset * offset).sum::<f64>() / half as f64;
+    }
+    Some([square.sqrt() * consistency(half) / spacing, spacing, radius])
+}

@@ -1,0 +1,137 @@
+//! The surface around a place as nearby samples tell it: a height field of second order over the plane they lie along.
+
+use glam::DVec3;
+
+use base::error::Result;
+use base::progress::Progress;
+use geom::linear::{eigen, solve};
+
+/// A place with axes: two along the surface, the third across it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frame {
+    origin: DVec3,
+    axes: [DVec3; 3],
+    /// Root mean squares of the samples along the axes, about their weighted mean.
+    extent: [f64; 3],
+}
+
+/// A sample near a place, and how much it counts.
+pub(super) type Weighted = (DVec3, f64);
+
+impl Frame {
+    /// At `origin`, along the directions in which weighted samples are spread. `None` if none counts.
+    pub(super) fn new(origin: DVec3, samples: &[Weighted]) -> Option<Frame> {
+        let mut sums = Sums::default();
+        samples.iter().for_each(|&(sample, weight)| sums.add(sample - origin, weight));
+        sums.frame(origin)
+    }
+
+    /// In the middle of samples that count the same, its third axis up; in a vertical plane, towards where y is large, in
+    /// one along y, where x is. Axes turn counter-clockwise seen from there.
+    pub(super) fn of_all(samples: &[DVec3], progress: &Progress<'_>) -> Result<Option<Frame>> {
+        let Some(&first) = samples.first() else { return Ok(None) };
+        let mut sums = Sums::default();
+        for block in progress.blocks(samples) {
+            block?.iter().for_each(|&sample| sums.add(sample - first, 1.0));
+        }
+        Ok(sums.frame(first + sums.places / sums.weight).map(|mut frame| {
+            let [u, _, up] = frame.axes;
+            let sign = [up.z, up.y, up.x].into_iter().find(|x| *x != 0.0).unwrap_or(1.0).signum();
+            frame.axes = [u, (sign * up).cross(u), sign * up];
+            frame
+        }))
+    }
+
+    /// Along both axes of the surface, and height above it.
+    pub(super) fn to_local(self, sample: DVec3) -> [f64; 3] {
+        let d = sample - self.origin;
+        self.axes.map(|axis| axis.dot(d))
+    }
+
+    /// The place at a height above the origin.
+    pub(super) fn above(&self, height: f64) -> DVec3 {
+        self.origin + self.axes[2] * height
+    }
+
+    /// Radius of the disk over which samples are spread as these are.
+    pub(super) fn radius(&self) -> f64 {
+        2.0 * (self.extent[0] * self.extent[1]).sqrt()
+    }
+}
+
+/// Sums over weighted samples.
+#[derive(Default)]
+struct Sums {
+    weight: f64,
+    places: DVec3,
+    products: [[f64; 3]; 3],
+}
+
+impl Sums {
+    fn add(&mut self, place: DVec3, weight: f64) {
+        self.weight += weight;
+        self.places += weight * place;
+        let d = place.to_array();
+        for i in 0..3 {
+            for j in 0..3 {
+                self.products[i][j] += weight * d[i] * d[j];
+            }
+        }
+    }
+
+    fn frame(&self, origin: DVec3) -> Option<Frame> {
+        if !(self.weight > 0.0) {
+            return None;
+        }
+        let mean = (self.places / self.weight).to_array();
+        let about_mean =
+            std::array::from_fn(|i| std::array::from_fn(|j| self.products[i][j] / self.weight - mean[i] * mean[j]));
+        let (values, vectors) = eigen::<3>(&about_mean);
+        let extent = [values[2], values[1], values[0]].map(|value| value.max(0.0).sqrt());
+        Some(Frame { origin, axes: [vectors[2], vectors[1], vectors[0]].map(DVec3::from), extent })
+    }
+}
+
+/// Heights over a plane: 1, u, v, u^2, uv, v^2, lengths divided by `scale`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Quadric {
+    factors: [f64; 6],
+    scale: f64,
+}
+
+impl Quadric {
+    /// That with the least sum of weighted squares; of lower order where samples don't tell more.
+    pub(super) fn fit(local: impl Iterator<Item = ([f64; 3], f64)>, scale: f64) -> Option<Quadric> {
+        let (mut squares, mut right) = ([[0.0; 6]; 6], [0.0; 6]);
+        for (at, weight) in local {
+            let row = row(at, scale);
+            for i in 0..6 {
+                let scaled = weight * row[i];
+                for j in 0..=i {
+                    squares[i][j] += scaled * row[j];
+                }
+                right[i] += scaled * at[2];
+            }
+        }
+        // Keeps what samples say nothing of near zero.
+        let ridge = RIDGE * squares[0][0];
+        (3..6).for_each(|i| squares[i][i] += ridge);
+        let factors = solve(&squares, &right).or_else(|| {
+            let mean = right[0] / squares[0][0];
+            mean.is_finite().then_some([mean, 0.0, 0.0, 0.0, 0.0, 0.0])
+        })?;
+        factors.iter().all(|f| f.is_finite()).then_some(Quadric { factors, scale })
+    }
+
+    pub(super) fn height(&self, at: [f64; 3]) -> f64 {
+        row(at, self.scale).iter().zip(&self.factors).map(|(x, factor)| x * factor).sum()
+    }
+}
+
+/// Weight of the bend being zero, as a part of that of all samples.
+const RIDGE: f64 = 1e-4;
+
+fn row([u, v, _]: [f64; 3], scale: f64) -> [f64; 6] {
+    let (u, v) = (u / scale, v / scale);
+    [1.0, u, v, u * u, u * v, v * v]
+}

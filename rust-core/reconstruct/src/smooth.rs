@@ -1,0 +1,326 @@
+//! Samples moved to the surface that those around them tell, where they carry noise; those far from any are outliers.
+//!
+//! Each sample goes across the plane of its neighbourhood to the height field of second order fitted there, again from
+//! where it came to (moving least squares \[Lev04\]): second order, so that the surface does not shrink where it bends. All
+//! fits read the measured places, so that no sample waits for another. What a fit counts falls off with the distance along
+//! the surface and, so that the other side of a thin wall says nothing, with the height.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::noise::{self, INTERPOLATED, Noise};
+use super::patch::{Frame, Quadric, Weighted};
+use super::prepare::{Samples, prepare};
+use super::{Dropped, Reason};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use geom::neighbours::{Few, KdTree};
+
+/// What was measured of samples, and done about it; lengths in their unit.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Smoothing {
+    pub(super) noise: Noise,
+    /// 0 if they are where they were.
+    pub(super) radius: f64,
+    /// How far each came; empty if they are where they were.
+    pub(super) moved: Vec<f64>,
+}
+
+/// Smallest radius tried, in deviations of the noise: within less, what is along the surface can't be told from what is across ...
+const DEVIATIONS: f64 = 3.0;
+/// ... and in spacings.
+const SPACINGS: f64 = 2.5;
+/// Radii tried, each so many times the one before.
+const STEP: f64 = 1.3;
+const STEPS: usize = 9;
+/// None larger is tried where the error is so many times the least.
+const WORSE: f64 = 1.05;
+/// Samples they are tried on.
+const TRIED: usize = 1024;
+/// A radius that is asked for in the deviations that are assumed to be noise.
+const TO_DEVIATION: f64 = 8.0;
+
+/// Neighbours that say how crowded a sample is, and that a fit has at least.
+const FEW: usize = 16;
+/// Neighbours that a fit has at most.
+const MANY: usize = 768;
+
+/// An outlier's neighbours are so many times as far as its neighbours' own.
+const LONELY: f64 = 2.5;
+
+/// ... and as usual: about a tenth as many samples are around it.
+const ALONE: f64 = 3.0;
+
+/// Times a sample is moved at least ...
+const ROUNDS: usize = 4;
+/// ... and again while it still moves more than this part of the heights that count; one that does not settle lies on nothing.
+const SETTLED: f64 = 0.02;
+const MOST_ROUNDS: usize = 8;
+/// Share of what is around a place on a surface that speaks for it, at least; on a side of a thin wall it is a third.
+const SUPPORT: f64 = 0.2;
+/// Times that by few samples, in neighbourhoods as wide as noise asks for ...
+const SPARSE: usize = 2;
+/// ... in deviations ...
+const START: f64 = 8.0;
+/// ... and so many samples about.
+const TO_START: f64 = 64.0;
+
+/// Heights above the surface, in deviations of the noise, at which a sample counts no more.
+const HIGH: f64 = 4.0;
+
+/// Distances moved, in deviations, from which a sample is an outlier.
+const FAR: f64 = 4.5;
+
+/// The samples with which a surface is made, as the parameter asks for: 0 for those given, `None` for what their noise asks for.
+pub(super) fn smoothed(samples: Samples, smooth: Option<f64>, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
+    let noise = noise::measure(&samples.points, progress)?;
+    let radius = match smooth {
+        Some(radius) => Some(radius * samples.factor),
+        None => (noise.spacings() <= INTERPOLATED).then_some(0.0),
+    };
+    if radius == Some(0.0) || samples.points.len() < 4 {
+        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
+    }
+    progress.stage(0, 3 * samples.points.len() as u64);
+    // What is to be smoothed out counts as noise, even where it was not taken for it.
+    let asked = radius.map_or(0.0, |radius| radius / TO_DEVIATION);
+    let assumed = Noise { deviation: noise.deviation.max(asked), ..noise };
+    let mut is_outlier = lonely(&samples.points, progress)?;
+    let kept = Kept::new(&samples.points, &is_outlier, assumed, progress)?;
+    let radius = match radius {
+        Some(radius) => radius,
+        None => kept.best_radius(progress)?,
+    };
+    let places = kept.moved_all(&samples.points, &mut is_outlier, radius, progress)?;
+    drop(kept);
+    let (mut kept, mut input) = (Vec::with_capacity(places.len()), Vec::with_capacity(places.len()));
+    let mut dropped = samples.dropped;
+    for (i, &is_outlier) in is_outlier.iter().enumerate() {
+        if is_outlier {
+            dropped.push(Dropped { point: samples.input[i], reason: Reason::Outlier });
+        } else {
+            kept.push(places[i]);
+            input.push(i as u32);
+        }
+    }
+    if kept.len() < 3 {
+        return Err(nothing_left(radius / samples.factor, is_outlier.len()));
+    }
+    let sorted = prepare(&kept, progress)?;
+    let measured = |i: u32| input[i as usize] as usize;
+    let outside = |d: &Dropped| Dropped { point: samples.input[measured(d.point)], reason: d.reason };
+    dropped.extend(sorted.dropped.iter().map(outside));
+    let distance = |(i, place): (&u32, &DVec3)| place.distance(samples.points[measured(*i)] * sorted.factor);
+    let moved = sorted.input.iter().zip(&sorted.points).map(distance).collect();
+    let input = sorted.input.iter().map(|&i| samples.input[measured(i)]).collect();
+    let factor = samples.factor * sorted.factor;
+    let (deviation, spacing) = (noise.deviation * sorted.factor, noise.spacing * sorted.factor);
+    let smoothing = Smoothing { noise: Noise { deviation, spacing }, radius: radius * sorted.factor, moved };
+    Ok((Samples { points: sorted.points, factor, input, dropped }, smoothing))
+}
+
+fn nothing_left(radius: f64, count: usize) -> Error {
+    Error::input(format!(
+        "smoothing within {radius} leaves none of {count} points, which tell no surface there: give a larger smoothing, or 0 for none"
+    ))
+}
+
+/// The samples that are no outliers at first sight.
+struct Kept {
+    noise: Noise,
+    samples: Vec<DVec3>,
+    tree: KdTree,
+    /// Over every so many-th of them: from it places are found to begin with.
+    sparse: KdTree,
+    stride: usize,
+    /// Radius of neighbourhoods in it, at least.
+    start: f64,
+}
+
+/// What is used again from sample to sample.
+#[derive(Default)]
+struct Room {
+    few: Few,
+    near: Vec<Weighted>,
+}
+
+impl Kept {
+    fn new(samples: &[DVec3], is_outlier: &[bool], noise: Noise, progress: &Progress<'_>) -> Result<Self> {
+        let kept = samples.iter().zip(is_outlier).filter(|(_, is)| !**is).map(|(sample, _)| *sample);
+        let samples: Vec<DVec3> = kept.collect();
+        let tree = KdTree::try_new(&samples, progress)?;
+        let start = (START * noise.deviation).max(SPACINGS * noise.spacing);
+        let around = std::f64::consts::PI * (start / noise.spacing).powi(2);
+        let stride = if noise.spacing > 0.0 { ((around / TO_START) as usize).max(1) } else { 1 };
+        let every: Vec<DVec3> = samples.iter().copied().step_by(stride).collect();
+        let sparse = KdTree::try_new(&every, progress)?;
+        Ok(Kept { noise, samples, tree, sparse, stride, start })
+    }
+
+    /// The radius at which samples are best foretold by those around them, themselves left out: the larger it is, the more of
+    /// the noise is gone, until the surface goes, too.
+    fn best_radius(&self, progress: &Progress<'_>) -> Result<f64> {
+        let noise = self.noise;
+        let mut radius = (DEVIATIONS * noise.deviation).max(SPACINGS * noise.spacing);
+        let mut best = (f64::INFINITY, radius);
+        // In larger ones there are no more samples.
+        let largest = (MANY as f64 / std::f64::consts::PI).sqrt() * noise.spacing * STEP;
+        for _ in 0..STEPS {
+            let error = self.foretold(radius, progress)?;
+            if error < best.0 {
+                best = (error, radius);
+            } else if error > WORSE * best.0 {
+                break;
+            }
+            radius *= STEP;
+            if radius > largest {
+                break;
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Mean square of the heights of samples above the surface that those around them tell.
+    fn foretold(&self, radius: f64, progress: &Progress<'_>) -> Result<f64> {
+        let count = self.samples.len().min(TRIED);
+        let square = |room: &mut Room, k: usize| -> Result<f64> {
+            progress.check()?;
+            let i = (2 * k + 1) * self.samples.len() / (2 * count);
+            let place = self.samples[i];
+            // From the place on the surface: samples chosen around this one would agree with it too well.
+            let to = self.moved(place, Some(i), radius, room);
+            let most = HIGH * self.noise.deviation;
+            let off = to.map_or(most, |to| to.distance(place).min(most));
+            Ok(off * off)
+        };
+        let squares: Vec<f64> =
+            (0..count).into_par_iter().with_min_len(16).map_init(Room::default, square).collect::<Result<_>>()?;
+        Ok(squares.iter().sum::<f64>() / count as f64)
+    }
+
+    /// Where the samples come to. Advances `progress` by their number.
+    fn moved_all(
+        &self,
+        samples: &[DVec3],
+        is_outlier: &mut [bool],
+        radius: f64,
+        progress: &Progress<'_>,
+    ) -> Result<Vec<DVec3>> {
+        let mut places = samples.to_vec();
+        places.par_iter_mut().zip(is_outlier).enumerate().with_min_len(BLOCK).try_for_each_init(
+            Room::default,
+            |room, (i, (place, is_outlier))| {
+                if i.is_multiple_of(BLOCK) {
+                    progress.advance(BLOCK as u64)?;
+                }
+                if !*is_outlier {
+                    let from = *place;
+                    match self.moved(from, None, radius, room) {
+                        Some(to) if from.distance(to) <= FAR * self.noise.deviation => *place = to,
+                        _ => *is_outlier = true,
+                    }
+                }
+                Ok(())
+            },
+        )?;
+        Ok(places)
+    }
+
+    /// Where a sample comes to; `None` where nothing is around it.
+    fn moved(&self, from: DVec3, without: Option<usize>, radius: f64, room: &mut Room) -> Option<DVec3> {
+        let high = HIGH * self.noise.deviation;
+        let mut place = from;
+        for round in 0..MOST_ROUNDS {
+            let (frame, reach) = self.around(place, radius, without, round < SPARSE, room)?;
+            // The first time the sample's own height is all that is known of its side.
+            let high = if round == 0 { 2.0 * high } else { high };
+            let (height, share) = height(&frame, reach, high, &room.near)?;
+            place = frame.above(height);
+            if round + 1 >= ROUNDS && height.abs() <= SETTLED * high {
+                return (share >= SUPPORT).then_some(place);
+            }
+        }
+        None
+    }
+
+    /// Fills `room.near` with the samples around a place; gives the directions in which they lie, and how far they reach.
+    fn around(
+        &self,
+        place: DVec3,
+        radius: f64,
+        without: Option<usize>,
+        is_sparse: bool,
+        room: &mut Room,
+    ) -> Option<(Frame, f64)> {
+        let (tree, stride, mut reach) =
+            if is_sparse { (&self.sparse, self.stride, self.start) } else { (&self.tree, 1, radius) };
+        tree.nearest_few(place, MANY, reach, &mut room.few);
+        if room.few.len() < FEW {
+            tree.nearest_few(place, FEW, f64::INFINITY, &mut room.few);
+        }
+        if room.few.len() == MANY || room.few.len() <= FEW {
+            reach = room.few.furthest()?.sqrt() * BEYOND;
+        }
+        room.near.clear();
+        let found = room.few.iter().map(|(i, squared)| (i as usize * stride, squared));
+        room.near.extend(found.filter(|&(i, _)| Some(i) != without).map(|(i, squared)| {
+            let far = 1.0 - squared / (reach * reach);
+            (self.samples[i], far * far)
+        }));
+        Some((Frame::new(place, &room.near)?, reach))
+    }
+}
+
+/// Where weights end, where that is given by the furthest neighbour.
+const BEYOND: f64 = 1.2;
+
+/// Height of the surface of samples above a frame's place, and the share of their weight that says so: those further than
+/// `high` above or below it don't count.
+fn height(frame: &Frame, reach: f64, high: f64, near: &[Weighted]) -> Option<(f64, f64)> {
+    let counted = |&(sample, weight): &Weighted| {
+        let at = frame.to_local(sample);
+        let off = at[2] / high;
+        let level = (1.0 - off * off).max(0.0);
+        (at, weight * level * level)
+    };
+    let quadric = Quadric::fit(near.iter().map(counted), reach)?;
+    let all: f64 = near.iter().map(|near| near.1).sum();
+    let level: f64 = near.iter().map(|near| counted(near).1).sum();
+    Some((quadric.height([0.0; 3]), level / all))
+}
+
+/// Samples moved between two looks at the progress.
+const BLOCK: usize = 64;
+
+/// Of each sample, whether it is much further from its neighbours than they are from theirs.
+fn lonely(samples: &[DVec3], progress: &Progress<'_>) -> Result<Vec<bool>> {
+    let tree = KdTree::try_new(samples, progress)?;
+    let mut reaches = vec![0.0; samples.len()];
+    let with_itself = FEW + 1;
+    reaches.par_iter_mut().zip(samples).with_min_len(BLOCK).enumerate().try_for_each_init(
+        Few::default,
+        |few, (i, (reach, sample))| {
+            tree.nearest_few(*sample, with_itself, f64::INFINITY, few);
+            *reach = few.furthest().unwrap_or(0.0).sqrt();
+            if i.is_multiple_of(BLOCK) { progress.advance(BLOCK as u64) } else { Ok(()) }
+        },
+    )?;
+    let mut sorted = reaches.clone();
+    let usual = *sorted.select_nth_unstable_by(samples.len() / 2, f64::total_cmp).1;
+    let mut is_lonely = vec![false; samples.len()];
+    is_lonely.par_iter_mut().enumerate().with_min_len(BLOCK).try_for_each_init(
+        || (Few::default(), Vec::new()),
+        |(few, around), (i, is_lonely)| {
+            tree.nearest_few(samples[i], with_itself, f64::INFINITY, few);
+            around.clear();
+            around.extend(few.iter().map(|(neighbour, _)| reaches[neighbour as usize]));
+            around.sort_unstable_by(f64::total_cmp);
+            *is_lonely = reaches[i] > LONELY * around[around.len() / 4] || reaches[i] > ALONE * usual;
+            if i.is_multiple_of(BLOCK) { progress.check() } else { Ok(()) }
+        },
+    )?;
+    Ok(is_lonely)
+}
+
+#[cfg(test)]
+mod tests;
