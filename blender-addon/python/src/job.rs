@@ -31,9 +31,10 @@ use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
-use crate::regions::{Plane, PlaneCall};
+use crate::regions::Plane;
 use crate::scan::{ScanCall, scanned};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
+use crate::select::PlaneCall;
 
 /// What a call gives.
 enum Made {
