@@ -232,6 +232,13 @@ fn in_units(raster: Raster, unit: f64, options: &ReadOptions) -> Vec<f64> {
         _ => f64::NAN,
     };
     let mut values = raster.values;
+    if offset == 0.0 && invalid.is_nan() {
+        // A range image takes no depth that is not > 0.
+        for value in &mut values {
+            *value = if *value == saturated { f64::NAN } else { *value * unit };
+        }
+        return values;
+    }
     for value in &mut values {
         let is_mark = (*value == invalid) | (*value == saturated) | (*value <= 0.0);
         *value = if is_mark { f64::NAN } else { *value * unit + offset };

@@ -64,19 +64,17 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
                 let pixels = data.chunks_exact(channels);
                 values.extend(pixels.map(|p| if p.get(3) == Some(&0) { f64::NAN } else { height([p[0], p[1], p[2]]) }));
             }
-            (_, BitDepth::Sixteen) => {
-                let pixels = data.chunks_exact(2 * channels);
-                values.extend(pixels.map(|p| {
-                    if channels == 2 && p[2..] == [0, 0] {
-                        f64::NAN
-                    } else {
-                        f64::from(u16::from_be_bytes([p[0], p[1]]))
-                    }
-                }));
+            // The usual ones, of a length that the compiler knows.
+            (1, BitDepth::Sixteen) => {
+                values.extend(data.as_chunks::<2>().0.iter().map(|p| f64::from(u16::from_be_bytes(*p))));
             }
-            _ => values.extend(
-                data.chunks_exact(channels).map(|p| if p.get(1) == Some(&0) { f64::NAN } else { f64::from(p[0]) }),
-            ),
+            (1, _) => values.extend(data.iter().map(|&p| f64::from(p))),
+            (_, BitDepth::Sixteen) => {
+                let shown = |p: &[u8]| u16::from_be_bytes([p[0], p[1]]);
+                let pixels = data.chunks_exact(2 * channels);
+                values.extend(pixels.map(|p| if p[2..] == [0, 0] { f64::NAN } else { f64::from(shown(p)) }));
+            }
+            _ => values.extend(data.chunks_exact(channels).map(|p| if p[1] == 0 { f64::NAN } else { f64::from(p[0]) })),
         }
     }
     if values.len() != rows * cols {
