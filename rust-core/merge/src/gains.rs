@@ -13,8 +13,9 @@ use base::error::Result;
 use base::progress::Progress;
 use mesh::srgb;
 
-/// About so many edges are looked at, chosen by their colours.
-const EDGES: usize = 1 << 16;
+/// About so many edges a scan are looked at, chosen by their colours; of all scans no fewer and no more than these.
+const EDGES_A_SCAN: usize = 128;
+const EDGES: [usize; 2] = [1 << 13, 1 << 16];
 /// Units of a logarithm.
 const UNIT: f64 = 4096.0;
 /// Bytes outside of these are clipped, or so dark that they say nothing of a ratio.
@@ -83,7 +84,7 @@ impl Gains {
 /// # Errors
 /// Cancelled.
 pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
-    let pairs = pairs(bundles, progress)?;
+    let pairs = pairs(bundles, (EDGES_A_SCAN * scans).clamp(EDGES[0], EDGES[1]), progress)?;
     if pairs.is_empty() {
         return Ok(Vec::new());
     }
@@ -98,13 +99,13 @@ pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Resu
     Ok(if is_seen { factors() } else { Vec::new() })
 }
 
-/// Pairs of a part of the edges, in order.
-fn pairs(bundles: &Bundles, progress: &Progress<'_>) -> Result<Vec<Pair>> {
+/// Pairs of about so many edges, in order.
+fn pairs(bundles: &Bundles, edges: usize, progress: &Progress<'_>) -> Result<Vec<Pair>> {
     let is_shared = |tally: &&Tally| tally.only_scan().is_none() && tally.members().iter().nth(1).is_some();
     let shared = |i: usize| bundles.list[i].list.iter().filter(is_shared);
     let count: usize = (0..bundles.list.len()).into_par_iter().map(|i| shared(i).count()).sum();
     progress.check()?;
-    let every = (count / EDGES).next_power_of_two() as u64;
+    let every = (count / edges).next_power_of_two() as u64;
     let logarithms: [i16; 256] =
         std::array::from_fn(|byte| (UNIT * (f64::from(srgb::light(byte as u8).max(1)) / 65_535.0).ln()).round() as i16);
     let of_bundle = |i: usize| {
