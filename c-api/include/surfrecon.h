@@ -299,6 +299,9 @@ typedef struct srf_quads srf_quads;
 // srf_reconstructor_free().
 typedef struct srf_reconstructor srf_reconstructor;
 
+// What samples are kept or removed by: a box, a plane or a mask. Released with srf_region_free().
+typedef struct srf_region srf_region;
+
 // Scans of one or several files, opened but not read: their samples stay on disk until they are needed. Released with
 // srf_scans_free().
 typedef struct srf_scans srf_scans;
@@ -627,6 +630,42 @@ typedef struct {
   // How far its points moved, at most.
   double moved;
 } srf_snap;
+
+// How the dominant plane is found. Lengths are in the unit of the scans. Starts with its size; set to the defaults by
+// srf_plane_params_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // Worker threads, at most 1024; 0, the default, for the number of srf_set_threads(). Results are the same for any
+  // number.
+  uint32_t threads;
+  // Samples that lie further off do not count for the plane. > 0. SRF_FROM_DATA, the default: three times what its
+  // samples scatter by, at most a hundredth of what the scans extend over.
+  double tolerance;
+  // A plane on which a smaller share of the samples lies is refused. 0 to 1, default 0.05.
+  double min_share;
+  // What lies at most so far above the plane is removed with it. >= 0. SRF_FROM_DATA, the default: four times what its
+  // samples scatter by.
+  double margin;
+} srf_plane_params;
+
+// A plane in the world. Starts with its size; prepared by srf_plane_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // 1 if srf_dominant_plane() found it, else 0.
+  uint32_t is_found;
+  // On the plane.
+  double point[3];
+  // Of any length but 0; points above.
+  double normal[3];
+  // What lies at most so far above the plane is removed with it.
+  double margin;
+  // Of one that was found: the share of the samples that lie on it.
+  double share;
+  // Of one that was found: how far these scatter about it, root mean square, in the unit of the scans.
+  double spread;
+} srf_plane;
 
 // How registered scans are merged into one surface. Lengths are in the unit of the scans. Starts with its size; set to the
 // defaults by srf_merge_params_init().
@@ -1857,6 +1896,175 @@ srf_status srf_aligner_misfit(const srf_aligner *aligner,
                               const srf_array *points,
                               const srf_progress *progress,
                               double *out_distances);
+
+// Sets the defaults. Call srf_plane_params_init(params), which adds the size that this header knows.
+// params   not NULL
+// size     sizeof(srf_plane_params): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_plane_params_init_sized(srf_plane_params *params, size_t size);
+#define srf_plane_params_init(params) srf_plane_params_init_sized((params), sizeof(srf_plane_params))
+
+// Prepares a struct: the plane z = 0, above is +z, no margin. Call srf_plane_init(plane), which adds the size that this header knows.
+// plane    not NULL
+// size     sizeof(srf_plane): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_plane_init_sized(srf_plane *plane,
+                                size_t size);
+#define srf_plane_init(plane) srf_plane_init_sized((plane), sizeof(srf_plane))
+
+// The plane through three points, without a margin.
+// points     nine numbers: x, y, z of each; not NULL
+// above      x, y, z of a place that lies above, such as the eye; NULL: above is where the points turn counter-clockwise
+// out_plane  prepared by srf_plane_init(); not NULL
+// returns    SRF_OK, SRF_ERR_INPUT for points on one line or a place on the plane, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_plane_through(const double *points,
+                             const double *above,
+                             srf_plane *out_plane);
+
+// Finds the plane that most samples lie on: a table, a turntable, the ground. Above is the side that its samples were seen from; where
+// that is not known, the one that most of the others lie on. The same for any order of the scans and any number of threads.
+// aligner    one that scans were added to, one at least; they lie where they were when they were added; clouds need no normals; not NULL
+// params     NULL for the defaults
+// progress   NULL for none
+// out_plane  prepared by srf_plane_init(); its margin takes along what its samples scatter by; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT where no plane stands out, with the remedy, SRF_ERR_PARAMETER, SRF_ERR_IO, SRF_ERR_FORMAT,
+//            SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_dominant_plane(const srf_aligner *aligner,
+                              const srf_plane_params *params,
+                              const srf_progress *progress,
+                              srf_plane *out_plane);
+
+// A region of what lies in a box or on its sides.
+// world_from_box  the box is what the cube from -1 to 1 along each axis becomes; skewed and mirrored ones are fine; NULL for the identity
+// out_region      receives a new handle on SRF_OK only; not NULL
+// returns         SRF_OK, SRF_ERR_INPUT for a flat box, SRF_ERR_NULL. Since 0.1.
+srf_status srf_region_box(const srf_pose *world_from_box,
+                          srf_region **out_region);
+
+// A region of what lies below a plane, on it, or at most its margin above.
+// plane       prepared by srf_plane_init(), srf_plane_through() or srf_dominant_plane(); not NULL
+// out_region  receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT for a normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_region_below(const srf_plane *plane, srf_region **out_region);
+
+// A region of the marked samples of one scan.
+// marks       one SRF_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
+// rows, cols  size of the image; 0 and 0 for meshes and clouds
+// out_region  receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_region_mask(const srf_array *marks,
+                           size_t rows,
+                           size_t cols,
+                           srf_region **out_region);
+
+// Releases a region.
+// region     NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+srf_status srf_region_free(srf_region *region);
+
+// The scale about the origin that makes two picked places lie as far apart as they truly do.
+// a, b            x, y, z of each, in the world; not NULL
+// distance        how far apart they are, > 0, in the unit that the scans are to have
+// out_similarity  for srf_scans_transform() and the like; not NULL
+// returns         SRF_OK, SRF_ERR_INPUT for places that are the same or a distance not above 0, SRF_ERR_NULL. Since 0.1.
+srf_status srf_true_size(const double *a,
+                         const double *b,
+                         double distance,
+                         srf_pose *out_similarity);
+
+// The least turn, and shift along `up`, that lay a plane to height 0, with what is above it above.
+// plane           as for srf_region_below(); not NULL
+// up              x, y, z of a direction; NULL for z
+// out_similarity  for srf_scans_transform() and the like; not NULL
+// returns         SRF_OK, SRF_ERR_INPUT for a direction or normal of length 0, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_ground(const srf_plane *plane,
+                      const double *up,
+                      srf_pose *out_similarity);
+
+// Keeps or removes the samples of an image that lie in a region. Grid, projection and pose stay: what goes are invalid pixels, through
+// which a merge does not see. Views of the image are gone.
+// image        not NULL
+// region       a mask of the image's size, a box or a plane; not NULL
+// keep         1: what the region holds stays, all else goes; 0: the other way round
+// progress     NULL for none
+// out_removed  receives the number of samples that went; NULL if not wanted
+// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//              SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_image_select(srf_image *image,
+                            const srf_region *region,
+                            uint32_t keep,
+                            const srf_progress *progress,
+                            size_t *out_removed);
+
+// Keeps or removes the points of a cloud that lie in a region. Views of the cloud are gone.
+// cloud        not NULL
+// region       a mask of as many marks as points, a box or a plane; not NULL
+// keep         as for srf_image_select()
+// progress     NULL for none
+// out_removed  receives the number of points that went; NULL if not wanted
+// returns      as srf_image_select(). Since 0.1.
+srf_status srf_cloud_select(srf_cloud *cloud,
+                            const srf_region *region,
+                            uint32_t keep,
+                            const srf_progress *progress,
+                            size_t *out_removed);
+
+// Keeps or removes the vertices of a mesh that lie in a region; faces of which all three stay do. Order and attributes stay. Views of
+// the mesh are gone.
+// mesh             not NULL
+// world_from_mesh  where the mesh lies; NULL for the identity
+// region           a mask of as many marks as vertices, a box or a plane; not NULL
+// keep             as for srf_image_select()
+// progress         NULL for none
+// out_removed      receives the number of vertices that went; NULL if not wanted
+// returns          as srf_image_select(). Since 0.1.
+srf_status srf_mesh_select(srf_mesh *mesh,
+                           const srf_pose *world_from_mesh,
+                           const srf_region *region,
+                           uint32_t keep,
+                           const srf_progress *progress,
+                           size_t *out_removed);
+
+// Keeps or removes samples of scans of a set, whenever they are read, merged or aligned from now on: nothing is read now. Selections
+// stay with the samples where scans are placed elsewhere later. A scan may end up without samples: merging passes over it.
+// scans      not NULL
+// index      less than the number of scans; SIZE_MAX for all of them
+// region     a box, a plane, or a mask of the scan, whose size is checked when it is read; not NULL
+// keep       as for srf_image_select()
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_select(srf_scans *scans,
+                            size_t index,
+                            const srf_region *region,
+                            uint32_t keep);
+
+// Gives all scans of a set another size and place: poses now, samples whenever they are read. Poses stay rigid.
+// scans       not NULL
+// similarity  of srf_true_size(), srf_ground(), or their product: a scale, a rotation and a translation; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_scans_transform(srf_scans *scans,
+                               const srf_pose *similarity);
+
+// Gives an image another size and place: samples are scaled, the pose stays rigid. Views of the image are gone.
+// image       not NULL
+// similarity  as for srf_scans_transform(); not NULL
+// returns     SRF_OK, SRF_ERR_INPUT for samples that become too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//             SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+srf_status srf_image_transform(srf_image *image,
+                               const srf_pose *similarity);
+
+// Gives a cloud another size and place: points are scaled, the rest goes into its place in the world. Views of the cloud are gone.
+// cloud       not NULL
+// similarity  as for srf_scans_transform(); not NULL
+// returns     as srf_image_transform(). Since 0.1.
+srf_status srf_cloud_transform(srf_cloud *cloud,
+                               const srf_pose *similarity);
+
+// Scales, turns and shifts the vertices of a mesh, and scales its attributes that are lengths. Views of the mesh are gone.
+// mesh        not NULL
+// similarity  as for srf_scans_transform(); not NULL
+// returns     as srf_image_transform(). Since 0.1.
+srf_status srf_mesh_transform(srf_mesh *mesh,
+                              const srf_pose *similarity);
 
 // Sets the defaults. Call srf_merge_params_init(params), which adds the size that this header knows.
 // params   not NULL

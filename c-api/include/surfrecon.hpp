@@ -287,6 +287,69 @@ struct Distances : srf_distances {
     Distances() { check(srf_distances_init(this)); }
 };
 
+struct PlaneParams : srf_plane_params {
+    PlaneParams() { check(srf_plane_params_init(this)); }
+};
+
+// A plane in the world; z = 0 unless changed.
+struct Plane : srf_plane {
+    Plane() { check(srf_plane_init(this)); }
+    // Above is the side of `eye`; without it the one where the points turn counter-clockwise.
+    static Plane through(const std::array<std::array<double, 3>, 3> &points, const std::optional<std::array<double, 3>> &eye = {})
+    {
+        Plane plane;
+        check(srf_plane_through(points[0].data(), eye ? eye->data() : nullptr, &plane));
+        return plane;
+    }
+};
+
+// What samples are kept or removed by.
+class Region : public detail::Handle<srf_region, srf_region_free> {
+public:
+    using Handle::Handle;
+
+    // Of the cube from -1 to 1 along each axis.
+    static Region box(const Pose &world_from_box)
+    {
+        srf_region *region = nullptr;
+        check(srf_region_box(&world_from_box, &region));
+        return Region(region);
+    }
+
+    // What lies below a plane, on it, and up to its margin above.
+    static Region below(const srf_plane &plane)
+    {
+        srf_region *region = nullptr;
+        check(srf_region_below(&plane, &region));
+        return Region(region);
+    }
+
+    // Marked samples, those that are not 0; rows and cols of an image.
+    static Region mask(View<std::uint8_t> marks, std::size_t rows = 0, std::size_t cols = 0)
+    {
+        const srf_array given = marks.array();
+        srf_region *region = nullptr;
+        check(srf_region_mask(&given, rows, cols, &region));
+        return Region(region);
+    }
+};
+
+// The scale that makes two places lie `distance` apart.
+inline Pose true_size(const std::array<double, 3> &a, const std::array<double, 3> &b, double distance)
+{
+    Pose similarity;
+    check(srf_true_size(a.data(), b.data(), distance, &similarity));
+    return similarity;
+}
+
+// What lays a plane to height 0.
+inline Pose ground(const srf_plane &plane, const std::array<double, 3> &up = {0, 0, 1})
+{
+    Pose similarity;
+    check(srf_ground(&plane, up.data(), &similarity));
+    return similarity;
+}
+
 // A triangle mesh.
 class Mesh : public detail::Handle<srf_mesh, srf_mesh_free> {
 public:
@@ -436,6 +499,27 @@ public:
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_stl(get(), path.c_str(), watcher.get()));
     }
+
+    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    {
+        return select(region, 1, world_from_mesh, progress);
+    }
+    std::size_t remove(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    {
+        return select(region, 0, world_from_mesh, progress);
+    }
+    // Gives another size and place: of true_size(), of ground().
+    void transform(const Pose &similarity) { check(srf_mesh_transform(get(), &similarity)); }
+
+private:
+    std::size_t select(const Region &region, std::uint32_t keep, const Pose &world_from_mesh, const ProgressFunction &progress)
+    {
+        std::size_t removed = 0;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_select(get(), &world_from_mesh, region.get(), keep, watcher.get(), &removed));
+        return removed;
+    }
 };
 
 // Writes a mesh and coarser ones of the same surface, finest first, as binary glTF with levels of detail.
@@ -520,6 +604,21 @@ public:
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_cloud_write_ply(get(), path.c_str(), encoding, watcher.get()));
+    }
+
+    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    std::size_t keep(const Region &region, const ProgressFunction &progress = {}) { return select(region, 1, progress); }
+    std::size_t remove(const Region &region, const ProgressFunction &progress = {}) { return select(region, 0, progress); }
+    // Gives another size and place: of true_size(), of ground().
+    void transform(const Pose &similarity) { check(srf_cloud_transform(get(), &similarity)); }
+
+private:
+    std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
+    {
+        std::size_t removed = 0;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_select(get(), region.get(), keep, watcher.get(), &removed));
+        return removed;
     }
 };
 
@@ -608,7 +707,21 @@ public:
         return Cloud(cloud);
     }
 
+    // What a region holds stays, all else goes; how many went. remove() is the opposite.
+    std::size_t keep(const Region &region, const ProgressFunction &progress = {}) { return select(region, 1, progress); }
+    std::size_t remove(const Region &region, const ProgressFunction &progress = {}) { return select(region, 0, progress); }
+    // Gives another size and place: of true_size(), of ground().
+    void transform(const Pose &similarity) { check(srf_image_transform(get(), &similarity)); }
+
 private:
+    std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
+    {
+        std::size_t removed = 0;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_select(get(), region.get(), keep, watcher.get(), &removed));
+        return removed;
+    }
+
     static Image make(std::size_t rows, std::size_t cols, const srf_projection &projection, const srf_array &samples,
                       const Pose &world_from_sensor, const std::string &name)
     {
@@ -944,6 +1057,15 @@ public:
         return notes;
     }
 
+    // What a region holds of all scans stays, whenever they are read, merged or aligned; all else goes. remove() is the opposite.
+    void keep(const Region &region) { check(srf_scans_select(get(), SIZE_MAX, region.get(), 1)); }
+    void remove(const Region &region) { check(srf_scans_select(get(), SIZE_MAX, region.get(), 0)); }
+    // Of one scan, with a mask for example.
+    void keep(std::size_t index, const Region &region) { check(srf_scans_select(get(), index, region.get(), 1)); }
+    void remove(std::size_t index, const Region &region) { check(srf_scans_select(get(), index, region.get(), 0)); }
+    // Gives all another size and place: poses now, samples whenever they are read.
+    void transform(const Pose &similarity) { check(srf_scans_transform(get(), &similarity)); }
+
     // What a scan holds; one of the three is there.
     struct Content {
         Image image;
@@ -1062,6 +1184,15 @@ public:
         std::size_t count = 0;
         check(srf_aligner_count(get(), &count));
         return count;
+    }
+
+    // The plane that most samples lie on: a table, the ground.
+    Plane dominant_plane(const PlaneParams &params = {}, const ProgressFunction &progress = {}) const
+    {
+        Plane plane;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_dominant_plane(get(), &params, watcher.get(), &plane));
+        return plane;
     }
 
     Alignment run(const AlignParams &params = {}, const ProgressFunction &progress = {}) const

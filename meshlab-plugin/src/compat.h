@@ -29,10 +29,14 @@ namespace compat {
 using FilterBase = MeshFilterInterface;
 using Action = QAction;
 using Arity = MeshFilterInterface::FILTER_ARITY;
+using PlaceParameter = RichPoint3f;
+using DirectionParameter = RichPoint3f;
 #else
 using FilterBase = FilterPlugin;
 using Action = const QAction;
 using Arity = FilterPlugin::FilterArity;
+using PlaceParameter = RichPosition;
+using DirectionParameter = RichDirection;
 #endif
 
 #if SRF_MESHLAB >= 202312

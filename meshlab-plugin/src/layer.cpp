@@ -209,6 +209,35 @@ void fill(MeshModel &layer, const double *positions, std::size_t vertices, const
     compat::update_box_and_normals(layer);
 }
 
+void delete_vertices(MeshModel &layer, const std::vector<bool> &gone)
+{
+    CMeshO &mesh = layer.cm;
+    for (CFaceO &face : mesh.face) {
+        if (face.IsD()) continue;
+        bool stays = true;
+        for (int k = 0; k < 3; ++k) stays = stays && !gone[vcg::tri::Index(mesh, face.cV(k))];
+        if (!stays) Allocator::DeleteFace(mesh, face);
+    }
+    for (std::size_t i = 0; i < gone.size(); ++i) {
+        if (gone[i] && !mesh.vert[i].IsD()) Allocator::DeleteVertex(mesh, mesh.vert[i]);
+    }
+    Allocator::CompactEveryVector(mesh);
+    vcg::tri::UpdateBounding<CMeshO>::Box(mesh);
+}
+
+void scale_vertices(MeshModel &layer, double scale)
+{
+    for (CVertexO &vertex : layer.cm.vert) {
+        for (int k = 0; k < 3; ++k) vertex.P()[k] = static_cast<Scalarm>(vertex.cP()[k] * scale);
+    }
+    for (const char *const name : {"error", "noise"}) {
+        std::vector<double> lengths = scalars(layer, name);
+        for (double &length : lengths) length *= scale;
+        if (!lengths.empty()) set_scalars(layer, name, lengths);
+    }
+    vcg::tri::UpdateBounding<CMeshO>::Box(layer.cm);
+}
+
 void set_colours(MeshModel &layer, const std::uint8_t *rgba)
 {
     layer.updateDataMask(MeshModel::MM_VERTCOLOR);

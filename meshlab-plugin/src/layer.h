@@ -50,6 +50,11 @@ std::vector<float> normals(const MeshModel &layer, const LayerArrays &flat);
 std::vector<double> scalars(const MeshModel &layer, const std::string &name);
 void set_scalars(MeshModel &layer, const std::string &name, const std::vector<double> &values);
 
+// Takes vertices, by their place in the layer, out of it, and the faces at them. Others keep their order and their attributes.
+void delete_vertices(MeshModel &layer, const std::vector<bool> &gone);
+// Multiplies the coordinates of vertices and the attributes that are lengths.
+void scale_vertices(MeshModel &layer, double scale);
+
 // Fills an empty layer with a mesh: colours, and attributes as scalar custom attributes. `quality` names the vertex attribute that
 // becomes the quality as well; it need not be there.
 // `layer_from_mesh` moves the vertices.

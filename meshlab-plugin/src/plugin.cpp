@@ -5,11 +5,12 @@ namespace {
 
 const srf::Filter *const filters[] = {&srf::import_filter, &srf::align_filter, &srf::merge_filter,
                                       &srf::sculpt_filter, &srf::quads_filter, &srf::reconstruct_filter,
-                                      &srf::cluster_filter, &srf::distance_filter};
+                                      &srf::cluster_filter, &srf::distance_filter, &srf::region_filter,
+                                      &srf::background_filter, &srf::size_and_ground_filter};
 
 const srf::Filter &filter(int id) { return *filters[id]; }
 
-// What filters change in the document: they add layers and place them; vertices and faces of old ones stay.
+// What filters change in the document: they add layers, place them, and take vertices and faces out of old ones.
 const int changed_elements = MeshModel::MM_VERTCOORD | MeshModel::MM_VERTNORMAL | MeshModel::MM_VERTNUMBER | MeshModel::MM_FACEVERT |
                              MeshModel::MM_FACENORMAL | MeshModel::MM_FACENUMBER | MeshModel::MM_TRANSFMATRIX;
 

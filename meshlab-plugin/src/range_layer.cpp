@@ -286,13 +286,15 @@ void keep_attributes(MeshModel &layer, const surfrecon::Image &image, const std:
     keep(confidences, "range_confidence");
 }
 
-// Stores how the pixels see, and where three of the vertices are.
+// Stores how the pixels see, and where three of the vertices are in the sensor's frame.
 void remember(MeshModel &layer, const surfrecon::Image &image, const std::vector<double> &row_of,
-              const std::vector<double> &column_of)
+              const std::vector<double> &column_of, const surfrecon::Pose &sensor_from_layer)
 {
     std::vector<double> points;
+    const double *const m = sensor_from_layer.matrix;
     for (const CVertexO &vertex : layer.cm.vert) {
-        for (int k = 0; k < 3; ++k) points.push_back(vertex.cP()[k]);
+        const auto &p = vertex.cP();
+        for (int k = 0; k < 3; ++k) points.push_back(m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]);
     }
     RangeCamera camera{image.rows(), image.cols(), image.projection(), {}};
     const auto chosen = anchors(points);
@@ -365,6 +367,37 @@ surfrecon::Image range_image(const MeshModel &layer, Frame frame)
     return image;
 }
 
+void remove_vertices(MeshModel &layer, const std::vector<bool> &gone)
+{
+    auto handle = Allocator::FindPerMeshAttribute<RangeCamera>(layer.cm, camera_name);
+    surfrecon::Image image;
+    if (Allocator::IsValidHandle(layer.cm, handle) && has_grid(layer)) {
+        try {
+            image = range_image(layer, Frame::layer);
+        } catch (const MLException &) {
+            // Pixels that are there twice: it is no range image any more.
+        }
+    }
+    delete_vertices(layer, gone);
+    if (image && layer.cm.vn > 0) {
+        // The vertices by which motions are recognized may be gone.
+        remember(layer, image, scalars(layer, row_name), scalars(layer, column_name), inverse(image.pose()));
+    }
+}
+
+void scale_camera(MeshModel &layer, double scale)
+{
+    auto handle = Allocator::FindPerMeshAttribute<RangeCamera>(layer.cm, camera_name);
+    if (!Allocator::IsValidHandle(layer.cm, handle)) return;
+    RangeCamera &camera = handle();
+    for (auto &anchor : camera.anchors) {
+        for (double &x : anchor.point) x *= scale;
+    }
+    if (camera.projection.kind == SRF_ORTHOGRAPHIC || camera.projection.kind == SRF_GRID_FROM) {
+        for (double &x : camera.projection.numbers) x *= scale;
+    }
+}
+
 MeshModel &add_range_layer(MeshDocument &document, const std::string &label, surfrecon::Image &image, bool faces)
 {
     MeshModel &layer = *document.addNewMesh("", text(label), true);
@@ -418,7 +451,7 @@ void fill_range_layer(MeshModel &layer, surfrecon::Image &image, bool faces)
         set_quality(layer, confidence);
     }
     keep_attributes(layer, image, row_of, column_of);
-    if (!row_of.empty()) remember(layer, image, row_of, column_of);
+    if (!row_of.empty()) remember(layer, image, row_of, column_of, {});
     place(layer, pose);
     image.set_pose(pose);
 }

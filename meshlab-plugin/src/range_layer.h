@@ -23,4 +23,11 @@ bool has_grid(const MeshModel &layer);
 // where its surface faces. Throws where pixels are taken twice.
 surfrecon::Image range_image(const MeshModel &layer, Frame frame);
 
+// Takes vertices, by their place in the layer, out of it, and the faces at them. A range image stays one: it still knows how its pixels
+// see and how it was moved.
+void remove_vertices(MeshModel &layer, const std::vector<bool> &gone);
+
+// To be called where all vertices of a layer were scaled about its origin.
+void scale_camera(MeshModel &layer, double scale);
+
 }  // namespace srf

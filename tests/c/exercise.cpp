@@ -139,6 +139,27 @@ try {
     must(again.image.valid() == seen.valid(), "read again");
     write_conf({&again.image}, "exercise.conf", SRF_ENCODING_ASCII);
     text_of<Error>([&] { Image().rows(); });
+
+    Pose half;
+    half.matrix[12] = 1;
+    const Region right = Region::box(half);
+    Mesh pyramid = Mesh::create(View<double, 3>(positions.data(), 4), View<std::uint32_t, 3>(triangles.data(), 4));
+    must(pyramid.keep(right) == 0 && pyramid.remove(Region::below(Plane::through({{{0, 0, 0.5}, {1, 0, 0.5}, {0, 1, 0.5}}}))) == 3, "removed");
+    must(pyramid.positions().size() == 1 && pyramid.triangles().size() == 0, "what is left");
+    Image cropped = Image::scan(mesh, 40, 40, projection, from_above);
+    const std::vector<std::uint8_t> marks(1600, 1);
+    must(cropped.keep(Region::mask(View<std::uint8_t>(marks.data(), 1600), 40, 40)) == 0, "all is marked");
+    must(cropped.remove(right) == image.valid() && cropped.valid() == 0, "all is to the right");
+    Scans chosen = Scans::open({"exercise.ptx"});
+    chosen.remove(1, right);
+    chosen.transform(true_size({0, 0, 0}, {0, 0, 2}, 1));
+    must(chosen.read(0).image.valid() == seen.valid() && chosen.pose(0).matrix[14] == -1.5, "half the size");
+    Aligner scenery;
+    scenery.add(mesh, "tetrahedron");
+    PlaneParams plane_params;
+    plane_params.min_share = 1;
+    must(text_of<Error>([&] { scenery.dominant_plane(plane_params); }).find("plane") != std::string::npos, "no plane");
+    must(ground(Plane()).matrix[0] == 1, "the ground is the ground");
     std::cout << "fine\n";
     return 0;
 } catch (const std::exception &error) {

@@ -18,6 +18,9 @@ SCULPT = "generate_surface_reconstruction_range_image_sculpting"
 QUADS = "generate_surface_reconstruction_adaptive_quad_grid"
 RECONSTRUCT = "generate_surface_reconstruction_delaunay_carving"
 CLUSTER = "meshing_multiresolution_clustering"
+REGION = "meshing_keep_or_remove_by_region"
+BACKGROUND = "meshing_remove_background"
+SIZE_AND_GROUND = "compute_matrix_by_true_size_and_ground"
 
 
 def plugins():

@@ -18,8 +18,8 @@ def scans():
 @pytest.fixture
 def files(scans, tmp_path):
     """The same scans in files, placed by a list."""
-    surfrecon.write_scans(tmp_path / "all.ptx", scans)
-    return surfrecon.open(tmp_path / "all.ptx")
+    surfrecon.write_scans(tmp_path / "all.conf", scans)
+    return surfrecon.open(tmp_path / "all.conf")
 
 
 def table_scans(count=7, noise=0.0):
@@ -182,24 +182,19 @@ def test_the_table_is_found_and_goes(noise):
     assert np.median(np.abs(down)) < 1e-6 + noise and down.min() < -0.9
 
 
-def test_where_there_is_no_table_that_is_said(scans):
-    ball = surfrecon.Mesh(*sphere())
+def test_where_there_is_no_table_that_is_said(scans, tmp_path):
+    z = np.linspace(-1, 1, 5000)
+    turn = np.arange(len(z)) * np.pi * (3 - 5**0.5)
+    ball = np.stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z], axis=1)
+    np.savetxt(tmp_path / "ball.xyz", ball)
     with pytest.raises(surfrecon.InputError, match="no plane stands out.*three points"):
-        surfrecon.dominant_plane([ball])
+        surfrecon.dominant_plane(surfrecon.open(tmp_path / "ball.xyz"))
     with pytest.raises(surfrecon.ParameterError, match="min_share"):
         surfrecon.dominant_plane(scans, min_share=2)
     with pytest.raises(surfrecon.Cancelled):
         surfrecon.dominant_plane(scans, progress=lambda *_: False)
     with pytest.raises(TypeError, match="tolerence"):
         surfrecon.dominant_plane(scans, tolerence=2)
-
-
-def sphere(n=40):
-    a, b = np.meshgrid(np.arange(2 * n) * np.pi / n, (np.arange(n) + 0.5) * np.pi / n, indexing="ij")
-    at = np.stack([np.cos(a) * np.sin(b), np.sin(a) * np.sin(b), np.cos(b)], -1).reshape(-1, 3)
-    i, j = (x.reshape(-1) for x in np.meshgrid(np.arange(2 * n), np.arange(n - 1), indexing="ij"))
-    p, q = i * n + j, (i + 1) % (2 * n) * n + j
-    return at, np.concatenate([np.stack([p, p + 1, q], 1), np.stack([q, p + 1, q + 1], 1)])
 
 
 def test_true_size_scales_what_is_merged(files):
@@ -255,7 +250,7 @@ def test_a_list_of_poses_can_t_say_another_size(scans, tmp_path):
         (lambda s: surfrecon.ground(surfrecon.Plane((0, 0, 0), (0, 0, 1)), up="up"), "up must be one of"),
         (lambda s: s[0].keep(np.zeros((2, 2), bool)), "the mask has 2 x 2"),
         (lambda s: s[0].keep(np.zeros((2, 2, 2), bool)), "a mask must have shape"),
-        (lambda s: s[0].transformed(surfrecon.true_size((0, 0, 0), (1e-30, 0, 0), 1e30)), "too large"),
+        (lambda s: s[0].transformed(surfrecon.true_size((0, 0, 0), (1e-40, 0, 0), 9e34)), "too large|at most 1e75"),
     ],
 )
 def test_bad_input_is_refused_by_name(scans, call, match):
@@ -269,3 +264,10 @@ def test_what_is_no_region_is_a_type_error(scans, region):
         scans[0].keep(region)
     with pytest.raises(TypeError, match="region must be"):
         surfrecon.keep(scans[:1], region if region is None or np.ndim(region) == 0 else [region])
+
+
+def test_aligning_names_what_has_no_samples(truth):
+    gone = surfrecon.Box.between((1e5, 1e5, 1e5), (2e5, 2e5, 2e5))
+    aligned = surfrecon.align([*truth[:3], truth[3].keep(gone)])
+    states = [scan.state for scan in aligned.report.scans]
+    assert states[3] == "unplaced" and "unplaced" not in states[:2] and aligned.report.scans[3].reason

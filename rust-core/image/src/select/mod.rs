@@ -74,12 +74,6 @@ impl Region {
 const A_SAMPLE: f64 = 8.0;
 
 impl Selection {
-    /// Whether a sample stays that lies at a place in the world; nothing is known of single samples by places alone, so that a
-    /// mask lets them stay.
-    pub fn stays(&self, at: DVec3) -> bool {
-        matches!(self.region, Region::Mask(_)) || self.region.holds(0, at) == self.keep
-    }
-
     /// Makes the pixels of an image invalid whose samples don't stay; how many. O(pixels).
     ///
     /// # Errors

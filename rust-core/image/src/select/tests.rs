@@ -4,9 +4,11 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 
 use super::*;
+use crate::range_image::noise::Noise;
 use crate::range_image::test_images::{ahead, as_point_grid, projections, render, sphere};
 use crate::range_image::{DepthKind, Projection};
 use crate::rigid;
+use crate::sight::{LinesOfSight, Seen};
 use base::Error;
 use mesh::Attribute;
 use mesh::shapes::Shape;
@@ -183,6 +185,27 @@ fn meshes_and_clouds_keep_order_and_attributes() {
     assert_eq!(cloud.positions, mesh.positions);
     assert_eq!(cloud.intensity.unwrap(), rows.iter().map(|&v| v as f32).collect::<Vec<_>>());
     assert_eq!((cloud.normals.unwrap().len(), cloud.colour.unwrap().len()), (rows.len(), rows.len()));
+}
+
+#[test]
+fn nothing_is_seen_through_where_samples_were_removed() {
+    for projection in projections(90, 80) {
+        let mut image = render(90, 80, projection, sphere(ahead(&projection), 0.4));
+        let (_, along) = projection.ray(45, 40, DVec3::NAN);
+        let before = ahead(&projection) - 0.7 * along;
+        let see = |image: &RangeImage| {
+            let sight = LinesOfSight::new(image, Noise::default(), &Progress::none()).unwrap().unwrap();
+            sight.see(before, 0.0, 0.03)
+        };
+        assert_eq!(see(&image), Seen::Through, "{projection:?}");
+        let hole = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.1),
+            DQuat::IDENTITY,
+            ahead(&projection) - 0.4 * along,
+        );
+        Region::Box(OrientedBox::new(hole).unwrap()).removed().of_image(&mut image, &Progress::none()).unwrap();
+        assert_eq!(see(&image), Seen::Nothing, "{projection:?}");
+    }
 }
 
 #[test]

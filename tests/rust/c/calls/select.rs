@@ -43,7 +43,7 @@ pub(super) fn regions_part_images_meshes_clouds_and_scans_of_files() {
         api.refused((api.srf_image_select)(rest, region, 2, none, &mut also), PARAMETER, "keep must be 0 or 1, got 2");
         api.ok((api.srf_mesh_write_ply)(mesh, path.as_ptr(), 1, none));
         let mut scans = Handle::NULL;
-        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, none, none.cast(), &mut scans));
+        api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, std::ptr::null(), none, &mut scans));
         api.ok((api.srf_scans_select)(scans, usize::MAX, region, 1));
         api.refused((api.srf_scans_select)(scans, 1, region, 1), PARAMETER, "index must be < 1, got 1");
         // Five of the six corners, with the four faces between these.
