@@ -82,12 +82,12 @@ def of_frame(camera, scan, scan_pose, scale):
     """
     data = bpy.data.cameras.new(f"{scan.name} camera")
     rows, columns = camera.rows, camera.cols
-    (across, _), (x, y) = camera.projection["focal"], camera.projection["centre"]
+    (across, down), (x, y) = camera.projection["focal"], camera.projection["centre"]
     data.sensor_fit, data.sensor_width, data.sensor_height = "HORIZONTAL", FILM, FILM * rows / columns
-    data.lens = across * FILM / columns
-    # Shares of the width; whole numbers are the centres of pixels.
-    data.shift_x = ((columns - 1) / 2 - x) / columns
-    data.shift_y = (y - (rows - 1) / 2) / columns
+    data.lens = abs(across) * FILM / columns
+    # Shares of the width; whole numbers are the centres of pixels. A negative length has the picture mirrored.
+    data.shift_x = math.copysign(1, across) * ((columns - 1) / 2 - x) / columns
+    data.shift_y = math.copysign(1, down) * (y - (rows - 1) / 2) / columns
     depths = convert.positions(scan.data)[:, 2]
     nearest = float(depths.min())
     data.clip_start, data.clip_end, data.display_size = nearest / 2, 2 * float(depths.max()), nearest / 4

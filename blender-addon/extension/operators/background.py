@@ -4,7 +4,7 @@
 import bpy
 import surfrecon
 
-from .. import convert, recording
+from .. import recording
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -44,7 +44,7 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
         """Gathers the selected scans."""
         objects = [obj for obj in context.selected_objects if is_scan(obj)]
         self.names = [obj.name for obj in objects]
-        scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
+        scans = recording.of_all((yield from gathered(context, objects, recording.scan_or_frames)))
         return surfrecon.Job.dominant_plane(scans, **given(self, PARAMETERS))
 
     def finish(self, context, plane):
@@ -55,8 +55,3 @@ class SURFRECON_OT_remove_background(JobOperator, bpy.types.Operator):
         removed = apply_region(plane, None, objects, False, context.evaluated_depsgraph_get())
         text = f"The plane has {plane.share:.0%} of the samples, which spread by {length(context, plane.spread)}"
         self.report({"INFO"}, f"{text}; {removed:,} samples of {number(len(objects), 'scan', 'scans')} removed")
-
-
-def scan_or_frames(obj, depsgraph):
-    """What is looked at of an object, or a generator of the frames that it stands for."""
-    return recording.frames(obj, depsgraph) if recording.is_recording(obj) else convert.scan_of_object(obj, depsgraph)

@@ -65,7 +65,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             raise Refused(f'Select the scans that "{measured.name}" is to be compared with as well')
         self.measured = measured.name
         (points,) = yield from gathered(context, [measured], self.points_of)
-        scans = yield from gathered(context, references, scan_or_frames)
+        scans = yield from gathered(context, references, recording.scan_or_frames)
         return surfrecon.Job.distances(points, recording.of_all(scans))
 
     def points_of(self, measured, depsgraph):
@@ -90,11 +90,6 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
         figures = measured[FIGURES]
         rms, most = (length(context, figures[name]) for name in ("rms", "max"))
         self.report({"INFO"}, f'"{measured.name}": RMS distance {rms}, largest {most}')
-
-
-def scan_or_frames(obj, depsgraph):
-    """What distances are measured to of an object, or a generator of the frames that it stands for."""
-    return recording.frames(obj, depsgraph) if recording.is_recording(obj) else convert.scan_of_object(obj, depsgraph)
 
 
 def scale_of(distances):

@@ -12,7 +12,6 @@ from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Known, Refused, gathered
 from ..words import length, sentence
-from .background import scan_or_frames
 from .select_region import is_scan
 
 
@@ -104,7 +103,7 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
             objects = [obj for obj in context.selected_objects if is_scan(obj)]
             if not objects:
                 raise Refused("Select the scans that stand on something")
-            scans = recording.of_all((yield from gathered(context, objects, scan_or_frames)))
+            scans = recording.of_all((yield from gathered(context, objects, recording.scan_or_frames)))
             return surfrecon.Job.dominant_plane(scans, threads=preference("threads") or None)
         if self.by == "OBJECT":
             if context.object is None:
