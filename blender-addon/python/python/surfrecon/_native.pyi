@@ -589,6 +589,7 @@ class Job:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
+        interpolate: bool | None = False,
         threads: int | None = 0,
         # end
     ) -> Job: ...
@@ -982,6 +983,7 @@ class Reconstructor:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
+        interpolate: bool | None = False,
         threads: int | None = 0,
         # end
         progress: _Progress | None = None,
@@ -996,6 +998,7 @@ def reconstruct(
     topology: Literal["manifold", "free"] | None = "manifold",
     closure: Literal["auto", "closed", "open"] | None = "auto",
     smooth: float | None = None,
+    interpolate: bool | None = False,
     threads: int | None = 0,
     # end
     normals: ArrayLike | None = None,

@@ -86,7 +86,7 @@ fn noise_is_measured() {
 fn what_carries_no_noise_is_left_alone() {
     let points = torus(3000, 0.1);
     let (made, _) = reconstruct(points.clone());
-    let as_given = ReconstructParams { smooth: Some(0.0), ..Default::default() };
+    let as_given = ReconstructParams { interpolate: true, ..Default::default() };
     let given = run(&cloud(points), &as_given, &Progress::none()).unwrap();
     assert_eq!(made.mesh, given.mesh);
     assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
@@ -177,10 +177,10 @@ fn the_same_for_any_number_of_threads_and_any_order() {
 fn a_reconstructor_smooths_anew_when_asked_otherwise() {
     let points = cloud(sphere(3000, 0.5));
     let mut kept = crate::Reconstructor::new(&points).unwrap();
-    for smooth in [None, Some(0.0), None, Some(0.3)] {
-        let params = ReconstructParams { smooth, ..Default::default() };
+    for (smooth, interpolate) in [(None, false), (None, true), (Some(0.3), true), (None, false), (Some(0.3), false)] {
+        let params = ReconstructParams { smooth, interpolate, ..Default::default() };
         let again = kept.surface(&params, &Progress::none()).unwrap();
-        assert_eq!(again.mesh, run(&points, &params, &Progress::none()).unwrap().mesh, "{smooth:?}");
+        assert_eq!(again.mesh, run(&points, &params, &Progress::none()).unwrap().mesh, "{params:?}");
     }
 }
 
