@@ -46,7 +46,7 @@ def meshlab_ball_pivoting(meshes):
 
 
 def screened_poisson(meshes, depth):
-    """Normals from 30 neighbours: with ten, which is the default, they turn over where noise is as large as the spacing."""
+    """Normals from 30 neighbours: with the default of ten they turn over where noise is as large as the spacing."""
     meshes.compute_normal_for_point_clouds(k=30)
     meshes.generate_surface_reconstruction_screened_poisson(depth=depth, preclean=False)
 

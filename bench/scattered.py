@@ -1,5 +1,6 @@
-"""Surfaces through scattered points: this library beside CGAL's advancing front, ball pivoting and alpha shapes; of points
-that carry noise beside Screened Poisson with estimated normals.
+"""Surfaces through scattered points: this library beside CGAL's advancing front, ball pivoting and alpha shapes.
+
+Of points that carry noise, beside Screened Poisson with estimated normals.
 
 Every run is a fresh process. Times of programs (this library, CGAL) are those of the whole process, with reading the
 points; of Python packages those of the reconstruction alone, without imports and files. One checker measures all.

@@ -1036,10 +1036,13 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
-  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
-  // 0: the surface goes through the points as they are. >= 0. SRF_FROM_DATA, the default: 4.5 standard deviations of the
-  // noise where that is more than 0.2 spacings, else none.
+  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out. >
+  // 0. SRF_FROM_DATA, the default: where noise is more than 0.2 spacings, that at which points are best foretold by the
+  // others; else points stay.
   double smooth;
+  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. 1 or 0,
+  // default 0.
+  uint64_t interpolate;
 } srf_reconstruct_params;
 
 // The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().

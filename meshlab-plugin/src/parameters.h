@@ -214,8 +214,11 @@ inline const Parameters reconstruct_parameters = {
      "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
      false, 0, 0, 2, true, offsetof(srf_reconstruct_params, closure), {"Auto", "Closed", "Open"}},
     {Kind::length, "smooth", "Smoothing",
-     "Points are moved to the surface that those within this distance tell, and those far from any surface are left out.<br>0: 4.5 standard deviations of the noise where that is more than 0.2 spacings, else none.",
+     "Points are moved to the surface that those within this distance tell, and those far from any surface are left out.<br>0: where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
      true, 0, 0, unbounded, false, offsetof(srf_reconstruct_params, smooth), {}},
+    {Kind::flag, "interpolate", "Through points as they are",
+     "The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says.",
+     false, 0, 0, 1, true, offsetof(srf_reconstruct_params, interpolate), {}},
 };
 
 inline const Parameters cluster_parameters = {

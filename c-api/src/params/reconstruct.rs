@@ -62,10 +62,13 @@ pub struct srf_reconstruct_params {
     /// Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
     /// SRF_CLOSURE_AUTO.
     pub closure: u64,
-    /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
-    /// 0: the surface goes through the points as they are. >= 0. SRF_FROM_DATA, the default: 4.5 standard deviations of the
-    /// noise where that is more than 0.2 spacings, else none.
+    /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out. >
+    /// 0. SRF_FROM_DATA, the default: where noise is more than 0.2 spacings, that at which points are best foretold by the
+    /// others; else points stay.
     pub smooth: f64,
+    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. 1 or 0,
+    /// default 0.
+    pub interpolate: u64,
 }
 
 impl Fields for srf_reconstruct_params {
@@ -78,6 +81,7 @@ impl Fields for srf_reconstruct_params {
             topology: 1,
             closure: 1,
             smooth: SRF_FROM_DATA,
+            interpolate: 0,
         }
     }
 
@@ -89,6 +93,7 @@ impl Fields for srf_reconstruct_params {
             ("topology", Given::Whole(self.topology)),
             ("closure", Given::Whole(self.closure)),
             ("smooth", Given::Double(self.smooth)),
+            ("interpolate", Given::Whole(self.interpolate)),
         ]
     }
 }

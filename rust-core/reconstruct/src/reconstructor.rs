@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::orient::{Witness, orient};
 use super::plane::Plane;
 use super::prepare::{Samples, prepare};
-use super::smooth::{Smoothing, smoothed};
+use super::smooth::{Smooth, Smoothing, smoothed};
 use super::space::Space;
 use super::{
     Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology, canonical,
@@ -44,8 +44,8 @@ pub struct Reconstructor<C> {
 /// What depends on the points only.
 struct Prepared {
     samples: Samples,
-    /// The parameter they were smoothed with.
-    smooth: Option<f64>,
+    /// What they were smoothed with.
+    smooth: Smooth,
     smoothing: Smoothing,
     shape: Shape,
     seconds: Vec<(&'static str, f64)>,
@@ -117,7 +117,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         params.validate()?;
         let pool = base::threads::pool(params.threads)?;
         // What is kept of points smoothed otherwise is of no use.
-        self.prepared.take_if(|prepared| prepared.smooth != params.smooth);
+        self.prepared.take_if(|prepared| prepared.smooth != Smooth::of(params));
         progress.plan(if self.prepared.is_none() { PLAN } else { PLAN_AGAIN });
         progress.run(&pool, || self.make_surface(params, release, progress))
     }
@@ -301,7 +301,7 @@ impl Prepared {
     /// `started`: when the sorting of the samples did.
     fn new(samples: Samples, started: Instant, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
         let sorted = started.elapsed().as_secs_f64();
-        let (mut samples, smoothing) = smoothed(samples, params.smooth, progress)?;
+        let (mut samples, smoothing) = smoothed(samples, Smooth::of(params), progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {
             return Err(no_plane(&samples));
@@ -322,7 +322,7 @@ impl Prepared {
             ("smooth", smoothed - sorted),
             ("tetrahedralize", started.elapsed().as_secs_f64() - smoothed),
         ];
-        Ok(Prepared { samples, smooth: params.smooth, smoothing, shape, seconds })
+        Ok(Prepared { samples, smooth: Smooth::of(params), smoothing, shape, seconds })
     }
 }
 

@@ -11,10 +11,29 @@ use rayon::prelude::*;
 use super::noise::{self, INTERPOLATED, Noise};
 use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, prepare};
-use super::{Dropped, Reason};
+use super::{Dropped, Reason, ReconstructParams};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Smooth {
+    Never,
+    AsNoiseAsks,
+    /// In the unit of the points.
+    Within(f64),
+}
+
+impl Smooth {
+    pub(super) fn of(params: &ReconstructParams) -> Self {
+        match (params.interpolate, params.smooth) {
+            (true, _) => Smooth::Never,
+            (false, None) => Smooth::AsNoiseAsks,
+            (false, Some(radius)) => Smooth::Within(radius),
+        }
+    }
+}
 
 /// What was measured of samples, and done about it; lengths in their unit.
 #[derive(Clone, Debug, Default)]
@@ -71,14 +90,16 @@ const HIGH: f64 = 4.0;
 /// Distances moved, in deviations, from which a sample is an outlier.
 const FAR: f64 = 4.5;
 
-/// The samples with which a surface is made, as the parameter asks for: 0 for those given, `None` for what their noise asks for.
-pub(super) fn smoothed(samples: Samples, smooth: Option<f64>, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
+/// The samples with which a surface is made.
+pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
     let noise = noise::measure(&samples.points, progress)?;
+    let is_clean = noise.spacings() <= INTERPOLATED;
     let radius = match smooth {
-        Some(radius) => Some(radius * samples.factor),
-        None => (noise.spacings() <= INTERPOLATED).then_some(0.0),
+        Smooth::Within(radius) => Some(radius * samples.factor),
+        Smooth::AsNoiseAsks => None,
+        Smooth::Never => Some(0.0),
     };
-    if radius == Some(0.0) || samples.points.len() < 4 {
+    if radius == Some(0.0) || (radius.is_none() && is_clean) || samples.points.len() < 4 {
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
     progress.stage(0, 3 * samples.points.len() as u64);
@@ -121,7 +142,7 @@ pub(super) fn smoothed(samples: Samples, smooth: Option<f64>, progress: &Progres
 
 fn nothing_left(radius: f64, count: usize) -> Error {
     Error::input(format!(
-        "smoothing within {radius} leaves none of {count} points, which tell no surface there: give a larger smoothing, or 0 for none"
+        "smoothing within {radius} leaves none of {count} points, which tell no surface there: give a larger smoothing, or let the surface go through the points as they are"
     ))
 }
 

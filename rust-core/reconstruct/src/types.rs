@@ -1,6 +1,6 @@
 //! What goes in and what comes out.
 
-use base::params::{choice, length, ratio};
+use base::params::{choice, flag, length, ratio};
 use mesh::TriMesh;
 
 base::choices! {
@@ -49,7 +49,10 @@ base::params! {
         closure: Closure = choice("Closure", Closure::CHOICES),
         /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
         smooth: Option<f64> = length("Smoothing")
-            .from_data("4.5 standard deviations of the noise where that is more than 0.2 spacings, else none").off("the surface goes through the points as they are").since("0.2"),
+            .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
+            .above(0.0).since("0.2"),
+        /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says.
+        interpolate: bool = flag("Through points as they are").since("0.2"),
     }
 }
 

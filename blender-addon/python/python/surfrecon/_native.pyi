@@ -669,6 +669,7 @@ class Job:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
+        interpolate: bool | None = False,
         threads: int | None = 0,
         # end
     ) -> Job: ...
@@ -1123,6 +1124,7 @@ class Reconstructor:
         topology: Literal["manifold", "free"] | None = "manifold",
         closure: Literal["auto", "closed", "open"] | None = "auto",
         smooth: float | None = None,
+        interpolate: bool | None = False,
         threads: int | None = 0,
         # end
         progress: _Progress | None = None,
@@ -1137,6 +1139,7 @@ def reconstruct(
     topology: Literal["manifold", "free"] | None = "manifold",
     closure: Literal["auto", "closed", "open"] | None = "auto",
     smooth: float | None = None,
+    interpolate: bool | None = False,
     threads: int | None = 0,
     # end
     normals: ArrayLike | None = None,

@@ -86,7 +86,7 @@ fn noise_is_measured() {
 fn what_carries_no_noise_is_left_alone() {
     let points = torus(3000, 0.1);
     let (made, _) = reconstruct(points.clone());
-    let as_given = ReconstructParams { smooth: Some(0.0), ..Default::default() };
+    let as_given = ReconstructParams { interpolate: true, ..Default::default() };
     let given = run(&cloud(points), &as_given, &Progress::none()).unwrap();
     assert_eq!(made.mesh, given.mesh);
     assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
@@ -177,10 +177,10 @@ fn the_same_for_any_number_of_threads_and_any_order() {
 fn a_reconstructor_smooths_anew_when_asked_otherwise() {
     let points = cloud(sphere(3000, 0.5));
     let mut kept = crate::Reconstructor::new(&points).unwrap();
-    for smooth in [None, Some(0.0), None, Some(0.3)] {
-        let params = ReconstructParams { smooth, ..Default::default() };
+    for (smooth, interpolate) in [(None, false), (None, true), (Some(0.3), true), (None, false), (Some(0.3), false)] {
+        let params = ReconstructParams { smooth, interpolate, ..Default::default() };
         let again = kept.surface(&params, &Progress::none()).unwrap();
-        assert_eq!(again.mesh, run(&points, &params, &Progress::none()).unwrap().mesh, "{smooth:?}");
+        assert_eq!(again.mesh, run(&points, &params, &Progress::none()).unwrap().mesh, "{params:?}");
     }
 }
 
@@ -188,16 +188,16 @@ fn a_reconstructor_smooths_anew_when_asked_otherwise() {
 #[test]
 fn clouds_that_are_no_surface() {
     let mut random = random(31);
-    let noise: Vec<DVec3> = (0..3000).map(|_| DVec3::new(random(), random(), random())).collect();
+    let noise: Vec<DVec3> = (0..1200).map(|_| DVec3::new(random(), random(), random())).collect();
     let line: Vec<DVec3> = (0..2000).map(|i| DVec3::X * f64::from(i)).collect();
     let lattice: Vec<DVec3> =
-        (0..1728).map(|i| DVec3::new(f64::from(i % 12), f64::from(i / 12 % 12), f64::from(i / 144))).collect();
+        (0..1100).map(|i| DVec3::new(f64::from(i % 10), f64::from(i / 10 % 10), f64::from(i / 100))).collect();
     let copies = [[DVec3::ONE; 1500].as_slice(), &[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z]].concat();
     let wide: Vec<DVec3> = noise.iter().map(|p| *p * 1e150).collect();
     let tiny: Vec<DVec3> = noise.iter().map(|p| *p * 1e-150).collect();
-    let far: Vec<DVec3> = sphere(3000, 1.0).iter().map(|p| *p + DVec3::splat(5e6)).collect();
+    let far: Vec<DVec3> = sphere(1200, 1.0).iter().map(|p| *p + DVec3::splat(5e6)).collect();
     for points in [noise, line, lattice, copies, wide, tiny, far, vec![], vec![DVec3::ONE], vec![DVec3::NAN; 2000]] {
-        for smooth in [None, Some(1e-3), Some(2.0), Some(1e200), Some(1e-200)] {
+        for smooth in [None, Some(1e-3), Some(1e200), Some(1e-200)] {
             let params = ReconstructParams { smooth, ..Default::default() };
             match run(&cloud(points.clone()), &params, &Progress::none()) {
                 Ok(made) => assert!(made.mesh.positions.iter().all(|p| p.is_finite())),
