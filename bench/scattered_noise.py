@@ -31,7 +31,7 @@ def sculpture():
     import surfrecon
 
     mesh = surfrecon.sculpture()
-    return mesh.vertices.astype(float), mesh.triangles.astype(int)
+    return mesh.positions.astype(float), mesh.triangles.astype(int)
 
 
 def truths(goblet):
