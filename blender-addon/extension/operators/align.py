@@ -202,8 +202,8 @@ def place(context, before, moved):
 
 
 def place_frames(name, matrix, scans):
-    """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan its owner's name, its
-    report, the pose it had and the one found; frames that have no place stay where they were.
+    """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan: its owner's name,
+    its report, the pose it had and the one found; frames that have no place stay where they were.
     """
     own = [(scan, here, there) for owner, scan, here, there in scans if owner == name]
     if any(scan.state == "placed" for scan, _, _ in own):
