@@ -225,6 +225,18 @@ void delete_vertices(MeshModel &layer, const std::vector<bool> &gone)
     vcg::tri::UpdateBounding<CMeshO>::Box(mesh);
 }
 
+void replace_faces(MeshModel &layer, const std::vector<std::uint32_t> &triangles)
+{
+    CMeshO &mesh = layer.cm;
+    for (CFaceO &face : mesh.face) {
+        if (!face.IsD()) Allocator::DeleteFace(mesh, face);
+    }
+    Allocator::CompactFaceVector(mesh);
+    Allocator::AddFaces(mesh, triangles.size() / 3);
+    for (std::size_t k = 0; k < triangles.size(); ++k) mesh.face[k / 3].V(static_cast<int>(k % 3)) = &mesh.vert[triangles[k]];
+    compat::update_box_and_normals(layer);
+}
+
 void scale_vertices(MeshModel &layer, double scale)
 {
     for (CVertexO &vertex : layer.cm.vert) {

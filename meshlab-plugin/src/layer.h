@@ -52,6 +52,8 @@ void set_scalars(MeshModel &layer, const std::string &name, const std::vector<do
 
 // Takes vertices, by their place in the layer, out of it, and the faces at them. Others keep their order and their attributes.
 void delete_vertices(MeshModel &layer, const std::vector<bool> &gone);
+// Gives a layer other faces, three vertices each.
+void replace_faces(MeshModel &layer, const std::vector<std::uint32_t> &triangles);
 // Multiplies the coordinates of vertices and the attributes that are lengths.
 void scale_vertices(MeshModel &layer, double scale);
 

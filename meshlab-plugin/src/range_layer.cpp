@@ -286,6 +286,26 @@ void keep_attributes(MeshModel &layer, const surfrecon::Image &image, const std:
     keep(confidences, "range_confidence");
 }
 
+// The layer's vertices that the vertices of an image's surface are; `vertex_of` has them by pixel.
+std::vector<std::uint32_t> vertices_of(const surfrecon::Mesh &surface, const std::vector<std::uint32_t> &vertex_of, std::size_t columns)
+{
+    const auto row = surface.attribute<std::int32_t>(SRF_VERTICES, row_name);
+    const auto column = surface.attribute<std::int32_t>(SRF_VERTICES, column_name);
+    std::vector<std::uint32_t> found(row.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        found[i] = vertex_of[static_cast<std::size_t>(*row[i]) * columns + static_cast<std::size_t>(*column[i])];
+    }
+    return found;
+}
+
+std::vector<std::uint32_t> faces_of(const surfrecon::Mesh &surface, const std::vector<std::uint32_t> &place)
+{
+    const auto corners = surface.triangles();
+    std::vector<std::uint32_t> faces(3 * corners.size());
+    for (std::size_t k = 0; k < faces.size(); ++k) faces[k] = place[corners.data()[k]];
+    return faces;
+}
+
 // Stores how the pixels see, and where three of the vertices are in the sensor's frame.
 void remember(MeshModel &layer, const surfrecon::Image &image, const std::vector<double> &row_of,
               const std::vector<double> &column_of, const surfrecon::Pose &sensor_from_layer)
@@ -378,11 +398,21 @@ void remove_vertices(MeshModel &layer, const std::vector<bool> &gone)
             // Pixels that are there twice: it is no range image any more.
         }
     }
+    const bool as_imported = image && layer.cm.fn > 0 && image.triangulate().triangles().size() == static_cast<std::size_t>(layer.cm.fn);
     delete_vertices(layer, gone);
-    if (image && layer.cm.vn > 0) {
-        // The vertices by which motions are recognized may be gone.
-        remember(layer, image, scalars(layer, row_name), scalars(layer, column_name), inverse(image.pose()));
+    if (!image || layer.cm.vn == 0) return;
+    // The vertices by which motions are recognized may be gone.
+    remember(layer, image, scalars(layer, row_name), scalars(layer, column_name), inverse(image.pose()));
+    if (!as_imported) return;
+    // Where a pixel is missing its neighbours may be joined by another diagonal.
+    image = range_image(layer, Frame::layer);
+    const std::vector<double> rows = scalars(layer, row_name), columns = scalars(layer, column_name);
+    std::vector<std::uint32_t> vertex_of(image.rows() * image.cols());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        vertex_of[static_cast<std::size_t>(rows[i]) * image.cols() + static_cast<std::size_t>(columns[i])] = static_cast<std::uint32_t>(i);
     }
+    const surfrecon::Mesh surface = image.triangulate();
+    replace_faces(layer, faces_of(surface, vertices_of(surface, vertex_of, image.cols())));
 }
 
 void scale_camera(MeshModel &layer, double scale)
@@ -429,18 +459,11 @@ void fill_range_layer(MeshModel &layer, surfrecon::Image &image, bool faces)
     std::vector<double> confidence;
     if (faces) {
         const surfrecon::Mesh surface = image.triangulate();
-        const auto row = surface.attribute<std::int32_t>(SRF_VERTICES, row_name);
-        const auto column = surface.attribute<std::int32_t>(SRF_VERTICES, column_name);
         const auto weight = surface.attribute<float>(SRF_VERTICES, "confidence");
-        std::vector<std::uint32_t> place(row.size());
+        const std::vector<std::uint32_t> place = vertices_of(surface, vertex_of, columns);
         confidence.resize(row_of.size());
-        for (std::size_t i = 0; i < place.size(); ++i) {
-            place[i] = vertex_of[static_cast<std::size_t>(*row[i]) * columns + static_cast<std::size_t>(*column[i])];
-            confidence[place[i]] = *weight[i];
-        }
-        const auto corners = surface.triangles();
-        triangles.resize(3 * corners.size());
-        for (std::size_t k = 0; k < triangles.size(); ++k) triangles[k] = place[corners.data()[k]];
+        for (std::size_t i = 0; i < place.size(); ++i) confidence[place[i]] = *weight[i];
+        triangles = faces_of(surface, place);
     }
 
     fill(layer, kept.data(), row_of.size(), triangles.data(), triangles.size() / 3);

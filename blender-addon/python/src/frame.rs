@@ -12,13 +12,13 @@ use surfrecon::range_image::DepthKind;
 use surfrecon::scan::Camera as Place;
 
 use crate::arrays;
+use crate::edit::Edit;
 use crate::errors::to_python;
 use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::scan::Camera;
-use crate::select::Edit;
 use crate::similarity::Similarity;
 
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.

@@ -31,10 +31,11 @@ use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
 use crate::ready::ReadCall;
 use crate::reconstruct::{Reconstructed, Reconstructor, SurfaceCall};
-use crate::regions::{Plane, PlaneCall};
+use crate::regions::Plane;
 use crate::scan::{ScanCall, scanned};
 use crate::scans::{OpenCall, ScanSet};
 use crate::sculpt::{PrepareCall, RefineCall, Sculpted, Sculptor};
+use crate::select::PlaneCall;
 
 /// What a call gives.
 enum Made {

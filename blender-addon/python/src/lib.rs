@@ -10,9 +10,10 @@
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
 //! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
-//! | `regions` | boxes and planes; the dominant plane |
+//! | `regions` | boxes and planes |
 //! | `similarity` | true size and ground |
-//! | `select` | keeps, removes and transforms scans of every kind |
+//! | `edit` | what becomes of a scan: kept, removed, transformed |
+//! | `select` | that for scans of every kind; the dominant plane |
 //! | `sources` | scans as Python hands them over |
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
@@ -32,6 +33,7 @@ mod allocator;
 mod arrays;
 mod cluster;
 mod constraints;
+mod edit;
 mod errors;
 mod frame;
 mod job;
@@ -91,7 +93,7 @@ mod _native {
     #[pymodule_export]
     use crate::reconstruct::{Reconstructed, Reconstructor, reconstruct};
     #[pymodule_export]
-    use crate::regions::{OrientedBox, Plane, dominant_plane};
+    use crate::regions::{OrientedBox, Plane};
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
@@ -99,7 +101,7 @@ mod _native {
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]
-    use crate::select::{keep, remove, transformed};
+    use crate::select::{dominant_plane, keep, remove, transformed};
     #[pymodule_export]
     use crate::settings::{memory_limit, set_memory_limit};
     #[pymodule_export]

@@ -12,10 +12,10 @@ use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
+use crate::edit::Edit;
 use crate::errors::{detached, guarded, input_error, to_python};
 use crate::params::params;
 use crate::progress::Watch;
-use crate::select::Edit;
 use crate::similarity::Similarity;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 
 use crate::arrays;
+use crate::edit::Edit;
 use crate::progress::Watch;
-use crate::select::Edit;
 use crate::similarity::Similarity;
 
 /// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.

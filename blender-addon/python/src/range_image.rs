@@ -14,11 +14,11 @@ use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 
 use crate::arrays;
+use crate::edit::Edit;
 use crate::errors::{guarded, input_error, parameter_error, reworded, to_python};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
-use crate::select::Edit;
 use crate::similarity::Similarity;
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.

@@ -3,16 +3,11 @@
 use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use surfrecon::Progress;
-use surfrecon::plane::{DominantPlane, PlaneParams, dominant};
+use surfrecon::plane::DominantPlane;
 use surfrecon::select::{self, OrientedBox as Core};
 
 use crate::arrays;
 use crate::errors::{guarded, to_python};
-use crate::params::params;
-use crate::progress::Watch;
-use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// A box anywhere in the world: a region that samples are kept or removed by. What lies on its sides is inside.
 ///
@@ -180,61 +175,4 @@ fn of_points<'py, T: numpy::Element>(
     let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
     let answers: Vec<T> = guarded(|| Ok(arrays::vectors(coordinates).into_iter().map(answer).collect()))?;
     Ok(PyArray1::from_vec(points.py(), answers))
-}
-
-/// A plane to be found, free of Python.
-pub struct PlaneCall {
-    sources: Vec<Source>,
-    params: PlaneParams,
-}
-
-impl PlaneCall {
-    /// Checks and takes the arguments of Python's `dominant_plane`.
-    ///
-    /// # Errors
-    /// `ParameterError`, `TypeError`.
-    pub fn new(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        Ok(PlaneCall { params: params("dominant_plane", options)?, sources: sources(scans, Clouds::Taken)? })
-    }
-
-    /// Finds the plane.
-    ///
-    /// # Errors
-    /// See [`dominant`].
-    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<DominantPlane> {
-        dominant(&as_dyn(&self.sources), &self.params, progress)
-    }
-}
-
-/// Finds the plane that most samples lie on: a table, a turntable, the ground. The same for any order of the scans and any number of
-/// threads.
-///
-/// >>> scans = surfrecon.remove(scans, surfrecon.dominant_plane(scans))
-///
-/// Args:
-///     scans: a ``ScanSet`` or a list, as for ``align``; clouds need no normals. Where they lie counts: align them first.
-#[doc = include_str!("params/plane.txt")]
-///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
-///
-/// Options that are ``None`` take their defaults.
-///
-/// Returns:
-///     A ``Plane`` with ``share`` and ``spread``. Above is the side that its samples were seen from; where that is not known, the one
-///     that most of the others lie on.
-///
-/// Raises:
-///     ParameterError: an option out of its range.
-///     InputError, FormatError, FileError: no plane that stands out, with the remedy; a scan that can't be used or read.
-///     Cancelled: ``progress`` returned ``False``.
-#[pyfunction]
-// options: plane
-#[pyo3(signature = (scans, *, progress = None, **options), text_signature = "(scans, *, tolerance=None, min_share=0.05, margin=None, threads=0, progress=None)")]
-pub fn dominant_plane(
-    py: Python<'_>,
-    scans: &Bound<'_, PyAny>,
-    progress: Option<Py<PyAny>>,
-    options: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Plane> {
-    let call = PlaneCall::new(scans, options)?;
-    Ok(Watch::new(progress).run(py, |progress| call.run(progress))?.into())
 }

@@ -9,6 +9,7 @@ use surfrecon::Progress;
 use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
+use crate::edit::{Edit, edits};
 use crate::errors::{input_error, reworded};
 use crate::frame::{self, Scan};
 use crate::mesh::{Mesh, ending_of};
@@ -16,7 +17,6 @@ use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::{RangeImage, write_together};
-use crate::select::{Edit, edits};
 use crate::similarity::Similarity;
 
 /// Opens scans without reading their samples.

@@ -1,187 +1,48 @@
-//! What of scans is kept or removed, and what size and place they are given.
+//! Keeps, removes and transforms scans of every kind; the dominant plane.
 
 use std::sync::Arc;
 
-use glam::DAffine3;
-use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
-use surfrecon::import::Scan as CoreScan;
-use surfrecon::select::{self, Mask, Region, Selection};
-use surfrecon::{PointCloud, Progress, RangeImage, TriMesh};
+use pyo3::types::{PyDict, PyList};
+use surfrecon::Progress;
+use surfrecon::plane::{DominantPlane, PlaneParams, dominant};
 
-use crate::arrays;
-use crate::errors::{guarded, input_error, reworded, to_python};
+use crate::edit::{Edit, edits};
+use crate::params::params;
 use crate::progress::Watch;
-use crate::regions::{OrientedBox, Plane};
+use crate::regions::Plane;
 use crate::scans::ScanSet;
 use crate::similarity::Similarity;
-use crate::sources::{Clouds, Source, sources};
+use crate::sources::{Clouds, Source, as_dyn, sources};
 
-/// What becomes of a scan.
-#[derive(Clone)]
-pub enum Edit {
-    Select(Selection),
-    Transform(select::Similarity),
-    Nothing,
-}
-
-impl Edit {
-    /// Keeping or removing what a Python object says: a `Box`, a `Plane` or a mask.
-    ///
-    /// # Errors
-    /// `TypeError` for another object, `InputError` for a mask that is neither a list nor a grid.
-    pub fn select(region: &Bound<'_, PyAny>, keep: bool) -> PyResult<Self> {
-        let region = if let Ok(known) = region.cast::<OrientedBox>() {
-            Region::Box(known.get().region.clone())
-        } else if let Ok(plane) = region.cast::<Plane>() {
-            Region::Below(plane.get().plane)
-        } else {
-            Region::Mask(Arc::new(guarded(|| mask(region))?))
-        };
-        Ok(Edit::Select(Selection { region, keep }))
-    }
-
-    /// True size and ground.
-    pub fn transform(similarity: &Similarity) -> Self {
-        Edit::Transform(similarity.similarity)
-    }
-
-    /// The scan of a file with the edit, which is made whenever it is read.
-    ///
-    /// # Errors
-    /// See [`CoreScan::transform`].
-    pub fn of_scan(&self, scan: &CoreScan) -> PyResult<CoreScan> {
-        let mut scan = scan.clone();
-        match self {
-            Edit::Select(selection) => scan.select(selection.clone()),
-            Edit::Transform(similarity) => scan.transform(similarity).map_err(|e| to_python(&e))?,
-            Edit::Nothing => {}
-        }
-        Ok(scan)
-    }
-
-    /// Of an image.
-    ///
-    /// # Errors
-    /// A mask that does not fit; samples that become too large or too small; cancelled.
-    pub fn of_image(&self, image: &RangeImage, progress: &Progress<'_>) -> surfrecon::Result<RangeImage> {
-        let mut image = image.clone();
-        match self {
-            Edit::Select(selection) => drop(selection.of_image(&mut image, progress)?),
-            Edit::Transform(similarity) => similarity.of_image(&mut image)?,
-            Edit::Nothing => {}
-        }
-        Ok(image)
-    }
-
-    /// Of a cloud.
-    ///
-    /// # Errors
-    /// As [`Edit::of_image`].
-    pub fn of_cloud(&self, cloud: &PointCloud, progress: &Progress<'_>) -> surfrecon::Result<PointCloud> {
-        let mut cloud = cloud.clone();
-        match self {
-            Edit::Select(selection) => drop(selection.of_cloud(&mut cloud, progress)?),
-            Edit::Transform(similarity) => similarity.of_cloud(&mut cloud)?,
-            Edit::Nothing => {}
-        }
-        Ok(cloud)
-    }
-
-    /// Of a mesh that is placed, with its new place: only the scale goes into the vertices.
-    ///
-    /// # Errors
-    /// As [`Edit::of_image`].
-    pub fn of_mesh(
-        &self,
-        mesh: &TriMesh,
-        world_from_mesh: DAffine3,
-        progress: &Progress<'_>,
-    ) -> surfrecon::Result<(TriMesh, DAffine3)> {
-        let mut mesh = mesh.clone();
-        let mut place = world_from_mesh;
-        match self {
-            Edit::Select(selection) => drop(selection.of_mesh(&mut mesh, world_from_mesh, progress)?),
-            Edit::Transform(similarity) => {
-                place = similarity.of_pose(world_from_mesh)?;
-                select::scale_mesh(&mut mesh, similarity.scale())?;
-            }
-            Edit::Nothing => {}
-        }
-        Ok((mesh, place))
-    }
-
-    fn of_source(&self, source: Source, progress: &Progress<'_>) -> surfrecon::Result<Source> {
-        let named = |name: &str, error| match error {
-            surfrecon::Error::Input(text) => surfrecon::Error::Input(format!("{name}: {text}")),
-            other => other,
-        };
-        Ok(match source {
-            Source::File(mut scan) => {
-                match self {
-                    Edit::Select(selection) => scan.select(selection.clone()),
-                    Edit::Transform(similarity) => scan.transform(similarity)?,
-                    Edit::Nothing => {}
-                }
-                Source::File(scan)
-            }
-            Source::Image(image) => {
-                Source::Image(Arc::new(self.of_image(&image, progress).map_err(|error| named(&image.name, error))?))
-            }
-            Source::Mesh { name, mesh, world_from_mesh } => {
-                let edited = self.of_mesh(&mesh, world_from_mesh, progress);
-                let (mesh, world_from_mesh) = edited.map_err(|error| named(&name, error))?;
-                Source::Mesh { name, mesh: Arc::new(mesh), world_from_mesh }
-            }
-            Source::Cloud { name, cloud } => {
-                let cloud = self.of_cloud(&cloud, progress).map_err(|error| named(&name, error))?;
-                Source::Cloud { name, cloud: Arc::new(cloud) }
-            }
-        })
-    }
-}
-
-/// A mask: (rows, cols) of an image, (n,) of a mesh or a cloud.
-fn mask(given: &Bound<'_, PyAny>) -> PyResult<Mask> {
-    let (marks, shape) = arrays::marks(given, "region").map_err(|error| {
-        reworded(error, || {
-            PyTypeError::new_err(format!(
-                "region must be a Box, a Plane or a mask (an array of bool), got {}",
-                given.get_type()
-            ))
-        })
-    })?;
-    match *shape.as_slice() {
-        [_] => Ok(Mask::of_list(&marks)),
-        [rows, cols] => Mask::of_image(rows, cols, &marks).map_err(|e| to_python(&e)),
-        _ => Err(input_error(format!("a mask must have shape (rows, cols) or (n,), got {} dimensions", shape.len()))),
-    }
-}
-
-/// One edit a scan: the same region for all, or a mask or `None` for each.
-///
-/// # Errors
-/// Another number of masks than of scans, and what [`Edit::select`] refuses.
-pub fn edits(region: &Bound<'_, PyAny>, keep: bool, count: usize) -> PyResult<Vec<Edit>> {
-    if region.cast::<OrientedBox>().is_ok() || region.cast::<Plane>().is_ok() {
-        return Ok(vec![Edit::select(region, keep)?; count]);
-    }
-    let masks = region.try_iter().map_err(|error| {
-        reworded(error, || {
-            let given = region.get_type();
-            PyTypeError::new_err(format!("region must be a Box, a Plane or a list of one mask a scan, got {given}"))
-        })
-    })?;
-    let one = |mask: PyResult<Bound<'_, PyAny>>| {
-        let mask = mask?;
-        if mask.is_none() { Ok(Edit::Nothing) } else { Edit::select(&mask, keep) }
+/// A scan of any kind with an edit; errors name it.
+fn of_source(edit: &Edit, source: Source, progress: &Progress<'_>) -> surfrecon::Result<Source> {
+    let named = |name: &str, error| match error {
+        surfrecon::Error::Input(text) => surfrecon::Error::Input(format!("{name}: {text}")),
+        other => other,
     };
-    let edits = masks.map(one).collect::<PyResult<Vec<_>>>()?;
-    if edits.len() != count {
-        return Err(input_error(format!("{} masks for {count} scans: give one a scan, None for none", edits.len())));
-    }
-    Ok(edits)
+    Ok(match source {
+        Source::File(mut scan) => {
+            match edit {
+                Edit::Select(selection) => scan.select(selection.clone()),
+                Edit::Transform(similarity) => scan.transform(similarity)?,
+                Edit::Nothing => {}
+            }
+            Source::File(scan)
+        }
+        Source::Image(image) => {
+            Source::Image(Arc::new(edit.of_image(&image, progress).map_err(|error| named(&image.name, error))?))
+        }
+        Source::Mesh { name, mesh, world_from_mesh } => {
+            let edited = edit.of_mesh(&mesh, world_from_mesh, progress);
+            let (mesh, world_from_mesh) = edited.map_err(|error| named(&name, error))?;
+            Source::Mesh { name, mesh: Arc::new(mesh), world_from_mesh }
+        }
+        Source::Cloud { name, cloud } => {
+            let cloud = edit.of_cloud(&cloud, progress).map_err(|error| named(&name, error))?;
+            Source::Cloud { name, cloud: Arc::new(cloud) }
+        }
+    })
 }
 
 fn edited<'py>(
@@ -201,7 +62,7 @@ fn edited<'py>(
         progress.watch(|| {
             progress.stage(0, sources.len() as u64);
             let one = |(source, edit): (Source, &Edit)| {
-                let edited = edit.of_source(source, progress)?;
+                let edited = of_source(edit, source, progress)?;
                 progress.advance(1).map(|()| edited)
             };
             sources.into_iter().zip(&edits).map(one).collect::<surfrecon::Result<Vec<_>>>()
@@ -275,4 +136,61 @@ pub fn transformed<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     edited(scans, |count| Ok(vec![Edit::transform(similarity); count]), progress)
+}
+
+/// A plane to be found, free of Python.
+pub struct PlaneCall {
+    sources: Vec<Source>,
+    params: PlaneParams,
+}
+
+impl PlaneCall {
+    /// Checks and takes the arguments of Python's `dominant_plane`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `TypeError`.
+    pub fn new(scans: &Bound<'_, PyAny>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        Ok(PlaneCall { params: params("dominant_plane", options)?, sources: sources(scans, Clouds::Taken)? })
+    }
+
+    /// Finds the plane.
+    ///
+    /// # Errors
+    /// See [`dominant`].
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<DominantPlane> {
+        dominant(&as_dyn(&self.sources), &self.params, progress)
+    }
+}
+
+/// Finds the plane that most samples lie on: a table, a turntable, the ground. The same for any order of the scans and any number of
+/// threads.
+///
+/// >>> scans = surfrecon.remove(scans, surfrecon.dominant_plane(scans))
+///
+/// Args:
+///     scans: a ``ScanSet`` or a list, as for ``align``; clouds need no normals. Where they lie counts: align them first.
+#[doc = include_str!("params/plane.txt")]
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///
+/// Options that are ``None`` take their defaults.
+///
+/// Returns:
+///     A ``Plane`` with ``share`` and ``spread``. Above is the side that its samples were seen from; where that is not known, the one
+///     that most of the others lie on.
+///
+/// Raises:
+///     ParameterError: an option out of its range.
+///     InputError, FormatError, FileError: no plane that stands out, with the remedy; a scan that can't be used or read.
+///     Cancelled: ``progress`` returned ``False``.
+#[pyfunction]
+// options: plane
+#[pyo3(signature = (scans, *, progress = None, **options), text_signature = "(scans, *, tolerance=None, min_share=0.05, margin=None, threads=0, progress=None)")]
+pub fn dominant_plane(
+    py: Python<'_>,
+    scans: &Bound<'_, PyAny>,
+    progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Plane> {
+    let call = PlaneCall::new(scans, options)?;
+    Ok(Watch::new(progress).run(py, |progress| call.run(progress))?.into())
 }
