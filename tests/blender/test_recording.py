@@ -268,6 +268,7 @@ def test_aligning_moves_frames_in_their_files(tmp_path):
     rest().lock_location = rest().lock_rotation = (True, True, True)
     bpy.context.view_layer.update()
     assert bpy.ops.surfrecon.align(start="rough") == {"FINISHED"}
+    assert "recording_poses" not in rest()
     for obj in scans():
         assert np.allclose(obj.matrix_world, truth[obj.name], atol=0.01), obj.name
     # Now the rest is off, and its frames come to the objects.
@@ -285,6 +286,11 @@ def test_aligning_moves_frames_in_their_files(tmp_path):
     after, _ = corners(merge([rest()]))
     surface = surfrecon.merge(surfrecon.open(path), voxel=VOXEL).mesh
     assert np.median(surfrecon.distances(after, surface)) < 0.3 * np.median(surfrecon.distances(before, surface))
+    # Its frames alone are scans enough.
+    for obj in bpy.context.view_layer.objects:
+        obj.select_set(obj == rest())
+    assert bpy.ops.surfrecon.align(start="rough") == {"FINISHED"}
+    assert rest()["surfrecon_align"]["of"] == 8
     rest().scale = (2, 2, 2)
     for obj in bpy.context.view_layer.objects:
         obj.select_set(obj in scans() or obj == rest())

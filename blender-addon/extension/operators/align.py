@@ -74,7 +74,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         self.result = None
         if len(objects) == 1 and len(sources_of(objects[0])) > 1:
             self.result, objects = objects[0].name, sources_of(objects[0])
-        if len(objects) < 2:
+        if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
             convert.movable(obj)
@@ -123,15 +123,11 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         }
         place(context, self.before, moved)
         for name in frames:
-            # Those that have no place stay where they were.
-            poses = [
-                there if scan.state == "placed" else here
-                for owner, scan, here, there in zip(
-                    self.owners, report.scans, self.poses, result.world_from_scan, strict=True
-                )
-                if owner == name
-            ]
-            recording.put(bpy.data.objects[name], np.array(self.before[name][1]), poses)
+            place_frames(
+                name,
+                self.before[name][1],
+                zip(self.owners, report.scans, self.poses, result.world_from_scan, strict=True),
+            )
         figures = figures_of(lines_of(report, self.owners, frames), report)
         for obj in objects:
             obj[REPORT] = figures
@@ -203,6 +199,16 @@ def place(context, before, moved):
                 f'"{name}" does not stay where it is put: turn off its constraints and drivers,'
                 " or lock its location and rotation to let the others come to it"
             )
+
+
+def place_frames(name, matrix, scans):
+    """Notes with the object that stands for frames, at that matrix, where they belong. Of each scan: its owner's name,
+    its report, the pose it had and the one found; frames that have no place stay where they were.
+    """
+    own = [(scan, here, there) for owner, scan, here, there in scans if owner == name]
+    if any(scan.state == "placed" for scan, _, _ in own):
+        poses = [there if scan.state == "placed" else here for scan, here, there in own]
+        recording.put(bpy.data.objects[name], np.array(matrix), poses)
 
 
 def generation(obj):

@@ -215,7 +215,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         numbers = [k for k, scan in enumerate(self.opened) if isinstance(scan, surfrecon.Frame)]
         chosen = {numbers[k] for k in recording.spread(len(numbers), self.frames)}
         self.others = [k for k in numbers if k not in chosen]
-        self.scans = [scan for k, scan in enumerate(self.opened) if k in chosen or k not in set(numbers)]
+        staying = set(self.others)
+        self.scans = [scan for k, scan in enumerate(self.opened) if k not in staying]
         return recording.reading(self.scans)
 
     def factor(self, context):

@@ -118,20 +118,22 @@ pub fn open_with<P: AsRef<Path>>(paths: &[P], options: &ReadOptions, progress: &
 /// Folders above a file in which its recording may begin: exports put images into folders of folders.
 const FOLDERS_ABOVE: usize = 3;
 
-/// The folder of the recording that a file is of, or `None`: looks at the names in the folders above it and decodes nothing.
+/// The folder of the recording that a file is of, or `None`: looks at the names in the folders above it and decodes nothing. Of
+/// folders that would open one within the other, the outer one.
 ///
 /// # Errors
 /// A folder that can't be listed; [`Error::Cancelled`].
 pub fn recording_of(path: &Path, progress: &Progress<'_>) -> Result<Option<PathBuf>> {
+    let mut recording = None;
     for folder in path.ancestors().skip(1).take(FOLDERS_ABOVE) {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         if let Some(found) = frames::find(folder, progress)?
             && (found.path() == folder || path.starts_with(found.path()))
         {
-            return Ok(Some(found.path().to_owned()));
+            recording = Some(found.path().to_owned());
         }
     }
-    Ok(None)
+    Ok(recording)
 }
 
 /// What is opened: a recording's folder, or a file.
