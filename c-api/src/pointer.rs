@@ -5,7 +5,6 @@ use std::ffi::{CStr, c_char, c_void};
 
 use bytemuck::{AnyBitPattern, NoUninit};
 
-use crate::image::srf_image;
 use crate::status::{Failure, srf_status::*};
 
 fn not_null<T>(name: &str, pointer: *const T) -> Result<(), Failure> {
@@ -119,13 +118,13 @@ pub fn call_log(
     unsafe { function(level, text.as_ptr(), user) }
 }
 
-/// Calls the caller's function that makes an image.
-pub fn call_make(
-    function: unsafe extern "C" fn(*mut c_void, *mut *mut srf_image) -> i32,
+/// Calls the caller's function that makes something behind a handle of type `H`.
+pub fn call_make<H>(
+    function: unsafe extern "C" fn(*mut c_void, *mut *mut H) -> i32,
     user: *mut c_void,
-    out_image: &mut *mut srf_image,
+    out_made: &mut *mut H,
 ) -> i32 {
     // SAFETY: the header's contract: a function of this type that does not unwind and may be called on any thread, given back the
     // caller's own pointer, and room for a handle.
-    unsafe { function(user, out_image) }
+    unsafe { function(user, out_made) }
 }

@@ -8,8 +8,6 @@
 
 use mesh::srgb;
 
-use super::gains::Gains;
-
 /// Members kept of an edge: two highlights among them are outvoted.
 pub const KEPT: usize = 4;
 const WORDS: usize = 3;
@@ -110,6 +108,34 @@ fn words(bits: u64) -> [u16; WORDS] {
 fn mixed(bits: u64) -> u64 {
     let bits = bits.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     (bits ^ bits >> 32).wrapping_mul(0xd6e8_feb8_6659_fd93)
+}
+
+/// What the light of each scan is multiplied by; nothing where scans agree.
+#[derive(Default)]
+pub struct Gains {
+    /// In units of 1 / 2^16.
+    of_scan: Vec<[u32; 3]>,
+}
+
+const ONE: f64 = 65_536.0;
+/// Light that is as good as infinite: sixteen times white.
+const BRIGHTEST: u64 = 1 << 20;
+
+impl Gains {
+    /// From factors.
+    pub fn new(factors: &[[f64; 3]]) -> Self {
+        Gains { of_scan: factors.iter().map(|of| of.map(|factor| (factor * ONE).round() as u32)).collect() }
+    }
+
+    /// The light of a member as all scans would have it.
+    #[inline]
+    pub fn equalized(&self, member: &Member) -> [u64; 3] {
+        let light = member.colour.map(|byte| u64::from(srgb::light(byte)));
+        match self.of_scan.get(member.scan as usize) {
+            None => light,
+            Some(gains) => [0, 1, 2].map(|i| ((light[i] * u64::from(gains[i]) + (1 << 15)) >> 16).min(BRIGHTEST)),
+        }
+    }
 }
 
 /// What is more than so many times as bright as the middle one, of two the darker one, is a highlight: those only add light. A

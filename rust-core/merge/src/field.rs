@@ -12,9 +12,8 @@
 
 use rustc_hash::FxHashMap;
 
-use super::colour::Poll;
+use super::colour::{Gains, Poll};
 use super::crossing::{BundleKey, OnLine};
-use super::gains::Gains;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, ROWS, row};
 use super::lines::SortedBundle;
 use super::nodes::{BEFORE, MIXED, Node, SIDE, STEPS, place};

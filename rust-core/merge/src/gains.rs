@@ -50,34 +50,6 @@ struct Pair {
     differences: [i16; 3],
 }
 
-/// What the light of each scan is multiplied by; nothing where scans agree.
-#[derive(Default)]
-pub struct Gains {
-    /// In units of 1 / 2^16.
-    of_scan: Vec<[u32; 3]>,
-}
-
-const ONE: f64 = 65_536.0;
-/// Light that is as good as infinite: sixteen times white.
-const BRIGHTEST: u64 = 1 << 20;
-
-impl Gains {
-    /// From factors.
-    pub fn new(factors: &[[f64; 3]]) -> Self {
-        Gains { of_scan: factors.iter().map(|of| of.map(|factor| (factor * ONE).round() as u32)).collect() }
-    }
-
-    /// The light of a member as all scans would have it.
-    #[inline]
-    pub fn equalized(&self, member: &Member) -> [u64; 3] {
-        let light = member.colour.map(|byte| u64::from(srgb::light(byte)));
-        match self.of_scan.get(member.scan as usize) {
-            None => light,
-            Some(gains) => [0, 1, 2].map(|i| ((light[i] * u64::from(gains[i]) + (1 << 15)) >> 16).min(BRIGHTEST)),
-        }
-    }
-}
-
 /// The factors for red, green and blue that make the scans equally bright; empty if they are, or none overlap. O(tallies +
 /// scans).
 ///

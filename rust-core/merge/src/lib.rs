@@ -317,7 +317,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
                 report.colour_gains = gains::measure(&bundles, sources.len(), progress)?;
                 clock.lap("colours");
             }
-            label_nodes(&bundles, &rule, &gains::Gains::new(&report.colour_gains), progress)?
+            label_nodes(&bundles, &rule, &colour::Gains::new(&report.colour_gains), progress)?
         }
         #[cfg(any(test, feature = "reference"))]
         Fusing::ByLines => {
@@ -450,7 +450,7 @@ fn sort_lines(raw: Vec<bundles::RawBundle>, progress: &Progress<'_>) -> Result<B
 fn label_nodes(
     bundles: &Bundles,
     rule: &field::Rule,
-    gains: &gains::Gains,
+    gains: &colour::Gains,
     progress: &Progress<'_>,
 ) -> Result<(Labels, BrickVertices)> {
     let bricks = bundles.labelled_bricks();
