@@ -13,6 +13,9 @@ RULER = "RulerData3D"
 # A mesh whose box is thinner than this share of its size is a plane.
 THIN = 1e-4
 
+# Most vertices of a mesh that count as picked when all are selected: those of a face.
+FACE = 4
+
 # Sculpted masks and painted weights count from here on.
 PAINTED = 0.5
 
@@ -97,7 +100,7 @@ def ruler_points(scene, count):
 
 def picked(context, count):
     """Points that were picked: those of the ruler, else the selected vertices of the active object. Refuses other
-    numbers of vertices than two, or fewer than three where three are asked for.
+    numbers of vertices than two, or fewer than three where three are asked for; all of a mesh are none.
     """
     points = ruler_points(context.scene, count)
     if points is not None:
@@ -109,16 +112,20 @@ def picked(context, count):
     chosen = np.empty(len(obj.data.vertices), bool)
     obj.data.vertices.foreach_get("select", chosen)
     found = int(chosen.sum())
+    # New meshes come with all their vertices selected, which picks none of them.
+    if found == len(chosen) > FACE:
+        found = 0
     if found != count if count == 2 else found < count:
         wanted = f"exactly {count}" if count == 2 else f"{count} or more"
-        raise Refused(f'"{obj.name}" has {found:,} selected vertices: {how} {wanted} of them in Edit Mode')
+        number = f"{found:,}" if found else "no"
+        raise Refused(f'"{obj.name}" has {number} picked vertices: {how} {wanted} of them in Edit Mode')
     return world_positions(obj, context.evaluated_depsgraph_get())[chosen]
 
 
 def plane_of(points, above):
     """The plane that lies nearest to points, three or more; above is the side where the place `above` lies."""
     middle = points.mean(axis=0)
-    _, sizes, axes = np.linalg.svd(points - middle)
+    _, sizes, axes = np.linalg.svd(points - middle, full_matrices=False)
     if sizes[1] <= 1e-9 * sizes[0] or sizes[0] == 0:
         raise Refused("The points lie on one line, through which there are many planes: pick others")
     normal = axes[2]

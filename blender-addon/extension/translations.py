@@ -212,6 +212,7 @@ GERMAN_TEXTS = {
     "Threshold": "Schwelle",
     "Tiles across": "Kacheln quer",
     "Tiles down": "Kacheln abwärts",
+    "Through points as they are": "Durch die Punkte, wie sie sind",
     "Tolerance": "Toleranz",
     "Topology": "Topologie",
     "Toward the camera": "Zur Kamera",

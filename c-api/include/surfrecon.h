@@ -1040,8 +1040,8 @@ typedef struct {
   // 0. SRF_FROM_DATA, the default: where noise is more than 0.2 spacings, that at which points are best foretold by the
   // others; else points stay.
   double smooth;
-  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. 1 or 0,
-  // default 0.
+  // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points
+  // that carry noise are smoothed first. 1 or 0, default 0.
   uint64_t interpolate;
 } srf_reconstruct_params;
 

@@ -217,7 +217,7 @@ inline const Parameters reconstruct_parameters = {
      "Points are moved to the surface that those within this distance tell, and those far from any surface are left out.<br>0: where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
      true, 0, 0, unbounded, false, offsetof(srf_reconstruct_params, smooth), {}},
     {Kind::flag, "interpolate", "Through points as they are",
-     "The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says.",
+     "The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points that carry noise are smoothed first.",
      false, 0, 0, 1, true, offsetof(srf_reconstruct_params, interpolate), {}},
 };
 

@@ -84,12 +84,15 @@ def test_options_have_the_library_s_defaults_ranges_and_texts(extension):
     for parameter in surfrecon.parameters("merge") + surfrecon.parameters("triangulate"):
         for prop in (options[parameter.name], operator[parameter.name]):
             assert prop.default == pytest.approx(parameter.default or 0)
+            assert prop.description == extension.properties.description(parameter)
+            assert (prop.type == "BOOLEAN") == (parameter.kind == "flag")
+            if parameter.kind == "flag":
+                continue
             # Sliders have no open ends.
             open_end = math.radians(0.1) if parameter.kind == "angle" else 1e-6 * (parameter.default or 0)
             least = parameter.minimum + (open_end if parameter.minimum_excluded else 0)
             assert prop.hard_min == pytest.approx(least)
             assert prop.hard_max == pytest.approx(min(parameter.maximum, 1e9))
-            assert prop.description == extension.properties.description(parameter)
             kind = {"length": "LENGTH", "angle": "ROTATION"}.get(parameter.kind, "NONE")
             assert getattr(prop, "unit", "NONE") == kind
 

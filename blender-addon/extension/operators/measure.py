@@ -51,6 +51,10 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         active = convert.active(context)
         chosen = [obj for obj in context.selected_objects if obj is not active and obj.type not in FACELESS]
         others = chosen or sources_of(active)
+        for obj in others:
+            if recording.is_recording(obj):
+                self.report({"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
+        others = [obj for obj in others if not recording.is_recording(obj)]
         if not others:
             raise Refused(f'Select what "{active.name}" is to be measured against as well')
         if active.data.library is not None and self.show_error:
@@ -59,9 +63,6 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
         self.measured, self.against = active.name, ", ".join(obj.name for obj in others)
         self.surface = surfaces.surface_of([active], depsgraph)
         self.reference = surfaces.surface_of(others, depsgraph)
-        for obj in others:
-            if recording.is_recording(obj):
-                self.report({"WARNING"}, f'Nothing is measured to the frames of "{obj.name}": the error map does that')
         self.found = None
         return surfrecon.Job.surface_distance(self.surface, self.reference, signed=self.signed)
 

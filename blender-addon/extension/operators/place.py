@@ -81,6 +81,11 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
         name="Plane",
         description="What becomes the ground",
         items=(
+            (
+                "AUTO",
+                "Picked or largest",
+                "The points that are picked, else the plane that the selected scans stand on",
+            ),
             ("PICKED", "Picked points", "Three points of a bent ruler, else three or more selected vertices or a face"),
             ("OBJECT", "Active object", "The plane of the active mesh or empty, whose z points up"),
             ("FOUND", "Largest plane", "The plane that the selected scans stand on"),
@@ -99,8 +104,15 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Finds the plane."""
-        if self.by == "FOUND":
-            objects = [obj for obj in context.selected_objects if is_scan(obj)]
+        objects = [obj for obj in context.selected_objects if is_scan(obj)]
+        points = None
+        if self.by in ("AUTO", "PICKED"):
+            try:
+                points = regions.picked(context, 3)
+            except Refused:
+                if self.by == "PICKED" or not objects:
+                    raise
+        if self.by == "FOUND" or (self.by == "AUTO" and points is None):
             if not objects:
                 raise Refused("Select the scans that stand on something")
             scans = recording.of_all((yield from gathered(context, objects, recording.scan_or_frames)))
@@ -112,7 +124,6 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
             if not isinstance(plane, surfrecon.Plane):
                 raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
             return Known(plane)
-        points = regions.picked(context, 3)
         # Cameras look at a ground from above.
         eyes = [obj.matrix_world.translation for obj in context.selected_objects if convert.is_range_image(obj)]
         above = np.mean([tuple(eye) for eye in eyes], axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)

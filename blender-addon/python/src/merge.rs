@@ -114,8 +114,8 @@ impl MergeCall {
 #[pyclass(frozen, module = "surfrecon")]
 pub struct MergeResult {
     /// The surface, in the world. Vertex attributes: ``confidence`` (summed over the scans), ``interpolated`` (on no scan
-    /// exactly), ``source_scan`` (the scan of largest weight, -1 where interpolated), and ``colour`` if every scan has
-    /// colours; attribute of the triangles: ``hole_fill``.
+    /// exactly), ``source_scan`` (the scan of largest weight, -1 where interpolated), ``noise`` (of the samples, as measured), and
+    /// ``colour`` if any scan has colours; attribute of the triangles: ``hole_fill``.
     #[pyo3(get)]
     mesh: Py<Mesh>,
     /// Figures of the run.

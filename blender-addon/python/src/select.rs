@@ -118,7 +118,7 @@ pub fn remove<'py>(
 ///
 /// Args:
 ///     scans: a ``ScanSet`` or a list, as for ``align``.
-///     similarity: of ``true_size``, of ``ground``, or both: ``ground @ size``.
+///     similarity: of ``true_size``, of ``ground``, or both: ``size @ ground`` where the plane was found in the old size.
 ///     progress: as for ``keep``.
 ///
 /// Returns:

@@ -66,8 +66,8 @@ pub struct srf_reconstruct_params {
     /// 0. SRF_FROM_DATA, the default: where noise is more than 0.2 spacings, that at which points are best foretold by the
     /// others; else points stay.
     pub smooth: f64,
-    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. 1 or 0,
-    /// default 0.
+    /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points
+    /// that carry noise are smoothed first. 1 or 0, default 0.
     pub interpolate: u64,
 }
 

@@ -52,7 +52,7 @@ base::params! {
             .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
             .above(0.0).since("0.2"),
         /// The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says.
-        interpolate: bool = flag("Through points as they are").since("0.2"),
+        interpolate: bool = flag("Through points as they are").off("points that carry noise are smoothed first").since("0.2"),
     }
 }
 

@@ -21,7 +21,7 @@ use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSourc
 use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
 
-/// One scan of a [`ScanSet`]: where it is and where it stands; its samples stay on disk until [`Scan::read`].
+/// One scan of a [`ScanSet`](super::ScanSet): where it is and where it stands; its samples stay on disk until [`Scan::read`].
 #[derive(Clone, Debug)]
 pub struct Scan {
     /// Name for people, unique within the set.

@@ -67,7 +67,11 @@ fn convention(recording: &mut Recording, taken: &[usize], overlap: &Overlap) -> 
     let clearly = CLEARLY[usize::from(!given.is_sure)];
     let distance = |k: usize| format!("{}: {}", describe(given, WAYS[k]), short(medians[k]));
     if best == 0 || medians[0] < clearly * medians[best] {
-        let doubt = if medians[next] < CLEARLY[1] * medians[0] { ", which does not decide" } else { "" };
+        let doubt = if medians[next] < CLEARLY[1] * medians[0] {
+            ", which does not decide; if frames lie far apart, look at the camera and the scale of the depths"
+        } else {
+            ""
+        };
         let other = if best == 0 { next } else { best };
         return format!(
             "poses read as {} (median distance of overlapping frames {}; {}){doubt}",

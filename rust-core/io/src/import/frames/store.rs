@@ -34,6 +34,12 @@ pub(super) enum Place {
     Span { at: u64, bytes: u64 },
 }
 
+/// Whether a file of this name only says something of others: `README.md`, `LICENSE`.
+fn is_about(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default().to_ascii_lowercase();
+    ["readme", "license", "licence", "copying"].contains(&stem.as_str())
+}
+
 impl Store {
     /// The files of a folder.
     pub(super) fn folder(path: &Path, progress: &Progress<'_>) -> Result<Store> {
@@ -49,10 +55,11 @@ impl Store {
         Ok(Store { path: path.to_owned(), archive: Some(archive), top })
     }
 
-    /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there.
+    /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there, and people
+    /// what they write of it beside it.
     pub(super) fn only_folder(&self, progress: &Progress<'_>) -> Result<Option<Store>> {
-        let is_hidden = |name: &&str| name.starts_with('.') || *name == "__MACOSX";
-        let mut names = self.top().filter(|name| !is_hidden(name));
+        let is_passed_over = |name: &&str| name.starts_with('.') || *name == "__MACOSX" || is_about(name);
+        let mut names = self.top().filter(|name| !is_passed_over(name));
         let (Some(name), None) = (names.next(), names.next()) else { return Ok(None) };
         match &self.archive {
             Some(archive) => {
