@@ -273,13 +273,14 @@ fn other_conventions_are_found() {
     check(&sense.0, &twin, &Expected { depth: 0.000_13, ..PLAIN });
 }
 
-/// Theorem: a recording inside of the only folder, of a folder or of an archive, is found there.
+/// Theorem: a recording inside of the only folder, of a folder or of an archive, is found there, also where somebody describes it.
 #[test]
 fn recordings_in_a_folder_of_their_own() {
     let twin = Twin::phone();
     let mut files = Files::default();
     writers::scanner_app(&twin).0.into_iter().for_each(|(name, content)| files.put(format!("my scan/{name}"), content));
     files.put("__MACOSX/._my scan", "x");
+    files.put("README.md", "what it is of");
     folder(&files, |set| {
         check(set, &twin, &Expected { coloured: |k| k % 3 == 0, ..PHONE });
         assert!(set.scans[0].path.ends_with("my scan/depth_00000.png"), "{:?}", set.scans[0].path);
