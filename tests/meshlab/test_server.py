@@ -85,7 +85,8 @@ def asked(*operations, **given):
 def importing(path):
     file = ("file", "RichOpenFile", path, 'exts_val0="*" exts_cardinality="1"')
     camera = ("camera", "RichString", "", "")
-    return ("Import Range Images", [file, flag("faces", "true"), camera, *asked("open")])
+    frames = number("max_frames", 50, "RichInt")
+    return ("Import Range Images", [file, flag("faces", "true"), camera, frames, *asked("open")])
 
 
 def merging(voxel):
