@@ -25,6 +25,10 @@ TOTAL, SCALE, POSES = "recording_total", "recording_scale", "recording_poses"
 # where what it holds is kept, and a matrix by rows: of a box, or with a plane's point, normal and margin as columns.
 SELECTIONS = "recording_selections"
 
+# Where the frames lay when regions were drawn, before aligning moved them: for each such time how many regions there
+# were by then, whether aligning had put the frames there, and their poses as above. What is kept are samples, not places.
+FORMER = "recording_former_poses"
+
 # One such file of a recording stands for all of it: images, lists and cameras, which alone are no scan with a place.
 PARTS = {".png", ".jpg", ".jpeg", ".exr", ".json", ".txt", ".log", ".csv", ".freiburg", ".depth"}
 
@@ -100,7 +104,7 @@ def frames(obj, depsgraph):
     """
     name, numbers, total, poses, scale = obj.name, list(obj[FRAMES]), obj[TOTAL], poses_of(obj), obj[SCALE]
     world_from_recording = placement(obj, depsgraph)
-    regions = selections(obj, world_from_recording)
+    regions, former = selections(obj, world_from_recording), former_poses(obj)
     paths = [bpy.path.abspath(path) for path in obj[PATHS].split("\n")]
     options = obj[OPTIONS].to_dict() if OPTIONS in obj else {}
     try:
@@ -118,11 +122,31 @@ def frames(obj, depsgraph):
         )
     found = []
     for k, number in enumerate(numbers):
-        scan = moved(scans[number], world_from_recording, scale, None if poses is None else poses[k])
-        for region, keep in regions:
-            scan = scan.keep(region) if keep else scan.remove(region)
-        found.append(scan)
+        pose = None if poses is None else poses[k]
+        first = former[0][1] if former else poses
+        scan = moved(scans[number], world_from_recording, scale, None if first is None else first[k])
+        done = 0
+        for count, then in former:
+            scan = scan if then is first else at_pose(scan, world_from_recording, then[k])
+            scan, done = selected(scan, regions[done:count]), count
+        scan = at_pose(scan, world_from_recording, pose) if former else scan
+        found.append(selected(scan, regions[done:]))
     return found
+
+
+def selected(scan, regions):
+    """What regions keep of a scan, or leave of it."""
+    for region, keep in regions:
+        scan = scan.keep(region) if keep else scan.remove(region)
+    return scan
+
+
+def at_pose(scan, world_from_recording, pose):
+    """A scan that is as large as it is to be, at a pose in the frame of the recording's object."""
+    size = np.cbrt(np.linalg.det(world_from_recording[:3, :3]))
+    world_from_sensor = world_from_recording @ pose
+    world_from_sensor[:3, :3] /= size
+    return scan.transformed(surfrecon.Similarity(world_from_sensor @ np.linalg.inv(np.array(scan.world_from_sensor))))
 
 
 def moved(scan, world_from_recording, scale, pose):
@@ -166,15 +190,31 @@ def refuse_scaled(obj, depsgraph):
 def poses_of(obj):
     """(n, 4, 4) float64: where aligning has put the frames, or `None` where the files say."""
     rows = np.array(obj.get(POSES, ()), np.float64)
-    if rows.size != 12 * len(obj[FRAMES]):
-        return None
-    poses = np.tile(np.eye(4), (len(obj[FRAMES]), 1, 1))
+    return matrices(rows) if rows.size == 12 * len(obj[FRAMES]) else None
+
+
+def matrices(rows):
+    """(n, 4, 4) float64 of their upper rows, 12 numbers each."""
+    poses = np.tile(np.eye(4), (rows.size // 12, 1, 1))
     poses[:, :3] = rows.reshape(-1, 3, 4)
     return poses
 
 
+def former_poses(obj):
+    """Where the frames lay when regions were drawn, in order: how many regions by then, and the poses or `None`."""
+    rows = np.array(obj.get(FORMER, ()), np.float64).reshape(-1, 2 + 12 * len(obj[FRAMES]))
+    return [(int(row[0]), matrices(row[2:]) if row[1] else None) for row in rows]
+
+
 def put(obj, world_from_recording, world_from_frames):
     """Notes where frames lie now, in the world; the object stays where it is."""
+    count = len(obj.get(SELECTIONS, ())) // 18
+    former = list(obj.get(FORMER, ()))
+    width = 2 + 12 * len(obj[FRAMES])
+    if count > (former[-width] if former else 0):
+        poses = obj.get(POSES)
+        rows = np.zeros(width - 2) if poses is None else poses
+        obj[FORMER] = [*former, float(count), float(poses is not None), *rows]
     recording_from_world = np.linalg.inv(world_from_recording)
     obj[POSES] = np.concatenate([(recording_from_world @ pose)[:3].reshape(-1) for pose in world_from_frames]).tolist()
 
@@ -217,6 +257,11 @@ def grow(obj, scale):
     if poses is not None:
         poses[:, :3, 3] *= scale
         obj[POSES] = poses[:, :3].reshape(-1).tolist()
+    if FORMER in obj:
+        former = np.array(obj[FORMER], np.float64).reshape(-1, 2 + 12 * len(obj[FRAMES]))
+        for row in former:
+            row[2:].reshape(-1, 3, 4)[:, :, 3] *= scale
+        obj[FORMER] = former.reshape(-1).tolist()
     if SELECTIONS in obj:
         stored = np.array(obj[SELECTIONS], np.float64).reshape(-1, 18)
         for one in stored:

@@ -35,6 +35,8 @@ def region_of(obj, depsgraph):
             return surfrecon.Box(box), box
         if obj.type != "MESH":
             raise Refused(f'"{obj.name}" is neither a mesh nor an empty: put a cube around what is meant, or a plane')
+        if len(obj.data.polygons) == 0:
+            raise Refused(f'"{obj.name}" has no faces: put a cube around what is meant, or a plane')
         corners = np.array(obj.bound_box, np.float64)
         low, high = corners.min(axis=0), corners.max(axis=0)
         middle, half = (low + high) / 2, (high - low) / 2
@@ -124,6 +126,8 @@ def picked(context, count):
 
 def plane_of(points, above):
     """The plane that lies nearest to points, three or more; above is the side where the place `above` lies."""
+    if not np.isfinite(points).all():
+        raise Refused("A picked point has a coordinate that is no number: pick others")
     middle = points.mean(axis=0)
     _, sizes, axes = np.linalg.svd(points - middle, full_matrices=False)
     if sizes[1] <= 1e-9 * sizes[0] or sizes[0] == 0:

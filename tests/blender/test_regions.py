@@ -248,6 +248,50 @@ def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, exten
         bpy.ops.surfrecon.true_size(distance=1)
 
 
+def samples_of_frames(extension):
+    """How many samples each frame in its file has."""
+    walk = extension.recording.frames(rest(), bpy.context.evaluated_depsgraph_get())
+    while True:
+        try:
+            next(walk)
+        except StopIteration as ended:
+            return [scan.read().valid.sum() for scan in ended.value]
+
+
+def test_what_is_kept_of_frames_stays_with_its_samples_wherever_aligning_puts_them(standing, extension):
+    path, low = standing
+    load(path, frames=3)
+    recording = extension.recording
+    plane = surfrecon.Plane((0, 0, low), (0, 0, 1), margin=0.02)
+    box = np.diag([0.4, 0.5, 5.0, 1.0])
+    random = np.random.default_rng(1)
+
+    def aligned():
+        """Frames as aligning might put them."""
+        world_from_recording = recording.placement(rest(), bpy.context.evaluated_depsgraph_get())
+        poses = np.tile(np.eye(4), (len(rest()["recording_frames"]), 1, 1))
+        scans = surfrecon.open(path)
+        for pose, number in zip(poses, rest()["recording_frames"], strict=True):
+            turn = Matrix.Rotation(random.normal(0, 0.2), 4, "X") @ Matrix.Translation(random.normal(0, 0.3, 3))
+            pose[:] = np.array(turn) @ world_from_recording @ scans[number].world_from_sensor
+        recording.put(rest(), world_from_recording, poses)
+
+    whole = samples_of_frames(extension)
+    recording.note_selection(rest(), plane, False, np.eye(4))
+    without_floor = samples_of_frames(extension)
+    assert sum(without_floor) < 0.9 * sum(whole)
+    aligned()
+    assert samples_of_frames(extension) == without_floor
+    recording.note_selection(rest(), box, True, np.eye(4))
+    kept = samples_of_frames(extension)
+    assert 0 < sum(kept) < sum(without_floor)
+    aligned()
+    aligned()
+    assert samples_of_frames(extension) == kept
+    recording.grow(rest(), 2.0)
+    assert samples_of_frames(extension) == kept
+
+
 def test_a_plane_becomes_the_ground(standing):
     path, low = standing
     tilt = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.4, 4, "X")

@@ -67,7 +67,12 @@ class SURFRECON_OT_select_region(bpy.types.Operator):
         depsgraph, keep = context.evaluated_depsgraph_get(), self.action == "KEEP"
         chosen = [obj for obj in context.selected_objects if is_scan(obj)]
         if self.by != "OBJECT":
+            stay = [obj.name for obj in chosen if recording.is_recording(obj)]
+            if stay:
+                self.report({"WARNING"}, f'All is kept of "{stay[0]}", which has no vertices: take a cube or a plane')
             chosen = [obj for obj in chosen if not recording.is_recording(obj)]
+            if not chosen:
+                raise Refused("Select the scans whose vertices are selected or painted")
             return select(chosen, [regions.marked(obj, self.by) for obj in chosen], keep), len(chosen)
         shape = context.object
         if shape is None or shape in chosen:

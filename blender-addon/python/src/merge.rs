@@ -271,8 +271,8 @@ impl MergeReport {
         self.report.dropped_components.into()
     }
 
-    /// What the red, green and blue light of each scan was multiplied by to make all equally bright; empty where they are, or do
-    /// not overlap, or that was not asked for.
+    /// What the red, green and blue light of each scan, in the order of ``scan_names``, was multiplied by to make all equally
+    /// bright; empty where they are, or do not overlap, or differ by more than a factor of three, or that was not asked for.
     #[getter]
     fn colour_gains(&self) -> Vec<(f64, f64, f64)> {
         self.report.colour_gains.iter().map(|&of| of.into()).collect()

@@ -90,12 +90,20 @@ const HIGH: f64 = 4.0;
 /// Distances moved, in deviations, from which a sample is an outlier.
 const FAR: f64 = 4.5;
 
+/// The diagonal of the box around points.
+fn extent(points: &[DVec3]) -> f64 {
+    let grow = |(low, high): (DVec3, DVec3), &point: &DVec3| (low.min(point), high.max(point));
+    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), grow);
+    if points.is_empty() { 0.0 } else { low.distance(high) }
+}
+
 /// The samples with which a surface is made.
 pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
     let noise = noise::measure(&samples.points, progress)?;
     let is_clean = noise.spacings() <= INTERPOLATED;
     let radius = match smooth {
-        Smooth::Within(radius) => Some(radius * samples.factor),
+        // Farther than the points reach there is nothing that tells.
+        Smooth::Within(radius) => Some((radius * samples.factor).min(extent(&samples.points))),
         Smooth::AsNoiseAsks => None,
         Smooth::Never => Some(0.0),
     };

@@ -47,7 +47,7 @@ base::params! {
         topology: Topology = choice("Topology", Topology::CHOICES),
         /// Whether the points are of a closed surface; only with a manifold topology.
         closure: Closure = choice("Closure", Closure::CHOICES),
-        /// Points are moved to the surface that those within this distance tell, and those far from any surface are left out.
+        /// Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from any surface are left out. Too small a value leaves noise and outliers.
         smooth: Option<f64> = length("Smoothing")
             .from_data("where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay")
             .above(0.0).since("0.2"),
