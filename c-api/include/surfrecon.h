@@ -779,7 +779,8 @@ typedef struct {
   // grazing angle. Radians, > 0, at most pi/2, default pi/2.
   double grazing_limit;
   // Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ
-  // from scan to scan. Off: colours are averaged as they are. 1 or 0, default 1.
+  // from scan to scan. By up to a factor of three: what differs more is of different things. Off: colours are averaged
+  // as they are. 1 or 0, default 1.
   uint64_t match_exposure;
 } srf_merge_params;
 
@@ -1036,9 +1037,9 @@ typedef struct {
   // Whether the points are of a closed surface; only with a manifold topology. A value of srf_closure, default
   // SRF_CLOSURE_AUTO.
   uint64_t closure;
-  // Points are moved to the surface that those within this distance tell, and those far from any surface are left out. >
-  // 0. SRF_FROM_DATA, the default: where noise is more than 0.2 spacings, that at which points are best foretold by the
-  // others; else points stay.
+  // Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from
+  // any surface are left out. Too small a value leaves noise and outliers. > 0. SRF_FROM_DATA, the default: where noise
+  // is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.
   double smooth;
   // The surface goes through the points as they are, whatever noise they carry and whatever Smoothing says. Off: points
   // that carry noise are smoothed first. 1 or 0, default 0.
