@@ -26,7 +26,7 @@ TOTAL, SCALE, POSES = "recording_total", "recording_scale", "recording_poses"
 SELECTIONS = "recording_selections"
 
 # Where the frames lay when regions were drawn, before aligning moved them: for each such time how many regions there
-# were by then, whether aligning had put the frames there, and their poses as above. What is kept are samples, not places.
+# were by then, whether aligning had put the frames there, and their poses as above. Samples are kept, not places.
 FORMER = "recording_former_poses"
 
 # One such file of a recording stands for all of it: images, lists and cameras, which alone are no scan with a place.
