@@ -130,6 +130,7 @@ GERMAN_TEXTS = {
     "Largest plane": "Größte Ebene",
     "Margin": "Rand",
     "Min share": "Kleinster Anteil",
+    "Picked or largest": "Gewählte oder größte",
     "Picked points": "Gewählte Punkte",
     "Plane": "Ebene",
     "Region": "Bereich",

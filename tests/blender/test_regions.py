@@ -112,8 +112,6 @@ def test_selected_and_painted_vertices(standing):
     choose([obj], obj)
     chosen = np.zeros(count, bool)
     chosen[:500] = True
-    obj.data.polygons.foreach_set("select", np.zeros(len(obj.data.polygons), bool))
-    obj.data.edges.foreach_set("select", np.zeros(len(obj.data.edges), bool))
     obj.data.vertices.foreach_set("select", chosen)
     assert bpy.ops.surfrecon.select_region(by="SELECTED") == {"FINISHED"}
     assert len(obj.data.vertices) == count - 500
