@@ -40,6 +40,8 @@ NOT_OF_ALL = {
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
     "install": {"tests_passed", "tests_failed", "excused"},
+    # Of noise on shapes whose truth is known.
+    "scattered": {"noise_spacings", "outlier_pct", "to_truth_rms"},
 }
 
 needs_peers = pytest.mark.skipif(not PEERS, reason="SURFRECON_PEERS does not name a Python with the peers")
