@@ -49,6 +49,7 @@ def grow(obj, scale, is_root=True):
         # Their places are said in the frame of the parent, whose own scale has not changed.
         obj.matrix_parent_inverse.translation *= scale
         obj.location *= scale
+        obj.delta_location *= scale
         if not is_rigid(obj):
             obj.scale *= scale
     if not is_rigid(obj):

@@ -246,6 +246,35 @@ def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, exten
         bpy.ops.surfrecon.true_size(distance=1)
 
 
+def test_nothing_is_scaled_or_grounded_that_would_not_stay(standing, extension, monkeypatch):
+    path, _ = standing
+    load(path, frames=2)
+    monkeypatch.setattr(extension.regions, "ruler_points", lambda scene, least: np.eye(3)[:least])
+    first, second = scans()[:2]
+    before = {obj.name: np.array(obj.matrix_world) for obj in bpy.data.objects}
+    choose([first, second], second)
+
+    def refused():
+        for ask in (lambda: bpy.ops.surfrecon.true_size(distance=2), lambda: bpy.ops.surfrecon.ground(by="PICKED")):
+            with pytest.raises(RuntimeError, match=f'"{second.name}" does not stay where it is put: turn off its'):
+                ask()
+        assert all(np.array_equal(obj.matrix_world, before[obj.name]) for obj in bpy.data.objects)
+
+    second.keyframe_insert("location")
+    refused()
+    second.animation_data_clear()
+    held = second.constraints.new("LIMIT_LOCATION")
+    refused()
+    held.mute = True
+    # Deltas are part of where an object lies.
+    first.delta_location = (0.1, 0.2, 0.3)
+    bpy.context.view_layer.update()
+    lay = first.matrix_world.translation.copy()
+    scale = bpy.ops.surfrecon.true_size(distance=2 * 2**0.5)
+    bpy.context.view_layer.update()
+    assert scale == {"FINISHED"} and np.allclose(first.matrix_world.translation, 2 * lay, atol=1e-5)
+
+
 def samples_of_frames(extension):
     """How many samples each frame in its file has."""
     walk = extension.recording.frames(rest(), bpy.context.evaluated_depsgraph_get())

@@ -31,6 +31,7 @@ class SURFRECON_OT_true_size(bpy.types.Operator):
         default=1.0,
         min=1e-9,
         soft_max=1e3,
+        max=1e9,
         options={"SKIP_SAVE"},
     )
 
@@ -153,7 +154,7 @@ def movable_roots(context):
     chosen = set(context.selected_objects)
     roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
     for obj in roots:
-        convert.movable(obj)
+        convert.placeable(obj)
     return roots
 
 

@@ -22,8 +22,8 @@ const UNIT: f64 = 4096.0;
 const TOLD: std::ops::RangeInclusive<u8> = 24..=250;
 /// The logarithm of a ratio that is not told.
 const NOT_TOLD: i16 = i16::MIN;
-/// Ratios that are larger, a factor of three, are of different things.
-const LARGEST: i16 = 4500;
+/// Ratios that are larger, a factor of eight, are of different things.
+const LARGEST: i16 = 8517;
 /// Gains are pulled to 1 as if so many pairs of each scan had shown it, and a share of those there are.
 const PRIOR: f64 = 1.0;
 const PRIOR_SHARE: f64 = 1e-3;

@@ -107,7 +107,7 @@ base::params! {
             .off("all are left open"),
         /// Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between layers of badly placed scans or out of their noise, is dropped in any case.
         min_component_share: f64 = ratio("Smallest part (share)").default(0.0).at_most(1.0).off("all are kept that scans are evidence of"),
-        /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of three: what differs more is of different things.
+        /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of eight: what differs more is of different things.
         match_exposure: bool = flag("Match exposure").on().off("colours are averaged as they are").since("0.2"),
         /// How range images are triangulated.
         triangulation: TriangulateParams,
@@ -182,7 +182,7 @@ pub struct MergeReport {
     /// Components dropped, those that no scan saw and those of less than `min_component_share`, and the faces they had.
     pub dropped_components: [u64; 2],
     /// What the red, green and blue light of each scan, in the order of `scan_names`, was multiplied by to make all equally bright;
-    /// empty where they are, or do not overlap, or differ by more than a factor of three, or that was not asked for.
+    /// empty where they are, or do not overlap, or differ by more than a factor of eight, or that was not asked for.
     pub colour_gains: Vec<[f64; 3]>,
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,

@@ -75,6 +75,14 @@ fn exposures_that_differ_leave_no_patches_and_lamps_no_spots() {
 }
 
 #[test]
+fn exposures_that_differ_by_more_than_two_stops_are_matched() {
+    let scans = patterned(SHAPE, |scan| [1.0, 0.2][scan % 2], |_, _| 0.0);
+    let found = merge_scans(&scans, &plain(0.04));
+    let gains = found.report.colour_gains;
+    assert!(gains.len() == 9 && (gains[1][1] / gains[0][1] - 5.0).abs() < 0.15, "{gains:?}");
+}
+
+#[test]
 fn scans_that_agree_are_left_as_they_are() {
     let scans = patterned(SHAPE, |_| 1.0, |_, _| 0.0);
     let found = merge_scans(&scans, &plain(0.04));

@@ -29,6 +29,8 @@ pub(super) struct Archive {
     /// The folder in it whose files these are.
     inner: PathBuf,
     members: BTreeMap<Box<str>, Member>,
+    /// Files that are encrypted, which are not read.
+    encrypted: usize,
 }
 
 /// One file of an archive.
@@ -63,13 +65,14 @@ impl Archive {
     fn read_list(input: impl Read + Seek, length: u64, path: &Path, progress: &Progress<'_>) -> Result<Archive> {
         let wrong = |at: &str, error: ZipError| Error::format(path, at, error.to_string());
         let mut zip = ZipArchive::new(input).map_err(|e| wrong("list of files", e))?;
-        let mut members = BTreeMap::new();
+        let (mut members, mut encrypted) = (BTreeMap::new(), 0);
         for index in 0..zip.len() {
             progress.check()?;
             let at = format!("file {index}");
             let member = zip.by_index_raw(index).map_err(|e| wrong(&at, e))?;
             let is_inside = member.enclosed_name().is_some();
             let Ok(name) = std::str::from_utf8(member.name_raw()) else { continue };
+            encrypted += usize::from(member.encrypted());
             if !member.is_file() || member.is_symlink() || member.encrypted() || !is_inside {
                 continue;
             }
@@ -90,14 +93,14 @@ impl Archive {
             }
             members.insert(name.trim_start_matches("./").replace('\\', "/").into(), found);
         }
-        Ok(Archive { path: path.to_owned(), inner: PathBuf::new(), members })
+        Ok(Archive { path: path.to_owned(), inner: PathBuf::new(), members, encrypted })
     }
 
     /// The files of one of its folders.
     pub(super) fn inner(&self, folder: &str) -> Archive {
         let stripped = |name: &str| self.members.get_key_value(&*format!("{folder}/{name}")).map(|(_, member)| *member);
         let members = self.below(folder).filter_map(|name| Some((name.into(), stripped(name)?))).collect();
-        Archive { path: self.path.clone(), inner: self.inner.join(folder), members }
+        Archive { path: self.path.clone(), inner: self.inner.join(folder), members, encrypted: self.encrypted }
     }
 
     /// Whether there is a file or a folder of this name.
@@ -115,6 +118,15 @@ impl Archive {
     /// The files and folders of a folder.
     pub(super) fn list(&self, folder: &str) -> BTreeSet<String> {
         self.below(folder).filter_map(|name| name.split('/').next()).map(str::to_owned).collect()
+    }
+
+    /// What keeps files of it from being seen, with the remedy.
+    pub(super) fn hidden(&self) -> Option<String> {
+        if self.encrypted > 0 {
+            return Some(format!("{} of its files are encrypted; unpack it with its password first", self.encrypted));
+        }
+        let inner = self.members.keys().find(|name| [".zip", ".r3d"].iter().any(|ending| name.ends_with(ending)))?;
+        Some(format!("it holds another archive, {inner}; unpack it first"))
     }
 
     /// Unpacks a file that becomes at most `most` bytes.

@@ -40,6 +40,7 @@ use super::{ReadOptions, Scan, ScanSet, file};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::Camera;
+use image::range_image::DepthKind;
 pub(crate) use recording::Recording;
 use store::Store;
 
@@ -109,12 +110,15 @@ impl Found {
 
 /// Opens an archive as a recording.
 pub(super) fn open_archive(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
-    let Ok((layout, store)) = recognized(Store::archive(path, progress)?, progress)? else {
-        let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
-        let problem = format!("this archive is no recording that is known: {}", known.join(", "));
-        return Err(Error::format(path, "list of files", problem));
-    };
-    open(layout, store, &Asked { options, progress })
+    match recognized(Store::archive(path, progress)?, progress)? {
+        Ok((layout, store)) => open(layout, store, &Asked { options, progress }),
+        Err(store) => {
+            let known: Vec<&str> = LAYOUTS.iter().map(|layout| layout.name).collect();
+            let hidden = store.hidden().map(|hidden| format!("; {hidden}")).unwrap_or_default();
+            let problem = format!("this archive is no recording that is known: {}{hidden}", known.join(", "));
+            Err(Error::format(path, "list of files", problem))
+        }
+    }
 }
 
 /// Opens the recording that a `transforms.json` lists.
@@ -158,6 +162,9 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
             }
             entry.depth_camera = camera;
         }
+    }
+    if options.depth == DepthKind::Ray {
+        recording.depth.kind = DepthKind::Ray;
     }
     let name = file::name(&recording.store.path);
     let coloured = recording.entries.iter().filter(|entry| entry.colour.is_some()).count();

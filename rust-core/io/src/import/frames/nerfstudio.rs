@@ -6,12 +6,13 @@
 use serde_json::Value;
 
 use super::Asked;
-use super::recording::{Convention, Entry, Recording, flat, json, pose, stem};
+use super::recording::{Convention, Entry, Recording, flat, json, number, pose, stem, text};
 use super::store::{Place, Store};
 use base::error::{Error, Result};
 use image::frame::{Camera, TURNED};
 
 const NAME: &str = "transforms.json";
+const UNIT: &str = "depth_unit_scale_factor";
 
 /// A distortion below this moves no pixel of any image by a tenth.
 const NO_DISTORTION: f64 = 1e-6;
@@ -30,12 +31,12 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     let path = store.path_of(name);
     let frames = file.get("frames").and_then(Value::as_array);
     let frames = frames.ok_or_else(|| Error::format(&path, "whole file", "there is no list `frames`"))?;
-    let (mut entries, mut without) = (Vec::new(), 0);
+    let (mut entries, mut without, mut lost) = (Vec::new(), 0, 0);
     for (k, frame) in frames.iter().enumerate() {
         asked.progress.check()?;
         let fail = |problem: String| Error::format(&path, format!("frame {k}"), problem);
         let named = |key: &str| -> Result<Option<Place>> {
-            let Some(given) = frame.get(key).and_then(Value::as_str) else { return Ok(None) };
+            let Some(given) = text(frame, key).map_err(fail)? else { return Ok(None) };
             let inside = store.inside(given, asked.options).map_err(fail)?;
             Ok(Some(Place::Named(inside)))
         };
@@ -45,7 +46,10 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
         };
         let rows = frame.get("transform_matrix").and_then(flat).and_then(|all| matrix(&all));
         let rows = rows.ok_or_else(|| fail("`transform_matrix` must be a 4 x 4 matrix".to_owned()))?;
-        let Some(pose) = pose(&rows).map_err(fail)? else { continue };
+        let Some(pose) = pose(&rows).map_err(fail)? else {
+            lost += 1;
+            continue;
+        };
         let colour = named("file_path")?.filter(|place| matches!(place, Place::Named(name) if store.has(name)));
         let camera = camera(frame, &file).map_err(fail)?;
         let Place::Named(depth_name) = &depth else { continue };
@@ -59,7 +63,7 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
             world_from_sensor: pose * TURNED,
         });
     }
-    if entries.is_empty() {
+    if without == frames.len() {
         let problem = format!(
             "none of its {} frames has a `depth_file_path`: this recording is of colour images alone, which no surface \
              can be read from; export it with depth",
@@ -68,10 +72,17 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
         return Err(Error::format(&path, "frames", problem));
     }
     let mut recording = Recording::new(store, layout);
-    recording.depth.unit = file.get("depth_unit_scale_factor").and_then(Value::as_f64).unwrap_or(1e-3);
+    recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, UNIT, problem))?;
     recording.convention = Convention::BACKWARD;
     recording.notes.extend(super::counted(without, frames.len(), "have no depth and are passed over"));
+    recording.notes.extend(super::counted(lost, frames.len(), "have no pose and are passed over"));
     Ok(Recording { entries, ..recording })
+}
+
+/// Metres of a number of the depth images.
+fn unit(file: &Value) -> Result<f64, String> {
+    let unit = number(file, UNIT)?.unwrap_or(1e-3);
+    if unit > 0.0 { Ok(unit) } else { Err(format!("depths are multiplied by {unit}, which must be > 0")) }
 }
 
 fn matrix(all: &[f64]) -> Option<[f64; 16]> {
@@ -86,28 +97,27 @@ fn matrix(all: &[f64]) -> Option<[f64; 16]> {
 
 /// The camera of a frame: what it says itself, else what the file says for all.
 fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
-    let value = |key: &str| frame.get(key).or_else(|| file.get(key));
-    let number = |key: &str| value(key).and_then(Value::as_f64);
-    let model = value("camera_model").and_then(Value::as_str).unwrap_or("OPENCV");
+    let number = |key: &str| Ok::<_, String>(number(frame, key)?.or(number(file, key)?));
+    let model = text(frame, "camera_model")?.or(text(file, "camera_model")?).unwrap_or("OPENCV");
     if !matches!(model, "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" | "PERSPECTIVE") {
         return Err(format!("the camera model {model} is no pinhole camera; undistort the images first"));
     }
     for key in ["k1", "k2", "k3", "k4", "p1", "p2"] {
-        if let Some(k) = number(key).filter(|k| k.abs() > NO_DISTORTION) {
+        if let Some(k) = number(key)?.filter(|k| k.abs() > NO_DISTORTION) {
             return Err(format!("the lens distorts ({key} = {k}), which is not undone; undistort the images first"));
         }
     }
-    let need = |key: &str| number(key).ok_or_else(|| format!("`{key}` is missing, for the frame and for all frames"));
+    let need = |key: &str| number(key)?.ok_or_else(|| format!("`{key}` is missing, for the frame and for all frames"));
     let (width, height) = (need("w")?, need("h")?);
     if !((1.0..1e9).contains(&width) && (1.0..1e9).contains(&height)) {
         return Err(format!("an image of {width} x {height} pixels can't be"));
     }
-    let fx = match number("fl_x") {
+    let fx = match number("fl_x")? {
         Some(fx) => fx,
         None => width / 2.0 / (need("camera_angle_x")? / 2.0).tan(),
     };
-    let fy = number("fl_y").unwrap_or(fx);
-    let centre = [number("cx").unwrap_or(width / 2.0) - 0.5, number("cy").unwrap_or(height / 2.0) - 0.5];
+    let fy = number("fl_y")?.unwrap_or(fx);
+    let centre = [number("cx")?.unwrap_or(width / 2.0) - 0.5, number("cy")?.unwrap_or(height / 2.0) - 0.5];
     let camera = Camera::sized([fx, fy], centre, [width as usize, height as usize]);
     camera.validate().map_err(|error| error.to_string())?;
     Ok(camera)

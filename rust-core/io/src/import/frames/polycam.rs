@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 
-use super::recording::{Entry, Recording, json, pose, stem};
+use super::recording::{self, Entry, Recording, json, pose, stem};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use base::error::{Error, Result};
@@ -36,7 +36,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let colours = store.list(&images, asked.progress)?;
     let confidences = store.list(&confidence, asked.progress)?;
     let (mut entries, mut lost) = (Vec::new(), 0);
-    for name in super::recording::in_order(depths.iter().cloned()) {
+    for name in recording::in_order(depths.iter().cloned()) {
         asked.progress.check()?;
         let camera_name = format!("{cameras}/{}.json", stem(&name));
         if !store.has(&camera_name) {
@@ -73,7 +73,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
 }
 
 fn number(file: &Value, key: &str) -> Result<f64, String> {
-    file.get(key).and_then(Value::as_f64).ok_or_else(|| format!("`{key}` is missing or no number"))
+    recording::number(file, key)?.ok_or_else(|| format!("`{key}` is missing"))
 }
 
 fn rows(file: &Value) -> Result<[f64; 16], String> {

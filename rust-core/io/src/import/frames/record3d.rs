@@ -62,7 +62,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         let own = each.and_then(|each| each.get(number)).and_then(flat);
         let camera = match own.as_deref() {
             Some(&[fx, fy, cx, cy]) => Camera { focal: [fx, fy], centre: [cx, cy], ..camera },
-            _ => camera,
+            None if each.is_none() => camera,
+            _ => return Err(fail(&format!("camera {number}"), "expected fx fy cx cy".to_owned())),
         };
         camera.validate().map_err(|error| fail(&format!("camera {number}"), error.to_string()))?;
         let place = |folder: &str, ending: &str, among: &std::collections::BTreeSet<String>| {

@@ -1,6 +1,6 @@
 //! A recording: its frames, listed and not yet decoded. Layouts fill it; here each frame is read as that says.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
@@ -109,7 +109,7 @@ impl Recording {
     }
 
     /// The file that holds the depth of a frame.
-    pub(super) fn path_of(&self, index: usize) -> std::path::PathBuf {
+    pub(super) fn path_of(&self, index: usize) -> PathBuf {
         self.store.path_at(&self.entries[index].depth)
     }
 
@@ -152,8 +152,8 @@ impl Recording {
     }
 
     fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {
-        let path = self.store.path_at(&entry.depth);
-        let raster = self.numbers(&entry.depth, self.depth.coding, options, progress)?;
+        let path = self.shown(entry, &entry.depth);
+        let raster = self.numbers(entry, &entry.depth, self.depth.coding, options, progress)?;
         let size = [raster.cols, raster.rows];
         let camera = camera_for(&entry.depth_camera, size, &path)?;
         let values = in_units(raster, self.depth.unit, options);
@@ -168,8 +168,9 @@ impl Recording {
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
     ) -> Result<Option<ConfidenceImage>> {
-        let Some(place) = &self.entries[index].confidence else { return Ok(None) };
-        let raster = self.numbers(place, self.confidence.coding, options, progress)?;
+        let entry = &self.entries[index];
+        let Some(place) = &entry.confidence else { return Ok(None) };
+        let raster = self.numbers(entry, place, self.confidence.coding, options, progress)?;
         let levels = raster.values.iter().map(|&level| level as u8).collect();
         Ok(Some(ConfidenceImage { size: [raster.cols, raster.rows], levels, least: self.confidence.least }))
     }
@@ -183,7 +184,7 @@ impl Recording {
     ) -> Result<Option<ColourImage>> {
         let entry = &self.entries[index];
         let Some(place) = &entry.colour else { return Ok(None) };
-        let path = self.store.path_at(place);
+        let path = self.shown(entry, place);
         let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
         let (size, pixels) = decode::colours(&bytes, &path, options)?;
         Ok(Some(ColourImage {
@@ -194,15 +195,24 @@ impl Recording {
         }))
     }
 
+    /// What errors call an image: its file; within one file of all frames the name of its frame.
+    fn shown(&self, entry: &Entry, place: &Place) -> PathBuf {
+        match place {
+            Place::Named(name) => self.store.path_of(name),
+            Place::Span { .. } => self.store.path.join(format!("frame {}", entry.name)),
+        }
+    }
+
     fn numbers(
         &self,
+        entry: &Entry,
         place: &Place,
         coding: Coding,
         options: &Arc<ReadOptions>,
         progress: &Progress<'_>,
     ) -> Result<Raster> {
         let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
-        decode::numbers(&bytes, coding, &self.store.path_at(place), options, progress)
+        decode::numbers(&bytes, coding, &self.shown(entry, place), options, progress)
     }
 }
 
@@ -265,6 +275,24 @@ pub(super) fn flat(value: &serde_json::Value) -> Option<Vec<f64>> {
         }
     }
     Some(all)
+}
+
+/// A number of an object, if it has it; anything else in its place is refused.
+pub(super) fn number(object: &serde_json::Value, key: &str) -> Result<Option<f64>, String> {
+    let Some(value) = object.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
+    let number = value.as_f64().filter(|number| number.is_finite());
+    number.map(Some).ok_or_else(|| format!("`{key}` must be a number, not {}", shown(value)))
+}
+
+/// A text of an object, if it has it; anything else in its place is refused.
+pub(super) fn text<'v>(object: &'v serde_json::Value, key: &str) -> Result<Option<&'v str>, String> {
+    let Some(value) = object.get(key).filter(|value| !value.is_null()) else { return Ok(None) };
+    value.as_str().map(Some).ok_or_else(|| format!("`{key}` must be text, not {}", shown(value)))
+}
+
+/// The beginning of a value, for errors.
+fn shown(value: &serde_json::Value) -> String {
+    value.to_string().chars().take(40).collect()
 }
 
 /// The part of a file's name that says which frame it is: without folder and ending.

@@ -72,6 +72,11 @@ impl Store {
         }
     }
 
+    /// What keeps files from being seen, with the remedy.
+    pub(super) fn hidden(&self) -> Option<String> {
+        self.archive.as_ref().and_then(Archive::hidden)
+    }
+
     /// One file that holds all.
     pub(super) fn file(path: &Path) -> Store {
         Store { path: path.to_owned(), archive: None, top: BTreeSet::new() }

@@ -64,6 +64,13 @@ fn what_can_not_be_done_is_refused_by_name() {
     refused(&lens("\"k1\": 0.0", "\"k1\": 0.03"), "the lens distorts (k1 = 0.03), which is not undone");
     refused(&lens("OPENCV", "OPENCV_FISHEYE"), "the camera model OPENCV_FISHEYE is no pinhole camera");
     refused(&lens("depths/f1.png", "../f1.png"), "../f1.png leads out of the folder");
+    refused(&lens("\"k1\": 0.0", "\"k1\": \"0.03\""), "frame 0: `k1` must be a number, not \"0.03\"");
+    refused(&lens("\"cx\": ", "\"cx\": [], \"_\": "), "`cx` must be a number, not []");
+    refused(&lens("\"depths/f1.png\"", "1"), "frame 1: `depth_file_path` must be text, not 1");
+    for (unit, said) in [("0", "multiplied by 0, which must be > 0"), ("\"1\"", "must be a number, not \"1\"")] {
+        let file = lens("0.00025", unit);
+        refused(&file, said);
+    }
     let mut model = writers::colmap(&twin, false);
     model.change("dense/sparse/cameras.txt", |text| {
         *text = String::from_utf8_lossy(text).replace("PINHOLE", "OPENCV").into_bytes();
@@ -72,6 +79,65 @@ fn what_can_not_be_done_is_refused_by_name() {
     let mut turned = writers::scanner_app(&twin);
     turned.change("depth_00003.png", |bytes| *bytes = grey16([48, 64], &[1000; 48 * 64]));
     refused(&turned, "depth_00003.png: header: an image of 48 x 64 pixels has another shape than its camera's");
+}
+
+/// Frames whose pose was lost are passed over and counted.
+#[test]
+fn poses_of_zeros_are_none() {
+    let mut files = writers::nerfstudio(&phone());
+    files.change("transforms.json", |json| {
+        let mut file: serde_json::Value = serde_json::from_slice(json).unwrap();
+        file["frames"][2]["transform_matrix"] = serde_json::json!([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 1]]);
+        *json = file.to_string().into_bytes();
+    });
+    let (_keep, path) = files.folder();
+    let set = open(&path).unwrap();
+    assert_eq!(set.scans.len(), FRAMES - 1);
+    let said = format!("1 of {FRAMES} frames have no pose and are passed over");
+    assert!(set.notes.iter().any(|note| note.contains(&said)), "{:?}", set.notes);
+}
+
+#[test]
+fn archives_whose_files_are_hidden_say_so() {
+    let refused = |bytes: &[u8], part: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("recording.zip");
+        std::fs::write(&path, bytes).unwrap();
+        let error = open(&path).unwrap_err().to_string();
+        assert!(error.contains("no recording that is known") && error.contains(part), "{error}");
+    };
+    let inside = writers::record3d(&phone()).archive();
+    let mut outer = Files::default();
+    outer.put("My scan/scan.r3d", inside.clone());
+    refused(&outer.archive(), "it holds another archive, My scan/scan.r3d; unpack it first");
+    // The first bit of the flags, of each file's own header and of its line in the list.
+    let mut encrypted = inside;
+    for (start, flags) in [(b"PK\x03\x04", 6), (b"PK\x01\x02", 8)] {
+        for at in 0..encrypted.len() - 8 {
+            if encrypted[at..].starts_with(start) {
+                encrypted[at + flags] |= 1;
+            }
+        }
+    }
+    refused(&encrypted, "of its files are encrypted; unpack it with its password first");
+}
+
+/// Theorem: the caller's word on what depths measure counts.
+#[test]
+fn depths_along_rays_are_read_as_such() {
+    let (_keep, path) = writers::redwood(&Twin::kinect(image::frame::Camera::sized([525.0; 2], [319.5, 239.5], [640, 480]))).folder();
+    let along = ReadOptions { depth: image::range_image::DepthKind::Ray, ..ReadOptions::default() };
+    let read = |options: &ReadOptions| {
+        let set = open_with(&[&path], options, &Progress::none()).unwrap();
+        match set.scans[0].read().unwrap() {
+            Content::RangeImage(image) => image,
+            _ => panic!("a range image"),
+        }
+    };
+    let (planar, ray) = (read(&ReadOptions::default()), read(&along));
+    let valid = (0..planar.len()).find(|&i| planar.is_valid(i)).unwrap();
+    let (z, along) = (planar.point_in_sensor(valid).z, ray.point_in_sensor(valid).length());
+    assert!((z - along).abs() < 1e-9 && planar.point_in_sensor(valid).length() > z + 1e-3);
 }
 
 /// Theorem: a frame's image that is cut off, empty, missing or no image is refused with its name; the others still
@@ -223,6 +289,12 @@ fn damaged_sens_files() {
         let error = open(&path).unwrap_err().to_string();
         assert!(error.contains("scene.sens: byte "), "{kept}: {error}");
     }
+    let mut damaged = whole.clone();
+    let end = damaged.len();
+    damaged[end - 40..].fill(0);
+    std::fs::write(&path, &damaged).unwrap();
+    let error = open(&path).and_then(|set| set.scans[FRAMES - 1].read().map(drop)).unwrap_err().to_string();
+    assert!(error.contains(&format!("frame {:06}", FRAMES - 1)), "{error}");
     for at in (0..1200).step_by(7) {
         let mut damaged = whole.clone();
         damaged[at] ^= 0x41;
