@@ -103,7 +103,7 @@ inline const Parameters merge_parameters = {
      "Connected parts with fewer triangles than this share of the largest part's are dropped. What no scan saw, between layers of badly placed scans or out of their noise, is dropped in any case. 0: all are kept that scans are evidence of. 0 to 1.",
      false, 0, 0, 1, false, offsetof(srf_merge_params, min_component_share), {}},
     {Kind::flag, "match_exposure", "Match exposure",
-     "Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of three: what differs more is of different things. Off: colours are averaged as they are.",
+     "Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ from scan to scan. By up to a factor of eight: what differs more is of different things. Off: colours are averaged as they are.",
      false, 1, 0, 1, true, offsetof(srf_merge_params, match_exposure), {}},
     {Kind::length, "edge_limit", "Edge limit",
      "Longest edge between neighbouring samples. Larger values bridge jumps, smaller ones open holes.<br>0: 3.4 times the median distance of neighbouring samples of each scan.",

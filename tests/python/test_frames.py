@@ -144,3 +144,9 @@ def test_a_real_phone():
     assert frame.left_out["low_confidence"] > 0
     image = frame.image
     assert (image.colour[image.valid][:, 3] == 255).mean() > 0.95
+
+
+@pytest.mark.parametrize("camera", [(44, 44), "narrow", 525, (1, 2, 3, "4")])
+def test_a_camera_is_four_numbers(recording, camera):
+    with pytest.raises(TypeError, match="camera must be fx, fy, cx, cy in pixels, got "):
+        surfrecon.open(recording, camera=camera)

@@ -48,7 +48,7 @@ use crate::similarity::Similarity;
 pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
-    camera: Option<[f64; 4]>,
+    camera: Option<&Bound<'_, PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
     let call = OpenCall::new(paths, camera, options)?;
@@ -69,7 +69,7 @@ impl OpenCall {
     /// `ParameterError`, `TypeError`.
     pub fn new(
         paths: &Bound<'_, PyAny>,
-        camera: Option<[f64; 4]>,
+        camera: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let paths = match paths.extract::<PathBuf>() {
@@ -81,7 +81,7 @@ impl OpenCall {
                 })
             })?,
         };
-        let camera = camera.map(|[fx, fy, cx, cy]| Camera::new([fx, fy], [cx, cy]));
+        let camera = camera.map(of_four).transpose()?;
         Ok(OpenCall { paths, options: ReadOptions { camera, ..params("open", options)? } })
     }
 
@@ -92,6 +92,14 @@ impl OpenCall {
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
         import::open_with(&self.paths, &self.options, progress)
     }
+}
+
+/// The camera of four numbers.
+fn of_four(camera: &Bound<'_, PyAny>) -> PyResult<Camera> {
+    let [fx, fy, cx, cy]: [f64; 4] = camera.extract().map_err(|error| {
+        reworded(error, || PyTypeError::new_err(format!("camera must be fx, fy, cx, cy in pixels, got {camera}")))
+    })?;
+    Ok(Camera::new([fx, fy], [cx, cy]))
 }
 
 /// The folder of the recording that a file is of, or ``None``: what to open when one image or list of a recording

@@ -39,7 +39,7 @@ pub struct srf_merge_params {
     /// grazing angle. Radians, > 0, at most pi/2, default pi/2.
     pub grazing_limit: f64,
     /// Colours of scans that overlap are made equally bright before they are averaged: exposure and white balance differ
-    /// from scan to scan. By up to a factor of three: what differs more is of different things. Off: colours are averaged
+    /// from scan to scan. By up to a factor of eight: what differs more is of different things. Off: colours are averaged
     /// as they are. 1 or 0, default 1.
     pub match_exposure: u64,
 }

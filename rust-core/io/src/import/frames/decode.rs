@@ -76,6 +76,27 @@ pub(super) fn numbers(
     })
 }
 
+/// Columns, rows and levels of an image of whole numbers below 256.
+pub(super) fn levels(
+    bytes: &[u8],
+    coding: Coding,
+    path: &Path,
+    options: &Arc<ReadOptions>,
+    progress: &Progress<'_>,
+) -> Result<([usize; 2], Vec<u8>)> {
+    let most = options.max_decoded_bytes();
+    if let Coding::LzfseBytes(size) = coding {
+        return Ok((size, unpacked_lzfse(bytes, size, 1, most, path)?));
+    }
+    if raster::png::sniff(bytes)
+        && let Some(levels) = raster::png::levels(bytes, path, most)?
+    {
+        return Ok(levels);
+    }
+    let raster = numbers(bytes, coding, path, options, progress)?;
+    Ok(([raster.cols, raster.rows], raster.values.iter().map(|&level| level as u8).collect()))
+}
+
 /// How many bytes pixels take, refused where that is more than allowed.
 fn bytes_of([cols, rows]: [usize; 2], each: usize, most: u64, path: &Path) -> Result<usize> {
     let bytes = cols.checked_mul(rows).and_then(|pixels| pixels.checked_mul(each));
@@ -180,8 +201,7 @@ pub(super) fn colours(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resul
     let mut pixels: Vec<u8> = file::reserve(wanted, path)?;
     pixels.resize(wanted, 0);
     decoder.decode_into(&mut pixels).map_err(|error| fail(error.to_string()))?;
-    let pixels =
-        bytemuck::allocation::try_cast_vec(pixels).unwrap_or_else(|(_, pixels)| pixels.as_chunks::<3>().0.to_vec());
+    let pixels = raster::png::triples(pixels);
     if pixels.len() != size[0] * size[1] {
         return Err(fail("the image ends too early".to_owned()));
     }

@@ -249,6 +249,9 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) {
         Coding::Text(size),
     ];
     for coding in codings {
+        if let Ok((size, levels)) = decode::levels(bytes, coding, &path, &options, &none) {
+            assert_eq!(levels.len(), size[0] * size[1]);
+        }
         if let Ok(raster) = decode::numbers(bytes, coding, &path, &options, &none) {
             assert_eq!(raster.values.len(), raster.rows * raster.cols);
         }

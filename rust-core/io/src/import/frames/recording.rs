@@ -153,7 +153,9 @@ impl Recording {
 
     fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {
         let path = self.shown(entry, &entry.depth);
-        let raster = self.numbers(entry, &entry.depth, self.depth.coding, options, progress)?;
+        let bytes = self.store.bytes(&entry.depth, options.max_decoded_bytes(), progress)?;
+        let raster = decode::numbers(&bytes, self.depth.coding, &path, options, progress)?;
+        drop(bytes);
         let size = [raster.cols, raster.rows];
         let camera = camera_for(&entry.depth_camera, size, &path)?;
         let values = in_units(raster, self.depth.unit, options);
@@ -170,9 +172,10 @@ impl Recording {
     ) -> Result<Option<ConfidenceImage>> {
         let entry = &self.entries[index];
         let Some(place) = &entry.confidence else { return Ok(None) };
-        let raster = self.numbers(entry, place, self.confidence.coding, options, progress)?;
-        let levels = raster.values.iter().map(|&level| level as u8).collect();
-        Ok(Some(ConfidenceImage { size: [raster.cols, raster.rows], levels, least: self.confidence.least }))
+        let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
+        let path = self.shown(entry, place);
+        let (size, levels) = decode::levels(&bytes, self.confidence.coding, &path, options, progress)?;
+        Ok(Some(ConfidenceImage { size, levels, least: self.confidence.least }))
     }
 
     /// Reads the colours of a frame.
@@ -201,18 +204,6 @@ impl Recording {
             Place::Named(name) => self.store.path_of(name),
             Place::Span { .. } => self.store.path.join(format!("frame {}", entry.name)),
         }
-    }
-
-    fn numbers(
-        &self,
-        entry: &Entry,
-        place: &Place,
-        coding: Coding,
-        options: &Arc<ReadOptions>,
-        progress: &Progress<'_>,
-    ) -> Result<Raster> {
-        let bytes = self.store.bytes(place, options.max_decoded_bytes(), progress)?;
-        decode::numbers(&bytes, coding, &self.shown(entry, place), options, progress)
     }
 }
 

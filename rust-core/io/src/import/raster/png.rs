@@ -105,8 +105,8 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
     Ok(Raster { rows, cols, values, numbers, place: None })
 }
 
-/// The colours of an image, whatever it stores; alpha is left out.
-pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], Vec<[u8; 3]>)> {
+/// Columns and rows of an image, what its pixels are and their bytes.
+fn pixels(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], ColorType, Vec<u8>)> {
     let fail = |error: ::png::DecodingError| Error::format(path, "while decoding", error.to_string());
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 48 << 20 });
     decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
@@ -123,8 +123,14 @@ pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<
     let mut buffer: Vec<u8> = reserve(size, path)?;
     buffer.resize(size, 0);
     reader.next_frame(&mut buffer).map_err(fail)?;
-    let pixels = match reader.output_color_type().0 {
-        ColorType::Rgb => buffer.as_chunks::<3>().0.to_vec(),
+    Ok(([cols, rows], reader.output_color_type().0, buffer))
+}
+
+/// The colours of an image, whatever it stores; alpha is left out.
+pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], Vec<[u8; 3]>)> {
+    let ([cols, rows], stored, buffer) = pixels(bytes, path, most)?;
+    let pixels = match stored {
+        ColorType::Rgb => triples(buffer),
         ColorType::Rgba => buffer.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
         ColorType::GrayscaleAlpha => buffer.as_chunks::<2>().0.iter().map(|&[grey, _]| [grey; 3]).collect(),
         ColorType::Grayscale | ColorType::Indexed => buffer.iter().map(|&grey| [grey; 3]).collect(),
@@ -133,6 +139,28 @@ pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<
         return Err(Error::format(path, "while decoding", "the image ends too early"));
     }
     Ok(([cols, rows], pixels))
+}
+
+/// The bytes of a grey image of 8 bits, without the detour of numbers; `None` of any other.
+pub(in super::super) fn levels(bytes: &[u8], path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
+    // Behind the mark and the length and name of the header: columns and rows, then bits and kind.
+    if bytes.get(24..26) != Some(&[BitDepth::Eight as u8, ColorType::Grayscale as u8]) {
+        return Ok(None);
+    }
+    let (size, stored, buffer) = pixels(bytes, path, most)?;
+    if stored != ColorType::Grayscale {
+        // A grey that is transparent.
+        return Ok(None);
+    }
+    if buffer.is_empty() || buffer.len() != size[0] * size[1] {
+        return Err(Error::format(path, "while decoding", "the image ends too early"));
+    }
+    Ok(Some((size, buffer)))
+}
+
+/// Bytes as colours, without another buffer where that fits.
+pub(in super::super) fn triples(bytes: Vec<u8>) -> Vec<[u8; 3]> {
+    bytemuck::allocation::try_cast_vec(bytes).unwrap_or_else(|(_, bytes)| bytes.as_chunks::<3>().0.to_vec())
 }
 
 /// Columns and rows of an image.
