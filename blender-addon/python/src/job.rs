@@ -164,7 +164,11 @@ impl Job {
     #[staticmethod]
     // options: open
     #[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
-    fn open(paths: &Bound<'_, PyAny>, camera: Option<&Bound<'_, PyAny>>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn open(
+        paths: &Bound<'_, PyAny>,
+        camera: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let call = OpenCall::new(paths, camera, options)?;
         Job::of(Background::start(move |progress| {
             progress.plan(&[("opening", 1.0)]);
