@@ -165,11 +165,18 @@ class RustOutcomes:
             run_tests.show(line)
 
 
+def log_file():
+    """Where a step's whole output goes."""
+    folder = ROOT / "target"
+    folder.mkdir(exist_ok=True)
+    return folder / f"elsewhere-{sys.argv[1]}.log"
+
+
 def rust(env, options):
     """Outcomes of the core's tests."""
     outcomes = RustOutcomes()
     command = ["cargo", "test", *CORE, "--lib", "--tests", "--no-fail-fast", *options]
-    log = ROOT / "target" / f"elsewhere-{sys.argv[1]}.log"
+    log = log_file()
     process = subprocess.Popen(
         command, cwd=ROOT, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace"
     )
@@ -189,7 +196,7 @@ def pytest(command, env, folder):
         pass
     try:
         options = ["-q", "-p", "no:cacheprovider", f"--junitxml={Path(report.name).relative_to(ROOT).as_posix()}"]
-        log = ROOT / "target" / f"elsewhere-{sys.argv[1]}.log"
+        log = log_file()
         with log.open("w") as file:
             process = subprocess.run(
                 [*command, "-m", "pytest", *options, folder],
