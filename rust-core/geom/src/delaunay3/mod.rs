@@ -44,8 +44,9 @@ pub const INFINITE: u32 = u32::MAX;
 
 /// Points that may be inserted between two looks at whether to go on.
 const TICK: usize = 256;
-/// Points a thread should have to insert for threads to be worth their start, and present before they can.
-const PARALLEL: usize = 2048;
+/// Points a thread should have to insert for threads to be worth their start, and present before they can. In tests fewer: sets
+/// that a naive twin can follow are given to threads, too.
+const PARALLEL: usize = if cfg!(test) { 64 } else { 2048 };
 /// Times that points are handed to the threads before one thread takes what is left. Points of a surface, whose cells
 /// span the space beside it, need most of them.
 const PASSES: usize = 8;

@@ -92,7 +92,11 @@ fn finite(shape: BTreeSet<Vec<[u64; 3]>>) -> BTreeSet<Vec<[u64; 3]>> {
 }
 
 fn agrees_with_the_naive_twin(points: &[DVec3]) {
-    match Delaunay3::new(points, 1, &Progress::none()) {
+    agrees_on(points, 1);
+}
+
+fn agrees_on(points: &[DVec3], threads: usize) {
+    match Delaunay3::new(points, threads, &Progress::none()) {
         Ok(delaunay) => {
             delaunay.check(points).unwrap();
             assert_eq!(finite(shape(&delaunay, points)), naive(points), "{points:?}");
@@ -132,6 +136,74 @@ proptest! {
             vec![0.0, 1.0, -1.0, 0.1, 1e-30, 1e-300, 5e-324, 1e12, 1e300, -1e300])), 4..10)
     ) {
         agrees_with_the_naive_twin(&points.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20))]
+
+    #[test]
+    fn agrees_with_the_naive_twin_on_more_integers(
+        points in prop::collection::vec(prop::array::uniform3(0_i8..5), 30..60)
+    ) {
+        agrees_with_the_naive_twin(&points.iter().map(|p| DVec3::from(p.map(f64::from))).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn agrees_with_the_naive_twin_on_more_doubles(points in prop::collection::vec(prop::array::uniform3(-1.0..1.0), 30..50)) {
+        agrees_with_the_naive_twin(&points.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>());
+    }
+}
+
+/// Centre and squared radius of the sphere around a cell; `None` where rounding decides them.
+fn sphere([a, b, c, d]: [DVec3; 4]) -> Option<(DVec3, f64)> {
+    let [u, v, w] = [b - a, c - a, d - a];
+    let volume = u.dot(v.cross(w));
+    if volume.abs() < 1e-4 * u.length() * v.length() * w.length() {
+        return None;
+    }
+    let to = (v.cross(w) * u.length_squared() + w.cross(u) * v.length_squared() + u.cross(v) * w.length_squared())
+        / (2.0 * volume);
+    Some((a + to, to.length_squared()))
+}
+
+/// Theorem: on several threads, too, cells are those of the naive twin, told of sets too large to try all: each has a sphere that is
+/// empty of all points, ties broken by the naive rule; together they fill the convex hull exactly. There is one such set of cells.
+#[test]
+fn on_several_threads_all_spheres_are_empty_and_the_hull_is_full() {
+    // Whole numbers, which volumes are exact of; many on common spheres, in planes, and equal.
+    let whole = |side: f64, count: usize| scattered(count).iter().map(|p| (p * side).floor()).collect::<Vec<_>>();
+    for (name, points, threads) in
+        [("dense", whole(16.0, 5_000), 2), ("sparse", whole(4000.0, 5_000), 2), ("four threads", whole(40.0, 5_000), 4)]
+    {
+        let delaunay = tetrahedralized(&points, threads);
+        let (arithmetic, factor) = Arithmetic::of(points.iter().copied());
+        let copies: BTreeSet<u32> = delaunay.duplicates().iter().map(|copy| copy[0]).collect();
+        let distinct: Vec<u32> = (0..points.len() as u32).filter(|i| !copies.contains(i)).collect();
+        let at = |v: u32| points[v as usize];
+        let volume = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c)) as i128;
+        let (mut filled, mut hull) = (0, 0);
+        for cell in delaunay.cells() {
+            let [a, b, c, d] = cell.vertices;
+            if d == INFINITE {
+                hull += volume([a, b, c].map(at));
+                let is_inner = |&p: &u32| volume_sign([a, b, c, p].map(|v| at(v) * factor), arithmetic) <= 0;
+                assert!(distinct.iter().all(is_inner), "{name}: {cell:?}");
+                continue;
+            }
+            let corners = cell.vertices.map(at);
+            filled += volume([corners[1], corners[2], corners[3]].map(|p| p - corners[0]));
+            let around = sphere(corners);
+            let is_far =
+                |p: DVec3| around.is_some_and(|(centre, square)| (p - centre).length_squared() > square * (1.0 + 1e-6));
+            let is_inside = |&p: &u32| {
+                !cell.vertices.contains(&p)
+                    && !is_far(at(p))
+                    && naive_is_inside(corners.map(|p| p * factor), at(p) * factor, arithmetic)
+            };
+            assert!(!distinct.iter().any(is_inside), "{name}: {cell:?}");
+        }
+        assert!(filled == hull && filled > 0, "{name}: {filled} of {hull}");
     }
 }
 
