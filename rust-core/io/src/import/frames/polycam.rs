@@ -18,7 +18,8 @@ fn within(store: &Store, folder: &str) -> String {
 }
 
 pub(super) fn recognize(store: &Store) -> bool {
-    store.has(&within(store, "cameras")) && store.has(&within(store, "images"))
+    let has = |folder: &str| store.has(&within(store, folder));
+    (has("cameras") && has("images")) || (has("corrected_cameras") && has("corrected_images"))
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {

@@ -165,6 +165,10 @@ fn polycam() {
         assert!(left_out.iter().any(|out| out.black_rim > 0), "{left_out:?}");
         note(set, "of 6 frames looked at: left out");
     });
+    let corrected = writers::polycam(&twin, true).without("keyframes/images/").without("keyframes/cameras/");
+    folder(&corrected, |set| {
+        check(set, &twin, &PHONE);
+    });
     folder(&writers::polycam(&twin, false), |set| {
         check(set, &twin, &PHONE);
         note(set, "the session has no corrected ones");
