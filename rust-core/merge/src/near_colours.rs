@@ -1,14 +1,17 @@
-//! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface. Alpha stays 0,
-//! so that what was seen can be told from what was not.
+//! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface; in parts without
+//! any, the nearest in space. Alpha stays 0, so that what was seen can be told from what was not.
 
 use super::extract::Surface;
 use super::passes;
 use base::error::Result;
 use base::progress::Progress;
+use geom::neighbours::{Few, KdTree};
 use mesh::srgb::Mix;
 
-/// What lies in a part without any colour is white.
+/// Where no vertex has a colour.
 const NOWHERE: [u8; 4] = [u8::MAX, u8::MAX, u8::MAX, 0];
+/// At most so many vertices are searched for the nearest in space; of more, some are taken evenly.
+const MOST: usize = 1 << 20;
 
 /// Gives vertices of alpha 0 the colours of those beside them. O(triangles).
 ///
@@ -69,11 +72,45 @@ pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
         })?;
         ring = next;
     }
+    let mut apart: Vec<u32> = Vec::new();
     passes::each(bare.len(), progress, |i| {
         if rings[i] == u32::MAX {
-            surface.colour[bare[i] as usize] = NOWHERE;
+            apart.push(bare[i]);
         }
-    })
+    })?;
+    drop((number, starts, beside, rings));
+    fill_in_parts(surface, &apart, progress)
+}
+
+/// Gives vertices of parts without colours those of the nearest vertices that were seen. O(vertices log vertices).
+fn fill_in_parts(surface: &mut Surface, apart: &[u32], progress: &Progress<'_>) -> Result<()> {
+    if apart.is_empty() {
+        return Ok(());
+    }
+    let mut seen: Vec<u32> = Vec::new();
+    passes::each(surface.colour.len(), progress, |v| {
+        if surface.colour[v][3] != 0 {
+            seen.push(v as u32);
+        }
+    })?;
+    // Of equally near ones the first by coordinates, however vertices are numbered.
+    let at = |v: u32| surface.positions[v as usize];
+    let by_place = |&a: &u32, &b: &u32| {
+        let (a, b) = (at(a), at(b));
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
+    };
+    progress.sort(&mut seen, &by_place)?;
+    let taken: Vec<u32> = seen.iter().copied().step_by(1 + seen.len() / MOST).collect();
+    drop(seen);
+    let tree = KdTree::try_new(&taken.iter().map(|&v| at(v)).collect::<Vec<_>>(), progress)?;
+    let mut found = Few::default();
+    let mut nearest = Vec::new();
+    passes::each(apart.len(), progress, |k| {
+        tree.nearest_few(at(apart[k]), 1, f64::INFINITY, &mut found);
+        let colour = found.iter().next().map(|(i, _)| surface.colour[taken[i as usize] as usize]);
+        nearest.push(colour.map_or(NOWHERE, |[red, green, blue, _]| [red, green, blue, 0]));
+    })?;
+    passes::each(apart.len(), progress, |k| surface.colour[apart[k] as usize] = nearest[k])
 }
 
 /// The vertices beside each that has a number, as starts and a flat list; each as often as triangles have both.
@@ -110,11 +147,18 @@ fn beside(
 mod tests {
     use super::*;
 
+    use glam::DVec3;
+
     /// A strip of triangles with these colours along it.
     fn strip(colours: &[[u8; 4]]) -> Surface {
         let triangles =
             (2..colours.len() as u32).map(|v| if v % 2 == 0 { [v - 2, v - 1, v] } else { [v - 1, v - 2, v] });
-        Surface { colour: colours.to_vec(), triangles: triangles.collect(), ..Surface::default() }
+        Surface {
+            colour: colours.to_vec(),
+            positions: vec![DVec3::ZERO; colours.len()],
+            triangles: triangles.collect(),
+            ..Surface::default()
+        }
     }
 
     #[test]
@@ -129,6 +173,30 @@ mod tests {
         assert!(surface.colour[2..49].iter().all(|&colour| colour == dark_red), "{:?}", surface.colour);
         assert!(surface.colour[52..99].iter().all(|&colour| colour == dark_blue), "{:?}", surface.colour);
         assert_eq!(surface.colour[50], [146, 0, 146, 0]);
+    }
+
+    #[test]
+    fn parts_without_a_colour_take_the_nearest_in_space() {
+        let (red, blue, none) = ([200, 0, 0, 255], [0, 0, 200, 255], [9, 9, 9, 0]);
+        let surface = |order: &[usize]| {
+            let colours = [red, red, red, blue, blue, blue, none, none, none];
+            let places = [0.0, 0.125, 0.25, 10.0, 10.125, 10.25, 4.0, 6.0, 5.125];
+            let mut place = [0; 9];
+            order.iter().enumerate().for_each(|(new, &old)| place[old] = new as u32);
+            let mut surface = Surface {
+                colour: order.iter().map(|&v| colours[v]).collect(),
+                positions: order.iter().map(|&v| DVec3::new(places[v], 0.0, 1.0)).collect(),
+                triangles: [[0, 1, 2], [3, 4, 5], [6, 7, 8]].map(|t| t.map(|v| place[v])).to_vec(),
+                ..Surface::default()
+            };
+            fill_in(&mut surface, &Progress::none()).unwrap();
+            place.map(|v| surface.colour[v as usize])
+        };
+        let (dark_red, dark_blue) = ([200, 0, 0, 0], [0, 0, 200, 0]);
+        let expected = [red, red, red, blue, blue, blue, dark_red, dark_blue, dark_red];
+        // The one in the middle lies as near to both.
+        assert_eq!(surface(&[0, 1, 2, 3, 4, 5, 6, 7, 8]), expected);
+        assert_eq!(surface(&[8, 7, 6, 5, 4, 3, 2, 1, 0]), expected);
     }
 
     #[test]
