@@ -21,10 +21,13 @@ from mathutils import Matrix, Vector
 
 # Frames that become objects; all others are merged from the files.
 OBJECTS = 9
+AXES = "X", "Y", "Z", "-X", "-Y", "-Z"
 # Pixels of a panel's longer side, and the view's angle along it.
 PIXELS, ANGLE = 800, np.radians(55)
 # This share of the surface is in view.
-SEEN = 0.98
+SEEN = 0.996
+# This share of a panel around it is left free.
+MARGIN = 0.04
 CLAY, BACKDROP = (0.62, 0.56, 0.49, 1), (0.16, 0.17, 0.19)
 
 
@@ -40,13 +43,17 @@ def view(places, cameras, upright):
     axes = np.array([right, right.cross(forward), -forward])
     seen = places @ axes.T
     low, high = np.quantile(seen, [(1 - SEEN) / 2, (1 + SEEN) / 2], axis=0)
-    size = (high - low)[:2].max()
-    eye = (low + high) / 2
-    # So far off that the nearer part of what is in view fits, too.
-    eye[2] = np.quantile(seen[:, 2], 0.75) + size / 2 / np.tan(ANGLE / 2)
+    half = (1 - MARGIN) * np.tan(ANGLE / 2)
+    eye = np.append((low + high)[:2] / 2, high[2] + (high - low).max())
+    # What is in the middle of the picture depends on how far off the eye is, and the other way round.
+    for _ in range(10):
+        away = np.maximum(eye[2] - seen[:, 2], 1e-3 * (high - low).max())
+        left, right = np.quantile((seen[:, :2] - eye[:2]) / away[:, None], [(1 - SEEN) / 2, (1 + SEEN) / 2], axis=0)
+        eye[:2] += (left + right) / 2 * np.median(away)
+        eye[2] = np.quantile(seen[:, 2] + np.abs(seen[:, :2] - eye[:2]).max(axis=1) / half, SEEN)
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = axes.T, axes.T @ eye
-    return Matrix(matrix.tolist()), (high - low)[:2]
+    return Matrix(matrix.tolist()), (right - left) * np.median(away)
 
 
 def studio(matrix, size):
@@ -86,6 +93,12 @@ def draw(path, objects, light, colour):
     bpy.ops.render.render(write_still=True)
 
 
+def seen_in_colour(surface):
+    """The share of vertices whose colour a frame has; that of others is what the nearest have."""
+    colour = surface.vertex_attributes.get("colour")
+    return 0.0 if colour is None else float(np.mean(np.asarray(colour)[:, 3] > 0))
+
+
 def main():
     """Runs the demo."""
     archive, out, given = sys.argv[1], Path(sys.argv[2]).resolve(), sys.argv[3]
@@ -99,8 +112,10 @@ def main():
     convert, recording = (sys.modules[f"{MODULE}.{name}"] for name in ("convert", "recording"))
     clock.done("install the extension")
 
-    up = os.environ.get("UP", "Z")
+    up = os.environ.get("UP", "Z").upper()
     forward = {"Y": "-Z", "-Y": "Z"}.get(up, "Y")
+    if up not in AXES:
+        sys.exit(f"UP must be one of {', '.join(AXES)}, got {up}")
     bpy.ops.surfrecon.import_scans(filepath=given, frames=OBJECTS, axis_up=up, axis_forward=forward)
     chosen = list(bpy.context.selected_objects)
     scans = [obj for obj in chosen if convert.is_range_image(obj)]
@@ -145,6 +160,7 @@ def main():
         "triangles": len(merged.data.polygons),
         "vertices": len(merged.data.vertices),
         "coloured": coloured == "VERTEX",
+        "seen_in_colour": seen_in_colour(surface),
         "check": surface.check(),
         "panel": [width, height],
         "seconds": clock.seconds,
@@ -162,8 +178,10 @@ if __name__ == "__main__":
     except BaseException as problem:
         import traceback
 
-        traceback.print_exc()
+        # What the extension and this program refuse is said in a sentence.
         if isinstance(problem, SystemExit | RuntimeError):
-            print(f"  {problem}", flush=True)
+            print(f"  {str(problem).strip()}", file=sys.stderr)
+        else:
+            traceback.print_exc()
         sys.stderr.flush()
         os._exit(1)

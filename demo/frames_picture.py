@@ -12,6 +12,14 @@ from picture import GREY, INK, LINE, PAPER, Type, short
 from PIL import Image, ImageDraw
 
 
+def in_colours(f):
+    """Where the colours of the surface are from; shares of a hundredth are not seen."""
+    if not f["coloured"]:
+        return "not every frame has colours"
+    share = f["seen_in_colour"]
+    return "in the colours of the recording" + (f", {share:.0%} of it seen in colour" if share < 0.99 else "")
+
+
 def captions(f):
     """Title, subtitle and rows (name, value) of each panel."""
     report, check = f["report"], f["check"]
@@ -23,7 +31,7 @@ def captions(f):
     )
     yield (
         "One surface",
-        "in the colours of the recording" if f["coloured"] else "not every frame has colours",
+        in_colours(f),
         [("triangles", f"{f['triangles']:,}"), ("all frames merged in", f"{f['seconds']['merge']:.1f} s")],
     )
     manifold = "manifold" if check["is_manifold"] else "NOT manifold"

@@ -44,6 +44,18 @@ def test_the_surface_is_the_torus(images):
     assert set(report.as_dict()) == {name for name in dir(report) if not name.startswith("_")} - {"as_dict"}
 
 
+def test_a_result_comes_back_from_a_file(images, tmp_path):
+    mesh = surfrecon.merge(images, voxel=VOXEL).mesh
+    mesh.write(tmp_path / "merged.ply")
+    back = surfrecon.read(tmp_path / "merged.ply")
+    assert np.array_equal(back.positions.astype(np.float32), mesh.positions.astype(np.float32))
+    assert np.array_equal(back.triangles, mesh.triangles)
+    for kind in ("vertex_attributes", "face_attributes"):
+        before, after = getattr(mesh, kind), getattr(back, kind)
+        assert before.keys() == after.keys() and len(before) > 0
+        assert all(np.array_equal(before[name], after[name]) for name in before)
+
+
 def test_any_mixture_and_order_of_sources_makes_the_same_surface(images, tmp_path):
     surfrecon.write_scans(tmp_path / "ring.conf", images)
     scans = surfrecon.open(tmp_path / "ring.conf")

@@ -33,7 +33,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     A ``MergeResult`` with ``mesh`` (in the world; its attributes: ``confidence``; ``noise``, the standard deviation of the samples
 ///     along their rays; ``source_scan``; ``interpolated``; ``colour`` if any scan has it; of faces ``hole_fill``), ``report`` and, if
 ///     asked for, ``distances``. Colours are averaged in linear light, without highlights where three scans and more have a say;
-///     alpha is 0 where no scan has one, which have the nearest one of the surface.
+///     alpha is 0 where no scan has one, which have the nearest one.
 ///
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.

@@ -29,7 +29,7 @@ pub(super) fn recognize(store: &Store) -> bool {
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
-    let camera = camera(&store, layout, asked)?;
+    let (camera, note) = camera(&store, layout, asked)?;
     let depths = listed(&store, DEPTHS, asked)?;
     let colours = if store.has(COLOURS) { listed(&store, COLOURS, asked)? } else { Vec::new() };
     if !store.has(POSES) {
@@ -59,18 +59,31 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let why = format!("have no pose within {APART} s and are passed over");
     let mut recording = Recording::new(store, layout);
     recording.depth.unit = 1.0 / 5000.0;
+    recording.notes.extend(note);
     recording.notes.extend(counted(lost, depths.len(), &why));
     Ok(Recording { entries, ..recording })
 }
 
-fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<Camera> {
+/// The camera, and a note where no file says it.
+fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<(Camera, Option<String>)> {
     if let Some(camera) = asked.camera_of(store)? {
-        return Ok(camera);
+        return Ok((camera, None));
     }
     let path = store.path.to_string_lossy().to_ascii_lowercase();
-    match CAMERAS.iter().find(|(names, _)| names.iter().any(|name| path.contains(name))) {
-        Some((_, camera)) if asked.options.camera.is_none() => Ok(*camera),
-        _ => asked.camera(store, layout, "; the data set's tools use (525, 525, 319.5, 239.5)"),
+    let known =
+        CAMERAS.iter().find_map(|(names, camera)| Some((names.iter().find(|name| path.contains(**name))?, camera)));
+    match known.filter(|_| asked.options.camera.is_none()) {
+        Some((name, camera)) => {
+            let ([fx, fy], [cx, cy]) = (camera.focal, camera.centre);
+            let note = format!(
+                "no file says the camera: taken for the data set's by `{name}` in the path, ({fx}, {fy}, {cx}, {cy})"
+            );
+            Ok((*camera, Some(note)))
+        }
+        None => {
+            let usual = "; the data set's tools use (525, 525, 319.5, 239.5)";
+            asked.camera(store, layout, usual).map(|camera| (camera, None))
+        }
     }
 }
 

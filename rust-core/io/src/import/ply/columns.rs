@@ -70,11 +70,12 @@ enum Type {
 }
 
 /// Attribute, its type, and the property names that mean it, in lower case.
-const SCALARS: [(&str, Type, &[&str]); 9] = [
+const SCALARS: [(&str, Type, &[&str]); 10] = [
     ("confidence", Type::F32, &["confidence"]),
     ("intensity", Type::F32, &["intensity", "scalar_intensity", "reflectance"]),
     ("quality", Type::F32, &["quality", "scalar_quality"]),
     ("error", Type::F32, &["error"]),
+    ("noise", Type::F32, &["noise"]),
     ("range_row", Type::I32, &["range_row"]),
     ("range_col", Type::I32, &["range_col"]),
     ("source_scan", Type::I32, &["source_scan"]),
