@@ -18,7 +18,7 @@ const COLOURS: [&str; 6] = ["color", "rgb", "colour", "image", "images", "color_
 const POSES: [&str; 3] = ["trajectory.log", "pose.txt", "poses.txt"];
 
 pub(super) fn recognize(store: &Store) -> bool {
-    store.has(DEPTHS) && poses_of(store).is_some()
+    store.has(DEPTHS) && (poses_of(store).is_some() || COLOURS.into_iter().any(|folder| store.has(folder)))
 }
 
 /// The file of poses: one of the usual names, else the only trajectory.
@@ -30,12 +30,20 @@ fn poses_of(store: &Store) -> Option<&str> {
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
+    let Some(poses) = poses_of(&store) else {
+        let problem = format!(
+            "there are images of depth and colour, but no list of poses beside them ({}); open the folder depth with a camera \
+             and align its images",
+            POSES.join(", ")
+        );
+        return Err(Error::format(&store.path, "poses", problem));
+    };
     let usual = "; Open3D's and Redwood's usual one is (525, 525, 319.5, 239.5)";
     let camera = match asked.camera_of(&store)? {
         Some(camera) => camera,
         None => asked.camera(&store, layout, usual)?,
     };
-    let (poses, is_sure) = read_poses(&store, poses_of(&store).unwrap_or_default(), asked)?;
+    let (poses, is_sure) = read_poses(&store, poses, asked)?;
     let depths = in_order(store.list(DEPTHS, asked.progress)?);
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
     let colours = Colours::of(&store, folder, asked)?;
