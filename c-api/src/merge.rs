@@ -237,9 +237,10 @@ pub unsafe extern "C" fn srf_merger_add_source(
 }
 
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
-/// any number of threads and any order of adding. Vertex attributes: confidence, interpolated (on no scan exactly), source_scan
-/// (the scan of largest weight by the order of names, -1 where interpolated), colour if any scan has colours (averaged in linear
-/// light; of alpha 0 and the nearest colour where no scan has one); of triangles: hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
+/// any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample
+/// there, 0 where scans are clean), interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1
+/// where interpolated), colour if any scan has colours (averaged in linear light; of alpha 0 and the nearest colour where no scan has
+/// one); of triangles: hole_fill. Blocks; memory follows the intersections of scans and grid, 24 bytes each.
 /// merger      not NULL
 /// params      NULL for the defaults
 /// progress    NULL for none
