@@ -337,7 +337,8 @@ fn damaged_bytes_are_read_or_refused() {
 fn folders_of_many_and_odd_files() {
     let twin = phone();
     let (_keep, path) = writers::scanner_app(&twin).folder();
-    for k in 0..100_000 {
+    // Wine looks through the whole folder for each name that is new in it.
+    for k in 0..if cfg!(windows) { 2_000 } else { 100_000 } {
         std::fs::File::create(path.join(format!("photo_{k:06}.heic"))).unwrap();
     }
     #[cfg(unix)]
