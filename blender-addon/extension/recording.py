@@ -36,10 +36,18 @@ PARTS = {".png", ".jpg", ".jpeg", ".exr", ".json", ".txt", ".log", ".csv", ".fre
 ALIKE = 1e-5
 
 
-def spread(count, most):
-    """At most so many of `count` frames, spread evenly over them: the middles of equal parts."""
+def spread(preferred, most):
+    """At most so many of the frames that these flags are of, spread evenly over them: of each of equal parts the one nearest
+    to its middle, of those that are preferred if any is.
+    """
+    count = len(preferred)
     most = min(most, count)
-    return [(2 * k + 1) * count // (2 * most) for k in range(most)]
+    chosen = []
+    for k in range(most):
+        middle = (2 * k + 1) * count // (2 * most)
+        part = range(k * count // most, (k + 1) * count // most)
+        chosen.append(min(part, key=lambda i: (not preferred[i], abs(i - middle))))
+    return chosen
 
 
 def opened(paths, whole, options):

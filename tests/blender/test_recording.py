@@ -304,3 +304,15 @@ def test_the_error_map_measures_to_frames_in_their_files(transforms):
     merged = merge([rest()])
     assert bpy.ops.surfrecon.error_map() == {"FINISHED"}
     assert merged["surfrecon_error"]["rms"] < 0.1 * VOXEL
+
+
+def test_frames_with_colours_become_objects_first(tmp_path, extension):
+    spread = extension.recording.spread
+    assert spread([True] * 10, 3) == spread([False] * 10, 3) == [1, 5, 8] and spread([False] * 3, 9) == [0, 1, 2]
+    assert spread([False, False, True, False, False, True, False, False], 2) == [2, 5]
+    path = write_transforms(tmp_path / "ring", 8)
+    for k in (0, 1, 3, 4, 6, 7):
+        (path.parent / "images" / f"{k:05}.png").unlink()
+    load(path, frames=2)
+    assert sorted(obj.name for obj in scans()) == ["00002", "00005"]
+    assert all("colour" in obj.data.attributes for obj in scans())

@@ -55,7 +55,7 @@ def test_frames_have_what_was_recorded(recording):
     first, second = frames[0], frames[1]
     assert isinstance(first, surfrecon.Scan) and repr(first).startswith('<Frame "frame_00000" of ')
     assert first.colour.shape == (96, 128, 3) and (first.colour == (200, 100, 50)).all()
-    assert second.colour is None
+    assert second.colour is None and [frame.has_colour for frame in frames] == [True, False] * 3
     assert first.confidence.shape == SIZE and set(np.unique(first.confidence)) == {0, 2}
     assert np.array_equal(first.pose, first.world_from_sensor)
     for frame, camera in zip(frames, cameras(), strict=True):

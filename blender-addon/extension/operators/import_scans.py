@@ -213,7 +213,8 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if not len(self.opened):
             raise Refused(f"{os.path.basename(self.paths[0])} holds no scan")
         numbers = [k for k, scan in enumerate(self.opened) if isinstance(scan, surfrecon.Frame)]
-        chosen = {numbers[k] for k in recording.spread(len(numbers), self.frames)}
+        coloured = [self.opened[k].has_colour for k in numbers]
+        chosen = {numbers[k] for k in recording.spread(coloured, self.frames)}
         self.others = [k for k in numbers if k not in chosen]
         staying = set(self.others)
         self.scans = [scan for k, scan in enumerate(self.opened) if k not in staying]

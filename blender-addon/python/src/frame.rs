@@ -138,6 +138,12 @@ fn whole(scan: &import::Scan, progress: &Progress<'_>) -> surfrecon::Result<Core
 
 #[pymethods]
 impl Frame {
+    /// Whether there is a colour image; it is not read.
+    #[getter]
+    fn has_colour(slf: PyRef<'_, Self>) -> bool {
+        slf.as_super().scan.has_colour()
+    }
+
     /// (rows, cols, 3) uint8 sRGB, the colour image at its own size, or ``None``.
     #[getter]
     fn colour<'py>(slf: PyRef<'py, Self>) -> PyResult<Option<Bound<'py, PyAny>>> {

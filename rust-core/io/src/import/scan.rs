@@ -118,6 +118,11 @@ impl Scan {
         self.recording.is_some()
     }
 
+    /// Whether it is a frame with a colour image, which is not read.
+    pub fn has_colour(&self) -> bool {
+        self.recording.as_ref().is_some_and(|recording| recording.has_colour(self.part))
+    }
+
     /// The colour image of a frame, with its own camera; `None` where it has none, and for other scans.
     ///
     /// # Errors

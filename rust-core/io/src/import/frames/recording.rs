@@ -178,6 +178,11 @@ impl Recording {
         Ok(Some(ConfidenceImage { size, levels, least: self.confidence.least }))
     }
 
+    /// Whether a frame has a colour image.
+    pub(crate) fn has_colour(&self, index: usize) -> bool {
+        self.entries[index].colour.is_some()
+    }
+
     /// Reads the colours of a frame.
     pub(crate) fn colour(
         &self,
