@@ -110,6 +110,27 @@ bool rigid_motion(const std::array<Vector, 3> &from, const std::array<Vector, 3>
     return true;
 }
 
+// The motion of a matrix, if it is rigid and takes `from` to `to`: tells where what lies in a point or on a line went, too.
+bool carried_by(const surfrecon::Pose &pose, const std::array<Vector, 3> &from, const std::array<Vector, 3> &to, Motion &found)
+{
+    for (int row = 0; row < 3; ++row) {
+        for (int column = 0; column < 3; ++column) found.rotation[row][column] = pose.matrix[4 * column + row];
+        found.shift[row] = pose.matrix[12 + row];
+    }
+    const auto &r = found.rotation;
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            if (std::abs(dot(r[i], r[k]) - (i == k ? 1 : 0)) > 1e-5) return false;
+        }
+    }
+    if (dot(r[0], cross(r[1], r[2])) < 0) return false;
+    for (int k = 0; k < 3; ++k) {
+        const Vector moved = found(from[k].data());
+        if (size(minus(moved.data(), to[k].data())) > 1e-6 * (size(to[k]) + size(found.shift))) return false;
+    }
+    return true;
+}
+
 Motion inverse(const Motion &motion)
 {
     Motion found;
@@ -350,7 +371,8 @@ surfrecon::Image range_image(const MeshModel &layer, Frame frame)
                  find_anchors(found, *camera, now);
     if (known) {
         for (int k = 0; k < 3; ++k) std::copy_n(camera->anchors[k].point, 3, then[k].begin());
-        known = rigid_motion(then, now, moved);
+        known = rigid_motion(then, now, moved) ||
+                carried_by(frame == Frame::world ? placement(layer) : surfrecon::Pose(), then, now, moved);
     }
     if (known) {
         const bool still = now == then;

@@ -71,6 +71,25 @@ def test_range_images_stay_range_images(imported):
     assert whole > 0 and out["noise"] == pytest.approx(whole, rel=0.4) and out["layers"] <= count
 
 
+def test_layers_of_few_vertices_stay_range_images(document, tmp_path):
+    """What lies in a point or on a line does not tell where it was moved; its matrix does."""
+    images = torus_scans(pixels=90, noise=0.004)
+    row, col = np.argwhere(images[1].valid)[1000]
+    in_row, alone = np.zeros(images[1].valid.shape, bool), np.zeros(images[2].valid.shape, bool)
+    in_row[row] = True
+    alone[tuple(np.argwhere(images[2].valid)[1000])] = True
+    images[1], images[2] = images[1].keep(in_row), images[2].keep(alone)
+    document.run(IMPORT, file=str(write_set(tmp_path, images)))
+    assert document.run(MERGE, voxel=length(0.08))["layers"] >= len(images) - 2
+    document.set.delete_current_mesh()
+    # A slab that leaves a vertex or a few of many layers.
+    heights = np.concatenate([world(layer)[:, 2] for layer in document.layers()])
+    edge = float(np.sort(heights)[40])
+    out = document.run(REGION, what="Keep", region="Below a plane", plane_point=[0, 0, edge], plane_normal=[0, 0, 1])
+    assert 30 < out["left"] < 60
+    document.run(REGION, what="Keep", region="Below a plane", plane_point=[0, 0, edge + 1], plane_normal=[0, 0, 1])
+
+
 def table(document):
     mesh = torus()
     side = np.array([[-3, -3, -0.6], [3, -3, -0.6], [3, 3, -0.6], [-3, 3, -0.6]], float)

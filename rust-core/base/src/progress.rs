@@ -165,8 +165,19 @@ impl<'a> Progress<'a> {
         self.run(&*crate::threads::pool(1)?, work)
     }
 
-    /// Runs `work` on `pool` while this thread reports to the caller's function.
+    /// Runs `work` on `pool` while this thread reports to the caller's function. On a thread of a pool, where a caller's function that
+    /// makes a scan calls us again, it runs on as many threads of its own: that thread waits, and might be who is waited for.
     pub fn run<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
+        if rayon::current_thread_index().is_none() {
+            return self.run_on(pool, work);
+        }
+        match crate::threads::new(pool.current_num_threads()) {
+            Ok(own) => self.run_on(&own, work),
+            Err(_) => work(),
+        }
+    }
+
+    fn run_on<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
         let mut sink = lock(&self.sink);
         let mut highest = 0.0_f64;
         // Not only after the first wait: a caller who wants to stop must be heard however short the work is.
@@ -304,6 +315,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rayon::prelude::*;
 
     #[test]
     fn reports_on_the_calling_thread_and_cancels() {
@@ -327,6 +339,30 @@ mod tests {
         assert!(progress.is_stopping());
         drop(progress);
         assert_eq!(ticks, 3);
+    }
+
+    /// As when a scan is made by a function that merges others.
+    #[test]
+    fn work_within_work_ends_whatever_the_pools() {
+        for (outer, inner) in [(1, 1), (2, 2), (1, 2), (2, 1)] {
+            let outer_pool = crate::threads::pool(outer).unwrap();
+            let sum: usize = Progress::none().run(&outer_pool, || {
+                let nested = |i: usize| {
+                    let pool = crate::threads::pool(inner).unwrap();
+                    let mut ticks = 0;
+                    let progress = Progress::new(|_| {
+                        ticks += 1;
+                        ControlFlow::Continue(())
+                    });
+                    let found = progress.run(&pool, || (0..100).into_par_iter().map(|k| k * i).sum::<usize>());
+                    drop(progress);
+                    assert!(ticks > 0);
+                    found
+                };
+                (0..8).into_par_iter().map(nested).sum()
+            });
+            assert_eq!(sum, 28 * 4950, "{outer} and {inner} threads");
+        }
     }
 
     #[test]

@@ -111,18 +111,7 @@ pub fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>> {
     if let Some(pool) = pools().and_then(|pools| pools.of(threads)) {
         return Ok(pool);
     }
-    let refused =
-        |why: &dyn Display| Error::OutOfMemory(format!("{threads} worker threads could not be started ({why})"));
-    // A thread that starts and then finds no room for its first words ends the process, and nobody can catch that.
-    if memory::address_space() < ROOM_OF_A_THREAD * threads as f64 {
-        return Err(refused(&"too little address space is left"));
-    }
-    let made = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("surfrecon-{i}"))
-        .build()
-        .map_err(|e| refused(&e))?;
-    let made = Arc::new(made);
+    let made = Arc::new(new(threads)?);
     let Some(mut pools) = pools() else { return Ok(made) };
     // Another thread may have made one meanwhile.
     if let Some(pool) = pools.of(threads) {
@@ -130,6 +119,24 @@ pub fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>> {
     }
     pools.list.push((threads, made.clone()));
     Ok(made)
+}
+
+/// A pool of so many threads that nobody else has.
+///
+/// # Errors
+/// [`Error::OutOfMemory`] if the system refuses the threads.
+pub(crate) fn new(threads: usize) -> Result<rayon::ThreadPool> {
+    let refused =
+        |why: &dyn Display| Error::OutOfMemory(format!("{threads} worker threads could not be started ({why})"));
+    // A thread that starts and then finds no room for its first words ends the process, and nobody can catch that.
+    if memory::address_space() < ROOM_OF_A_THREAD * threads as f64 {
+        return Err(refused(&"too little address space is left"));
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("surfrecon-{i}"))
+        .build()
+        .map_err(|e| refused(&e))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Read are Open3D's JSON (`intrinsic_matrix`, nine numbers column by column, also inside `intrinsic`), plain JSON with
 //! `fx fy cx cy` (or `fl_x fl_y`, as nerfstudio writes them; `width` and `height` or `w` and `h` are optional), a text of
-//! the 3 x 3 matrix, and a text of the four numbers fx fy cx cy. Pixel centres lie at whole numbers.
+//! the 3 x 3 matrix or of the 4 x 4 one, as ScanNet's, and a text of the four numbers fx fy cx cy. Pixel centres lie at whole numbers.
 
 use std::io::Read;
 use std::path::Path;
@@ -61,7 +61,7 @@ pub(super) fn parse(bytes: &[u8], path: &Path) -> Result<Camera> {
         None => fail(
             "whole file".to_owned(),
             "no intrinsics found; known are `intrinsic_matrix` (nine numbers, column by column), `fx`, `fy`, `cx`, `cy`, \
-             a text of the 3 x 3 matrix and a text of fx fy cx cy",
+             a text of the 3 x 3 or the 4 x 4 matrix and a text of fx fy cx cy",
         ),
     }
 }
@@ -100,16 +100,17 @@ fn flattened(value: &Value) -> Option<Vec<f64>> {
     Some(all)
 }
 
-/// The numbers of a text that holds nothing else, at most nine.
+/// The numbers of a text that holds nothing else, at most sixteen.
 fn numbers(text: &str) -> Option<Vec<f64>> {
     let words = text.split([' ', '\t', '\r', '\n', ',']).filter(|word| !word.is_empty());
-    let numbers: Vec<f64> = words.take(10).map(|word| word.parse().ok()).collect::<Option<_>>()?;
+    let numbers: Vec<f64> = words.take(17).map(|word| word.parse().ok()).collect::<Option<_>>()?;
     Some(numbers)
 }
 
 fn from_numbers(numbers: &[f64]) -> Option<Camera> {
     let camera = match *numbers {
         [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0] => Camera::new([fx, fy], [cx, cy]),
+        [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0] => Camera::new([fx, fy], [cx, cy]),
         [fx, fy, cx, cy] => Camera::new([fx, fy], [cx, cy]),
         _ => return None,
     };
@@ -138,6 +139,7 @@ mod tests {
         assert_eq!(read(r#"{"fx":525,"fy":526,"cx":319.5,"cy":239.5}"#).unwrap(), plain);
         assert_eq!(read(r#"{"fl_x":525,"fl_y":526,"cx":319.5,"cy":239.5,"w":640,"h":480}"#).unwrap(), sized);
         assert_eq!(read(" 525.0 0 319.5\r\n 0 526 239.5\n0 0 1\n").unwrap(), plain);
+        assert_eq!(read("525 0 319.5 0\n0 526 239.5 0\n0 0 1 0\n0 0 0 1\n").unwrap(), plain);
         assert_eq!(read("525, 526, 319.5, 239.5").unwrap(), plain);
     }
 

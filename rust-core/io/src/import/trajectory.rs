@@ -50,6 +50,7 @@ pub(super) fn read(path: &Path) -> Result<Trajectory> {
 pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     let mut trajectory = Trajectory::default();
     let mut times: Vec<f64> = Vec::new();
+    let mut numbers: Vec<f64> = Vec::new();
     while lines.next_content()? {
         if lines.rest().starts_with(b"#") {
             continue;
@@ -61,6 +62,7 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
             count += 1;
         }
         if count == 3 {
+            numbers.push(row[0]);
             trajectory.poses.push(matrix(&mut lines)?);
         } else if count == 8 && lines.is_done() {
             if !row.iter().all(|x| x.is_finite()) || times.last().is_some_and(|last| *last > row[0]) {
@@ -84,6 +86,12 @@ pub(super) fn parse(mut lines: Lines<'_>) -> Result<Trajectory> {
     }
     if trajectory.poses.is_empty() {
         return Err(lines.fail("there is no pose"));
+    }
+    // A log numbers its images, in any order; some write the same number for all.
+    let mut order: Vec<usize> = (0..numbers.len()).collect();
+    order.sort_by(|&a, &b| numbers[a].total_cmp(&numbers[b]));
+    if order.windows(2).all(|pair| numbers[pair[0]] < numbers[pair[1]]) && !order.is_empty() {
+        trajectory.poses = order.into_iter().map(|k| trajectory.poses[k]).collect();
     }
     trajectory.times = (!times.is_empty()).then_some(times);
     Ok(trajectory)

@@ -312,6 +312,10 @@ unsafe extern "C" fn make(user: *mut c_void, out: *mut Handle) -> i32 {
         How::Fails(status, text) => {
             // SAFETY: as the header wants it.
             text.into_iter().for_each(|text| api.ok(unsafe { (api.srf_set_last_error)(text.as_ptr()) }));
+            if status == IO {
+                // Freed nevertheless, says the address sanitizer.
+                *out = maker.image();
+            }
             return status;
         }
         How::GivesNothing => {}

@@ -172,9 +172,13 @@ fn images(store: &Store, asked: &Asked<'_, '_>) -> Result<Vec<Posed>> {
     let mut images = Vec::new();
     match model {
         Model::Text(text) => {
-            // Every second line lists points, and may be empty.
-            let lines = lines_of(&text).enumerate().filter(|(_, line)| !line.starts_with('#'));
-            for (number, line) in lines.step_by(2).filter(|(_, line)| !line.trim().is_empty()) {
+            let mut lines = lines_of(&text).enumerate();
+            while let Some((number, line)) = lines.next() {
+                if line.trim().is_empty() || line.starts_with('#') {
+                    continue;
+                }
+                // The next one lists points, and may be empty.
+                lines.next();
                 let words: Vec<&str> = line.trim().splitn(10, ' ').collect();
                 let numbers: Option<Vec<f64>> = words.iter().skip(1).take(7).map(|word| word.parse().ok()).collect();
                 let camera = words.get(8).and_then(|word| word.parse().ok());

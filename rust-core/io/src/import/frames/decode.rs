@@ -191,9 +191,10 @@ pub(super) fn colours(bytes: &[u8], path: &Path, options: &ReadOptions) -> Resul
     }
     let mut decoder = jpeg(bytes);
     let size = jpeg_size(&mut decoder, path)?;
-    // The decoder fills what is missing with grey.
-    let end = bytes.len().saturating_sub(64);
-    if !bytes[end..].windows(2).any(|marker| marker == [0xFF, 0xD9]) {
+    // The decoder fills what is missing with grey. Behind the end phones write what they like; before the scan there may be another
+    // image, a small one.
+    let last = |marker: &[u8]| memchr::memmem::rfind(bytes, marker);
+    if last(&[0xFF, 0xD9]) < last(&[0xFF, 0xDA]) {
         return Err(fail("the image ends too early".to_owned()));
     }
     // Of our own: so that it is foreseen and counted.

@@ -2,7 +2,7 @@
 //! `image/`), a camera's file, and poses camera to world in a `.log`, a TUM list or a text of `tx ty tz qx qy qz qw` or
 //! 4 x 4 numbers a line. Millimetres.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DAffine3;
 
@@ -44,21 +44,22 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         None => asked.camera(&store, layout, usual)?,
     };
     let (poses, is_sure) = read_poses(&store, poses, asked)?;
-    let depths = in_order(store.list(DEPTHS, asked.progress)?);
+    let depths = images(&store, DEPTHS, asked)?;
     let folder = COLOURS.into_iter().find(|folder| store.has(folder));
-    let colours = Colours::of(&store, folder, asked)?;
+    let colours = folder.map_or(Ok(Vec::new()), |folder| images(&store, folder, asked))?;
+    let pairs = pairs(&depths, &colours);
     if poses.len() != depths.len() {
         let problem =
             format!("there are {} poses and {} images in depth: one a frame is needed", poses.len(), depths.len());
         return Err(Error::format(&store.path, "poses", problem));
     }
     let mut entries = Vec::with_capacity(depths.len());
-    for (k, (name, pose)) in depths.iter().zip(poses).enumerate() {
+    for ((name, pose), pair) in depths.iter().zip(poses).zip(pairs) {
         let Some(world_from_sensor) = pose else { continue };
         entries.push(Entry {
             name: stem(name).into(),
             depth: Place::Named(format!("{DEPTHS}/{name}").into()),
-            colour: colours.beside(name, k, depths.len()),
+            colour: pair.map(|k| Place::Named(format!("{}/{}", folder.unwrap_or_default(), colours[k]).into())),
             confidence: None,
             depth_camera: camera,
             colour_camera: camera,
@@ -71,35 +72,52 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     Ok(Recording { entries, notes, convention, ..Recording::new(store, layout) })
 }
 
-/// Colour images by what their names begin with.
-struct Colours {
-    folder: &'static str,
-    all: Vec<String>,
-    by_stem: BTreeMap<String, usize>,
+/// What of the name of an image may say which frame it is of.
+const KEYS: [fn(&str) -> &str; 4] = [
+    |stem| stem,
+    // frame-000001.depth and frame-000001.color.
+    |stem| stem.split('.').next().unwrap_or(stem),
+    // Redwood puts a time behind the number, which differs between depth and colour.
+    |stem| &stem[..stem.find(|c: char| !c.is_ascii_digit()).unwrap_or(stem.len())],
+    |stem| {
+        let end = stem.rfind(|c: char| c.is_ascii_digit()).map_or(0, |last| last + 1);
+        let start = stem[..end].rfind(|c: char| !c.is_ascii_digit()).map_or(0, |before| before + 1);
+        stem[..end].get(start..).unwrap_or("")
+    },
+];
+
+/// The colour image of each depth image: by the first key that finds one for all of the fewer, else by their places where they are as
+/// many, else by the key that finds most.
+fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
+    let by = |key: fn(&str) -> &str| {
+        let mut index_of: BTreeMap<&str, usize> = BTreeMap::new();
+        let all = |names: &'_ [String]| names.iter().map(|name| key(stem(name)).to_owned()).collect::<Vec<_>>();
+        let (of_depths, of_colours) = (all(depths), all(colours));
+        let is_unique = |keys: &[String]| keys.iter().collect::<BTreeSet<_>>().len() == keys.len();
+        if !is_unique(&of_depths) || !is_unique(&of_colours) {
+            return vec![None; depths.len()];
+        }
+        index_of.extend(of_colours.iter().enumerate().map(|(k, key)| (key.as_str(), k)));
+        of_depths.iter().map(|key| index_of.get(key.as_str()).copied()).collect()
+    };
+    let found = |pairs: &Vec<Option<usize>>| pairs.iter().flatten().count();
+    let tried = KEYS.map(by);
+    let fewer = depths.len().min(colours.len());
+    match tried.iter().find(|pairs| found(pairs) == fewer) {
+        Some(all) => all.clone(),
+        None if depths.len() == colours.len() => (0..depths.len()).map(Some).collect(),
+        None => tried.into_iter().rev().max_by_key(found).unwrap_or_default(),
+    }
 }
 
-impl Colours {
-    fn of(store: &Store, folder: Option<&'static str>, asked: &Asked<'_, '_>) -> Result<Colours> {
-        let Some(folder) = folder else {
-            return Ok(Colours { folder: "", all: Vec::new(), by_stem: BTreeMap::new() });
-        };
-        let all = in_order(store.list(folder, asked.progress)?);
-        let by_stem = all.iter().enumerate().map(|(k, name)| (number_of(name).to_owned(), k)).collect();
-        Ok(Colours { folder, all, by_stem })
-    }
-
-    /// That of a depth image: of the same number, else of the same place where there are as many.
-    fn beside(&self, depth: &str, index: usize, count: usize) -> Option<Place> {
-        let in_order = (self.all.len() == count).then_some(index);
-        let index = self.by_stem.get(number_of(depth)).copied().or(in_order)?;
-        Some(Place::Named(format!("{}/{}", self.folder, self.all[index]).into()))
-    }
-}
-
-/// What says which frame an image is of: Redwood puts a time behind the number, which differs between depth and colour.
-fn number_of(name: &str) -> &str {
-    let stem = stem(name);
-    stem.split_once('-').map_or(stem, |(number, _)| number)
+/// Images of a folder, in their order.
+fn images(store: &Store, folder: &str, asked: &Asked<'_, '_>) -> Result<Vec<String>> {
+    const ENDINGS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "pgm", "pfm"];
+    let is_image = |name: &String| {
+        let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+        ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+    };
+    Ok(in_order(store.list(folder, asked.progress)?.into_iter().filter(is_image)))
 }
 
 /// The poses of a file in their order, and whether its form leaves no doubt of what they mean.

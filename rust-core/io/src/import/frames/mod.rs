@@ -163,6 +163,7 @@ fn scans(mut recording: Recording, asked: &Asked<'_, '_>) -> Result<ScanSet> {
             entry.depth_camera = camera;
         }
     }
+    recording.give_cameras_a_size(options, progress)?;
     if options.depth == DepthKind::Ray {
         recording.depth.kind = DepthKind::Ray;
     }
@@ -200,19 +201,36 @@ impl Asked<'_, '_> {
         })
     }
 
-    /// The camera that a file of the store says: any of those at its top.
+    /// The camera that a file at the top of the store says: of several that of depth, by its name, before that of colour.
     fn camera_of(&self, store: &Store) -> Result<Option<Camera>> {
         let is_one = |name: &&str| {
             let lower = name.to_ascii_lowercase();
             (lower.ends_with(".json") || lower.ends_with(".txt")) && (lower.contains("cam") || lower.contains("intrin"))
         };
-        for name in store.top().filter(is_one) {
+        let mut names: Vec<&str> = store.top().filter(is_one).collect();
+        names.sort_by_key(|name| {
+            let lower = name.to_ascii_lowercase();
+            let of_colour = ["color", "colour", "rgb"].iter().any(|word| lower.contains(word));
+            (!lower.contains("depth"), of_colour)
+        });
+        let mut unknown = None;
+        for name in names {
             let text = store.text(name, self.progress)?;
             if super::camera::sniff(text.as_bytes()) {
                 return super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some);
             }
+            let lower = name.to_ascii_lowercase();
+            if lower.starts_with("camera.") || lower.contains("intrinsic") {
+                unknown.get_or_insert((name, text));
+            }
         }
-        Ok(None)
+        match unknown {
+            // What is called so and can't be read must not be replaced by a guess.
+            Some((name, text)) if self.options.camera.is_none() => {
+                super::camera::parse(text.as_bytes(), &store.path_of(name)).map(Some)
+            }
+            _ => Ok(None),
+        }
     }
 }
 

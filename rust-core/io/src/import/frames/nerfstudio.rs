@@ -50,7 +50,7 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
             lost += 1;
             continue;
         };
-        let colour = named("file_path")?.filter(|place| matches!(place, Place::Named(name) if store.has(name)));
+        let colour = named("file_path")?.and_then(|place| there(&store, &place));
         let camera = camera(frame, &file).map_err(fail)?;
         let Place::Named(depth_name) = &depth else { continue };
         entries.push(Entry {
@@ -73,10 +73,18 @@ pub(super) fn listed(store: Store, name: &str, layout: &'static str, asked: &Ask
     }
     let mut recording = Recording::new(store, layout);
     recording.depth.unit = unit(&file).map_err(|problem| Error::format(&path, UNIT, problem))?;
+    recording.depth.unit_of_floats = recording.depth.unit;
     recording.convention = Convention::BACKWARD;
     recording.notes.extend(super::counted(without, frames.len(), "have no depth and are passed over"));
     recording.notes.extend(super::counted(lost, frames.len(), "have no pose and are passed over"));
     Ok(Recording { entries, ..recording })
+}
+
+/// The file of an image, which some name without its ending.
+fn there(store: &Store, place: &Place) -> Option<Place> {
+    let Place::Named(name) = place else { return None };
+    let names = ["", ".png", ".jpg", ".jpeg"].map(|ending| format!("{name}{ending}"));
+    names.into_iter().find(|name| store.has(name)).map(|name| Place::Named(name.into()))
 }
 
 /// Metres of a number of the depth images.
@@ -116,7 +124,11 @@ fn camera(frame: &Value, file: &Value) -> Result<Camera, String> {
         Some(fx) => fx,
         None => width / 2.0 / (need("camera_angle_x")? / 2.0).tan(),
     };
-    let fy = number("fl_y")?.unwrap_or(fx);
+    let fy = match (number("fl_y")?, number("camera_angle_y")?) {
+        (Some(fy), _) => fy,
+        (None, Some(angle)) => height / 2.0 / (angle / 2.0).tan(),
+        (None, None) => fx,
+    };
     let centre = [number("cx")?.unwrap_or(width / 2.0) - 0.5, number("cy")?.unwrap_or(height / 2.0) - 0.5];
     let camera = Camera::sized([fx, fy], centre, [width as usize, height as usize]);
     camera.validate().map_err(|error| error.to_string())?;

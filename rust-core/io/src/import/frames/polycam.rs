@@ -4,7 +4,7 @@
 
 use serde_json::Value;
 
-use super::recording::{self, Entry, Recording, json, pose, stem};
+use super::recording::{self, Entry, Recording, json, photo_of, pose, stem};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use base::error::{Error, Result};
@@ -26,7 +26,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     let kinds = ["depth", "confidence", "corrected_images", "corrected_cameras", "images", "cameras"];
     let [depth, confidence, corrected_images, corrected_cameras, images, cameras] =
         kinds.map(|folder| within(&store, folder));
-    let is_corrected = store.has(&corrected_images) && store.has(&corrected_cameras);
+    let is_corrected = store.has(&corrected_images) && !store.list(&corrected_cameras, asked.progress)?.is_empty();
     let (images, cameras) = if is_corrected { (corrected_images, corrected_cameras) } else { (images, cameras) };
     let depths = store.list(&depth, asked.progress)?;
     if depths.is_empty() {
@@ -51,8 +51,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
             continue;
         };
         let camera = camera(&file).map_err(fail)?;
-        let colour = ["jpg", "jpeg", "png"].map(|ending| format!("{}.{ending}", stem(&name)));
-        let colour = colour.into_iter().find(|name| colours.contains(name));
+        let colour = photo_of(stem(&name), |name| colours.contains(name));
         entries.push(Entry {
             name: stem(&name).into(),
             depth: Place::Named(format!("{depth}/{name}").into()),

@@ -56,8 +56,10 @@ pub(super) struct Entry {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DepthForm {
     pub(super) coding: Coding,
-    /// What a stored number is multiplied with.
+    /// What a stored whole number is multiplied with.
     pub(super) unit: f64,
+    /// What a stored float is multiplied with.
+    pub(super) unit_of_floats: f64,
     pub(super) kind: DepthKind,
 }
 
@@ -92,7 +94,7 @@ impl Recording {
             store,
             layout,
             entries: Vec::new(),
-            depth: DepthForm { coding: Coding::Image, unit: 1e-3, kind: DepthKind::Planar },
+            depth: DepthForm { coding: Coding::Image, unit: 1e-3, unit_of_floats: 1.0, kind: DepthKind::Planar },
             confidence: ConfidenceForm { coding: Coding::Image, least: 1 },
             colour_from_depth: DAffine3::IDENTITY,
             reach: None,
@@ -151,6 +153,19 @@ impl Recording {
         Ok(valid.step_by(step).map(|i| image.point_in_sensor(i)).collect())
     }
 
+    /// Cameras that say no size are those of the first depth image: images of another size, and of colour, have them scaled.
+    pub(super) fn give_cameras_a_size(&mut self, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<()> {
+        let Some(entry) = self.entries.iter().find(|entry| entry.depth_camera.size.is_none()) else { return Ok(()) };
+        let depth = self.depth(entry, options, progress)?;
+        let size = [depth.cols(), depth.rows()];
+        for entry in &mut self.entries {
+            for camera in [&mut entry.depth_camera, &mut entry.colour_camera] {
+                camera.size.get_or_insert(size);
+            }
+        }
+        Ok(())
+    }
+
     fn depth(&self, entry: &Entry, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<RangeImage> {
         let path = self.shown(entry, &entry.depth);
         let bytes = self.store.bytes(&entry.depth, options.max_decoded_bytes(), progress)?;
@@ -158,7 +173,8 @@ impl Recording {
         drop(bytes);
         let size = [raster.cols, raster.rows];
         let camera = camera_for(&entry.depth_camera, size, &path)?;
-        let values = in_units(raster, self.depth.unit, options);
+        let unit = if raster.numbers == Numbers::Real { self.depth.unit_of_floats } else { self.depth.unit };
+        let values = in_units(raster, unit, options);
         RangeImage::from_values(size[1], size[0], values, camera.projection(self.depth.kind))
             .map_err(|error| Error::format(&path, "whole image", error.to_string()))
     }
@@ -295,6 +311,12 @@ fn shown(value: &serde_json::Value) -> String {
 pub(super) fn stem(name: &str) -> &str {
     let name = file_name(name);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+/// The photo of that name without its ending, which is any of a photo's.
+pub(super) fn photo_of(stem: &str, is_there: impl Fn(&str) -> bool) -> Option<String> {
+    let endings = ["jpg", "jpeg", "png", "JPG", "JPEG", "PNG"];
+    endings.into_iter().map(|ending| format!("{stem}.{ending}")).find(|name| is_there(name))
 }
 
 fn file_name(name: &str) -> &str {

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use super::recording::{Entry, Recording, flat, json, pose};
+use super::recording::{Entry, Recording, flat, json, photo_of, pose};
 use super::store::{Place, Store};
 use super::{Asked, counted, decode};
 use base::error::{Error, Result};
@@ -51,7 +51,7 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
         entries.push(Entry {
             name: format!("frame_{number}").into(),
             depth: Place::Named(format!("depth_{number}.png").into()),
-            colour: place(format!("frame_{number}.jpg")),
+            colour: photo_of(&format!("frame_{number}"), |name| store.has(name)).map(|name| Place::Named(name.into())),
             confidence: place(format!("conf_{number}.png")),
             depth_camera: camera,
             colour_camera: camera,
@@ -65,9 +65,8 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
 
 /// The size of the colour images, which the cameras are given for.
 fn photo_size(store: &Store, asked: &Asked<'_, '_>) -> Result<[usize; 2]> {
-    let Some(name) = store.top().find(|name| name.starts_with("frame_") && name.ends_with(".jpg")) else {
-        return Ok(PHOTO);
-    };
-    let bytes = store.bytes(&Place::Named(name.into()), asked.options.max_decoded_bytes(), asked.progress)?;
-    decode::size(&bytes, &store.path_of(name))
+    let photo = |number| photo_of(&format!("frame_{number}"), |name| store.has(name));
+    let Some(name) = store.top().filter_map(number).find_map(photo) else { return Ok(PHOTO) };
+    let bytes = store.bytes(&Place::Named(name.as_str().into()), asked.options.max_decoded_bytes(), asked.progress)?;
+    decode::size(&bytes, &store.path_of(&name))
 }

@@ -4,7 +4,7 @@
 //! Depth and colour of this Kinect are not registered, and no file says by how much: both are taken by the depth's
 //! camera.
 
-use super::recording::{Entry, Recording, pose};
+use super::recording::{Entry, Recording, photo_of, pose};
 use super::store::{Place, Store};
 use super::{Asked, counted};
 use base::error::{Error, Result};
@@ -16,27 +16,26 @@ const DEPTH: &str = ".depth.png";
 const CAMERA: Camera = Camera { focal: [585.0, 585.0], centre: [320.0, 240.0], size: Some([640, 480]) };
 
 pub(super) fn recognize(store: &Store) -> bool {
-    store.top().any(|name| name.ends_with(DEPTH)) && store.top().any(|name| name.ends_with(".pose.txt"))
+    store.top().any(|name| frame_of(name).is_some()) && store.top().any(|name| name.ends_with(".pose.txt"))
 }
 
 pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) -> Result<Recording> {
     let camera = asked.camera_of(&store)?;
-    let depths: Vec<String> = store.top().filter(|name| name.ends_with(DEPTH)).map(str::to_owned).collect();
+    let depths: Vec<String> = store.top().filter(|name| frame_of(name).is_some()).map(str::to_owned).collect();
     let (mut entries, mut lost) = (Vec::new(), 0);
     for depth in &depths {
         asked.progress.check()?;
-        let frame = &depth[..depth.len() - DEPTH.len()];
+        let Some(frame) = frame_of(depth) else { continue };
         let name = format!("{frame}.pose.txt");
         let pose = if store.has(&name) { read_pose(&store, &name, asked)? } else { None };
         let Some(world_from_sensor) = pose else {
             lost += 1;
             continue;
         };
-        let colour = ["png", "jpg", "jpeg"].map(|ending| format!("{frame}.color.{ending}"));
         entries.push(Entry {
             name: frame.into(),
             depth: Place::Named(depth.as_str().into()),
-            colour: colour.into_iter().find(|name| store.has(name)).map(|name| Place::Named(name.into())),
+            colour: photo_of(&format!("{frame}.color"), |name| store.has(name)).map(|name| Place::Named(name.into())),
             confidence: None,
             depth_camera: camera.unwrap_or(CAMERA),
             colour_camera: camera.unwrap_or(CAMERA),
@@ -45,6 +44,11 @@ pub(super) fn list(store: Store, layout: &'static str, asked: &Asked<'_, '_>) ->
     }
     let notes = counted(lost, depths.len(), "have no pose and are passed over").into_iter().collect();
     Ok(Recording { entries, notes, ..Recording::new(store, layout) })
+}
+
+/// The frame that a depth image is of, by its name.
+fn frame_of(name: &str) -> Option<&str> {
+    name.strip_suffix(DEPTH).or_else(|| name.strip_suffix(".depth.PNG"))
 }
 
 fn read_pose(store: &Store, name: &str, asked: &Asked<'_, '_>) -> Result<Option<glam::DAffine3>> {

@@ -40,6 +40,11 @@ fn is_about(name: &str) -> bool {
     ["readme", "license", "licence", "copying"].contains(&stem.as_str())
 }
 
+/// Whether a system put a file of this name there, not who recorded.
+fn is_of_system(name: &str) -> bool {
+    name.starts_with('.') || ["__MACOSX", "Thumbs.db", "desktop.ini"].contains(&name)
+}
+
 impl Store {
     /// The files of a folder.
     pub(super) fn folder(path: &Path, progress: &Progress<'_>) -> Result<Store> {
@@ -51,15 +56,14 @@ impl Store {
     /// The files of a zip archive.
     pub(super) fn archive(path: &Path, progress: &Progress<'_>) -> Result<Store> {
         let archive = Archive::open(path, progress)?;
-        let top = archive.list("");
-        Ok(Store { path: path.to_owned(), archive: Some(archive), top })
+        let store = Store { path: path.to_owned(), archive: Some(archive), top: BTreeSet::new() };
+        Ok(Store { top: store.list("", progress)?, ..store })
     }
 
     /// What lies in the only folder at the top, where there is one: programs that pack or unpack a recording put it there, and people
     /// what they write of it beside it.
     pub(super) fn only_folder(&self, progress: &Progress<'_>) -> Result<Option<Store>> {
-        let is_passed_over = |name: &&str| name.starts_with('.') || *name == "__MACOSX" || is_about(name);
-        let mut names = self.top().filter(|name| !is_passed_over(name));
+        let mut names = self.top().filter(|name| !is_about(name));
         let (Some(name), None) = (names.next(), names.next()) else { return Ok(None) };
         match &self.archive {
             Some(archive) => {
@@ -99,7 +103,7 @@ impl Store {
     /// The files and folders of a folder; none if it is not there.
     pub(super) fn list(&self, folder: &str, progress: &Progress<'_>) -> Result<BTreeSet<String>> {
         if let Some(archive) = &self.archive {
-            return Ok(archive.list(folder));
+            return Ok(archive.list(folder).into_iter().filter(|name| !is_of_system(name)).collect());
         }
         let path = self.path_of(folder);
         let mut names = BTreeSet::new();
@@ -110,7 +114,8 @@ impl Store {
             if i % ENTRIES == 0 {
                 progress.check()?;
             }
-            names.extend(entry.map_err(|e| Error::io(&path, e))?.file_name().into_string().ok());
+            let name = entry.map_err(|e| Error::io(&path, e))?.file_name().into_string().ok();
+            names.extend(name.filter(|name| !is_of_system(name)));
         }
         Ok(names)
     }
@@ -161,6 +166,9 @@ impl Store {
     /// The name within the store of a file that a list at the top names; refused where it leads out.
     pub(super) fn inside(&self, name: &str, options: &ReadOptions) -> Result<Box<str>, String> {
         let name = name.strip_prefix("./").unwrap_or(name);
+        // Some programs write where it lay when they wrote.
+        let below = Path::new(name).strip_prefix(&self.path).ok().and_then(Path::to_str);
+        let name = below.filter(|below| !below.is_empty()).unwrap_or(name);
         if self.archive.is_none() {
             conf::named(&self.path, name, options)?;
         }

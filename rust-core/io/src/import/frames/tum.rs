@@ -69,14 +69,17 @@ fn camera(store: &Store, layout: &str, asked: &Asked<'_, '_>) -> Result<(Camera,
     if let Some(camera) = asked.camera_of(store)? {
         return Ok((camera, None));
     }
-    let path = store.path.to_string_lossy().to_ascii_lowercase();
-    let known =
-        CAMERAS.iter().find_map(|(names, camera)| Some((names.iter().find(|name| path.contains(**name))?, camera)));
+    // Of the data set's own folder, whatever the folders above are called.
+    let path = store.path.canonicalize().unwrap_or_else(|_| store.path.clone());
+    let folder = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let mut words = folder.split(|c: char| !c.is_ascii_alphanumeric());
+    let known = words
+        .find_map(|word| CAMERAS.iter().find(|(names, _)| names.contains(&word)).map(|(_, camera)| (word, camera)));
     match known.filter(|_| asked.options.camera.is_none()) {
         Some((name, camera)) => {
             let ([fx, fy], [cx, cy]) = (camera.focal, camera.centre);
             let note = format!(
-                "no file says the camera: taken for the data set's by `{name}` in the path, ({fx}, {fy}, {cx}, {cy})"
+                "no file says the camera: taken for the data set's by `{name}` in the folder's name, ({fx}, {fy}, {cx}, {cy})"
             );
             Ok((*camera, Some(note)))
         }

@@ -122,7 +122,7 @@ fn tum() {
     assert_eq!(set.scans.len(), FRAMES);
     note(
         &set,
-        "no file says the camera: taken for the data set's by `freiburg2` in the path, (520.9, 521, 325.1, 249.7)",
+        "no file says the camera: taken for the data set's by `freiburg2` in the folder's name, (520.9, 521, 325.1, 249.7)",
     );
 }
 
