@@ -37,8 +37,8 @@ ALIKE = 1e-5
 
 
 def spread(preferred, most):
-    """At most so many of the frames that these flags are of, spread evenly over them: of each of equal parts the one nearest
-    to its middle, of those that are preferred if any is.
+    """At most so many of the frames that these flags are of, spread evenly over them: of each of equal parts the one
+    nearest to its middle, of those that are preferred if any is.
     """
     count = len(preferred)
     most = min(most, count)
