@@ -50,6 +50,11 @@ pub(super) fn numbers(
     let whole = |bytes: &[u8]| bytes.as_chunks::<2>().0.iter().map(|b| f64::from(u16::from_le_bytes(*b))).collect();
     Ok(match coding {
         Coding::Image => {
+            if raster::png::sniff(bytes)
+                && let Some(raster) = raster::png::numbers(bytes, path, most)?
+            {
+                return Ok(raster);
+            }
             let scan = Scan { options: options.clone(), ..Scan::new(path) };
             raster::numbers(bytes, &scan, progress)?
         }

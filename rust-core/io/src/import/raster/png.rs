@@ -106,10 +106,15 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
 }
 
 /// Columns and rows of an image, what its pixels are and their bytes.
-fn pixels(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], ColorType, Vec<u8>)> {
+fn pixels(
+    bytes: &[u8],
+    transformations: Transformations,
+    path: &Path,
+    most: u64,
+) -> Result<([usize; 2], ColorType, Vec<u8>)> {
     let fail = |error: ::png::DecodingError| Error::format(path, "while decoding", error.to_string());
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: 48 << 20 });
-    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    decoder.set_transformations(transformations);
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(fail)?;
@@ -128,7 +133,8 @@ fn pixels(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], ColorType
 
 /// The colours of an image, whatever it stores; alpha is left out.
 pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<([usize; 2], Vec<[u8; 3]>)> {
-    let ([cols, rows], stored, buffer) = pixels(bytes, path, most)?;
+    let bytes_of_colours = Transformations::EXPAND | Transformations::STRIP_16;
+    let ([cols, rows], stored, buffer) = pixels(bytes, bytes_of_colours, path, most)?;
     let pixels = match stored {
         ColorType::Rgb => triples(buffer),
         ColorType::Rgba => buffer.as_chunks::<4>().0.iter().map(|&[r, g, b, _]| [r, g, b]).collect(),
@@ -141,21 +147,30 @@ pub(in super::super) fn colours(bytes: &[u8], path: &Path, most: u64) -> Result<
     Ok(([cols, rows], pixels))
 }
 
-/// The bytes of a grey image of 8 bits, without the detour of numbers; `None` of any other.
-pub(in super::super) fn levels(bytes: &[u8], path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
-    // Behind the mark and the length and name of the header: columns and rows, then bits and kind.
-    if bytes.get(24..26) != Some(&[BitDepth::Eight as u8, ColorType::Grayscale as u8]) {
+/// Columns, rows and pixels of a grey image of so many bits, all at once; `None` of any other.
+fn grey(bytes: &[u8], bits: BitDepth, path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
+    // Behind the mark and the length and name of the header: columns and rows, then bits, kind, packing, filter and interlacing.
+    if bytes.get(24..29) != Some(&[bits as u8, ColorType::Grayscale as u8, 0, 0, 0]) {
         return Ok(None);
     }
-    let (size, stored, buffer) = pixels(bytes, path, most)?;
-    if stored != ColorType::Grayscale {
-        // A grey that is transparent.
-        return Ok(None);
-    }
-    if buffer.is_empty() || buffer.len() != size[0] * size[1] {
+    let (size, _, buffer) = pixels(bytes, Transformations::IDENTITY, path, most)?;
+    if buffer.is_empty() || buffer.len() != size[0] * size[1] * (bits as usize / 8) {
         return Err(Error::format(path, "while decoding", "the image ends too early"));
     }
     Ok(Some((size, buffer)))
+}
+
+/// The bytes of a grey image of 8 bits; `None` of any other.
+pub(in super::super) fn levels(bytes: &[u8], path: &Path, most: u64) -> Result<Option<([usize; 2], Vec<u8>)>> {
+    grey(bytes, BitDepth::Eight, path, most)
+}
+
+/// The numbers of a grey image of 16 bits, as cameras write depths; `None` of any other.
+pub(in super::super) fn numbers(bytes: &[u8], path: &Path, most: u64) -> Result<Option<Raster>> {
+    let Some(([cols, rows], pixels)) = grey(bytes, BitDepth::Sixteen, path, most)? else { return Ok(None) };
+    let mut values: Vec<f64> = reserve(rows * cols, path)?;
+    values.extend(pixels.as_chunks::<2>().0.iter().map(|pixel| f64::from(u16::from_be_bytes(*pixel))));
+    Ok(Some(Raster { rows, cols, values, numbers: Numbers::Whole(u16::MAX.into()), place: None }))
 }
 
 /// Bytes as colours, without another buffer where that fits.
