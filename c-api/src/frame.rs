@@ -220,8 +220,10 @@ fn rows(name: &str, [rows, cols, stride]: [u64; 3], depths: Option<&Rows>) -> Re
     Ok(Rows { stride: stride as usize, ..given })
 }
 
-fn camera([fx, fy, cx, cy]: [f64; 4], size: Rows) -> Camera {
-    Camera::sized([fx, fy], [cx, cy], [size.cols, size.rows])
+fn camera(name: &str, [fx, fy, cx, cy]: [f64; 4], size: Rows) -> Result<Camera, Failure> {
+    let camera = Camera::sized([fx, fy], [cx, cy], [size.cols, size.rows]);
+    camera.validate().or_else(|error| refused(format!("frame.{name}: {error}")))?;
+    Ok(camera)
 }
 
 impl Form {
@@ -246,7 +248,7 @@ impl Form {
         let depths = rows("depth", [given.rows, given.cols, given.row_stride], None)?;
         let colours = rows("colour", [given.colour_rows, given.colour_cols, given.colour_row_stride], Some(&depths))?;
         let confidences = [given.confidence_rows, given.confidence_cols, given.confidence_row_stride];
-        let depth_camera = camera(given.intrinsics, depths);
+        let depth_camera = camera("intrinsics", given.intrinsics, depths)?;
         let mut form = Form {
             kind,
             depths,
@@ -256,7 +258,7 @@ impl Form {
             colours,
             colour_camera: match given.colour_intrinsics {
                 [0.0, 0.0, 0.0, 0.0] => depth_camera.scaled_to([colours.cols, colours.rows]),
-                numbers => camera(numbers, colours),
+                numbers => camera("colour_intrinsics", numbers, colours)?,
             },
             colour_from_depth: pose::read_rigid("frame.colour_from_depth", &given.colour_from_depth)?,
             has_black_rim: flag("has_black_rim", given.has_black_rim)?,
@@ -294,7 +296,10 @@ impl Form {
         let Some(given) = pointer::read_struct(colours) else { return Ok(None) };
         let pixels = match given.components {
             4 => Borrowed::image("colours", colours, 4, self.colours)?.opaque::<4>()?,
-            _ => Borrowed::image("colours", colours, 3, self.colours)?.opaque::<3>()?,
+            3 => Borrowed::image("colours", colours, 3, self.colours)?.opaque::<3>()?,
+            other => {
+                return Err(Failure::new(SRF_ERR_INPUT, format!("colours: components must be 3 or 4, got {other}")));
+            }
         };
         Ok(Some(ColourImage {
             camera: self.colour_camera,

@@ -233,8 +233,8 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     arrays().refused(&with(field::ROWS, u64::MAX), INPUT, "has not 768 elements");
     arrays().refused(&with(field::ROW_STRIDE, 63), INPUT, "rows 63 bytes apart have no room for the 64 bytes of a row");
     arrays().refused(&with(field::ROW_STRIDE, u64::MAX), INPUT, "768 elements are more than there can be");
-    arrays().refused(&with(field::FX, 0), INPUT, "focal length fx");
-    arrays().refused(&with(field::FX + 2, nan), INPUT, "centre cx");
+    arrays().refused(&with(field::FX, 0), PARAMETER, "frame.intrinsics: ");
+    arrays().refused(&with(field::FX + 2, nan), PARAMETER, "frame.intrinsics: the camera's centre cx");
     arrays().refused(&with(field::COLOUR_FROM_DEPTH, nan), INPUT, "frame.colour_from_depth has a number that is not");
     arrays().refused(&with(field::COLOUR_FROM_DEPTH, 2_f64.to_bits()), INPUT, "frame.colour_from_depth must be rigid");
     let signed = Array { kind: I32, ..depths };
@@ -243,10 +243,10 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     Arrays::of(null).refused(&form(ROWS, COLS), NULL, "depths.data must not be NULL");
     let grey = Array { kind: U8, ..depths };
     let painted = |colours| Arrays { colours: Some(colours), ..arrays() };
-    painted(&grey).refused(&form(ROWS, COLS), INPUT, "colours: components must be 3, got 1");
+    painted(&grey).refused(&form(ROWS, COLS), INPUT, "colours: components must be 3 or 4, got 1");
     let bytes = vec![0_u8; 3 * ROWS * COLS];
     let rgb = Array::of(&bytes, U8, 3);
-    painted(&rgb).refused(&with(field::COLOUR_FX, 5_f64.to_bits()), INPUT, "focal length fy");
+    painted(&rgb).refused(&with(field::COLOUR_FX, 5_f64.to_bits()), PARAMETER, "frame.colour_intrinsics: ");
     let fewer = Array { count: 700, ..rgb };
     painted(&fewer).refused(&form(ROWS, COLS), INPUT, "colours: an image of 32 x 24 pixels has not 700 elements");
     let wide = Array { kind: U16, ..rgb };
