@@ -90,15 +90,12 @@ const KEYS: [fn(&str) -> &str; 4] = [
 /// many, else by the key that finds most.
 fn pairs(depths: &[String], colours: &[String]) -> Vec<Option<usize>> {
     let by = |key: fn(&str) -> &str| {
-        let mut index_of: BTreeMap<&str, usize> = BTreeMap::new();
-        let all = |names: &'_ [String]| names.iter().map(|name| key(stem(name)).to_owned()).collect::<Vec<_>>();
-        let (of_depths, of_colours) = (all(depths), all(colours));
-        let is_unique = |keys: &[String]| keys.iter().collect::<BTreeSet<_>>().len() == keys.len();
-        if !is_unique(&of_depths) || !is_unique(&of_colours) {
-            return vec![None; depths.len()];
-        }
-        index_of.extend(of_colours.iter().enumerate().map(|(k, key)| (key.as_str(), k)));
-        of_depths.iter().map(|key| index_of.get(key.as_str()).copied()).collect()
+        let keys = |names: &[String]| names.iter().map(|name| key(stem(name)).to_owned()).collect::<Vec<_>>();
+        let (of_depths, of_colours) = (keys(depths), keys(colours));
+        let index_of: BTreeMap<&String, usize> = of_colours.iter().zip(0..).collect();
+        let are_unique =
+            index_of.len() == colours.len() && of_depths.iter().collect::<BTreeSet<_>>().len() == depths.len();
+        of_depths.iter().map(|key| index_of.get(key).copied().filter(|_| are_unique)).collect()
     };
     let found = |pairs: &Vec<Option<usize>>| pairs.iter().flatten().count();
     let tried = KEYS.map(by);
