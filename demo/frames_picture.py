@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 def in_colours(f):
     """Where the colours of the surface are from; shares of a hundredth are not seen."""
     if not f["coloured"]:
-        return "not every frame has colours"
+        return "no frame has colours"
     share = f["seen_in_colour"]
     return "in the colours of the recording" + (f", {share:.0%} of it seen in colour" if share < 0.99 else "")
 

@@ -400,18 +400,6 @@ def movable(obj):
     refuse_linked(obj, obj.library)
 
 
-def placeable(obj):
-    """Refuses an object that can't be moved, or would not stay where it is put."""
-    movable(obj)
-    animation = obj.animation_data
-    is_animated = animation is not None and (animation.action is not None or len(animation.drivers) > 0)
-    if is_animated or any(not constraint.mute for constraint in obj.constraints):
-        raise Refused(
-            f'"{obj.name}" does not stay where it is put: turn off its constraints, keyframes and drivers,'
-            " or select what it follows instead"
-        )
-
-
 def refuse_linked(obj, library):
     """Refuses an object if the library is one: it is another file's."""
     if library is not None:

@@ -11,7 +11,8 @@ use crate::status::{self, Failure, srf_status::*};
 use crate::{handle, last_error, pointer};
 
 /// Makes the range image of a scan, for example with srf_image_from_frame(): user, as given in srf_image_source; out_image, receives
-/// a handle that nobody else uses, which the library then frees, also where the answer is an error. Its pose and its name are passed over: those of adding count.
+/// a handle that nobody else uses, which the library then frees, also where the answer is an error. Its pose and its name are passed
+/// over: those of adding count.
 /// Called on threads of the library or on the thread that made the call, for several scans at once, and for a scan more than once;
 /// each time it must make the same image, or the result is none of any scan. It may call any function of this library; while it is in
 /// one that takes longer it may be called for another scan on the same thread, so it must hold no lock then that it takes itself. Answer

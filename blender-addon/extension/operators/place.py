@@ -154,8 +154,20 @@ def movable_roots(context):
     chosen = set(context.selected_objects)
     roots = [obj for obj in context.selected_objects if chosen.isdisjoint(ancestors(obj))]
     for obj in roots:
-        convert.placeable(obj)
+        refuse_held(obj)
     return roots
+
+
+def refuse_held(obj):
+    """Refuses an object that can't be moved, or would not stay where it is put."""
+    convert.movable(obj)
+    animation = obj.animation_data
+    is_animated = animation is not None and (animation.action is not None or len(animation.drivers) > 0)
+    if is_animated or any(not constraint.mute for constraint in obj.constraints):
+        raise Refused(
+            f'"{obj.name}" does not stay where it is put: turn off its constraints, keyframes and drivers,'
+            " or select what it follows instead"
+        )
 
 
 def ancestors(obj):
