@@ -171,6 +171,26 @@ fn damaged_images_are_named() {
     refused(&files, "are none, or more than max_decoded_gib allows");
 }
 
+/// Theorem: a photo that lacks its last bytes is refused, also where a smaller image with an end of its own lies in its header.
+#[test]
+fn photos_without_their_end_are_refused() {
+    let small: Vec<u8> = [&[0xFF, 0xE1, 0, 10][..], &[0xFF, 0xD8, 0xFF, 0xDA, 0, 0, 0xFF, 0xD9]].concat();
+    for cut in [1, 2, 3, 20] {
+        let mut files = writers::scanner_app(&phone());
+        files.change("frame_00003.jpg", |bytes| {
+            bytes.splice(2..2, small.iter().copied());
+            bytes.truncate(bytes.len() - cut);
+        });
+        let (_keep, path) = files.folder();
+        let error = open(&path).unwrap().scans[3].read().map(drop).unwrap_err().to_string();
+        assert!(error.contains("frame_00003.jpg: while decoding: "), "{cut}: {error}");
+    }
+    let mut whole = writers::scanner_app(&phone());
+    whole.change("frame_00003.jpg", |bytes| drop(bytes.splice(2..2, small.iter().copied())));
+    let (_keep, path) = whole.folder();
+    assert!(read(&path, 3).unwrap().colour.is_some());
+}
+
 #[test]
 fn numbers_that_are_no_depths() {
     let twin = phone();
