@@ -9,12 +9,13 @@
 #define SURFRECON_HPP
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
+#include <new>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -792,19 +793,17 @@ public:
 
     void check(const Watcher &watcher, srf_status status) const
     {
-        std::exception_ptr thrown;
-        if (thrown_) {
-            const std::lock_guard<std::mutex> lock(thrown_->mutex);
-            std::swap(thrown, thrown_->first);
-        }
-        if (status != SRF_OK && thrown) std::rethrow_exception(thrown);
+        const std::unique_ptr<std::exception_ptr> thrown(thrown_ ? thrown_->first.exchange(nullptr) : nullptr);
+        if (status != SRF_OK && thrown) std::rethrow_exception(*thrown);
         watcher.check(status);
     }
 
 private:
+    // No mutex: not every compiler for Windows has one.
     struct Thrown {
-        std::mutex mutex;
-        std::exception_ptr first;
+        std::atomic<std::exception_ptr *> first{nullptr};
+
+        ~Thrown() { delete first.load(); }
     };
     struct Maker {
         ImageFunction function;
@@ -818,8 +817,9 @@ private:
             *out_image = maker.function().release();
             return SRF_OK;
         } catch (...) {
-            const std::lock_guard<std::mutex> lock(maker.thrown->mutex);
-            if (!maker.thrown->first) maker.thrown->first = std::current_exception();
+            auto *const thrown = new (std::nothrow) std::exception_ptr(std::current_exception());
+            std::exception_ptr *none = nullptr;
+            if (!maker.thrown->first.compare_exchange_strong(none, thrown)) delete thrown;
             return SRF_ERR_INPUT;
         }
     }
