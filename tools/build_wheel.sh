@@ -43,4 +43,6 @@ maturin build --quiet --release --locked "${options[@]}" -i "$python" \
     die "maturin could not build the wheel, see above"
 }
 # shellcheck disable=SC2086
+"$python" tools/wheel_without_paths.py target/wheels/surfrecon-*-$tag.whl
+# shellcheck disable=SC2086
 ls target/wheels/surfrecon-*-$tag.whl
