@@ -120,6 +120,7 @@ case $triple in
         command -v x86_64-w64-mingw32-gcc >/dev/null ||
             die "the linker for Windows is missing: apt-get install gcc-mingw-w64-x86-64-win32"
         set_ "CARGO_TARGET_${upper}_LINKER" x86_64-w64-mingw32-gcc
+        path=$root/tools/windows-gnu:$path
         ;;
     *-apple-darwin)
         set_ MACOSX_DEPLOYMENT_TARGET 11.0
