@@ -58,6 +58,11 @@ toolchain() {
         ln -sfn "$from" "$folder/lib/rustlib/src/rust"
         touch "$folder/.complete"
     fi
+    # What rustc strips libraries for macOS with looks for LLVM here.
+    local shared
+    for shared in "$folder"/lib/libLLVM.so.*; do
+        [ ! -e "$shared" ] || ln -sf "$shared" "$folder/lib/rustlib/$host/lib/"
+    done
     local objects=$folder/lib/rustlib/$triple/lib
     case $triple in *-windows-gnu) if [ ! -e "$objects/rsend.o" ]; then
         mkdir -p "$objects/self-contained"
