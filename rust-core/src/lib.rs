@@ -55,7 +55,7 @@ pub mod memory {
 
 /// Progress and cancelling as one value.
 pub mod progress {
-    pub use base::progress::{Plan, Progress, Tick};
+    pub use base::progress::{Plan, Progress, Seconds, Tick};
 }
 
 /// Pools of our own: we live inside other people's programs and leave the global pool alone.

@@ -1,17 +1,24 @@
-//! Progress and cancelling as one value.
+//! How a long call runs, as one value: its stages with their shares of the time, how far it is, what each stage took, and whether
+//! it is to stop.
 //!
-//! A long call gets a [`Progress`]. Its workers count what they have done ([`Progress::advance`], an atomic add); the
+//! A long call gets a [`Progress`]. Its driver names the stages ([`crate::stages`]); its workers count what they have done ([`Progress::advance`], an atomic add); the
 //! **calling** thread looks at the counts before the work begins and every 30 ms from then on, and hands them to the
 //! caller's function, which answers whether to go on. So a host's callback never runs on a foreign thread, and counting costs next to nothing.
 
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rayon::slice::ParallelSliceMut;
 
 use crate::error::{Error, Result};
+
+/// The clock of a call.
+struct Clock {
+    last: Instant,
+    seconds: Seconds,
+}
 
 /// How often the caller's function is asked.
 const POLL: Duration = Duration::from_millis(30);
@@ -28,9 +35,41 @@ pub struct Tick {
 /// The stages of a call with their shares of its time; shares are relative to each other.
 pub type Plan = &'static [(&'static str, f64)];
 
+/// Wall-clock seconds by what they were spent on, in the order in which that was first done.
+pub type Seconds = Vec<(&'static str, f64)>;
+
+/// The stages of a call: a [`Plan`], and the place of each stage in it under a name.
+///
+/// ```
+/// surfrecon_base::stages! {
+///     /// Stages with their shares of the time.
+///     PLAN:
+///     READING = "reading", 0.2;
+///     SORTING = "sorting", 0.8;
+/// }
+/// let progress = surfrecon_base::progress::Progress::none();
+/// progress.plan(PLAN);
+/// progress.stage(SORTING, 10);
+/// assert_eq!(progress.tick().stage, "sorting");
+/// ```
+#[macro_export]
+macro_rules! stages {
+    ($(#[$doc:meta])* $visible:vis $plan:ident: $($stage:ident = $words:literal, $share:literal;)+) => {
+        $(#[$doc])*
+        $visible const $plan: $crate::progress::Plan = &[$(($words, $share)),+];
+        $crate::stages!(@place 0; $visible $($stage)+);
+    };
+    (@place $place:expr; $visible:vis $stage:ident $($rest:ident)*) => {
+        #[doc = "Its place in the plan."]
+        $visible const $stage: usize = $place;
+        $crate::stages!(@place $place + 1; $visible $($rest)*);
+    };
+    (@place $place:expr; $visible:vis) => {};
+}
+
 type Sink<'a> = Box<dyn FnMut(Tick) -> ControlFlow<()> + Send + 'a>;
 
-/// Progress and cancelling of one long call.
+/// Stages, progress, seconds and cancelling of one long call.
 pub struct Progress<'a> {
     sink: Mutex<Option<Sink<'a>>>,
     plan: Mutex<Plan>,
@@ -42,6 +81,7 @@ pub struct Progress<'a> {
     heard: AtomicBool,
     /// Checks left before the call is cancelled; `u64::MAX` for no limit.
     checks_left: AtomicU64,
+    clock: Mutex<Clock>,
     /// The call that this one is a part of, and is cancelled with.
     whole: Option<&'a dyn Check>,
 }
@@ -77,6 +117,7 @@ impl<'a> Progress<'a> {
             cancelled: AtomicBool::new(false),
             heard: AtomicBool::new(false),
             checks_left: AtomicU64::new(u64::MAX),
+            clock: Mutex::new(Clock { last: Instant::now(), seconds: Vec::new() }),
             whole: None,
         }
     }
@@ -86,10 +127,32 @@ impl<'a> Progress<'a> {
         Progress { whole: Some(self), ..Progress::with_sink(None) }
     }
 
-    /// Sets the stages of the call. Called once, by the driver, before the first stage.
+    /// Sets the stages of the call, and starts its clock. Called once, by the driver, before the first stage.
     pub fn plan(&self, plan: Plan) {
         *lock(&self.plan) = plan;
         self.stage(0, 1);
+        self.count_from(Vec::new());
+    }
+
+    /// Starts the clock anew: what was done before, once for several calls, took so long.
+    pub fn count_from(&self, before: Seconds) {
+        *lock(&self.clock) = Clock { last: Instant::now(), seconds: before };
+    }
+
+    /// The time since the last lap was spent on `work`; it may come again.
+    pub fn lap(&self, work: &'static str) {
+        let mut clock = lock(&self.clock);
+        let now = Instant::now();
+        let seconds = (now - std::mem::replace(&mut clock.last, now)).as_secs_f64();
+        match clock.seconds.iter_mut().find(|lap| lap.0 == work) {
+            Some(lap) => lap.1 += seconds,
+            None => clock.seconds.push((work, seconds)),
+        }
+    }
+
+    /// What the laps so far took.
+    pub fn seconds(&self) -> Seconds {
+        lock(&self.clock).seconds.clone()
     }
 
     /// Starts stage `index` of the plan, which will count up to `total`.
@@ -382,6 +445,26 @@ mod tests {
         let here = std::thread::current().id();
         let nobody = Progress::none();
         assert_eq!(nobody.watch(|| Ok(std::thread::current().id())).unwrap(), here, "a thread for nothing");
+    }
+
+    #[test]
+    fn laps_of_a_name_add_up_in_the_order_of_the_first_ones() {
+        stages! { PLAN: FIRST = "first", 0.25; SECOND = "second", 0.75; }
+        let progress = Progress::none();
+        progress.plan(PLAN);
+        progress.stage(SECOND, 2);
+        progress.advance(1).unwrap();
+        assert_eq!((FIRST, progress.tick()), (0, Tick { stage: "second", fraction: 0.625 }));
+        progress.count_from(vec![("before", 7.0)]);
+        for work in ["one", "two", "one"] {
+            std::thread::sleep(Duration::from_millis(2));
+            progress.lap(work);
+        }
+        let seconds = progress.seconds();
+        assert_eq!(seconds.iter().map(|lap| lap.0).collect::<Vec<_>>(), ["before", "one", "two"]);
+        assert!(seconds[0].1 == 7.0 && seconds[1].1 >= 0.004 && seconds[2].1 >= 0.002);
+        progress.plan(PLAN);
+        assert!(progress.seconds().is_empty(), "of the call before");
     }
 
     #[test]

@@ -1,7 +1,5 @@
 //! The driver: the stages in their order, for one resolution or a chain of them.
 
-use std::time::Instant;
-
 use super::flip::Goal;
 use super::kmeans::KMeans;
 use super::net::Net;
@@ -16,10 +14,9 @@ use base::error::Result;
 use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
-use geom::bvh::Bvh;
 use mesh::AttributeData;
 use mesh::TriMesh;
-use mesh::certify;
+use mesh::dump::{self, Stage};
 use mesh::measure::{self, Summary};
 use mesh::point_cloud::PointCloud;
 use reconstruct::{self, ReconstructParams, Reconstructor};
@@ -33,7 +30,8 @@ const BYTES_FITTED: f64 = 160.0;
 /// Stages with their shares of the time: of a mesh ...
 const PLAN: Plan = &[("clustering", 1.0)];
 /// ... and of points, which become a mesh first.
-const POINTS_PLAN: Plan = &[reconstruct::PLAN[0], reconstruct::PLAN[1], reconstruct::PLAN[2], ("clustering", 0.5)];
+const POINTS_PLAN: Plan =
+    &[reconstruct::PLAN[0], reconstruct::PLAN[1], reconstruct::PLAN[2], reconstruct::PLAN[3], ("clustering", 0.5)];
 /// Steps that splitting and mending take of a level's progress, besides those that the parameters bound.
 const OTHER_STEPS: u64 = 130;
 /// Rounds for a largest error that are taken as its progress.
@@ -45,16 +43,6 @@ const CONVERGED: f64 = 2e-4;
 const TRIES: usize = 8;
 /// Relaxation steps after each round of flips.
 const STEPS_A_ROUND: usize = 20;
-/// Patches that a largest error starts with.
-const FIRST_PATCHES: usize = 32;
-/// Rounds of refinement for a largest error ...
-const REFINEMENTS: usize = 60;
-/// ... the first of which relax what they make: of noise that nodes slide away from, that may never lie near enough.
-const RELAXED: usize = 24;
-/// Rounds after which the patches around a vertex that stays beyond are split, too, a ring more each round, ...
-const PATIENCE: u8 = 10;
-/// ... so many at most.
-const MOST_RINGS: u8 = 6;
 
 /// Clusters a mesh at one resolution.
 ///
@@ -95,7 +83,7 @@ pub fn levels(
     resolutions.iter().try_for_each(|r| r.validate())?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    progress.run(&pool, || chain(mesh, resolutions, params, 0, Vec::new(), progress))
+    progress.run(&pool, || chain(mesh, resolutions, params, 0, progress))
 }
 
 /// Clusters points at one resolution: the surface through them, as [`reconstruct::run`] finds it, is clustered.
@@ -126,7 +114,6 @@ pub fn levels_of_points(
     progress.plan(POINTS_PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || {
-        let start = Instant::now();
         let reconstruct = ReconstructParams { threads: params.threads, ..ReconstructParams::default() };
         let through = Reconstructor::new(cloud)?.into_surface_within(&reconstruct, progress)?;
         let (mut mesh, sources) = (through.mesh, "source_point");
@@ -135,8 +122,9 @@ pub fn levels_of_points(
         };
         // Which point a vertex was says nothing about the vertices of the result.
         mesh.vertex_attributes.retain(|a| a.name != sources);
-        let before = vec![("surface through the points", start.elapsed().as_secs_f64())];
-        let mut chain = chain(&mesh, resolutions, params, reconstruct::PLAN.len(), before, progress)?;
+        let through_points = through.report.seconds.iter().map(|lap| lap.1).sum();
+        progress.count_from(vec![("surface through the points", through_points)]);
+        let mut chain = chain(&mesh, resolutions, params, reconstruct::PLAN.len(), progress)?;
         for level in &mut chain {
             let mut labels = vec![-1; cloud.positions.len()];
             for (&point, &label) in points.iter().zip(&level.labels) {
@@ -149,13 +137,12 @@ pub fn levels_of_points(
     })
 }
 
-/// The levels of a chain, on the pool; `stage` of the plan is the clustering, `before` the stages before it.
+/// The levels of a chain, on the pool; `stage` of the plan is the clustering.
 fn chain(
     mesh: &TriMesh,
     resolutions: &[Resolution],
     params: &ClusterParams,
     stage: usize,
-    before: Vec<(&'static str, f64)>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Clustered>> {
     magnitude::points("vertex", &mesh.positions)?;
@@ -163,7 +150,6 @@ fn chain(
     let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
     let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
     memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
-    let start = Instant::now();
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
     let surface = Surface::new(mesh, progress)?;
     let job = Job { input: mesh, weights: point_weights(&surface), surface, params };
@@ -172,15 +158,17 @@ fn chain(
     order.sort_by_key(|&i| job.patches(resolutions[i]).unwrap_or(usize::MAX));
     let mut kmeans = KMeans::new(&job.surface.points, &job.weights, u64::from(params.seed));
     let mut results: Vec<Option<Clustered>> = vec![None; resolutions.len()];
-    let mut prepared = before;
-    prepared.push(("surface", start.elapsed().as_secs_f64()));
+    progress.lap("surface");
+    let prepared = progress.seconds();
     let mut done = 0;
     for i in order {
-        let clock = Clock::start(prepared.clone());
-        results[i] = Some(match resolutions[i] {
-            Resolution::MaxError(error) => job.within(&kmeans, error, clock, progress)?,
-            resolution => job.level(&mut kmeans, resolution, clock, progress)?,
-        });
+        progress.count_from(prepared.clone());
+        let mut level = match resolutions[i] {
+            Resolution::MaxError(error) => job.within(&kmeans, error, progress)?,
+            resolution => job.level(&mut kmeans, resolution, progress)?,
+        };
+        level.report.seconds = progress.seconds();
+        results[i] = Some(level);
         // Levels converge sooner than they may.
         done += steps(resolutions[i], params);
         progress.reach(done);
@@ -206,15 +194,15 @@ fn point_weights(surface: &Surface) -> Vec<f64> {
     surface.areas.iter().map(|a| a.max(1e-9 * mean)).collect()
 }
 
-struct Job<'a> {
+pub(super) struct Job<'a> {
     input: &'a TriMesh,
-    surface: Surface,
+    pub(super) surface: Surface,
     weights: Vec<f64>,
-    params: &'a ClusterParams,
+    pub(super) params: &'a ClusterParams,
 }
 
 /// Patches that are disks, and the polygons around them.
-struct Disks {
+pub(super) struct Disks {
     labels: Vec<u32>,
     patches: usize,
     polygons: Polygons,
@@ -224,7 +212,7 @@ struct Disks {
 
 impl Disks {
     /// Nodes of their fans.
-    fn nodes(&self) -> usize {
+    pub(super) fn nodes(&self) -> usize {
         self.patches + self.polygons.spots.len()
     }
 }
@@ -267,20 +255,14 @@ impl<'a> Job<'a> {
     }
 
     /// One level that is not bounded by an error. `kmeans` is that of a coarser level, and this level's afterwards.
-    fn level(
-        &self,
-        kmeans: &mut KMeans<'a>,
-        resolution: Resolution,
-        mut clock: Clock,
-        progress: &Progress<'_>,
-    ) -> Result<Clustered> {
+    fn level(&self, kmeans: &mut KMeans<'a>, resolution: Resolution, progress: &Progress<'_>) -> Result<Clustered> {
         let nodes = match resolution {
             Resolution::Vertices(n) => Some(self.nodes(n)),
             Resolution::Tenth => Some(self.surface.points.len() / 10),
             _ => None,
         };
         if nodes.is_some_and(|wanted| wanted < self.surface.points.len()) && self.is_coarsest() {
-            return Ok(self.input_itself(clock, false));
+            return Ok(self.input_itself(false));
         }
         let patches = self.patches(resolution).expect("no bound on the error");
         let coarser = kmeans.clone();
@@ -288,10 +270,10 @@ impl<'a> Job<'a> {
         if let Some(wanted) = nodes {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
-        clock.lap("patches");
-        match self.make(disks, nodes, self.params.relaxation, &mut clock, progress)? {
-            Some(made) => Ok(made.into_result(clock, None)),
-            None => Ok(self.input_itself(clock, false)),
+        progress.lap("patches");
+        match self.make(disks, nodes, self.params.relaxation, progress)? {
+            Some(made) => Ok(made.into_result(None)),
+            None => Ok(self.input_itself(false)),
         }
     }
 
@@ -372,25 +354,29 @@ impl<'a> Job<'a> {
         self.repaired(kmeans, progress)
     }
 
-    fn repaired(&self, kmeans: &KMeans<'_>, progress: &Progress<'_>) -> Result<Disks> {
+    pub(super) fn repaired(&self, kmeans: &KMeans<'_>, progress: &Progress<'_>) -> Result<Disks> {
         let mut labels = kmeans.labels.clone();
         let (patches, polygons, repairs) = subcluster::make_disks(&self.surface, &self.weights, &mut labels, progress)?;
         Ok(Disks { labels, patches, polygons, repairs, energy: kmeans.energy() })
     }
 
     /// Fans of the patches, relaxed; `None` if the topology leaves more than `nodes`, and more than the input has.
-    fn make(
+    pub(super) fn make(
         &self,
         disks: Disks,
         nodes: Option<usize>,
         relaxation: u32,
-        clock: &mut Clock,
         progress: &Progress<'_>,
     ) -> Result<Option<Made>> {
         let surface = &self.surface;
+        dump::stage("cluster-1-patches", || Stage {
+            values: disks.labels.iter().map(|&label| label as i32 + 1).collect(),
+            ..self.stage_of(self.cut_input())
+        })?;
         let mut net = fans::mesh(surface, &self.weights, &disks.labels, disks.patches, &disks.polygons);
         let before = net.shape(progress)?;
-        clock.lap("fans");
+        dump::stage("cluster-2-fans", || self.stage_of(finish::mesh(surface, self.input, net.clone())))?;
+        progress.lap("fans");
         let steps = relaxation as usize;
         let few = steps.min(STEPS_A_ROUND);
         relax::relax(surface, &mut net, steps, progress)?;
@@ -408,9 +394,9 @@ impl<'a> Job<'a> {
             mend::mend(surface, &mut net, nodes, progress)?;
             features::keep(surface, &mut net, progress)?;
         }
-        clock.lap("relax");
+        progress.lap("relax");
         fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;
-        clock.lap("fit");
+        progress.lap("fit");
         self.finish(disks, net, before, progress).map(Some)
     }
 
@@ -442,6 +428,11 @@ impl<'a> Job<'a> {
         Ok(Made { mesh, labels, report })
     }
 
+    /// A mesh to look at.
+    fn stage_of(&self, mesh: TriMesh) -> Stage {
+        Stage { positions: mesh.positions, triangles: mesh.triangles, values: Vec::new() }
+    }
+
     /// Labels of the input's vertices from those of the surface's.
     fn labels(&self, of_surface: impl Iterator<Item = u32>) -> Vec<i32> {
         let mut labels = vec![-1; self.input.positions.len()];
@@ -451,61 +442,14 @@ impl<'a> Job<'a> {
         labels
     }
 
-    /// Splits the patches with a place beyond `bound` until there is none: vertices of the input first, which is soon
-    /// measured; then all points of both surfaces.
-    fn within(&self, start: &KMeans<'a>, bound: f64, mut clock: Clock, progress: &Progress<'_>) -> Result<Clustered> {
-        let reference = self.cut_input();
-        let bvh = Bvh::build_with(&reference.positions, &reference.triangles, rayon::current_num_threads(), progress)?;
-        // In how many rounds each vertex was beyond.
-        let mut rounds = vec![0_u8; reference.positions.len()];
-        let mut kmeans = start.restarted();
-        kmeans.split_to(FIRST_PATCHES, progress)?;
-        for round in 0..REFINEMENTS {
-            kmeans.step(progress)?;
-            let disks = self.repaired(&kmeans, progress)?;
-            // Halfway to a patch a vertex nothing is won over the input.
-            if disks.nodes() >= self.surface.points.len() {
-                break;
-            }
-            clock.lap("patches");
-            let relaxation = if round < RELAXED { self.params.relaxation } else { 0 };
-            let Some(made) = self.make(disks, None, relaxation, &mut clock, progress)? else { break };
-            let side = measure::Side::Ignored;
-            let deviation = measure::deviation_within(&reference.positions, &made.mesh, side, 0, progress)?;
-            let mut beyond: Vec<bool> = deviation.distances.iter().map(|&d| d > bound).collect();
-            if !beyond.contains(&true) {
-                let there = certify::within(&reference, &made.mesh, bound, progress)?;
-                let back = certify::within(&made.mesh, &reference, bound, progress)?;
-                if there.beyond.is_empty() && back.beyond.is_empty() {
-                    clock.lap("measure");
-                    let certified = (deviation.summary, there.bound.max(back.bound));
-                    return Ok(made.into_result(clock, Some(certified)));
-                }
-                // Where it is, and at the corners of the triangle that lies too far off.
-                let places = there.beyond.iter().map(|b| b[0]).chain(back.beyond.iter().map(|b| b[1]));
-                let far_off = there.beyond.iter().map(|b| b[1]).chain(back.beyond.iter().map(|b| b[0]));
-                let corners = far_off.flat_map(|t| made.mesh.corners(t as usize));
-                let at_corners = corners.filter_map(|p| bvh.closest_point(p)).map(|closest| closest.triangle);
-                for t in places.chain(at_corners) {
-                    reference.triangles[t as usize].iter().for_each(|&v| beyond[v as usize] = true);
-                }
-            }
-            clock.lap("measure");
-            widen(&mut beyond, &mut rounds, &reference.triangles);
-            kmeans.split_marked(&beyond);
-            kmeans.step(progress)?;
-        }
-        Ok(self.input_itself(clock, true))
-    }
-
     /// The input cut to a manifold, without attributes.
-    fn cut_input(&self) -> TriMesh {
+    pub(super) fn cut_input(&self) -> TriMesh {
         let positions = self.surface.origins.iter().map(|&v| self.input.positions[v as usize]).collect();
         TriMesh::new(positions, self.surface.triangles.clone())
     }
 
     /// The input as the result, cut where it is no manifold.
-    fn input_itself(&self, clock: Clock, has_bound: bool) -> Clustered {
+    pub(super) fn input_itself(&self, has_bound: bool) -> Clustered {
         let mut mesh = self.cut_input();
         let places: Vec<usize> = self.surface.origins.iter().map(|&v| v as usize).collect();
         mesh.vertex_attributes = self.input.vertex_attributes.iter().map(|a| a.gather(&places)).collect();
@@ -520,62 +464,23 @@ impl<'a> Job<'a> {
             deviation: has_bound.then(Summary::default),
             bound: has_bound.then_some(0.0),
             kept_input: true,
-            seconds: clock.laps,
             ..ClusterReport::default()
         };
         Clustered { labels: self.labels(0..mesh.positions.len() as u32), mesh, report }
     }
 }
 
-/// Marks what is around vertices that were marked in many rounds, of which it counts them: their own patches are as small as
-/// may be, and were no help.
-fn widen(marked: &mut [bool], rounds: &mut [u8], triangles: &[[u32; 3]]) {
-    let mut rings = vec![0_u8; marked.len()];
-    for v in (0..marked.len()).filter(|&v| marked[v]) {
-        rounds[v] = rounds[v].saturating_add(1);
-        rings[v] = rounds[v].saturating_sub(PATIENCE).clamp(1, MOST_RINGS);
-    }
-    for _ in 1..rings.iter().copied().max().unwrap_or(0) {
-        let before = rings.clone();
-        for triangle in triangles {
-            let most = triangle.iter().map(|&v| before[v as usize]).max().unwrap_or(0);
-            triangle.iter().for_each(|&v| rings[v as usize] = rings[v as usize].max(most.saturating_sub(1)));
-        }
-    }
-    marked.iter_mut().zip(rings).for_each(|(marked, rings)| *marked = rings > 0);
-}
-
 /// A result without its times.
-struct Made {
-    mesh: TriMesh,
+pub(super) struct Made {
+    pub(super) mesh: TriMesh,
     labels: Vec<i32>,
     report: ClusterReport,
 }
 
 impl Made {
-    fn into_result(self, clock: Clock, certified: Option<(Summary, f64)>) -> Clustered {
+    pub(super) fn into_result(self, certified: Option<(Summary, f64)>) -> Clustered {
         let (deviation, bound) = certified.unzip();
-        let report = ClusterReport { deviation, bound, seconds: clock.laps, ..self.report };
+        let report = ClusterReport { deviation, bound, ..self.report };
         Clustered { mesh: self.mesh, labels: self.labels, report }
-    }
-}
-
-struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    fn start(laps: Vec<(&'static str, f64)>) -> Self {
-        Clock { last: Instant::now(), laps }
-    }
-
-    fn lap(&mut self, name: &'static str) {
-        let now = Instant::now();
-        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
-        match self.laps.iter_mut().find(|l| l.0 == name) {
-            Some(lap) => lap.1 += seconds,
-            None => self.laps.push((name, seconds)),
-        }
     }
 }

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 0 | `reconstruct` | points -> the surface through them |
 //! | 1 | `kmeans`, `tree` | vertices -> k patches, each of the points nearest to its centre |
-//! | 2 | `subcluster` | patches -> patches that are disks |
+//! | 2 | `subcluster`, `connect` | patches -> patches that are disks |
 //! | 3, 4 | `polygons` | patches -> the polygon around each, from its neighbours |
 //! | 5 | `fans`, `collapse` | polygons -> triangles around the patches' centres |
 //! | 6 | `relax`, `flip`, `mend`, `features`, `fit` | triangles -> well-shaped ones on the same surface, or nearest to it |
@@ -30,6 +30,7 @@ mod kmeans;
 mod tree;
 
 // 2. disks
+mod connect;
 mod subcluster;
 
 // 3, 4. polygons
@@ -50,7 +51,8 @@ mod relax;
 // 7. the mesh
 mod finish;
 
-// The stages in their order
+// The stages in their order, once or until a largest error is kept
+mod bounded;
 mod driver;
 
 pub use driver::{levels, levels_of_points, run, run_points};

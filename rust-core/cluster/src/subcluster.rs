@@ -7,16 +7,15 @@
 //! different nodes, so no edge is there twice. A patch that can't be halved has its
 //! largest neighbour halved. It ends at the latest where each patch is one vertex.
 
+use super::connect::{SMALL, connect, most_frequent};
 use super::kmeans::{halve, members};
 use super::polygons::Polygons;
-use super::surface::{NONE, Surface, looking};
+use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::Progress;
 
 use glam::DVec3;
 
-/// A part smaller than this share of the mean patch goes to its neighbours.
-const SMALL: f64 = 0.25;
 /// Rounds in which patches may be dissolved; later ones only halve, so that the rounds end.
 const DISSOLVING_ROUNDS: usize = 6;
 
@@ -55,114 +54,6 @@ pub fn make_disks(
         mend(surface, weights, labels, patches, &bad, dissolving, &mut repairs);
     }
     unreachable!("the rounds end where each patch is one vertex")
-}
-
-/// Makes every patch connected and numbers the patches anew; returns how many there are.
-fn connect(
-    surface: &Surface,
-    weights: &[f64],
-    labels: &mut [u32],
-    dissolving: bool,
-    repairs: &mut Repairs,
-    progress: &Progress<'_>,
-) -> Result<usize> {
-    // Parts by flooding, in the order of their first vertex.
-    let mut part_of = vec![NONE; labels.len()];
-    let mut parts: Vec<(u32, f64)> = Vec::new();
-    let (mut stack, mut starts, mut list) = (Vec::new(), vec![0_u32], Vec::new());
-    for seed in 0..labels.len() as u32 {
-        looking(seed, progress)?;
-        if part_of[seed as usize] != NONE {
-            continue;
-        }
-        let (part, label) = (parts.len() as u32, labels[seed as usize]);
-        let mut weight = 0.0;
-        part_of[seed as usize] = part;
-        stack.push(seed);
-        while let Some(v) = stack.pop() {
-            looking(list.len() as u32, progress)?;
-            weight += weights[v as usize];
-            list.push(v);
-            surface.neighbours(v, |w| {
-                if part_of[w as usize] == NONE && labels[w as usize] == label {
-                    part_of[w as usize] = part;
-                    stack.push(w);
-                }
-            });
-        }
-        parts.push((label, weight));
-        starts.push(list.len() as u32);
-    }
-    // The heaviest part of a patch keeps its place.
-    let patches = labels.iter().max().map_or(0, |&m| m as usize + 1);
-    let mut main = vec![NONE; patches];
-    let mut total = 0.0;
-    for (part, &(label, weight)) in parts.iter().enumerate() {
-        total += weight;
-        let slot = &mut main[label as usize];
-        if *slot == NONE || weight > parts[*slot as usize].1 {
-            *slot = part as u32;
-        }
-    }
-    let small = SMALL * total / patches.max(1) as f64;
-    // The part that each has gone to, itself if it is kept.
-    let mut into: Vec<u32> = (0..parts.len() as u32).collect();
-    let mut contacts = Vec::new();
-    for part in 0..parts.len() {
-        let (label, weight) = parts[part];
-        if main[label as usize] == part as u32 {
-            continue;
-        }
-        let members = &list[starts[part] as usize..starts[part + 1] as usize];
-        contacts.clear();
-        if dissolving && weight < small {
-            for &v in members {
-                surface.neighbours(v, |w| {
-                    let other = part_of[w as usize];
-                    if other != part as u32 && into[other as usize] == other {
-                        contacts.push(other);
-                    }
-                });
-            }
-        }
-        if let Some(other) = most_frequent(&mut contacts) {
-            into[part] = other;
-            repairs.dissolved += 1;
-        } else {
-            repairs.separated += 1;
-        }
-    }
-    // Patches keep their order; parts that became patches follow.
-    let mut order: Vec<u32> = (0..parts.len() as u32).filter(|&p| into[p as usize] == p).collect();
-    order.sort_by_key(|&p| {
-        let label = parts[p as usize].0;
-        (main[label as usize] != p, if main[label as usize] == p { label } else { p })
-    });
-    let mut number = vec![NONE; parts.len()];
-    for (n, &part) in order.iter().enumerate() {
-        number[part as usize] = n as u32;
-    }
-    // A part goes to one that is kept then, but may have gone on since: always to one that was kept, so in no circle.
-    for (label, &part) in labels.iter_mut().zip(&part_of) {
-        let mut end = part;
-        while into[end as usize] != end {
-            end = into[end as usize];
-        }
-        *label = number[end as usize];
-    }
-    Ok(order.len())
-}
-
-/// The value that occurs most often, the smallest of several.
-fn most_frequent(values: &mut [u32]) -> Option<u32> {
-    values.sort_unstable();
-    let mut best = (0, None);
-    for run in values.chunk_by(|a, b| a == b) {
-        if run.len() > best.0 {
-            best = (run.len(), Some(run[0]));
-        }
-    }
-    best.1
 }
 
 /// What is wrong with a patch.

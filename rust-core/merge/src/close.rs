@@ -1,12 +1,47 @@
 //! Stage 9: holes up to a length. [MI04, sec. 3.4]
 
+use super::components::{self, Kept};
 use super::extract::Surface;
 use super::holes::{self, Reason, successors, walk};
 use super::lattice::Lattice;
 use super::parts::Part;
-use super::peel;
+use super::{CLOSING, MergeParams, MergeReport, peel, refuse_nothing};
 use base::error::Result;
 use base::progress::Progress;
+
+/// By default holes are closed up to a boundary of this many voxels ...
+const HOLE_VOXELS: f64 = 100.0;
+/// ... and of at most this share of the diagonal of the bounding box of the part they are in.
+const HOLE_SHARE: f64 = 0.2;
+
+/// Stage 9: closes the holes that `params` name, or up to the default length; what that takes off and makes small is dropped.
+///
+/// # Errors
+/// Nothing is left; cancelled.
+pub fn close(
+    kept: &mut Kept,
+    lattice: &Lattice,
+    params: &MergeParams,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    progress.stage(CLOSING, 1);
+    report.max_hole_length =
+        params.max_hole_length.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * kept.size.length()));
+    let limit = match params.max_hole_length {
+        Some(length) => Limit::Length(length),
+        None => Limit::OfPart(report.max_hole_length, HOLE_SHARE),
+    };
+    let holes = close_holes(&mut kept.surface, &kept.parts, &kept.part_of, limit, lattice, progress)?;
+    report.holes = [holes.closed, holes.open];
+    if holes.peeled {
+        let dropped = components::drop_small(&mut kept.surface, params.min_component_share, progress)?;
+        report.dropped_components[0] += dropped.components;
+        report.dropped_components[1] += dropped.faces;
+        refuse_nothing(&kept.surface, report.voxel, params.min_component_share)?;
+    }
+    Ok(())
+}
 
 /// What was closed and what wasn't.
 pub struct Closed {

@@ -2,12 +2,60 @@
 
 use glam::DVec3;
 
-use super::connected::{faces, parts};
+use super::connected::{self, faces};
 use super::extract::Surface;
-use super::parts::Part;
-use super::passes;
+use super::parts::{self, Part};
+use super::tiles::{self, Tile};
+use super::{MergeReport, dump, passes, refuse_nothing, stray};
 use base::error::Result;
 use base::progress::Progress;
+
+/// The surface and its connected parts.
+pub struct Kept {
+    /// Those parts that were kept.
+    pub surface: Surface,
+    /// All parts there were.
+    pub parts: Vec<Part>,
+    /// The part of each vertex.
+    pub part_of: Vec<u32>,
+    /// Size of the bounding box of what was kept.
+    pub size: DVec3,
+}
+
+/// Stage 8: the parts that are evidence of a surface, and of these the ones with at least `min_share` of the triangles of the
+/// largest, in one piece. `reach` is the merge distance in cells.
+///
+/// # Errors
+/// Nothing is left; more vertices than there are numbers for; cancelled.
+pub fn keep(
+    tiles: Vec<Tile>,
+    reach: f64,
+    min_share: f64,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Kept> {
+    let parts = parts::find(&tiles, progress)?;
+    let stray = stray::stray(&tiles, &parts, report.voxel, reach, progress)?;
+    let kept: Vec<bool> = stray.iter().map(|&goes| !goes).collect();
+    let small = small(&parts.list, &kept, min_share);
+    let kept: Vec<bool> = kept.iter().zip(&small).map(|(&is_kept, &goes)| is_kept && !goes).collect();
+    let gone = || parts.list.iter().zip(&kept).filter(|part| !part.1).map(|part| part.0.faces);
+    report.dropped_components = [gone().count() as u64, gone().sum()];
+    let size = extent(&parts.list, &kept);
+    let (mut surface, mut part_of) = tiles::join(tiles, parts.of, progress)?;
+    if kept.contains(&false) {
+        let keep = passes::made(part_of.len(), progress, |v| kept[part_of[v] as usize])?;
+        compact(&mut surface, &keep, progress)?;
+        passes::retain(&mut part_of, progress, |v, _| keep[v])?;
+    }
+    progress.lap("components");
+    refuse_nothing(&surface, report.voxel, min_share)?;
+    report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
+    report.working_bytes = report.working_bytes.max(surface.bytes());
+    let kept = Kept { surface, parts: parts.list, part_of, size };
+    dump::parts(&kept)?;
+    Ok(kept)
+}
 
 /// Parts and faces that were dropped.
 pub struct Dropped {
@@ -18,14 +66,14 @@ pub struct Dropped {
 }
 
 /// Which of the parts that are kept have fewer than `min_share` of the triangles of the largest of them.
-pub fn small(parts: &[Part], is_kept: &[bool], min_share: f64) -> Vec<bool> {
+fn small(parts: &[Part], is_kept: &[bool], min_share: f64) -> Vec<bool> {
     let kept = || parts.iter().zip(is_kept).filter(|part| *part.1).map(|part| part.0.faces);
     let least = min_share * kept().max().unwrap_or(0) as f64;
     parts.iter().zip(is_kept).map(|(part, &is_kept)| is_kept && (part.faces as f64) < least).collect()
 }
 
 /// Size of the bounding box of the parts that are kept.
-pub fn extent(parts: &[Part], is_kept: &[bool]) -> DVec3 {
+fn extent(parts: &[Part], is_kept: &[bool]) -> DVec3 {
     let kept = parts.iter().zip(is_kept).filter(|part| *part.1).map(|part| part.0);
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = kept.fold(none, |(low, high), part| (low.min(part.low), high.max(part.high)));
@@ -34,7 +82,7 @@ pub fn extent(parts: &[Part], is_kept: &[bool]) -> DVec3 {
 
 /// Drops connected parts with fewer than `min_share` of the triangles of the largest part, and vertices without a triangle.
 pub fn drop_small(surface: &mut Surface, min_share: f64, progress: &Progress<'_>) -> Result<Dropped> {
-    let part_of = parts(surface.positions.len(), &surface.triangles, progress)?;
+    let part_of = connected::parts(surface.positions.len(), &surface.triangles, progress)?;
     let faces = faces(&part_of, &surface.triangles, progress)?;
     let largest = faces.iter().copied().max().unwrap_or(0);
     let least = min_share * f64::from(largest);
@@ -56,7 +104,7 @@ pub fn drop_small(surface: &mut Surface, min_share: f64, progress: &Progress<'_>
 }
 
 /// Keeps the vertices that are to be kept, and the triangles between them.
-pub fn compact(surface: &mut Surface, keep: &[bool], progress: &Progress<'_>) -> Result<()> {
+fn compact(surface: &mut Surface, keep: &[bool], progress: &Progress<'_>) -> Result<()> {
     let mut next = 0;
     let number = passes::made(keep.len(), progress, |v| {
         next += u32::from(keep[v]);

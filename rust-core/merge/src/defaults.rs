@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::VoxelReason;
 use super::budget;
 use super::bundles::{Buckets, gather};
 use super::discretize::discretize;
 use super::lattice::Lattice;
 use super::overlap::OverlapDistances;
+use super::{MEASURING, MergeParams, MergeReport, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, OrientedSurface, ScanSource};
@@ -42,6 +42,25 @@ struct Told {
     spacing: (f64, u64),
     /// Median standard deviation of the samples.
     noise: f64,
+}
+
+/// The size of a cell as given or, by default, as measured on the scans; what decided it.
+///
+/// # Errors
+/// As [`voxel`].
+pub fn choose_cell(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    progress.stage(MEASURING, 1);
+    (report.voxel, report.voxel_reason) = match params.voxel {
+        Some(voxel) => (voxel, VoxelReason::Given),
+        None => voxel(sources, &params.triangulation, progress)?,
+    };
+    progress.lap("measure");
+    Ok(())
 }
 
 /// The finest cell that up to eight scans, spread through the list, support, and what decided: the spacing of their samples,

@@ -11,13 +11,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::MergeParams;
 use super::budget::Budget;
 use super::bundles::{Buckets, Store};
 use super::discretize::discretize;
 use super::lattice::Lattice;
+use super::{DISCRETIZING, MergeParams, MergeReport, Setup, VoxelReason};
 use base::error::{Error, Result};
 use base::progress::Progress;
+use image::range_image::noise::Noise;
 use image::source::{Loading, Measured, ScanSource};
 
 /// What stage 1 found in all scans.
@@ -66,12 +67,47 @@ struct Intake<'a, 'p, L> {
     progress: &'a Progress<'p>,
 }
 
+/// Stage 1: the crossings of all scans with the grid, of larger cells where these were not given and would not fit into memory.
+///
+/// # Errors
+/// As [`discretize_all`].
+pub fn find_crossings(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    setup: &Setup,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Discretized> {
+    let scans = loop {
+        progress.stage(DISCRETIZING, sources.len() as u64);
+        let budget = Budget::new(report.voxel, sources.len());
+        let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
+        match discretize_all(sources, params, &budget, setup.kept, lattice_near, progress) {
+            Err(Error::OutOfMemory(_)) if params.voxel.is_none() && budget.fits().is_some_and(|v| v > report.voxel) => {
+                report.voxel = budget.fits().unwrap_or(report.voxel);
+                report.voxel_reason = VoxelReason::Memory;
+            }
+            found => break found?,
+        }
+    };
+    report.input_triangles = scans.triangles;
+    let over_images = |of_image: fn(&Noise) -> f64| {
+        let mut all: Vec<f64> = scans.images.iter().map(|(_, measured)| of_image(&measured.noise)).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 2).copied()
+    };
+    report.noise_across = over_images(Noise::across).unwrap_or(0.0);
+    report.noise_step = over_images(Noise::typical_step).unwrap_or(0.0);
+    report.noise_correlation = over_images(Noise::correlation).unwrap_or(1.0);
+    Ok(scans)
+}
+
 /// Loads the scans and finds their crossings with a grid of the cells of `budget` that `lattice_near` makes for a place.
 /// Crossings are added up where a worker has more than `kept`.
 ///
 /// # Errors
 /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
-pub fn discretize_all(
+fn discretize_all(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     budget: &Budget,

@@ -14,8 +14,9 @@ use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice};
 use super::*;
 use geom::bvh::Bvh;
 use image::range_image::{Projection, RangeImage, Viewing};
+use image::triangulate::TriangulateParams;
 use mesh::check::check;
-use mesh::{Attribute, AttributeData, measure};
+use mesh::{Attribute, AttributeData, TriMesh, measure};
 use scan::{self, Camera, ScanParams, Turntable, shapes::Shape};
 
 /// Everything of one size is kept: the tests are about the method, not about its cosmetics.

@@ -13,9 +13,10 @@ use super::anomalies::{self, Analyser, BrickSurface};
 use super::artificial;
 use super::extract::{self, Extracted, Surface};
 use super::field::BrickLabels;
+use super::fuse::Fused;
 use super::lattice::{self, BRICK, BRICK_BITS, Lattice};
 use super::pinches;
-use super::{BrickVertices, Clock, Labels};
+use super::{BUILDING, BrickVertices, Labels, MergeReport};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -51,7 +52,7 @@ impl Block {
 }
 
 /// The blocks that have any of the bricks, which are in order, each with its bricks and those beside it, in order.
-pub fn blocks(bricks: &[[i32; 3]], side: Option<i32>) -> Vec<(Block, Vec<[i32; 3]>)> {
+fn blocks(bricks: &[[i32; 3]], side: Option<i32>) -> Vec<(Block, Vec<[i32; 3]>)> {
     let Some(side) = side else {
         return if bricks.is_empty() { Vec::new() } else { vec![(Block::ALL, bricks.to_vec())] };
     };
@@ -131,7 +132,7 @@ impl Tile {
 }
 
 /// The bricks that may hold a cell or a vertex, in order: around labelled nodes others get labels too.
-pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
+fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
     let mut bricks: Vec<[i32; 3]> = Vec::new();
     for (brick, labels) in labels {
         let reach = labels.bounds.map(|[low, high]| {
@@ -148,33 +149,53 @@ pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
     bricks
 }
 
+/// Stages 5 to 7: the surface, in a tile for each block of `side` bricks; else it is one.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_all(
+    fused: Fused,
+    lattice: &Lattice,
+    side: Option<i32>,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Vec<Tile>> {
+    let Fused { labels, vertices, .. } = fused;
+    let blocks = blocks(&bricks(&labels), side);
+    progress.stage(BUILDING, blocks.iter().map(|(_, near)| 2 * near.len() as u64).sum());
+    let build = |(block, near)| build(block, near, &labels, &vertices, lattice, progress);
+    let tiles = blocks.into_iter().map(build).collect::<Result<Vec<_>>>()?;
+    report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
+    report.noise = typical_noise(&tiles);
+    Ok(tiles)
+}
+
 /// Makes the tile of a block; `near` are its bricks and those beside it, in order.
 ///
 /// # Errors
 /// Cancelled; more vertices than there are numbers for.
-pub fn build(
+fn build(
     block: Block,
     near: Vec<[i32; 3]>,
     labels: &Labels,
     vertices: &BrickVertices,
     lattice: &Lattice,
-    clock: &mut Clock,
     progress: &Progress<'_>,
 ) -> Result<Tile> {
     let mut bricks = analyse(near, labels, progress)?;
     bricks.iter_mut().for_each(|surface| clip(surface, block));
-    clock.lap("analyse");
+    progress.lap("analyse");
     let Extracted { mut surface, artificial, at_nodes, sides } =
         extract::extract(&mut bricks, vertices, lattice, progress)?;
-    clock.lap("reconstruct");
+    progress.lap("reconstruct");
     artificial::place(&mut surface, &artificial, lattice, progress)?;
     artificial::separate_at_nodes(&mut surface, at_nodes, lattice);
-    clock.lap("artificial");
+    progress.lap("artificial");
     let copied = pinches::split(&mut surface, lattice, progress)?;
     let window = Window { surface, copied, sides, bricks: &bricks };
     let artificial = artificial.iter().filter(|a| block.contains(a.node.map(|x| x >> BRICK_BITS))).count() as u64;
     let tile = window.cut(block, artificial);
-    clock.lap("pinches");
+    progress.lap("pinches");
     Ok(tile)
 }
 
@@ -339,7 +360,7 @@ impl<'a> Index<'a> {
 }
 
 /// Median of the noise over the vertices, world units.
-pub fn typical_noise(tiles: &[Tile]) -> f64 {
+fn typical_noise(tiles: &[Tile]) -> f64 {
     let mut noise: Vec<f32> = tiles.iter().flat_map(|tile| &tile.surface.noise[..tile.own]).copied().collect();
     let middle = noise.len() / 2;
     if noise.is_empty() { 0.0 } else { f64::from(*noise.select_nth_unstable_by(middle, f32::total_cmp).1) }

@@ -9,9 +9,11 @@
 //! | `shapes` | meshes of analytic shapes |
 //! | `measure/` | exact distances of points to a mesh; areas, angles, volume |
 //! | `srgb` | colours as light, and means of them |
+//! | `dump` | stages of operations as files, for those who work on them |
 
 pub mod certify;
 pub mod check;
+pub mod dump;
 pub mod measure;
 pub mod point_cloud;
 pub mod quads;

@@ -17,7 +17,7 @@ pub(super) fn smallest(source: &Source<'_>, error: f64, progress: &Progress<'_>)
     let longest = most[0].max(most[1]);
     let try_steps = |steps: usize| {
         let along = |axis: usize| ((steps * most[axis]).div_ceil(longest)).clamp(1, most[axis]) + 1;
-        source.candidate(Layout::new(size, tiles, [along(0), along(1)])?, &mut || (), progress)
+        source.candidate(Layout::new(size, tiles, [along(0), along(1)])?, progress)
     };
     let is_within = |candidate: &Candidate| source.judged(&candidate.measured) <= error;
     // Doubles until it is fine enough, then halves the gap.
@@ -28,7 +28,7 @@ pub(super) fn smallest(source: &Source<'_>, error: f64, progress: &Progress<'_>)
             break candidate;
         }
         if steps == longest {
-            return source.candidate(Layout::new(size, [1, 1], size)?, &mut || (), progress);
+            return source.candidate(Layout::new(size, [1, 1], size)?, progress);
         }
         (low, steps) = (steps, (2 * steps).min(longest));
     };

@@ -62,17 +62,17 @@ pub use params::{QuadParams, SCHEMA, Target};
 pub use spline::{Fit, SCHEMA as SPLINE_SCHEMA, Spline, SplineParams};
 
 use std::borrow::Cow;
-use std::time::Instant;
 
 use rayon::prelude::*;
 
 use base::error::{Error, Result};
 use base::magnitude::LARGEST;
 use base::memory;
-use base::progress::{Plan, Progress};
+use base::progress::Progress;
 use image::range_image::{RangeImage, Samples};
 use measure::{Judge, Measured};
 use mesh::Attribute;
+use mesh::dump::{self, Stage};
 use place::Vertices;
 use stitch::Net;
 use tiles::Layout;
@@ -126,7 +126,14 @@ pub struct QuadReport {
 /// Images of fewer pixels, about a millisecond of work, are left to one thread.
 const PIXELS_FOR_THREADS: usize = 1 << 15;
 
-const PLAN: Plan = &[("filling gaps", 0.15), ("curvature", 0.15), ("sampling", 0.3), ("measuring the error", 0.4)];
+base::stages! {
+    /// Stages with their shares of the time.
+    PLAN:
+    FILLING = "filling gaps", 0.15;
+    CURVATURE = "curvature", 0.15;
+    SAMPLING = "sampling", 0.3;
+    MEASURING = "measuring the error", 0.4;
+}
 
 /// A grid with its figures, not yet in its final form.
 struct Candidate {
@@ -196,17 +203,16 @@ pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> 
 }
 
 fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> Result<QuadGrid> {
-    let mut clock = Clock::start();
-    progress.stage(0, 1);
+    progress.stage(FILLING, 1);
     let (filled, gaps_filled) = gaps::fill(image, params.gap_passes, params.gap_neighbours, progress)?;
     let ranges = ranges(&filled);
     let extent = depth_extent(image, &ranges)?;
-    clock.lap("filling gaps");
+    progress.lap("filling gaps");
 
-    progress.stage(1, image.len() as u64);
+    progress.stage(CURVATURE, image.len() as u64);
     let density = density::image(&ranges, image.cols(), extent, params, progress)?;
     drop(ranges);
-    clock.lap("curvature");
+    progress.lap("curvature");
 
     let judge = match params.target {
         Target::AsGiven => Judge::Mean,
@@ -216,15 +222,13 @@ fn stages(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> R
     let first_range = || (0..image.len()).find_map(|i| image.is_valid(i).then(|| image.range(i).abs()));
     let missed = if extent > 0.0 { extent } else { first_range().unwrap_or(0.0) };
     let source = Source { image, filled: &filled, params, density, extent, missed, judge };
-    progress.stage(2, 1);
+    progress.stage(SAMPLING, 1);
     let mut chosen = match params.target {
-        Target::AsGiven => {
-            source.candidate(source.layout([params.rows, params.columns])?, &mut || clock.lap("sampling"), progress)?
-        }
+        Target::AsGiven => source.candidate(source.layout([params.rows, params.columns])?, progress)?,
         Target::Rms(error) | Target::Max(error) => choose::smallest(&source, error, progress)?,
     };
-    clock.lap("measuring the error");
-    source.finish(&mut chosen, gaps_filled, clock, progress)
+    progress.lap("measuring the error");
+    source.finish(&mut chosen, gaps_filled, progress)
 }
 
 impl Source<'_> {
@@ -241,8 +245,8 @@ impl Source<'_> {
         Layout::new(size, tiles, vertices)
     }
 
-    /// Stages 4 to 7: the adaptive grid of a layout, or the uniform one if that lies nearer. `sampled` is called in between.
-    fn candidate(&self, layout: Layout, sampled: &mut dyn FnMut(), progress: &Progress<'_>) -> Result<Candidate> {
+    /// Stages 4 to 7: the adaptive grid of a layout, or the uniform one if that lies nearer.
+    fn candidate(&self, layout: Layout, progress: &Progress<'_>) -> Result<Candidate> {
         let size = [self.image.rows(), self.image.cols()];
         let vertices = layout.rows() as f64 * layout.cols() as f64;
         let grid = || format!("a grid of {} x {} vertices", layout.rows(), layout.cols());
@@ -254,8 +258,9 @@ impl Source<'_> {
             let (floor, smoothing) = (self.params.floor * floor, self.params.smoothing * smoothing);
             let (net, unfolded, snapped) = self.adaptive(&layout, floor, smoothing, progress)?;
             let vertices = place::place(self.filled, &net, progress)?;
-            sampled();
-            progress.stage(3, layout.rows() as u64);
+            dump(&net, &vertices)?;
+            progress.lap("sampling");
+            progress.stage(MEASURING, layout.rows() as u64);
             let (measured, uniform) = match best.take() {
                 None => {
                     let grids = [(&net, &vertices), (&uniform_net, &uniform_vertices)];
@@ -324,13 +329,7 @@ impl Source<'_> {
     }
 
     /// Stage 8.
-    fn finish(
-        &self,
-        chosen: &mut Candidate,
-        gaps_filled: usize,
-        mut clock: Clock,
-        progress: &Progress<'_>,
-    ) -> Result<QuadGrid> {
+    fn finish(&self, chosen: &mut Candidate, gaps_filled: usize, progress: &Progress<'_>) -> Result<QuadGrid> {
         let Candidate { layout, net, vertices, measured, uniform, is_uniform, unfolded, snapped } = chosen;
         let coverage = self.params.coverage;
         let is_kept = |q: usize| {
@@ -368,8 +367,8 @@ impl Source<'_> {
         let mirrored = grid::is_mirrored(self.filled, [net.rows, net.cols], &vertices.points);
         let attributes = attributes(self.image, &pixel);
         progress.check()?;
-        clock.lap("finishing");
-        report.seconds = clock.laps;
+        progress.lap("finishing");
+        report.seconds = progress.seconds();
         Ok(QuadGrid {
             rows: net.rows,
             cols: net.cols,
@@ -385,6 +384,19 @@ impl Source<'_> {
             report,
         })
     }
+}
+
+/// Leaves a grid that is tried to look at: vertices in the background are 1.
+fn dump(net: &Net, vertices: &Vertices) -> Result<()> {
+    dump::stage("quads-1-grid", || {
+        let corners = |row: usize, col: usize| net.corners(row, col).map(|v| v as u32);
+        let quads = (0..net.rows - 1).flat_map(|row| (0..net.cols - 1).map(move |col| corners(row, col)));
+        Stage {
+            positions: vertices.points.clone(),
+            values: vertices.background.iter().map(|&is_background| i32::from(is_background)).collect(),
+            triangles: quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        }
+    })
 }
 
 /// Floors and smoothings that are tried one after the other, as multiples of those given, until the grid lies nearer than the
@@ -441,24 +453,6 @@ fn attributes(image: &RangeImage, pixels: &[usize]) -> Vec<Attribute> {
         .into_iter()
         .flatten()
         .collect()
-}
-
-/// Wall-clock seconds of the stages.
-struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Clock { last: Instant::now(), laps: Vec::new() }
-    }
-
-    fn lap(&mut self, stage: &'static str) {
-        let now = Instant::now();
-        self.laps.push((stage, (now - self.last).as_secs_f64()));
-        self.last = now;
-    }
 }
 
 #[cfg(test)]

@@ -12,10 +12,13 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use glam::DVec3;
+
 use super::complex::{Complex, Star};
 use super::fans::pinched;
 use base::error::Result;
 use base::progress::Progress;
+use mesh::dump::{self, Stage};
 
 /// In a cell's byte: its side.
 const INSIDE: u8 = 1;
@@ -34,6 +37,23 @@ pub(super) struct Separated {
     incident: Vec<u32>,
     /// Cells that changed sides in the repair.
     pub(super) repaired: usize,
+}
+
+impl Separated {
+    /// Leaves the middles of the finite cells to look at: 1 inside, -1 outside.
+    pub(super) fn dump(&self, complex: Complex<'_>, name: &str) -> Result<()> {
+        dump::stage(name, || {
+            let middle =
+                |cell: u32| complex.vertices(cell).map(|v| complex.points[v as usize]).iter().sum::<DVec3>() / 4.0;
+            let side = |cell: u32| if self.sides[cell as usize] & INSIDE != 0 { 1 } else { -1 };
+            let cells = 0..complex.finite as u32;
+            Stage {
+                positions: cells.clone().map(middle).collect(),
+                values: cells.map(side).collect(),
+                triangles: Vec::new(),
+            }
+        })
+    }
 }
 
 /// The cells with their sides.

@@ -1,7 +1,6 @@
 //! The driver: the stages in their order, and again with other parameters.
 
 use std::borrow::Borrow;
-use std::time::Instant;
 
 use glam::DVec3;
 
@@ -11,23 +10,33 @@ use super::prepare::{Samples, prepare};
 use super::smooth::{Smooth, Smoothing, smoothed};
 use super::space::Space;
 use super::{
-    Closure, Dropped, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology, canonical,
+    Closure, Dropped, Found, Reason, ReconstructParams, ReconstructReport, Reconstructed, Threshold, Topology,
+    canonical,
 };
 use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
-use base::progress::{Plan, Progress};
+use base::progress::{Progress, Seconds};
 use geom::span;
 use mesh::point_cloud::PointCloud;
 use mesh::{Attribute, TriMesh};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
-/// Stages with their shares of the time ...
-pub const PLAN: Plan =
-    &[("tetrahedralizing", 0.6), ("finding inside and outside", 0.25), ("building the surface", 0.15)];
-/// ... and of those that depend on the parameters.
-const PLAN_AGAIN: Plan = &[("finding inside and outside", 0.3), ("building the surface", 0.7)];
+base::stages! {
+    /// Stages with their shares of the time ...
+    pub PLAN:
+    SMOOTHING = "smoothing", 0.2;
+    TETRAHEDRALIZING = "tetrahedralizing", 0.5;
+    SEPARATING = "finding inside and outside", 0.2;
+    BUILDING = "building the surface", 0.1;
+}
+base::stages! {
+    /// ... and of those that depend on the parameters.
+    PLAN_AGAIN:
+    SEPARATING_AGAIN = "finding inside and outside", 0.3;
+    BUILDING_AGAIN = "building the surface", 0.7;
+}
 
 /// A cloud from which surfaces are made, with other parameters in a fraction of the time: what depends on the points only
 /// is kept. `C` is a reference to the cloud, or shares it.
@@ -48,7 +57,8 @@ struct Prepared {
     smooth: Smooth,
     smoothing: Smoothing,
     shape: Shape,
-    seconds: Vec<(&'static str, f64)>,
+    /// What that took.
+    seconds: Seconds,
 }
 
 /// What the samples span, divided.
@@ -148,43 +158,63 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         release: impl FnOnce(&mut C),
         progress: &Progress<'_>,
     ) -> Result<Reconstructed> {
-        let first_stage = match self.prepared {
-            Some(_) => 0,
+        let stages = match &self.prepared {
+            Some(prepared) => {
+                progress.count_from(prepared.seconds.clone());
+                [SEPARATING_AGAIN, BUILDING_AGAIN]
+            }
             None => {
-                let started = Instant::now();
-                let positions = &self.cloud().positions;
-                let points = positions.len();
-                memory::expect_each(points, BYTES_A_POINT, 0.0, "a surface through", "points")?;
-                let samples = prepare(positions, progress)?;
-                release(&mut self.cloud);
-                self.prepared = Some(Prepared::new(samples, started, params, progress)?);
-                1
+                self.prepared = Some(self.prepare(params, release, progress)?);
+                [SEPARATING, BUILDING]
             }
         };
-        let started = Instant::now();
+        let (mut found, mut report) = self.facets(params, stages, progress)?;
+        canonical(&mut found.triangles, progress)?;
+        report.turned_parts = self.orient(&mut found.triangles, found.is_outward, progress)?;
+        let mut made = self.finish(found.triangles, &found.enclosed, report, progress)?;
+        progress.lap("surface");
+        made.report.seconds = progress.seconds();
+        Ok(made)
+    }
+
+    /// What depends on the points only: sorted, smoothed, and what they span divided.
+    fn prepare(
+        &mut self,
+        params: &ReconstructParams,
+        release: impl FnOnce(&mut C),
+        progress: &Progress<'_>,
+    ) -> Result<Prepared> {
+        let positions = &self.cloud().positions;
+        memory::expect_each(positions.len(), BYTES_A_POINT, 0.0, "a surface through", "points")?;
+        let samples = prepare(positions, progress)?;
+        release(&mut self.cloud);
+        progress.lap("sort");
+        Prepared::new(samples, params, progress)
+    }
+
+    /// The facets of the surface in any order and turned either way, and what is known so far; `stages` are those of the plan that
+    /// find the sides and the surface.
+    fn facets(
+        &mut self,
+        params: &ReconstructParams,
+        stages: [usize; 2],
+        progress: &Progress<'_>,
+    ) -> Result<(Found, ReconstructReport)> {
         let is_kept = self.is_kept;
-        let Prepared { samples, smoothing, shape, seconds, .. } = self.prepared.as_mut().expect("just made");
+        let Prepared { samples, smoothing, shape, .. } = self.prepared.as_mut().expect("made before the surface");
         let mut report = ReconstructReport {
             points: samples.given(),
             noise: smoothing.noise.deviation / samples.factor,
             spacing: smoothing.noise.spacing / samples.factor,
             smoothing: smoothing.radius / samples.factor,
-            seconds: seconds.clone(),
             ..ReconstructReport::default()
         };
-        let mut found = match shape {
+        let found = match shape {
             Shape::Plane(plane) => {
-                progress.stage(first_stage + 1, 1);
+                progress.stage(stages[1], 1);
                 plane.surface(&samples.points, params, &mut report, progress)?
             }
-            Shape::Space(space) => space.surface(
-                &samples.points,
-                params,
-                [first_stage, first_stage + 1],
-                is_kept,
-                &mut report,
-                progress,
-            )?,
+            Shape::Space(space) => space.surface(&samples.points, params, stages, is_kept, &mut report, progress)?,
         };
         if found.triangles.is_empty() {
             return Err(no_surface(params));
@@ -192,11 +222,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         if params.threshold == Threshold::Global {
             report.threshold /= samples.factor;
         }
-        canonical(&mut found.triangles, progress)?;
-        report.turned_parts = self.orient(&mut found.triangles, found.is_outward, progress)?;
-        let mut made = self.finish(found.triangles, &found.enclosed, report, progress)?;
-        made.report.seconds.push(("surface", started.elapsed().as_secs_f64()));
-        Ok(made)
+        Ok((found, report))
     }
 
     fn samples(&self) -> &Samples {
@@ -298,18 +324,14 @@ impl Reconstructor<PointCloud> {
 }
 
 impl Prepared {
-    /// `started`: when the sorting of the samples did.
-    fn new(samples: Samples, started: Instant, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
-        let sorted = started.elapsed().as_secs_f64();
+    fn new(samples: Samples, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
         let (mut samples, smoothing) = smoothed(samples, Smooth::of(params), progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {
             return Err(no_plane(&samples));
         }
-        if smoothing.radius == 0.0 {
-            progress.stage(0, samples.points.len() as u64);
-        }
-        let smoothed = started.elapsed().as_secs_f64();
+        progress.lap("smooth");
+        progress.stage(TETRAHEDRALIZING, samples.points.len() as u64);
         let shape = match corners[..] {
             [a, b, c] => Shape::Plane(Plane::new(&samples.points, [a, b, c], progress)?),
             _ => match Plane::along(&samples.points, smoothing.noise, progress)? {
@@ -317,12 +339,8 @@ impl Prepared {
                 None => Shape::Space(Space::new(&mut samples.points, params.threads, progress)?),
             },
         };
-        let seconds = vec![
-            ("sort", sorted),
-            ("smooth", smoothed - sorted),
-            ("tetrahedralize", started.elapsed().as_secs_f64() - smoothed),
-        ];
-        Ok(Prepared { samples, smooth: Smooth::of(params), smoothing, shape, seconds })
+        progress.lap("tetrahedralize");
+        Ok(Prepared { samples, smooth: Smooth::of(params), smoothing, shape, seconds: progress.seconds() })
     }
 }
 

@@ -1,7 +1,5 @@
 //! Samples that span space: stages 1 to 5.
 
-use std::time::Instant;
-
 use glam::DVec3;
 
 use super::complex::Complex;
@@ -58,13 +56,13 @@ impl Space {
         let (triangles, solid) = if params.topology == Topology::Free {
             carve_freely(complex, params, report, progress)?
         } else {
-            let started = Instant::now();
             let separated = match self.separated.take() {
                 Some(separated) => separated,
                 None => separate(complex, progress)?,
             };
             self.separated = is_kept.then(|| separated.clone());
-            report.seconds.push(("separate", started.elapsed().as_secs_f64()));
+            separated.dump(complex, "reconstruct-1-cells")?;
+            progress.lap("separate");
             report.repaired[0] = separated.repaired;
             progress.stage(stages[1], 1);
             let mut solid = Solid::again(complex, separated);

@@ -1,7 +1,6 @@
 //! The driver: the stages in their order, for any number of tolerances.
 
 use std::borrow::Borrow;
-use std::time::Instant;
 
 use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
@@ -15,8 +14,9 @@ use super::view::{LatticeSite, Sight, View, aspect};
 use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
 use base::error::{Error, Result, Shown};
 use base::memory;
-use base::progress::{Plan, Progress};
+use base::progress::{Progress, Seconds};
 use image::range_image::RangeImage;
+use mesh::dump::{self, Stage};
 
 /// At the peak; measured, 85 for a coarse tolerance, 180 for none.
 const BYTES_A_PIXEL: f64 = 80.0;
@@ -37,13 +37,24 @@ pub struct Sculptor<I> {
     image: I,
     params: SculptParams,
     domain: Domain,
-    seconds: f64,
+    /// What making it took.
+    prepared: Seconds,
     ladder: Ladder,
 }
 
-/// Stages with their shares of the time.
-const PLAN: Plan = &[("digging", 0.35), ("removing vertices", 0.55), ("measuring the error", 0.1)];
-const SEARCH_PLAN: Plan = &[("searching the tolerance", 0.95), ("measuring the error", 0.05)];
+base::stages! {
+    /// Stages with their shares of the time: for a tolerance ...
+    PLAN:
+    DIGGING = "digging", 0.35;
+    REMOVING = "removing vertices", 0.55;
+    MEASURING = "measuring the error", 0.1;
+}
+base::stages! {
+    /// ... and for a number of triangles.
+    SEARCH_PLAN:
+    SEARCHING = "searching the tolerance", 0.95;
+    MEASURING_FOUND = "measuring the error", 0.05;
+}
 
 /// Most tolerances tried by [`Sculptor::at_most`] ...
 const MOST_TRIALS: u64 = 24;
@@ -61,7 +72,6 @@ pub(super) struct Dug {
     /// Triangles before the polish.
     triangles: usize,
     pub(super) bound: Bound,
-    clock: Clock,
 }
 
 /// Refuses a tolerance for whose mesh there is not enough memory; `domain` bytes a valid pixel are taken before. How many
@@ -105,12 +115,13 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         params.validate()?;
         let pixels = image.borrow().valid_count();
         memory::expect_each(pixels, BYTES_A_PIXEL, image.borrow().len() as f64, "sculpting", "valid pixels")?;
-        let start = Instant::now();
+        progress.count_from(Seconds::new());
         let pool = base::threads::pool(params.threads)?;
         let triangulation = &params.triangulation;
         let domain = progress.watch(|| pool.install(|| Domain::new(image.borrow(), triangulation, progress)))?;
         let ladder = Ladder::new(domain.extent(), many);
-        Ok(Sculptor { image, params: *params, domain, seconds: start.elapsed().as_secs_f64(), ladder })
+        progress.lap("domain");
+        Ok(Sculptor { image, params: *params, domain, prepared: progress.seconds(), ladder })
     }
 
     /// Difference between the farthest and the nearest range of the covered samples.
@@ -128,9 +139,10 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         progress.plan(PLAN);
         let pool = base::threads::pool(self.params.threads)?;
         progress.run(&pool, || {
-            progress.stage(0, 1);
-            let dug = self.dig(tolerance, &|| progress.stage(1, 1), progress)?;
-            progress.stage(2, 1);
+            progress.count_from(self.prepared.clone());
+            progress.stage(DIGGING, 1);
+            let dug = self.dig(tolerance, &|| progress.stage(REMOVING, 1), progress)?;
+            progress.stage(MEASURING, 1);
             self.finish(dug, progress)
         })
     }
@@ -145,7 +157,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         progress.plan(SEARCH_PLAN);
         let pool = base::threads::pool(self.params.threads)?;
         progress.run(&pool, || {
-            progress.stage(0, MOST_TRIALS);
+            progress.count_from(self.prepared.clone());
+            progress.stage(SEARCHING, MOST_TRIALS);
             // No sample lies farther from a mesh of samples; unless rays diverge much, which a factor allows for.
             let mut high = (16.0 * self.depth_extent()).min(f64::MAX);
             let mut best = self.dig(high, &|| (), progress)?;
@@ -176,7 +189,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
                     low = middle;
                 }
             }
-            progress.stage(1, 1);
+            progress.stage(MEASURING_FOUND, 1);
             loop {
                 let sculpted = self.finish(best, progress)?;
                 if sculpted.report.triangles <= triangles {
@@ -224,14 +237,13 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         V::Site: LatticeSite,
     {
         let domain = &self.domain;
-        let mut clock = Clock::start(self.seconds);
         let pieces = self.ladder.dig(view, domain, bound.dug, progress)?;
-        clock.lap("dig");
+        progress.lap("dig");
         dug();
         if self.params.simplify_borders {
-            self.polish(view, &Hugging { domain }, pieces, bound, clock, progress)
+            self.polish(view, &Hugging { domain }, pieces, bound, progress)
         } else {
-            self.polish(view, &Straight { domain, on_lattice: true }, pieces, bound, clock, progress)
+            self.polish(view, &Straight { domain, on_lattice: true }, pieces, bound, progress)
         }
     }
 
@@ -242,12 +254,11 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     {
         dug();
         let domain = &self.domain;
-        let clock = Clock::start(self.seconds);
         let pieces = Pieces::full(&domain.triangles);
         if self.params.simplify_borders {
-            self.polish(view, &Fenced::new(view, domain), pieces, bound, clock, progress)
+            self.polish(view, &Fenced::new(view, domain), pieces, bound, progress)
         } else {
-            self.polish(view, &Straight { domain, on_lattice: false }, pieces, bound, clock, progress)
+            self.polish(view, &Straight { domain, on_lattice: false }, pieces, bound, progress)
         }
     }
 
@@ -257,10 +268,10 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         border: &dyn Border,
         mut pieces: Pieces,
         bound: Bound,
-        mut clock: Clock,
         progress: &Progress<'_>,
     ) -> Result<Dug> {
         let region = Region { domain: &self.domain, border };
+        self.dump("sculpt-1-dug", &pieces, progress)?;
         let triangles = pieces.triangles.len();
         let mut rules = Rules {
             tolerance: bound.dug,
@@ -280,7 +291,8 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             gained = pieces.triangles.len() < before;
             pass += 1;
         }
-        clock.lap("polish");
+        self.dump("sculpt-2-polished", &pieces, progress)?;
+        progress.lap("polish");
         let free = !self.params.interpolate && self.params.effort > 0;
         let search = if free { Search::Free } else { Search::Full };
         rules.tolerance = if free { bound.free } else { bound.dug };
@@ -294,19 +306,19 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             share = (before as f64 - pieces.triangles.len() as f64) / before as f64;
             round += 1;
         }
-        clock.lap("search");
-        Ok(Dug { pieces, triangles, bound, clock })
+        progress.lap("search");
+        Ok(Dug { pieces, triangles, bound })
     }
 
     /// Measures the mesh, and mends it until it keeps the bound.
     pub(super) fn finish(&self, dug: Dug, progress: &Progress<'_>) -> Result<Sculpted> {
-        let Dug { mut pieces, triangles: dug_triangles, bound, mut clock } = dug;
+        let Dug { mut pieces, triangles: dug_triangles, bound } = dug;
         let (image, pixels) = (self.image.borrow(), &self.domain.pixels);
         let (mut mesh, measured) = loop {
             let mesh = finish::mesh(image, &self.domain, &pieces, progress)?;
-            clock.lap("mesh");
+            progress.lap("mesh");
             let measured = certify::measure(image, pixels, &mesh, progress)?;
-            clock.lap("certify");
+            progress.lap("certify");
             let of_domain = pixels.iter().find(|&&p| bound.is_broken_by(measured.errors[p as usize])).copied();
             // Where rounding lets pixels coincide, others may be covered, too.
             let of_others = || measured.errors.iter().position(|e| !e.is_nan() && bound.is_broken_by(*e));
@@ -332,7 +344,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         // The bound leaves so much for rounding the coordinates in a file.
         let room = (bound.certified - certificate.max_error) / certificate.steepness;
         mesh.rounding_room = Some(room.max(0.0));
-        clock.lap("certify");
+        progress.lap("certify");
         let report = SculptReport {
             tolerance: bound.tolerance,
             depth_extent: self.depth_extent(),
@@ -341,9 +353,16 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             dug_triangles,
             triangles: pieces.triangles.len(),
             isolated_pixels: self.domain.isolated,
-            seconds: clock.laps,
+            seconds: progress.seconds(),
         };
         Ok(Sculpted { mesh, certificate, report })
+    }
+
+    fn dump(&self, name: &str, pieces: &Pieces, progress: &Progress<'_>) -> Result<()> {
+        dump::stage(name, || {
+            let mesh = finish::mesh(self.image.borrow(), &self.domain, pieces, progress).unwrap_or_default();
+            Stage { positions: mesh.positions, triangles: mesh.triangles, values: Vec::new() }
+        })
     }
 
     fn mend(&self, pieces: &Pieces, errors: &[f64], bound: &Bound, progress: &Progress<'_>) -> Result<Option<Pieces>> {
@@ -352,26 +371,6 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
             Sight::Pinhole(view) => mend::mend(&view, pieces, errors, bound, progress),
             Sight::Parallel(view) => mend::mend(&view, pieces, errors, bound, progress),
             Sight::Central(view) => mend::mend(&view, pieces, errors, bound, progress),
-        }
-    }
-}
-
-struct Clock {
-    last: Instant,
-    laps: Vec<(&'static str, f64)>,
-}
-
-impl Clock {
-    fn start(domain: f64) -> Self {
-        Clock { last: Instant::now(), laps: vec![("domain", domain)] }
-    }
-
-    fn lap(&mut self, name: &'static str) {
-        let now = Instant::now();
-        let seconds = (now - std::mem::replace(&mut self.last, now)).as_secs_f64();
-        match self.laps.iter_mut().find(|lap| lap.0 == name) {
-            Some(lap) => lap.1 += seconds,
-            None => self.laps.push((name, seconds)),
         }
     }
 }

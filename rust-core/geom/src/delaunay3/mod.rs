@@ -20,7 +20,6 @@ mod signs;
 #[cfg(test)]
 mod tests;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use glam::DVec3;
@@ -33,7 +32,7 @@ use base::memory;
 use base::progress::Progress;
 use cells::{Cells, FACETS, GHOST};
 use insert::{Inserter, Outcome};
-use parallel::{Block, Everywhere, blocks};
+use parallel::Everywhere;
 use signs::Signs;
 
 /// At the peak, without the copy of the points; measured.
@@ -337,7 +336,7 @@ impl<'a, 'p> Build<'a, 'p> {
                     break;
                 }
                 let before = ids.len();
-                ids = self.insert_in_parallel(ids, threads, axis)?;
+                ids = self.insert_in_parallel(&ids, threads, axis)?;
                 // Cut again like that, as many would be put off again.
                 if ids.len() > before / 5 * 4 {
                     axis += 1;
@@ -373,97 +372,5 @@ impl<'a, 'p> Build<'a, 'p> {
                 Outcome::Foreign => unreachable!("all cells are our own"),
             }
         }
-    }
-
-    /// Inserts what threads can insert each in a block of its own; returns the rest.
-    fn insert_in_parallel(&mut self, ids: Vec<u32>, threads: usize, axis: usize) -> Result<Vec<u32>> {
-        /// Points inserted one after the other in search of a cell that lies in a thread's block.
-        const TRIES: usize = 64;
-        let blocks = blocks(self.signs.points, &ids, threads, axis);
-        let mut workers: Vec<(Block, Inserter, usize)> = Vec::new();
-        let mut put_off = Vec::new();
-        for block in blocks {
-            let mut tried = 0;
-            let mut begun = ids.len();
-            // All this thread's points up to `begun` are inserted here.
-            for (i, &p) in ids.iter().enumerate() {
-                if !block.holds(self.signs.points[p as usize]) {
-                    continue;
-                }
-                self.insert(p)?;
-                tried += 1;
-                let hint = self
-                    .inserter
-                    .star()
-                    .iter()
-                    .copied()
-                    .find(|&cell| parallel::Region::owns(&block, self.cells.vertices(cell), self.signs.points));
-                if let Some(hint) = hint {
-                    workers.push((block, Inserter::new(hint), i + 1));
-                    begun = ids.len();
-                    break;
-                }
-                if tried == TRIES {
-                    begun = i + 1;
-                    break;
-                }
-            }
-            put_off.extend(ids[begun..].iter().copied().filter(|&p| block.holds(self.signs.points[p as usize])));
-        }
-        // The first points of later workers may have replaced the cell where an earlier one was to begin.
-        workers.retain(|(block, worker, begun)| {
-            let is_there = self.cells.is_used(worker.hint)
-                && parallel::Region::owns(block, self.cells.vertices(worker.hint), self.signs.points);
-            if !is_there {
-                put_off.extend(ids[*begun..].iter().copied().filter(|&p| block.holds(self.signs.points[p as usize])));
-            }
-            is_there
-        });
-        let (cells, signs, progress) = (&self.cells, self.signs, self.progress);
-        let left = Mutex::new(Vec::new());
-        let duplicates = Mutex::new(Vec::new());
-        let ids = &ids;
-        workers.par_iter_mut().with_max_len(1).try_for_each(|(block, inserter, begun)| -> Result<()> {
-            let mut own_left = Vec::new();
-            let mut own_duplicates = Vec::new();
-            let mut since = 0;
-            let mut is_full = false;
-            for &p in &ids[*begun..] {
-                if !block.holds(signs.points[p as usize]) {
-                    continue;
-                }
-                if is_full {
-                    own_left.push(p);
-                    continue;
-                }
-                match inserter.insert(cells, signs, block, p) {
-                    Outcome::Inserted => {}
-                    Outcome::Duplicate(twin) => own_duplicates.push([p, twin]),
-                    Outcome::Foreign => own_left.push(p),
-                    Outcome::Full => {
-                        is_full = true;
-                        own_left.push(p);
-                    }
-                }
-                since += 1;
-                if since == TICK {
-                    progress.advance(since as u64)?;
-                    since = 0;
-                }
-            }
-            left.lock().expect("no panic holds it").append(&mut own_left);
-            duplicates.lock().expect("no panic holds it").append(&mut own_duplicates);
-            Ok(())
-        })?;
-        for (_, worker, _) in workers {
-            self.inserter.free.extend(worker.free);
-            self.inserter.hint = worker.hint;
-        }
-        self.duplicates.append(&mut duplicates.into_inner().expect("no panic holds it"));
-        let mut left = left.into_inner().expect("no panic holds it");
-        left.append(&mut put_off);
-        // The order of insertion follows the curve.
-        left.sort_unstable();
-        Ok(left)
     }
 }

@@ -7,8 +7,17 @@
 //! does not depend on who inserted what when.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::cells::GHOST;
+use super::cells::{Cells, GHOST};
+use super::insert::{Inserter, Outcome};
+use super::signs::Signs;
+use super::{Build, TICK};
+use base::error::Result;
+use base::progress::Progress;
+
+/// Points inserted one after the other in search of a cell that lies in a thread's block.
+const TRIES: usize = 64;
 
 pub(super) trait Region: Sync {
     /// Whether all vertices, but for the one at infinity, lie in the region.
@@ -27,18 +36,23 @@ impl Region for Everywhere {
 
 /// Points p with `low <= p < high` in all coordinates.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Block {
-    pub(super) low: DVec3,
-    pub(super) high: DVec3,
+struct Block {
+    low: DVec3,
+    high: DVec3,
 }
 
 impl Block {
-    pub(super) fn everywhere() -> Self {
+    fn everywhere() -> Self {
         Block { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY }
     }
 
+    /// Those of the points that lie in it.
+    fn of<'a>(&'a self, ids: &'a [u32], points: &'a [DVec3]) -> impl Iterator<Item = u32> + 'a {
+        ids.iter().copied().filter(|&p| self.holds(points[p as usize]))
+    }
+
     #[inline(always)]
-    pub(super) fn holds(&self, p: DVec3) -> bool {
+    fn holds(&self, p: DVec3) -> bool {
         (p.cmpge(self.low) & p.cmplt(self.high)).all()
     }
 }
@@ -52,7 +66,7 @@ impl Region for Block {
 
 /// Cuts space into `count` blocks with about equally many of the points in each, across the axis along which they are spread
 /// most (`axis` 0), or second or third most. Points that were put off lie around the last cut, so the next is another one.
-pub(super) fn blocks(points: &[DVec3], ids: &[u32], count: usize, axis: usize) -> Vec<Block> {
+fn blocks(points: &[DVec3], ids: &[u32], count: usize, axis: usize) -> Vec<Block> {
     /// Points looked at to find a median.
     const SAMPLE: usize = 4096;
     let step = (ids.len() / SAMPLE).max(1);
@@ -86,4 +100,109 @@ fn cut(sample: &mut [DVec3], block: Block, count: usize, axis: usize, blocks: &m
     let (left, right) = sample.split_at_mut(middle);
     cut(left, below, half, axis, blocks);
     cut(right, above, count - half, axis, blocks);
+}
+
+/// What one thread inserts: the points of its block, from a place in the order on.
+struct Worker {
+    block: Block,
+    inserter: Inserter,
+    begun: usize,
+}
+
+/// What a thread put off, and points that are copies, with their vertices.
+#[derive(Default)]
+struct Left {
+    points: Vec<u32>,
+    duplicates: Vec<[u32; 2]>,
+}
+
+impl Worker {
+    /// Whether the cell that it begins at is there, and its own.
+    fn can_begin(&self, cells: &Cells, signs: &Signs<'_>) -> bool {
+        cells.is_used(self.inserter.hint) && self.block.owns(cells.vertices(self.inserter.hint), signs.points)
+    }
+
+    fn insert(&mut self, ids: &[u32], cells: &Cells, signs: &Signs<'_>, progress: &Progress<'_>) -> Result<Left> {
+        let mut left = Left::default();
+        let mut since = 0;
+        let mut is_full = false;
+        for p in self.block.of(&ids[self.begun..], signs.points) {
+            if is_full {
+                left.points.push(p);
+                continue;
+            }
+            match self.inserter.insert(cells, signs, &self.block, p) {
+                Outcome::Inserted => {}
+                Outcome::Duplicate(twin) => left.duplicates.push([p, twin]),
+                Outcome::Foreign => left.points.push(p),
+                Outcome::Full => {
+                    is_full = true;
+                    left.points.push(p);
+                }
+            }
+            since += 1;
+            if since == TICK {
+                progress.advance(since as u64)?;
+                since = 0;
+            }
+        }
+        Ok(left)
+    }
+}
+
+impl Build<'_, '_> {
+    /// Inserts what threads can insert each in a block of its own; returns the rest.
+    pub(super) fn insert_in_parallel(&mut self, ids: &[u32], threads: usize, axis: usize) -> Result<Vec<u32>> {
+        let mut left = Vec::new();
+        let mut workers = Vec::new();
+        for block in blocks(self.signs.points, ids, threads, axis) {
+            match self.begin(&block, ids)? {
+                (begun, Some(inserter)) => workers.push(Worker { block, inserter, begun }),
+                (begun, None) => left.extend(block.of(&ids[begun..], self.signs.points)),
+            }
+        }
+        let (cells, signs, progress) = (&self.cells, self.signs, self.progress);
+        // The first points of later workers may have replaced the cell where an earlier one was to begin.
+        workers.retain(|worker| {
+            let can_begin = worker.can_begin(cells, signs);
+            if !can_begin {
+                left.extend(worker.block.of(&ids[worker.begun..], signs.points));
+            }
+            can_begin
+        });
+        let insert = |worker: &mut Worker| worker.insert(ids, cells, signs, progress);
+        let found = workers.par_iter_mut().with_max_len(1).map(insert).collect::<Result<Vec<_>>>()?;
+        for worker in workers {
+            self.inserter.free.extend(worker.inserter.free);
+            self.inserter.hint = worker.inserter.hint;
+        }
+        for mut of_worker in found {
+            left.append(&mut of_worker.points);
+            self.duplicates.append(&mut of_worker.duplicates);
+        }
+        // The order of insertion follows the curve.
+        left.sort_unstable();
+        Ok(left)
+    }
+
+    /// Inserts the first points of a block, here, until one has a cell in it, from which a thread can go on. Returns the place in
+    /// the order up to which the block's points are inserted then, and no inserter where that was in vain.
+    fn begin(&mut self, block: &Block, ids: &[u32]) -> Result<(usize, Option<Inserter>)> {
+        let mut tried = 0;
+        for (i, &p) in ids.iter().enumerate() {
+            if !block.holds(self.signs.points[p as usize]) {
+                continue;
+            }
+            self.insert(p)?;
+            tried += 1;
+            let is_own = |&cell: &u32| block.owns(self.cells.vertices(cell), self.signs.points);
+            if let Some(hint) = self.inserter.star().iter().copied().find(is_own) {
+                return Ok((i + 1, Some(Inserter::new(hint))));
+            }
+            if tried == TRIES {
+                return Ok((i + 1, None));
+            }
+        }
+        Ok((ids.len(), None))
+    }
 }

@@ -36,7 +36,7 @@ pub(super) fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'
     };
     let bundles = Bundles::new(raw.into_par_iter().map(fuse).collect::<Result<_>>()?);
     let bricks = bundles.labelled_bricks();
-    progress.stage(4, bricks.len() as u64);
+    progress.stage(super::LABELLING, bricks.len() as u64);
     let found = bricks
         .into_par_iter()
         .map_init(Classifier::default, |classifier, brick| {

@@ -24,14 +24,12 @@ mod degenerate;
 mod digging;
 mod validation;
 
-use std::time::Instant;
-
 use super::domain::Domain;
 use super::pieces::Pieces;
 use super::{Certificate, SculptParams, certify, finish};
 use base::error::{Error, Result};
 use base::memory;
-use base::progress::{Plan, Progress};
+use base::progress::Progress;
 use geom::delaunay3::Delaunay3;
 use image::range_image::{Projection, RangeImage, Samples};
 use mesh::TriMesh;
@@ -73,7 +71,14 @@ pub struct Reference {
     pub report: ReferenceReport,
 }
 
-const PLAN: Plan = &[("curvature space", 0.05), ("tetrahedra", 0.6), ("digging", 0.3), ("measuring the error", 0.05)];
+base::stages! {
+    /// Stages with their shares of the time.
+    PLAN:
+    LIFTING = "curvature space", 0.05;
+    TETRAHEDRALIZING = "tetrahedra", 0.6;
+    DIGGING = "digging", 0.3;
+    MEASURING = "measuring the error", 0.05;
+}
 
 /// Sculpts an orthographic image as the paper does; of the parameters only `tolerance`, `triangulation` and `threads` are used.
 ///
@@ -96,25 +101,19 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || {
-        let mut seconds = Vec::new();
-        let mut last = Instant::now();
-        let mut lap = |name| {
-            let now = Instant::now();
-            seconds.push((name, (now - std::mem::replace(&mut last, now)).as_secs_f64()));
-        };
-        progress.stage(0, 1);
+        progress.stage(LIFTING, 1);
         let filled = with_background(heights);
         let whole = RangeImage::from_values(image.rows(), image.cols(), filled.clone(), *image.projection())?;
         let pixels: Vec<u32> = (0..image.len() as u32).collect();
         let points = curvature_space::points(image, heights, &pixels);
-        lap("curvature space");
-        progress.stage(1, 1);
+        progress.lap("curvature space");
+        progress.stage(TETRAHEDRALIZING, 1);
         let mut report = ReferenceReport { tolerance, full_triangles: domain.triangles.len(), ..Default::default() };
         let mut triangles = Vec::new();
         if !domain.triangles.is_empty() {
             let delaunay = Delaunay3::new(&points, params.threads, progress)?;
-            lap("tetrahedra");
-            progress.stage(2, 1);
+            progress.lap("tetrahedra");
+            progress.stage(DIGGING, 1);
             let judge = validation::Judge::new(&whole, &filled, &domain, tolerance);
             let dug = digging::dig(&delaunay, &pixels, &judge, progress)?;
             report.tetrahedra = delaunay.finite_count();
@@ -129,15 +128,15 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
                 image.is_valid(centroid(*t, image.cols() as u32)) && t.iter().all(|&p| image.is_valid(p as usize))
             };
             triangles.retain(is_drawn);
-            lap("digging");
+            progress.lap("digging");
         }
         report.triangles = triangles.len();
-        progress.stage(3, 1);
+        progress.stage(MEASURING, 1);
         let mut mesh = finish::mesh(image, &domain, &Pieces::full(&triangles), progress)?;
         let certificate = certify(image, &mesh, progress)?;
         finish::add_errors(&mut mesh, &certificate.face_errors, progress)?;
-        lap("measuring the error");
-        report.seconds = seconds;
+        progress.lap("measuring the error");
+        report.seconds = progress.seconds();
         Ok(Reference { mesh, certificate, report })
     })
 }
