@@ -230,7 +230,7 @@ def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, exten
     for obj in scans():
         assert np.allclose(np.array(obj.matrix_world)[:3, :3], poses[obj.name][:3, :3], atol=1e-6)
         assert np.allclose(obj.matrix_world.translation, 3 * poses[obj.name][:3, 3], atol=1e-5)
-        image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+        image = extension.scan_objects.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
         assert image.projection["kind"] == "pinhole"
     for name, far in clip.items():
         obj = bpy.data.objects[name]

@@ -8,7 +8,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, recording
+from .. import convert, recording, scan_objects, usable
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -77,9 +77,9 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
-            convert.movable(obj)
+            usable.movable(obj)
             if self.show_misfit and not recording.is_recording(obj):
-                convert.writable(obj)
+                usable.writable(obj)
         self.before = {}
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
@@ -95,11 +95,11 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if recording.is_recording(obj):
             self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
-        scan = convert.scan_of_object(obj, depsgraph)
+        scan = scan_objects.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
-        if convert.is_range_image(obj) and not is_image:
+        if scan_objects.is_range_image(obj) and not is_image:
             self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
-        pose, rest = convert.rigid_and_rest(obj, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64))
+        pose, rest = scan_objects.rigid_and_rest(obj, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64))
         if rest is not None:
             whose = "its scale and that of its parents" if obj.parent is not None else "its scale"
             raise Refused(
