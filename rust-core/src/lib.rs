@@ -20,7 +20,7 @@ pub use cluster;
 #[doc(inline)]
 pub use geom;
 #[doc(inline)]
-pub use image::{frame, range_image, rigid, select, triangulate};
+pub use image::{frame, range_image, rigid, select, triangulate, vertices};
 #[doc(inline)]
 pub use io::{export, import};
 #[doc(inline)]

@@ -9,6 +9,8 @@
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
+//! | `projection` | how pixels see, as a dict |
+//! | `vertices` | a range image as vertices that a host keeps |
 //! | `scans`, `frame` | opening and reading files; a scan in its file, frames of recordings |
 //! | `regions` | boxes and planes |
 //! | `similarity` | true size and ground |
@@ -44,6 +46,7 @@ mod mesh;
 mod params;
 mod point_cloud;
 mod progress;
+mod projection;
 mod quads;
 mod range_image;
 mod ready;
@@ -56,6 +59,7 @@ mod select;
 mod settings;
 mod similarity;
 mod sources;
+mod vertices;
 
 use pyo3::prelude::*;
 
@@ -107,6 +111,8 @@ mod _native {
     use crate::settings::{memory_limit, set_memory_limit};
     #[pymodule_export]
     use crate::similarity::{Similarity, ground, true_size};
+    #[pymodule_export]
+    use crate::vertices::GridCamera;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

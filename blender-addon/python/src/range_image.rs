@@ -10,16 +10,19 @@ use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
 use surfrecon::export::{Holding, PlyEncoding, write_e57, write_ptx, write_range_grid_ply, write_scan_list};
 use surfrecon::memory;
-use surfrecon::range_image::{DepthKind, Projection, Samples, Viewing};
+use surfrecon::range_image::{DepthKind, Projection, Samples};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
+use surfrecon::vertices::{GridCamera as CoreCamera, to_mesh};
 
 use crate::arrays;
 use crate::edit::Edit;
-use crate::errors::{guarded, input_error, parameter_error, reworded, to_python};
+use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
+use crate::projection;
 use crate::similarity::Similarity;
+use crate::vertices::{self, GridCamera, PerVertex};
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
 ///
@@ -99,19 +102,6 @@ fn keeps_detail(exact: &[f64], rounded: &[f32], cols: usize) -> PyResult<()> {
     )))
 }
 
-/// "parallel" with a direction, or "from" an origin.
-fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
-    let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
-    let (kind, vector) = value.extract::<(String, Bound<'_, PyAny>)>().map_err(|error| {
-        reworded(error, || input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()))
-    })?;
-    match kind.as_str() {
-        "parallel" => Ok(Viewing::Parallel(arrays::vector(&vector, "the viewing direction")?)),
-        "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),
-        _ => Err(input_error(format!("viewing must begin with \"parallel\" or \"from\", got {kind:?}"))),
-    }
-}
-
 /// Writes images with their poses: as PTX, as E57, or as Stanford range grids and the list of that ending.
 ///
 /// # Errors
@@ -131,36 +121,6 @@ pub fn write_together(
             _ => write_e57(&path, &images, progress),
         }
     })
-}
-
-/// A projection as a dict with ``kind`` and its parameters.
-///
-/// # Errors
-/// None but of Python itself.
-pub fn described<'py>(py: Python<'py>, projection: &Projection) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
-    let set = |kind: &str, first: (&str, [f64; 2]), second: (&str, [f64; 2])| -> PyResult<()> {
-        dict.set_item("kind", kind)?;
-        dict.set_item(first.0, <(f64, f64)>::from(first.1))?;
-        dict.set_item(second.0, <(f64, f64)>::from(second.1))
-    };
-    match *projection {
-        Projection::Orthographic { first, step } => set("orthographic", ("first", first), ("step", step))?,
-        Projection::Spherical { first, step } => set("spherical", ("first", first), ("step", step))?,
-        Projection::Pinhole { focal, centre, depth } => {
-            set("pinhole", ("focal", focal), ("centre", centre))?;
-            dict.set_item("depth", if depth == DepthKind::Planar { "planar" } else { "ray" })?;
-        }
-        Projection::PointGrid(viewing) => {
-            let (kind, v) = match viewing {
-                Viewing::Parallel(direction) => ("parallel", direction),
-                Viewing::From(origin) => ("from", origin),
-            };
-            dict.set_item("kind", "points")?;
-            dict.set_item("viewing", (kind, <(f64, f64, f64)>::from(v)))?;
-        }
-    }
-    Ok(dict)
 }
 
 #[pymethods]
@@ -185,7 +145,7 @@ impl RangeImage {
         viewing: Option<&Bound<'_, PyAny>>,
         name: Option<String>,
     ) -> PyResult<Self> {
-        let viewing = self::viewing(viewing)?;
+        let viewing = projection::viewing(viewing)?;
         guarded(|| {
             let (exact, shape) = arrays::floats(points, "points", &[None, None, Some(3)])?;
             points.py().check_signals()?;
@@ -271,6 +231,47 @@ impl RangeImage {
         from_values(values, projection, name)
     }
 
+    /// The image that a host's vertices are, however its user moved them: what ``to_mesh`` gave, less deleted vertices.
+    ///
+    /// Where all were moved, turned, scaled and mirrored alike, in single precision, and each lies on its pixel's ray, the
+    /// projection stays of its kind, with parameters scaled and mirrored. Where they were stretched or edited one by one,
+    /// it becomes a grid of points seen from where it was. Samples lie in the world where the vertices do.
+    ///
+    /// Args:
+    ///     camera: what ``grid_camera`` gave, scaled as the vertices are if the host has another unit.
+    ///     row, col: (n,) integers, the pixel of each vertex.
+    ///     positions: (n, 3) real numbers in the host's frame.
+    ///     world_from_host: 4 x 4, any affine matrix; by default the identity.
+    ///     colour: (n, 3) or (n, 4), uint8 or floats of 0 to 1, sRGB.
+    ///     intensity: (n,) real numbers.
+    ///     confidence: (n,) real numbers >= 0.
+    ///     name: for messages and reports.
+    ///
+    /// Raises:
+    ///     InputError: a pixel outside of the grid or there twice, positions that are not finite, vertices scaled by 0, wrong
+    ///         shapes, a grid far too large for its vertices.
+    ///     TypeError: entries of another type.
+    #[staticmethod]
+    #[pyo3(signature = (camera, row, col, positions, *, world_from_host = None, colour = None, intensity = None,
+        confidence = None, name = None))]
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
+    fn from_vertices(
+        camera: &GridCamera,
+        row: &Bound<'_, PyAny>,
+        col: &Bound<'_, PyAny>,
+        positions: &Bound<'_, PyAny>,
+        world_from_host: Option<&Bound<'_, PyAny>>,
+        colour: Option<&Bound<'_, PyAny>>,
+        intensity: Option<&Bound<'_, PyAny>>,
+        confidence: Option<&Bound<'_, PyAny>>,
+        name: Option<String>,
+    ) -> PyResult<Self> {
+        let given = PerVertex { row, col, positions, colour, intensity, confidence };
+        let mut image = vertices::image(camera, &given, world_from_host)?;
+        image.name = name.unwrap_or_default();
+        Ok(image.into())
+    }
+
     /// Name for messages and reports.
     #[getter]
     fn name(&self) -> String {
@@ -297,7 +298,7 @@ impl RangeImage {
     /// How pixels see: a dict with ``kind`` and its parameters.
     #[getter]
     fn projection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        described(py, self.image().projection())
+        projection::described(py, self.image().projection())
     }
 
     /// (rows, cols, 3) in the sensor's frame, NaN where invalid: a read-only float32 view for images made from points,
@@ -461,6 +462,28 @@ impl RangeImage {
             Ok(with_grid(&image, surface))
         });
         made.map(Mesh::from)
+    }
+
+    /// The valid pixels as the vertices of a mesh, row by row, in the sensor's frame: how hosts keep a range image.
+    ///
+    /// With the vertex attributes ``range_row``, ``range_col`` and, where the image has them, ``colour``, ``intensity`` and
+    /// ``confidence``. ``from_vertices`` makes an image of them again, ``grid_camera`` is what it needs besides.
+    ///
+    /// Args:
+    ///     faces: also the triangles of ``triangulate`` with its defaults, over the same vertices.
+    ///
+    /// Raises:
+    ///     InputError: coordinates too large to be computed with.
+    #[pyo3(signature = (faces = true))]
+    fn to_mesh(&self, py: Python<'_>, faces: bool) -> PyResult<Mesh> {
+        let image = self.image();
+        Watch::new(None).run(py, move |progress| to_mesh(&image, faces, progress)).map(Mesh::from)
+    }
+
+    /// What a host keeps beside the vertices of ``to_mesh``: how pixels see, and where some of the vertices were.
+    fn grid_camera(&self, py: Python<'_>) -> PyResult<GridCamera> {
+        let image = self.image();
+        Watch::new(None).run(py, move |progress| CoreCamera::of(&image, progress)).map(GridCamera::from)
     }
 
     /// The image with what a region holds: see ``surfrecon.keep``.

@@ -15,7 +15,8 @@ use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::{self, params};
 use crate::progress::Watch;
-use crate::range_image::{self, RangeImage};
+use crate::projection;
+use crate::range_image::RangeImage;
 
 /// A virtual scanner: rows x cols pixels, how they see, and the true pose. It never changes.
 ///
@@ -151,7 +152,7 @@ impl Camera {
     /// How pixels see: a dict with ``kind`` and its parameters, as ``RangeImage.projection``.
     #[getter]
     fn projection<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        range_image::described(py, &self.camera.projection)
+        projection::described(py, &self.camera.projection)
     }
 
     /// 4 x 4 float64: the true pose.

@@ -9,8 +9,9 @@ use glam::{DAffine3, DVec3};
 
 use crate::correspond::Match;
 use crate::features::Features;
-use crate::linear::{Horn, apart};
+use crate::linear::apart;
 use crate::view::View;
+use geom::horn::Horn;
 
 /// Largest difference of distances, in cells.
 const DISTANCE: f64 = 1.2;

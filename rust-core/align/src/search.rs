@@ -10,7 +10,7 @@ use crate::assemble::{Group, Standing, apart_at_first, assemble};
 use crate::constraints::{Inside, Told};
 use crate::finding::{Finding, Limits};
 use crate::hypothesise::Effort;
-use crate::linear::{Horn, apart};
+use crate::linear::apart;
 use crate::pair::Pair;
 use crate::params::{AlignParams, Start};
 use crate::retrieve::likeness;
@@ -18,6 +18,7 @@ use crate::turntable::Table;
 use crate::view::View;
 use base::error::Result;
 use base::progress::Progress;
+use geom::horn::Horn;
 
 /// Partners of each scan that are tried first, and of each group in each round after that.
 const FIRST: usize = 5;

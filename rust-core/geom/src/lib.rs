@@ -5,6 +5,7 @@
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
 //! | `delaunay2` | triangulation of points in one plane of space |
 //! | `delaunay3` | tetrahedralization of points |
+//! | `horn` | the rigid motion between two sets of points |
 //! | `linear` | small symmetric matrices: systems of equations, eigenvalues |
 //! | `neighbours` | nearest neighbours among fixed points |
 //! | `predicates` | exact signs of determinants |
@@ -15,6 +16,7 @@
 pub mod bvh;
 pub mod delaunay2;
 pub mod delaunay3;
+pub mod horn;
 pub mod linear;
 pub mod neighbours;
 pub mod predicates;

@@ -9,5 +9,6 @@ pub mod select;
 pub mod sight;
 pub mod source;
 pub mod triangulate;
+pub mod vertices;
 
 pub use range_image::RangeImage;

@@ -18,6 +18,7 @@ __all__ = [
     "Camera",
     "Clustered",
     "Frame",
+    "GridCamera",
     "Job",
     "MergeReport",
     "MergeResult",
@@ -213,6 +214,21 @@ class PointCloud:
     def transformed(self, similarity: Similarity) -> PointCloud: ...
 
 @final
+class GridCamera:
+    def __new__(
+        cls, rows: int, cols: int, projection: dict[str, Any], anchors: ArrayLike | None = None
+    ) -> GridCamera: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def cols(self) -> int: ...
+    @property
+    def projection(self) -> dict[str, Any]: ...
+    @property
+    def anchors(self) -> NDArray[np.float64]: ...
+    def scaled(self, scale: float) -> GridCamera: ...
+
+@final
 class RangeImage:
     name: str
     @staticmethod
@@ -240,6 +256,19 @@ class RangeImage:
         *,
         step: tuple[float, float],
         first: tuple[float, float] = ...,
+        name: str | None = None,
+    ) -> RangeImage: ...
+    @staticmethod
+    def from_vertices(
+        camera: GridCamera,
+        row: ArrayLike,
+        col: ArrayLike,
+        positions: ArrayLike,
+        *,
+        world_from_host: ArrayLike | None = None,
+        colour: ArrayLike | None = None,
+        intensity: ArrayLike | None = None,
+        confidence: ArrayLike | None = None,
         name: str | None = None,
     ) -> RangeImage: ...
     @property
@@ -272,6 +301,8 @@ class RangeImage:
     def confidence(self, confidence: ArrayLike | None) -> None: ...
     def write(self, path: _PathLike, *, progress: _Progress | None = None) -> None: ...
     def world_points(self) -> NDArray[np.float64]: ...
+    def to_mesh(self, faces: bool = True) -> Mesh: ...
+    def grid_camera(self) -> GridCamera: ...
     def keep(self, region: _Region) -> RangeImage: ...
     def remove(self, region: _Region) -> RangeImage: ...
     def transformed(self, similarity: Similarity) -> RangeImage: ...

@@ -102,6 +102,20 @@ pub(crate) fn triangulate_samples(
     })
 }
 
+/// The triangles of [`triangulate`] over all valid pixels, also those that have none.
+///
+/// # Errors
+/// As [`triangulate`].
+pub(crate) fn over_samples(
+    image: &RangeImage,
+    params: &TriangulateParams,
+    progress: &Progress<'_>,
+) -> Result<(SampleGrid, Vec<[u32; 3]>)> {
+    let grid = samples(image, params, progress)?;
+    let (cells, _) = cells_of(image, &grid, params, progress)?;
+    Ok((grid, cells.triangles))
+}
+
 /// The triangles of [`triangulate`] over pixel indices, without what else it finds; and the valid pixels, rising.
 ///
 /// # Errors
@@ -112,9 +126,7 @@ pub fn triangles_over_pixels(
     params: &TriangulateParams,
     progress: &Progress<'_>,
 ) -> Result<(Vec<[u32; 3]>, Vec<u32>)> {
-    let grid = samples(image, params, progress)?;
-    let (cells::Cells { mut triangles, .. }, _) = cells_of(image, &grid, params, progress)?;
-    let pixels = grid.pixels;
+    let (SampleGrid { pixels, .. }, mut triangles) = over_samples(image, params, progress)?;
     for triangle in &mut triangles {
         *triangle = triangle.map(|k| pixels[k as usize]);
     }
