@@ -15,6 +15,9 @@ from .running import Refused
 # single precision keeps 2^-24 of a coordinate, which then is at most 2^-20 of the extent.
 FAR = 8
 
+# What single precision leaves between the identity and a rotation times its transpose.
+ROUNDING = 2e-5
+
 
 # Arrays -> meshes
 
@@ -256,6 +259,23 @@ def points_of_object(obj, depsgraph, in_world):
         usable.refuse_unusable(obj, matrix)
         points = points @ matrix[:3, :3].T + matrix[:3, 3]
     return points, colour
+
+
+# Transforms
+
+
+def is_rigid(matrix):
+    """Whether a matrix (4 x 4) of Blender moves and turns only."""
+    turn = matrix[:3, :3]
+    return np.abs(turn.T @ turn - np.eye(3)).max() < ROUNDING and np.linalg.det(turn) > 0
+
+
+def rigid(matrix):
+    """The rotation nearest to that of a matrix from single precision, with the same translation."""
+    left, _, right = np.linalg.svd(matrix[:3, :3])
+    exact = matrix.copy()
+    exact[:3, :3] = left @ right
+    return exact
 
 
 # Custom properties

@@ -30,6 +30,8 @@ def refuse_shared(roots):
         if obj.data is None:
             continue
         usable.writable(obj)
+        if scan_objects.is_range_image(obj):
+            scan_objects.camera_of(obj)
         if obj.data.users > 1:
             raise Refused(
                 f'"{obj.name}" shares its data with another object: give it its own with'

@@ -2,8 +2,9 @@
 """Range images as objects, and objects as what is merged and aligned.
 
 A range image in Blender is a mesh of one vertex a valid pixel, with the vertex attributes `range_row` and `range_col`
-and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the size of the grid and
-the projection, and its matrix is the pose. So undo, save and reload keep it, and vertices may be moved or deleted.
+and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the camera of its pixels,
+and its matrix is the pose. So undo, save and reload keep it. Vertices may be moved, turned, scaled and mirrored, all at
+once or with the object, and deleted: the library tells by the camera's anchors what was done to them.
 """
 
 import bpy
@@ -13,16 +14,16 @@ import surfrecon
 from . import convert, usable
 from .running import Refused
 
+# Custom properties of a camera. Anchors, five numbers each: row, column, and where its vertex lies as long as nobody
+# moves it, in the frame of the object; files of 0.1 have none.
 ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_projection", "range_parameters"
+ANCHORS = "range_anchors"
 
 # Custom properties can be changed by anyone: no grid is larger.
 MOST_PIXELS = 2**28
 
-# A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
-ROUNDING = 1e-5
-
-# What single precision makes of coordinates, as a share of the largest.
-ROUNDED = 1e-6
+# What pixels see by of which nothing else is known.
+UNKNOWN = {"kind": "points", "viewing": ("parallel", (0.0, 0.0, -1.0))}
 
 
 def is_range_image(obj):
@@ -30,54 +31,60 @@ def is_range_image(obj):
     return ROWS in obj and COLUMNS in obj
 
 
+# Range images -> objects
+
+
 def object_from_range_image(name, image, scale, faces):
     """An object from a `surfrecon.RangeImage`; lengths are multiplied by `scale`. With or without triangles."""
-    valid = image.valid
-    coordinates = (image.points[valid] * scale).astype(np.float32).reshape(-1)
-    triangles = np.empty(0, np.int32)
-    if faces:
-        surface = image.triangulate()
-        vertex_of_pixel = np.zeros(valid.shape, np.int32)
-        vertex_of_pixel[valid] = np.arange(valid.sum(), dtype=np.int32)
-        grid = surface.vertex_attributes
-        vertices = vertex_of_pixel[grid["range_row"], grid["range_col"]]
-        triangles = vertices[surface.triangles].reshape(-1)
-    mesh = convert.new_mesh(name, coordinates, triangles)
-    rows, columns = np.nonzero(valid)
-    convert.store(mesh, "range_row", rows.astype(np.int32))
-    convert.store(mesh, "range_col", columns.astype(np.int32))
-    for attribute in ("confidence", "intensity", "colour"):
-        values = getattr(image, attribute)
-        if values is not None:
-            convert.store(mesh, attribute, values[valid])
-    made = bpy.data.objects.new(name, mesh)
-    made[ROWS], made[COLUMNS] = image.rows, image.cols
-    made[PROJECTION], made[PARAMETERS] = projection_properties(image.projection, scale)
+    made = bpy.data.objects.new(name, convert.mesh_from_result(name, image.to_mesh(faces=faces), scale=scale))
+    keep_camera(made, image.grid_camera().scaled(scale))
     return made
 
 
-def projection_properties(projection, scale):
-    """Kind and parameters of a projection as custom properties; lengths are multiplied by `scale`."""
-    parameters = {k: v for k, v in projection.items() if k != "kind"}
-    kind = projection["kind"]
-    if kind == "points":
-        viewing, vector = parameters["viewing"]
-        parameters = {"viewing": viewing, "vector": [x * scale if viewing == "from" else x for x in vector]}
-    elif kind == "orthographic":
-        parameters = {k: [x * scale for x in v] for k, v in parameters.items()}
-    return kind, {k: v if isinstance(v, str) else [float(x) for x in v] for k, v in parameters.items()}
+def keep_camera(obj, camera):
+    """Notes a `surfrecon.GridCamera` in custom properties."""
+    projection = dict(camera.projection)
+    kind, parameters = projection.pop("kind"), projection
+    if "viewing" in parameters:
+        parameters["viewing"], parameters["vector"] = parameters["viewing"]
+    obj[ROWS], obj[COLUMNS], obj[PROJECTION] = camera.rows, camera.cols, kind
+    obj[PARAMETERS] = {k: v if isinstance(v, str) else [float(x) for x in v] for k, v in parameters.items()}
+    if len(camera.anchors) > 0:
+        obj[ANCHORS] = camera.anchors.reshape(-1).tolist()
 
 
 def scale_range_image(obj, scale):
-    """Scales the samples of a range image and its projection; its pose stays."""
+    """Scales the samples of a range image and its camera; its pose stays."""
     mesh = obj.data
     mesh.attributes["position"].data.foreach_set("vector", (convert.positions(mesh) * scale).reshape(-1))
     mesh.update()
-    if PARAMETERS in obj:
-        projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
-        if projection["kind"] == "points":
-            projection = {"kind": "points", "viewing": (projection["viewing"], projection["vector"])}
-        obj[PROJECTION], obj[PARAMETERS] = projection_properties(projection, scale)
+    keep_camera(obj, camera_of(obj).scaled(scale))
+
+
+# Objects -> range images
+
+
+def camera_of(obj):
+    """The `surfrecon.GridCamera` that an object's custom properties say; refuses what can't be one."""
+    rows, columns = obj[ROWS], obj[COLUMNS]
+    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS):
+        raise Refused(
+            f'"{obj.name}" says it has {rows} x {columns} pixels, which can\'t be:'
+            f" correct its custom properties {ROWS} and {COLUMNS}, or delete them"
+        )
+    try:
+        projection = UNKNOWN
+        if PROJECTION in obj and PARAMETERS in obj:
+            projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
+        if "vector" in projection:
+            projection["viewing"] = projection["viewing"], projection.pop("vector")
+        anchors = np.array(obj[ANCHORS], np.float64).reshape(-1, 5) if ANCHORS in obj else None
+        return surfrecon.GridCamera(rows, columns, projection, anchors=anchors)
+    except (surfrecon.SurfreconError, AttributeError, KeyError, TypeError, ValueError) as problem:
+        raise Refused(
+            f'"{obj.name}" has an impossible camera: correct its custom properties {PROJECTION}, {PARAMETERS} and'
+            f" {ANCHORS}, or delete them ({problem})"
+        ) from problem
 
 
 def scan_of_object(obj, depsgraph):
@@ -92,20 +99,18 @@ def scan_of_object(obj, depsgraph):
     with convert.Placed(obj, depsgraph) as mesh:
         if mesh is None or len(mesh.vertices) == 0:
             raise Refused(f'"{obj.name}" has no vertices')
-        if is_range_image(obj):
-            image = range_image(obj, mesh, matrix)
-            if image is not None:
-                return image
-        if len(mesh.polygons) == 0:
+        seen = seen_by(obj, mesh) if is_range_image(obj) else None
+        if seen is None and len(mesh.polygons) == 0:
             raise Refused(
                 f'"{obj.name}" has neither faces nor the attributes of a range image:'
                 " make a surface of its vertices first, with Surface from Points"
             )
         usable.refuse_unusable(obj, matrix)
-        if np.linalg.det(matrix[:3, :3]) == 0:
-            raise Refused(f'"{obj.name}" is flattened by a scale of 0')
+        usable.refuse_flattened(obj, matrix)
         usable.refuse_not_finite(obj, convert.positions(mesh))
         try:
+            if seen is not None:
+                return range_image(obj, mesh, matrix, *seen)
             content = surfrecon.Mesh(
                 convert.positions(mesh),
                 convert.triangles(mesh),
@@ -117,83 +122,37 @@ def scan_of_object(obj, depsgraph):
         return content, matrix, obj.name
 
 
-def range_image(obj, mesh, matrix):
-    """The range image of an object, or `None` if the mesh is no longer one vertex a pixel."""
-    rows, columns = obj[ROWS], obj[COLUMNS]
-    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS):
-        raise Refused(
-            f'"{obj.name}" says it has {rows} x {columns} pixels, which can\'t be:'
-            f" correct its custom properties {ROWS} and {COLUMNS}, or delete them"
-        )
-    row = convert.vertex_values(mesh, "range_row", "INT", np.int32)
-    column = convert.vertex_values(mesh, "range_col", "INT", np.int32)
+def seen_by(obj, mesh):
+    """The camera, and the row and column of each vertex; `None` if the mesh is no longer one vertex a pixel."""
+    camera = camera_of(obj)
+    row, column = (convert.vertex_values(mesh, name, "INT", np.int32) for name in ("range_row", "range_col"))
     if row is None or column is None or min(row.min(), column.min()) < 0:
         return None
-    if row.max() >= rows or column.max() >= columns:
+    if row.max() >= camera.rows or column.max() >= camera.cols:
         return None
-    taken = np.bincount(row.astype(np.int64) * columns + column)
-    if taken.max() > 1:
-        return None
-    pose, rest = rigid_and_rest(obj, matrix)
-    samples = convert.positions(mesh)
-    if rest is not None:
-        samples = (samples @ rest.T).astype(np.float32)
-    image = on_rays(obj, samples, row, column) if rest is None else None
-    if image is None:
-        grid = np.full((rows, columns, 3), np.nan, np.float32)
-        grid[row, column] = samples
-        image = surfrecon.RangeImage.from_points(grid, viewing=viewing(obj, rest))
-    image.name = obj.name
-    image.world_from_sensor = pose
+    taken = np.unique(row.astype(np.int64) * camera.cols + column)
+    return (camera, row, column) if len(taken) == len(row) else None
 
-    def on_grid(values, fill):
-        spread = np.full((rows, columns, *values.shape[1:]), fill, values.dtype)
-        spread[row, column] = values
-        return spread
 
+def range_image(obj, mesh, matrix, camera, row, column):
+    """The range image of an object at that matrix, whose vertices are of those pixels of the camera."""
     confidence = convert.vertex_values(mesh, "confidence", "FLOAT", np.float32)
-    if confidence is not None:
-        image.confidence = on_grid(np.nan_to_num(np.maximum(confidence, 0)), 0)
-    intensity = convert.vertex_values(mesh, "intensity", "FLOAT", np.float32)
-    if intensity is not None:
-        image.intensity = on_grid(intensity, 0)
-    colour = convert.vertex_colours(mesh)
-    if colour is not None:
-        image.colour = on_grid(colour, 0)
+    # Samples that nobody moved stay what they are to the bit, which rounded matrices would not leave them.
+    is_pose = convert.is_rigid(matrix)
+    image = surfrecon.RangeImage.from_vertices(
+        camera,
+        row,
+        column,
+        convert.positions(mesh),
+        world_from_host=None if is_pose else matrix,
+        colour=convert.vertex_colours(mesh),
+        intensity=convert.vertex_values(mesh, "intensity", "FLOAT", np.float32),
+        confidence=None if confidence is None else np.nan_to_num(np.maximum(confidence, 0)),
+        name=obj.name,
+    )
+    if is_pose:
+        image.world_from_sensor = convert.rigid(matrix) @ image.world_from_sensor
     return image
-
-
-def on_rays(obj, samples, row, column):
-    """The range image of an object whose vertices lie on the rays of its pixels; `None` if one left its own."""
-    kind, parameters = obj.get(PROJECTION), obj.get(PARAMETERS, {})
-    names = {"orthographic": ("first", "step"), "spherical": ("first", "step"), "pinhole": ("focal", "centre")}
-    if any(len(parameters.get(name, ())) != 2 for name in names.get(kind, ("none",))):
-        return None
-    known = {name: tuple(parameters[name]) for name in names[kind]}
-    if kind == "pinhole":
-        known["depth"] = parameters.get("depth", "planar")
-    is_depth = kind == "orthographic" or known.get("depth") == "planar"
-    values = np.full((obj[ROWS], obj[COLUMNS]), np.nan)
-    values[row, column] = samples[:, 2] if is_depth else np.linalg.norm(samples.astype(float), axis=1)
-    try:
-        image = getattr(surfrecon.RangeImage, kind)(values, **known)
-    except surfrecon.InputError:
-        return None
-    off = np.abs(image.points[row, column] - samples).max()
-    return image if off <= ROUNDED * np.abs(samples).max() else None
-
-
-def viewing(obj, rest):
-    """How the object's pixels see, in the frame of its samples."""
-    kind = obj.get(PROJECTION, "orthographic")
-    parameters = obj.get(PARAMETERS, {})
-    if kind == "points" and "vector" in parameters:
-        how, vector = parameters["viewing"], np.array(list(parameters["vector"]))
-    elif kind in {"pinhole", "spherical"}:
-        how, vector = "from", np.zeros(3)
-    else:
-        how, vector = "parallel", np.array((0.0, 0.0, -1.0))
-    return how, vector if rest is None else rest @ vector
 
 
 def grid_lost(obj):
@@ -201,19 +160,3 @@ def grid_lost(obj):
     if len(obj.modifiers) > 0:
         return f'The modifiers of "{obj.name}" leave no one vertex a pixel: turn them off in the viewport'
     return f'"{obj.name}" is no longer one vertex a pixel: import the scan again'
-
-
-def rigid_and_rest(obj, matrix):
-    """The rigid part of a matrix (4 x 4) and what must be applied to the samples first (3 x 3), `None` for nothing.
-
-    The rest holds scale, shear and mirroring; it is the polar decomposition, so a rigid matrix stays as it is.
-    """
-    usable.refuse_unusable(obj, matrix)
-    left, stretch, right = np.linalg.svd(matrix[:3, :3])
-    if stretch[-1] <= 1e-7 * stretch[0]:
-        raise Refused(f'"{obj.name}" is flattened by a scale of 0')
-    rotation = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
-    rest = rotation.T @ matrix[:3, :3]
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, matrix[:3, 3]
-    return pose, None if np.abs(rest - np.eye(3)).max() < ROUNDING else rest

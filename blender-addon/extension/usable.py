@@ -8,6 +8,9 @@ from .running import Refused
 # Beyond this many units no coordinate has digits left for a shape.
 FARTHEST = 1e15
 
+# A matrix with a smallest scale below this share of its largest has rounding where a shape was.
+FLAT = 1e-7
+
 
 def readable(obj, depsgraph):
     """Refuses an object whose surface or points can't be had as the user sees them."""
@@ -70,6 +73,13 @@ def refuse_unusable(obj, matrix):
             f'"{obj.name}" has a location, rotation or scale that is no number or far too large:'
             " check it in the sidebar under Item > Transform"
         )
+
+
+def refuse_flattened(obj, matrix):
+    """Refuses a matrix that leaves nothing of a shape."""
+    sizes = np.linalg.svd(matrix[:3, :3])[1]
+    if sizes[-1] <= FLAT * sizes[0]:
+        raise Refused(f'"{obj.name}" is flattened by a scale of 0')
 
 
 def refuse_not_finite(obj, points):

@@ -211,14 +211,17 @@ def test_vertices_on_their_rays_are_an_image_of_the_camera(kind, extension):
         assert back.projection[name] == (value if isinstance(value, str) else pytest.approx(value))
     assert np.array_equal(back.valid, seen.valid)
     assert np.abs(back.values - seen.values)[seen.valid].max() < 1e-5
-    # Off its ray by a tenth of a pixel, and scaled: as the vertices are.
+    # Off its ray by a tenth of a pixel, and stretched: as the vertices are.
     obj.data.vertices[7].co.y += 0.005
     assert image().projection["kind"] == "points"
     obj.data.vertices[7].co.y -= 0.005
     assert image().projection["kind"] == kind
-    obj.scale = (2, 2, 2)
+    obj.scale = (2, 1, 2)
     bpy.context.view_layer.update()
     assert image().projection["kind"] == "points"
+    obj.scale = (2, -2, 2)
+    bpy.context.view_layer.update()
+    assert image().projection["kind"] == kind
 
 
 @pytest.mark.parametrize("scale", [(2, 2, 2), (1, 1.5, 0.7), (-1, 1, 1), (-1, -1, -0.5)])

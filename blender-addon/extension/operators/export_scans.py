@@ -79,13 +79,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
         pose = np.array(image.world_from_sensor)
         for collection in obj.users_collection:
             pose[:3, 3] += np.array(collection.get("world_origin", (0.0, 0.0, 0.0)))
-        if self.scale != 1.0:
-            viewing = image.projection["viewing"]
-            if viewing[0] == "from":
-                viewing = ("from", np.array(viewing[1]) * self.scale)
-            scaled = surfrecon.RangeImage.from_points(image.points * self.scale, viewing=viewing, name=image.name)
-            scaled.colour, scaled.intensity, scaled.confidence = image.colour, image.intensity, image.confidence
-            image = scaled
-            pose[:3, 3] *= self.scale
         image.world_from_sensor = pose
+        if self.scale != 1.0:
+            image = image.transformed(surfrecon.Similarity(np.diag([self.scale, self.scale, self.scale, 1.0])))
         return image

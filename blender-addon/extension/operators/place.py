@@ -126,8 +126,10 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
                 raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
             return Known(plane)
         # Cameras look at a ground from above.
-        eyes = [obj.matrix_world.translation for obj in context.selected_objects if scan_objects.is_range_image(obj)]
-        above = np.mean([tuple(eye) for eye in eyes], axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
+        images = [obj for obj in objects if scan_objects.is_range_image(obj)]
+        found = yield from gathered(context, images, scan_objects.scan_of_object)
+        eyes = [scan.world_from_sensor[:3, 3] for scan in found if isinstance(scan, surfrecon.RangeImage)]
+        above = np.mean(eyes, axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
         return Known(regions.plane_of(points, above))
 
     def finish(self, context, plane):
