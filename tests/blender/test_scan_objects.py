@@ -251,6 +251,11 @@ def test_saving_keeps_every_bit(image, way, extension, tmp_path):
 @pytest.mark.parametrize("way", (by_object, by_applying), ids=lambda way: way.__name__)
 def test_a_unit_scales_samples_and_camera(image, way, scale, extension):
     obj = put(extension, image, scale)
+    # Anchors are where their vertices are.
+    row, col, *places = extension.scan_objects.camera_of(obj).anchors.T
+    number = np.cumsum(image.valid).reshape(image.valid.shape)[row.astype(int), col.astype(int)] - 1
+    assert len(number) == 64
+    assert np.abs(convert_positions(obj)[number] - np.transpose(places)).max() <= SINGLE * np.abs(places).max()
     way(obj, TURNED)
     lies(extension, obj, image, TURNED @ Matrix.Scale(scale, 4))
 
