@@ -487,6 +487,33 @@ typedef struct {
   int64_t genus;
 } srf_mesh_report;
 
+// Where a vertex of a range image was: by it a motion of all vertices is recognized.
+typedef struct {
+  // Its pixel's row.
+  uint64_t row;
+  // Its pixel's column.
+  uint64_t col;
+  // The point in the sensor's frame.
+  double point[3];
+} srf_anchor;
+
+// What a host keeps of a range image beside its vertices: how the pixels see, and where some of the vertices were. Numbers only: it
+// may be stored as it is. Starts with its size; prepared by srf_grid_camera_init().
+typedef struct {
+  // Bytes of this struct.
+  uint32_t struct_size;
+  // How many of the anchors there are, up to 64; with 0, the default, vertices are taken to lie in the sensor's frame.
+  uint32_t anchor_count;
+  // How pixels see.
+  srf_projection projection;
+  // Vertices far from each other.
+  srf_anchor anchors[64];
+  // Rows of the grid.
+  uint64_t rows;
+  // Its columns.
+  uint64_t cols;
+} srf_grid_camera;
+
 // What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
 typedef struct {
   // Bytes of this struct.
@@ -1558,6 +1585,73 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
                           uint32_t welded,
                           const srf_progress *progress,
                           srf_mesh_report *out_report);
+
+// Prepares a struct for srf_image_grid_camera(), or to be filled in. Call srf_grid_camera_init(camera), which adds the size that
+// this header knows.
+// camera   not NULL
+// size     sizeof(srf_grid_camera): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_grid_camera_init_sized(srf_grid_camera *camera,
+                                      size_t size);
+#define srf_grid_camera_init(camera) srf_grid_camera_init_sized((camera), sizeof(srf_grid_camera))
+
+// What a host keeps beside the vertices of srf_image_to_mesh(). O(pixels).
+// image       not NULL
+// progress    NULL for none
+// out_camera  initialized by srf_grid_camera_init(), filled on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_image_grid_camera(const srf_image *image,
+                                 const srf_progress *progress,
+                                 srf_grid_camera *out_camera);
+
+// For vertices whose coordinates are multiplied, where the host's unit of length is another.
+// camera   what is changed, on SRF_OK only; not NULL
+// scale    what coordinates are multiplied with, > 0
+// returns  SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_grid_camera_scale(srf_grid_camera *camera, double scale);
+
+// The valid pixels of an image as the vertices of a mesh, row after row, in the sensor's frame: how a host keeps a range image. With
+// the vertex attributes range_row, range_col and, where the image has them, colour, intensity and confidence. O(pixels).
+// image     not NULL
+// faces     1: also the triangles that srf_image_triangulate() makes with its defaults, over the same vertices; 0: none
+// progress  NULL for none
+// out_mesh  receives a new handle on SRF_OK only; not NULL
+// returns   SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY.
+//           Since 0.2.
+srf_status srf_image_to_mesh(const srf_image *image,
+                             uint32_t faces,
+                             const srf_progress *progress,
+                             srf_mesh **out_mesh);
+
+// The range image that a host's vertices are, however its user moved them; pixels without a vertex are invalid. Where all were moved,
+// turned, scaled and mirrored alike, within single precision, and each lies on its pixel's ray, the projection stays of its
+// kind, with numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen
+// from where it was. Samples lie in the world where the vertices do. O(pixels).
+// camera           what srf_image_grid_camera() filled; not NULL
+// row              one SRF_I32 or SRF_U32 a vertex, its pixel's row; not NULL
+// col              one SRF_I32 or SRF_U32 a vertex, its pixel's column; not NULL
+// positions        3 SRF_F64 or SRF_F32 a vertex, in the host's frame; not NULL
+// colours          4 SRF_U8 a vertex, sRGB with straight alpha; NULL for none
+// intensities      one SRF_F32 or SRF_F64 a vertex; NULL for none
+// confidences      one SRF_F32 or SRF_F64 a vertex, >= 0; NULL for none
+// world_from_host  any affine matrix that does not flatten; NULL for the identity
+// name             as of srf_image_create(); NULL for none
+// progress         NULL for none
+// out_image        receives a new handle on SRF_OK only; not NULL
+// returns          SRF_OK, SRF_ERR_INPUT for a pixel outside of the grid or there twice, positions that are not finite, arrays of
+//                  different lengths, vertices scaled by 0, or a grid far too large for its vertices; SRF_ERR_PARAMETER,
+//                  SRF_ERR_CANCELLED, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_image_from_vertices(const srf_grid_camera *camera,
+                                   const srf_array *row,
+                                   const srf_array *col,
+                                   const srf_array *positions,
+                                   const srf_array *colours,
+                                   const srf_array *intensities,
+                                   const srf_array *confidences,
+                                   const srf_pose *world_from_host,
+                                   const char *name,
+                                   const srf_progress *progress,
+                                   srf_image **out_image);
 
 // How many formats srf_scans_open() knows.
 // out_count  not NULL

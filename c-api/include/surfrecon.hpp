@@ -280,6 +280,19 @@ struct LeftOut : srf_left_out {
     LeftOut() { check(srf_left_out_init(this)); }
 };
 
+// What a host keeps of a range image beside its vertices: how pixels see, and where some of the vertices were.
+struct GridCamera : srf_grid_camera {
+    GridCamera() { check(srf_grid_camera_init(this)); }
+
+    // For vertices whose coordinates are multiplied, where the host's unit of length is another.
+    GridCamera scaled(double scale) const
+    {
+        GridCamera camera(*this);
+        check(srf_grid_camera_scale(&camera, scale));
+        return camera;
+    }
+};
+
 // How far a sculpted mesh lies from the samples.
 struct Certificate : srf_certificate {
     Certificate() { check(srf_certificate_init(this)); }
@@ -675,6 +688,23 @@ public:
         return Image(image);
     }
 
+    // Of a host's vertices, however its user moved them: an entry each of row, col and positions, and of colours, intensities and
+    // confidences where there are any; see srf_image_from_vertices().
+    template <typename Place, typename Real>
+    static Image from_vertices(const GridCamera &camera, View<Place> row, View<Place> col, View<Real, 3> positions,
+                               View<std::uint8_t, 4> colours = {}, View<float> intensities = {}, View<float> confidences = {},
+                               const Pose &world_from_host = {}, const std::string &name = {}, const ProgressFunction &progress = {})
+    {
+        const srf_array rows = row.array(), cols = col.array(), points = positions.array();
+        const srf_array painted = colours.array(), strengths = intensities.array(), trusted = confidences.array();
+        srf_image *image = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_from_vertices(&camera, &rows, &cols, &points, colours.empty() ? nullptr : &painted,
+                                              intensities.empty() ? nullptr : &strengths, confidences.empty() ? nullptr : &trusted,
+                                              &world_from_host, name.c_str(), watcher.get(), &image));
+        return Image(image);
+    }
+
     // Scans a mesh virtually.
     static Image scan(const Mesh &mesh, std::size_t rows, std::size_t cols, const srf_projection &projection,
                       const Pose &world_from_sensor, const ScanParams &params = {}, const ProgressFunction &progress = {})
@@ -730,6 +760,24 @@ public:
         detail::Watcher watcher(progress);
         watcher.check(srf_image_triangulate(get(), &params, watcher.get(), &mesh));
         return Mesh(mesh);
+    }
+
+    // The valid pixels as vertices, row after row, in the sensor's frame, with or without faces: how a host keeps a range image.
+    Mesh to_mesh(bool faces = true, const ProgressFunction &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_to_mesh(get(), faces ? 1 : 0, watcher.get(), &mesh));
+        return Mesh(mesh);
+    }
+
+    // What a host keeps beside the vertices of to_mesh().
+    GridCamera grid_camera(const ProgressFunction &progress = {}) const
+    {
+        GridCamera camera;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_grid_camera(get(), watcher.get(), &camera));
+        return camera;
     }
 
     Cloud to_cloud() const

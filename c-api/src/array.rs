@@ -236,6 +236,15 @@ impl<'a> Borrowed<'a> {
         }
     }
 
+    /// Rows or columns of pixels; what 31 bits can't hold lies outside of any grid, and stays so.
+    pub fn places(&self) -> Result<Vec<i32>, Failure> {
+        match self.type_ {
+            t if t == SRF_I32 as u32 => self.collect(|[place]: [i32; 1]| place),
+            t if t == SRF_U32 as u32 => self.collect(|[place]: [u32; 1]| i32::try_from(place).unwrap_or(i32::MAX)),
+            _ => Err(self.wrong_type("SRF_I32 or SRF_U32")),
+        }
+    }
+
     /// Colours.
     pub fn colours(&self) -> Result<Vec<[u8; 4]>, Failure> {
         match self.type_ {

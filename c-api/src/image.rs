@@ -97,7 +97,7 @@ impl srf_projection {
         })
     }
 
-    fn from_core(projection: &Projection) -> Self {
+    pub fn from_core(projection: &Projection) -> Self {
         let (kind, numbers) = match *projection {
             Projection::Orthographic { first: [a, b], step: [c, d] } => (SRF_ORTHOGRAPHIC, [a, b, c, d]),
             Projection::Pinhole { focal: [a, b], centre: [c, d], depth } => {

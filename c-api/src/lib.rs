@@ -9,6 +9,7 @@
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `frame`, `cloud`, `mesh` | what there is |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `vertices` | range images as vertices that hosts keep |
 //! | `region`, `select` | what of scans is kept or removed; their true size and ground |
 //! | `image_source` | scans whose images the caller makes when they are needed |
 //! | `sources` | scans as merges and alignments take them |
@@ -65,4 +66,5 @@ mod spline;
 mod status;
 mod text;
 mod version;
+mod vertices;
 mod write;

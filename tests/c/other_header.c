@@ -73,6 +73,7 @@ int main(void)
     HELD(srf_snap) snap;
     HELD(srf_frame) frame;
     HELD(srf_left_out) left_out;
+    HELD(srf_grid_camera) grid_camera;
     const double positions[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     const uint32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
     srf_array points, corners;
@@ -105,6 +106,7 @@ int main(void)
     FILL(snap, srf_snap_init);
     FILL(frame, srf_frame_init);
     FILL(left_out, srf_left_out_init);
+    FILL(grid_camera, srf_grid_camera_init);
 
     memset(&points, 0, sizeof(points));
     points.data = positions;

@@ -17,6 +17,7 @@ const CHAPTERS: &[&str] = &[
     "image_source",
     "cloud",
     "mesh",
+    "vertices",
     "formats",
     "params/open",
     "files",
