@@ -269,15 +269,17 @@ def test_true_size_of_moved_vertices_leaves_the_camera(image, extension):
     lies(extension, obj, image, Matrix.Scale(3, 4) @ Matrix.Translation((0, 1, 0)) @ TURNED)
 
 
-def test_operators_of_edit_mode_leave_the_camera(image, extension):
+def test_edit_mode_leaves_the_camera(image, extension):
     obj = put(extension, image)
     before = convert_positions(obj)
     bpy.ops.object.mode_set(mode="EDIT")
-    bpy.ops.mesh.select_all(action="SELECT")
-    bpy.ops.transform.translate(value=(0.3, -0.7, 2))
-    bpy.ops.transform.rotate(value=0.7, orient_axis="Y")
-    bpy.ops.transform.resize(value=(1.5, 1.5, 1.5))
-    bpy.ops.transform.mirror(constraint_axis=(True, False, False))
+    edited = bmesh.from_edit_mesh(obj.data)
+    # What its operators call, one after the other; without a window Blender 4.2 can't run these.
+    bmesh.ops.translate(edited, verts=edited.verts, vec=(0.3, -0.7, 2))
+    bmesh.ops.rotate(edited, verts=edited.verts, cent=(1, 2, 3), matrix=Matrix.Rotation(0.7, 3, "Y"))
+    bmesh.ops.scale(edited, verts=edited.verts, vec=(1.5, 1.5, 1.5))
+    bmesh.ops.scale(edited, verts=edited.verts, vec=(-1, 1, 1))
+    bmesh.update_edit_mesh(obj.data)
     bpy.ops.object.mode_set(mode="OBJECT")
     after = convert_positions(obj)
     assert np.abs(after - before).max() > 0.5
