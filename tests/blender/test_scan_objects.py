@@ -216,6 +216,19 @@ def test_samples_that_nobody_moved_are_the_vertices_to_the_bit(extension):
         assert np.array_equal(found.points[found.valid], convert_positions(obj).astype(np.float32))
 
 
+@pytest.mark.parametrize("way", (by_object, by_applying), ids=lambda way: way.__name__)
+def test_surfaces_face_who_sees_them(image, change, way, extension):
+    obj = put(extension, image)
+    way(obj, change)
+    found = read(extension, obj)
+    surface = found.triangulate()
+    a, b, c = (surface.positions[surface.triangles[:, k]].astype(np.float64) for k in range(3))
+    normals = np.cross(b - a, c - a)
+    how, vector = found.projection.get("viewing", (seen_how(image), (0, 0, -1 if seen_how(image) == "parallel" else 0)))
+    toward = -np.array(vector) if how == "parallel" else np.array(vector) - a
+    assert len(normals) > 800 and ((normals * toward).sum(axis=1) > 0).all()
+
+
 @pytest.mark.parametrize("way", WAYS, ids=lambda way: way.__name__)
 def test_deleted_vertices_are_missing_pixels(image, way, extension):
     change = CHANGES["mirrored in a tilted plane, turned and larger"]
@@ -376,10 +389,18 @@ def test_previews_take_every_projection(image, extension):
     assert thinned.projection["viewing"][0] == seen_how(image) and thinned.valid.sum() > 100
 
 
-def test_scaled_scans_are_exported_in_every_projection(image, extension, tmp_path):
+@pytest.mark.parametrize("ending", ["conf", "ptx", "e57"])
+def test_scaled_scans_are_exported_in_every_projection(image, ending, extension, tmp_path):
     by_applying(put(extension, image), TURNED)
-    assert bpy.ops.surfrecon.export_scans(filepath=str(tmp_path / "out.conf"), scale=1000) == {"FINISHED"}
-    (again,) = (scan.read() for scan in surfrecon.open(tmp_path / "out.conf"))
+    path, options = tmp_path / f"out.{ending}", {"file_format": ending.upper(), "scale": 1000}
+    if ending != "conf" and seen_how(image) == "parallel":
+        with pytest.raises(RuntimeError, match="its rays are parallel"):
+            bpy.ops.surfrecon.export_scans(filepath=str(path), **options)
+        return
+    assert bpy.ops.surfrecon.export_scans(filepath=str(path), **options) == {"FINISHED"}
+    (again,) = (scan.read() for scan in surfrecon.open(path))
+    # The formats have their own order of columns.
     was = 1000 * in_world(image.world_points()[image.valid], TURNED)
     found = again.world_points()[again.valid]
-    assert np.abs(found - was).max() <= 5 * SINGLE * np.abs(was).max()
+    nearest = np.linalg.norm(found[:, None] - was, axis=-1).min(axis=1)
+    assert len(found) == len(was) and nearest.max() <= 5 * SINGLE * np.abs(was).max()
