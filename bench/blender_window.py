@@ -27,7 +27,7 @@ def steps():
     shape = surfrecon.sculpture(cell=4.0)
     images = surfrecon.virtual_scan(shape, surfrecon.turntable(shape, pixels=PIXELS))
     for k, image in enumerate(images):
-        obj = parts.convert.object_from_range_image(f"scan{k:02}", image, 0.001, True)
+        obj = parts.scan_objects.object_from_range_image(f"scan{k:02}", image, 0.001, True)
         bpy.context.scene.collection.objects.link(obj)
         obj.select_set(True)
     run(bpy.ops.ed.undo_push, "EXEC_DEFAULT", message="scans")

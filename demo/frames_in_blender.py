@@ -109,7 +109,8 @@ def main():
         sys.exit("Blender refused the extension")
     import surfrecon
 
-    convert, recording = (sys.modules[f"{MODULE}.{name}"] for name in ("convert", "recording"))
+    names = ("convert", "recording", "scan_objects")
+    convert, recording, scan_objects = (sys.modules[f"{MODULE}.{name}"] for name in names)
     clock.done("install the extension")
 
     up = os.environ.get("UP", "Z").upper()
@@ -118,7 +119,7 @@ def main():
         sys.exit(f"UP must be one of {', '.join(AXES)}, got {up}")
     bpy.ops.surfrecon.import_scans(filepath=given, frames=OBJECTS, axis_up=up, axis_forward=forward)
     chosen = list(bpy.context.selected_objects)
-    scans = [obj for obj in chosen if convert.is_range_image(obj)]
+    scans = [obj for obj in chosen if scan_objects.is_range_image(obj)]
     cameras = [obj.matrix_world for obj in bpy.data.objects if obj.type == "CAMERA"]
     if not cameras:
         sys.exit(f"{given} is no recording: leave FRAMES out, and give scans as SCANS=path/to/file.conf")

@@ -9,7 +9,9 @@
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
 | adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
-| convert, surfaces, cameras | arrays <-> Blender's meshes; several objects as one surface; cameras both ways |
+| convert, splines, surfaces | arrays <-> Blender's meshes; NURBS surfaces; several objects as one surface |
+| scan_objects, cameras | range images as objects, and back; cameras both ways |
+| usable | what refuses objects that can't be used, changed or moved |
 | regions, pruning, scaling | boxes, planes, selections, the ruler's points; meshes with fewer vertices; other sizes |
 | recording | frames of a recording: those that stay in their files, and the object that stands for them |
 | scene | results in the scene: collections, selection, colours, materials |

@@ -63,7 +63,7 @@ def scanner(camera, scene, depsgraph, rows, columns):
         columns,
         focal=(across, down),
         centre=(columns / 2 * (1 - seen[0, 2]) - 0.5, rows / 2 * (1 + seen[1, 2]) - 0.5),
-        world_from_sensor=rigid(world_from_sensor),
+        world_from_sensor=convert.rigid(world_from_sensor),
     )
 
 
@@ -104,11 +104,3 @@ def take_picture_size(scene, made, camera):
     if scene.camera is None:
         scene.camera = made
         scene.render.resolution_x, scene.render.resolution_y = camera.cols, camera.rows
-
-
-def rigid(matrix):
-    """The rotation nearest to that of a matrix from single precision, with the same translation."""
-    left, _, right = np.linalg.svd(matrix[:3, :3])
-    exact = matrix.copy()
-    exact[:3, :3] = left @ right
-    return exact

@@ -1,10 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arrays <-> Blender's meshes, transforms and custom properties. What knows mesh layers; `pruning` copies them, too.
 
-A range image in Blender is a mesh of one vertex a valid pixel, with the vertex attributes `range_row` and `range_col`
-and, where known, `confidence`, `intensity` and `colour`; the object has custom properties for the size of the grid and
-the projection, and its matrix is the pose. So undo, save and reload keep it, and vertices may be moved or deleted.
-
 Blender copies an array at once only into an attribute of exactly its type; everything here keeps to that.
 """
 
@@ -12,22 +8,15 @@ import bpy
 import numpy as np
 import surfrecon
 
+from . import usable
 from .running import Refused
-
-ROWS, COLUMNS, PROJECTION, PARAMETERS = "range_rows", "range_columns", "range_projection", "range_parameters"
 
 # Coordinates farther from zero than this many times their extent are stored around an origin of their own: Blender's
 # single precision keeps 2^-24 of a coordinate, which then is at most 2^-20 of the extent.
 FAR = 8
 
-# Pieces that Blender draws between two control points of a surface.
-RESOLUTION = 2
-
-# Custom properties can be changed by anyone: no grid is larger.
-MOST_PIXELS = 2**28
-
-# A matrix of Blender is in single precision: departures from a rigid one below this are rounding.
-ROUNDING = 1e-5
+# What single precision leaves between the identity and a rotation times its transpose.
+ROUNDING = 2e-5
 
 
 # Arrays -> meshes
@@ -90,79 +79,6 @@ def mesh_from_grid(name, grid, cut):
     return mesh
 
 
-def object_from_spline(context, name, spline):
-    """A native NURBS surface of a `surfrecon.Spline`, the very same surface; an object that is linked nowhere yet.
-
-    To Python Blender gives curves only: each row of control points becomes one, and Blender's own operator joins them.
-    Coordinates are at first the place in the grid, so that it is seen afterwards where each point went.
-    """
-    control = spline.control
-    # Rows of two points would be joined to something else than a surface.
-    turned = control.shape[1] == 2
-    if turned:
-        control = control.transpose(1, 0, 2)
-    rows, columns, _ = control.shape
-    surface = bpy.data.curves.new(name, "SURFACE")
-    # Blender draws the surface after each step.
-    surface.resolution_u = surface.resolution_v = 1
-    for row in range(1 if rows == 2 else rows):
-        points = surface.splines.new("NURBS").points
-        points.add(columns - 1)
-        place = np.zeros((columns, 4), np.float32)
-        place[:, 0], place[:, 1], place[:, 3] = np.arange(columns), row, 1
-        points.foreach_set("co", place.reshape(-1))
-    made = bpy.data.objects.new(name, surface)
-    try:
-        join(context, made, bpy.ops.curve.extrude if rows == 2 else bpy.ops.curve.make_segment)
-    except RuntimeError as problem:
-        bpy.data.curves.remove(surface)
-        raise Refused(f"Blender refuses to make the surface: {problem}") from problem
-
-    joined = surface.splines[0]
-    count_u, count_v = joined.point_count_u, joined.point_count_v
-    place = np.empty(4 * len(joined.points), np.float32)
-    joined.points.foreach_get("co", place)
-    place = place.reshape(count_v, count_u, 4)
-    column, row = place[..., 0].astype(int), place[..., 1].astype(int)
-    if rows == 2:
-        row[1] = 1
-    # A surface's front, where v x u points to, is to be the sensor's side.
-    turn = (column[0, -1] - column[0, 0]) * (row[-1, 0] - row[0, 0])
-    turn -= (column[-1, 0] - column[0, 0]) * (row[0, -1] - row[0, 0])
-    if (turn > 0) == (spline.mirrored != turned):
-        column, row = column[:, ::-1], row[:, ::-1]
-    homogeneous = np.ones((count_v, count_u, 4), np.float32)
-    homogeneous[..., :3] = control[row, column]
-    joined.points.foreach_set("co", homogeneous.reshape(-1))
-    joined.order_u = joined.order_v = spline.order
-    joined.use_endpoint_u = joined.use_endpoint_v = True
-    for each in (surface, joined):
-        each.resolution_u = each.resolution_v = RESOLUTION
-    return made
-
-
-def join(context, made, operator):
-    """Runs an operator of the edit mode on all curves of an object, which is linked for as long as that takes."""
-    layer, active = context.view_layer, context.view_layer.objects.active
-    selected = context.selected_objects
-    # The scene's own collection is never hidden.
-    context.scene.collection.objects.link(made)
-    try:
-        for obj in selected:
-            obj.select_set(False)
-        made.select_set(True)
-        layer.objects.active = made
-        bpy.ops.object.mode_set(mode="EDIT")
-        bpy.ops.curve.select_all(action="SELECT")
-        operator()
-        bpy.ops.object.mode_set(mode="OBJECT")
-    finally:
-        context.scene.collection.objects.unlink(made)
-        layer.objects.active = active
-        for obj in selected:
-            obj.select_set(True)
-
-
 def store_all(mesh, result):
     """Stores all attributes of vertices and faces of a result of the library."""
     for attribute, values in result.vertex_attributes.items():
@@ -202,44 +118,6 @@ def object_from_points(name, content, scale):
     return bpy.data.objects.new(name, mesh), origin
 
 
-def object_from_range_image(name, image, scale, faces):
-    """An object from a `surfrecon.RangeImage`; lengths are multiplied by `scale`. With or without triangles."""
-    valid = image.valid
-    coordinates = (image.points[valid] * scale).astype(np.float32).reshape(-1)
-    triangles = np.empty(0, np.int32)
-    if faces:
-        surface = image.triangulate()
-        vertex_of_pixel = np.zeros(valid.shape, np.int32)
-        vertex_of_pixel[valid] = np.arange(valid.sum(), dtype=np.int32)
-        grid = surface.vertex_attributes
-        vertices = vertex_of_pixel[grid["range_row"], grid["range_col"]]
-        triangles = vertices[surface.triangles].reshape(-1)
-    mesh = new_mesh(name, coordinates, triangles)
-    rows, columns = np.nonzero(valid)
-    store(mesh, "range_row", rows.astype(np.int32))
-    store(mesh, "range_col", columns.astype(np.int32))
-    for attribute in ("confidence", "intensity", "colour"):
-        values = getattr(image, attribute)
-        if values is not None:
-            store(mesh, attribute, values[valid])
-    made = bpy.data.objects.new(name, mesh)
-    made[ROWS], made[COLUMNS] = image.rows, image.cols
-    made[PROJECTION], made[PARAMETERS] = projection_properties(image.projection, scale)
-    return made
-
-
-def projection_properties(projection, scale):
-    """Kind and parameters of a projection as custom properties; lengths are multiplied by `scale`."""
-    parameters = {k: v for k, v in projection.items() if k != "kind"}
-    kind = projection["kind"]
-    if kind == "points":
-        viewing, vector = parameters["viewing"]
-        parameters = {"viewing": viewing, "vector": [x * scale if viewing == "from" else x for x in vector]}
-    elif kind == "orthographic":
-        parameters = {k: [x * scale for x in v] for k, v in parameters.items()}
-    return kind, {k: v if isinstance(v, str) else [float(x) for x in v] for k, v in parameters.items()}
-
-
 # Meshes -> arrays
 
 
@@ -262,18 +140,6 @@ def positions(mesh):
     flat = np.empty(3 * len(mesh.vertices), np.float32)
     mesh.attributes["position"].data.foreach_get("vector", flat)
     return flat.reshape(-1, 3)
-
-
-def scale_range_image(obj, scale):
-    """Scales the samples of a range image and its projection; its pose stays."""
-    mesh = obj.data
-    mesh.attributes["position"].data.foreach_set("vector", (positions(mesh) * scale).reshape(-1))
-    mesh.update()
-    if PARAMETERS in obj:
-        projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
-        if projection["kind"] == "points":
-            projection = {"kind": "points", "viewing": (projection["viewing"], projection["vector"])}
-        obj[PROJECTION], obj[PARAMETERS] = projection_properties(projection, scale)
 
 
 def triangles(mesh):
@@ -355,66 +221,12 @@ def colours_of(layer):
     return np.rint(np.clip(values, 0, 1) * 255).astype(np.uint8).reshape(-1, 4)
 
 
-def readable(obj, depsgraph):
-    """Refuses an object whose surface or points can't be had as the user sees them."""
-    if obj.type == "EMPTY" and obj.instance_type == "COLLECTION":
-        raise Refused(
-            f'"{obj.name}" is an instance of a collection: make its objects real with'
-            " Object > Apply > Make Instances Real, or deselect it"
-        )
-    # Blender doesn't evaluate what nobody sees.
-    if len(obj.modifiers) > 0 and not obj.visible_get():
-        raise Refused(f'"{obj.name}" is hidden, and so is what its modifiers make of it: show it, or apply them')
-    if shows_instances(obj, depsgraph):
-        raise Refused(
-            f'"{obj.name}" shows instances, which are not its own surface: make them real with'
-            " Object > Apply > Make Instances Real, or by the node Realize Instances"
-        )
-
-
-def shows_instances(obj, depsgraph):
-    """Whether something is drawn in an object's name, by geometry nodes, particles or its children."""
-    by_nodes = any(modifier.type in {"NODES", "PARTICLE_SYSTEM"} for modifier in obj.modifiers)
-    if obj.instance_type == "NONE" and not by_nodes:
-        return False
-    return any(
-        instance.is_instance and instance.parent is not None and instance.parent.original == obj
-        for instance in depsgraph.object_instances
-    )
-
-
-def active(context):
-    """The active object; refuses one that the user doesn't see."""
-    if not context.object.visible_get():
-        raise Refused(f'"{context.object.name}" is the active object and hidden: show it, or click another one')
-    return context.object
-
-
-def writable(obj):
-    """Refuses an object whose mesh can't be changed."""
-    refuse_linked(obj, obj.data.library or obj.library)
-
-
-def movable(obj):
-    """Refuses an object that can't be moved."""
-    refuse_linked(obj, obj.library)
-
-
-def refuse_linked(obj, library):
-    """Refuses an object if the library is one: it is another file's."""
-    if library is not None:
-        raise Refused(
-            f'"{obj.name}" is linked from another file, which is left as it is: make it local with'
-            " Object > Relations > Make Local"
-        )
-
-
 def seen_positions(obj, depsgraph):
     """(n, 3) float32 in the object's frame: its vertices as its modifiers move them, or `None` if they make others."""
     if len(obj.modifiers) == 0:
         return positions(obj.data)
     with Placed(obj, depsgraph) as mesh:
-        if mesh is None or len(mesh.vertices) != len(obj.data.vertices) or shows_instances(obj, depsgraph):
+        if mesh is None or len(mesh.vertices) != len(obj.data.vertices) or usable.shows_instances(obj, depsgraph):
             return None
         return positions(mesh)
 
@@ -425,7 +237,7 @@ def points_of_object(obj, depsgraph, in_world):
 
     Raises `Refused` with a sentence about the object.
     """
-    readable(obj, depsgraph)
+    usable.readable(obj, depsgraph)
     evaluated = obj.evaluated_get(depsgraph)
     if obj.type == "POINTCLOUD":
         flat = np.empty(3 * len(evaluated.data.points), np.float32)
@@ -444,181 +256,26 @@ def points_of_object(obj, depsgraph, in_world):
     points = points.astype(np.float64)
     if in_world:
         matrix = np.array(evaluated.matrix_world, np.float64)
-        refuse_unusable(obj, matrix)
+        usable.refuse_unusable(obj, matrix)
         points = points @ matrix[:3, :3].T + matrix[:3, 3]
     return points, colour
 
 
-def is_range_image(obj):
-    """Whether the object says of itself that it is a range image."""
-    return ROWS in obj and COLUMNS in obj
+# Transforms
 
 
-def scan_of_object(obj, depsgraph):
-    """What `surfrecon.merge` takes for an object: a `RangeImage`, or a mesh with its matrix and name. Modifiers count.
-
-    Raises `Refused` with a sentence about the object.
-    """
-    readable(obj, depsgraph)
-    if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
-        raise Refused(f'"{obj.name}" is no mesh: deselect it')
-    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
-    with Placed(obj, depsgraph) as mesh:
-        if mesh is None or len(mesh.vertices) == 0:
-            raise Refused(f'"{obj.name}" has no vertices')
-        if is_range_image(obj):
-            image = range_image(obj, mesh, matrix)
-            if image is not None:
-                return image
-        if len(mesh.polygons) == 0:
-            raise Refused(
-                f'"{obj.name}" has neither faces nor the attributes of a range image:'
-                " make a surface of its vertices first, with Surface from Points"
-            )
-        refuse_unusable(obj, matrix)
-        if np.linalg.det(matrix[:3, :3]) == 0:
-            raise Refused(f'"{obj.name}" is flattened by a scale of 0')
-        refuse_not_finite(obj, positions(mesh))
-        try:
-            content = surfrecon.Mesh(
-                positions(mesh),
-                triangles(mesh),
-                colour=vertex_colours(mesh),
-                confidence=vertex_values(mesh, "confidence", "FLOAT", np.float32),
-            )
-        except surfrecon.InputError as error:
-            raise Refused(f'"{obj.name}": {error}') from error
-        return content, matrix, obj.name
+def is_rigid(matrix):
+    """Whether a matrix (4 x 4) of Blender moves and turns only."""
+    turn = matrix[:3, :3]
+    return np.abs(turn.T @ turn - np.eye(3)).max() < ROUNDING and np.linalg.det(turn) > 0
 
 
-def range_image(obj, mesh, matrix):
-    """The range image of an object, or `None` if the mesh is no longer one vertex a pixel."""
-    rows, columns = obj[ROWS], obj[COLUMNS]
-    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS):
-        raise Refused(
-            f'"{obj.name}" says it has {rows} x {columns} pixels, which can\'t be:'
-            f" correct its custom properties {ROWS} and {COLUMNS}, or delete them"
-        )
-    row = vertex_values(mesh, "range_row", "INT", np.int32)
-    column = vertex_values(mesh, "range_col", "INT", np.int32)
-    if row is None or column is None or min(row.min(), column.min()) < 0:
-        return None
-    if row.max() >= rows or column.max() >= columns:
-        return None
-    taken = np.bincount(row.astype(np.int64) * columns + column)
-    if taken.max() > 1:
-        return None
-    pose, rest = rigid_and_rest(obj, matrix)
-    samples = positions(mesh)
-    if rest is not None:
-        samples = (samples @ rest.T).astype(np.float32)
-    image = on_rays(obj, samples, row, column) if rest is None else None
-    if image is None:
-        grid = np.full((rows, columns, 3), np.nan, np.float32)
-        grid[row, column] = samples
-        image = surfrecon.RangeImage.from_points(grid, viewing=viewing(obj, rest))
-    image.name = obj.name
-    image.world_from_sensor = pose
-
-    def on_grid(values, fill):
-        spread = np.full((rows, columns, *values.shape[1:]), fill, values.dtype)
-        spread[row, column] = values
-        return spread
-
-    confidence = vertex_values(mesh, "confidence", "FLOAT", np.float32)
-    if confidence is not None:
-        image.confidence = on_grid(np.nan_to_num(np.maximum(confidence, 0)), 0)
-    intensity = vertex_values(mesh, "intensity", "FLOAT", np.float32)
-    if intensity is not None:
-        image.intensity = on_grid(intensity, 0)
-    colour = vertex_colours(mesh)
-    if colour is not None:
-        image.colour = on_grid(colour, 0)
-    return image
-
-
-# What single precision makes of coordinates, as a share of the largest.
-ROUNDED = 1e-6
-
-
-def on_rays(obj, samples, row, column):
-    """The range image of an object whose vertices lie on the rays of its pixels; `None` if one left its own."""
-    kind, parameters = obj.get(PROJECTION), obj.get(PARAMETERS, {})
-    names = {"orthographic": ("first", "step"), "spherical": ("first", "step"), "pinhole": ("focal", "centre")}
-    if any(len(parameters.get(name, ())) != 2 for name in names.get(kind, ("none",))):
-        return None
-    known = {name: tuple(parameters[name]) for name in names[kind]}
-    if kind == "pinhole":
-        known["depth"] = parameters.get("depth", "planar")
-    is_depth = kind == "orthographic" or known.get("depth") == "planar"
-    values = np.full((obj[ROWS], obj[COLUMNS]), np.nan)
-    values[row, column] = samples[:, 2] if is_depth else np.linalg.norm(samples.astype(float), axis=1)
-    try:
-        image = getattr(surfrecon.RangeImage, kind)(values, **known)
-    except surfrecon.InputError:
-        return None
-    off = np.abs(image.points[row, column] - samples).max()
-    return image if off <= ROUNDED * np.abs(samples).max() else None
-
-
-def viewing(obj, rest):
-    """How the object's pixels see, in the frame of its samples."""
-    kind = obj.get(PROJECTION, "orthographic")
-    parameters = obj.get(PARAMETERS, {})
-    if kind == "points" and "vector" in parameters:
-        how, vector = parameters["viewing"], np.array(list(parameters["vector"]))
-    elif kind in {"pinhole", "spherical"}:
-        how, vector = "from", np.zeros(3)
-    else:
-        how, vector = "parallel", np.array((0.0, 0.0, -1.0))
-    return how, vector if rest is None else rest @ vector
-
-
-# Beyond this many units no coordinate has digits left for a shape.
-FARTHEST = 1e15
-
-
-def refuse_unusable(obj, matrix):
-    """Refuses a matrix with which nothing can be computed."""
-    if not np.all(np.abs(matrix) < FARTHEST):
-        raise Refused(
-            f'"{obj.name}" has a location, rotation or scale that is no number or far too large:'
-            " check it in the sidebar under Item > Transform"
-        )
-
-
-def refuse_not_finite(obj, points):
-    """Refuses points whose coordinates are no numbers."""
-    finite = np.isfinite(points)
-    if not finite.all():
-        number = int(np.argmin(finite.all(axis=1)))
-        raise Refused(
-            f'"{obj.name}" has a vertex whose coordinates are no numbers: in the Python console,'
-            f" C.object.data.vertices[{number}].co = (0, 0, 0) makes it one that can be selected and deleted"
-        )
-
-
-def grid_lost(obj):
-    """What to say of a range image that is no longer one vertex a pixel."""
-    if len(obj.modifiers) > 0:
-        return f'The modifiers of "{obj.name}" leave no one vertex a pixel: turn them off in the viewport'
-    return f'"{obj.name}" is no longer one vertex a pixel: import the scan again'
-
-
-def rigid_and_rest(obj, matrix):
-    """The rigid part of a matrix (4 x 4) and what must be applied to the samples first (3 x 3), `None` for nothing.
-
-    The rest holds scale, shear and mirroring; it is the polar decomposition, so a rigid matrix stays as it is.
-    """
-    refuse_unusable(obj, matrix)
-    left, stretch, right = np.linalg.svd(matrix[:3, :3])
-    if stretch[-1] <= 1e-7 * stretch[0]:
-        raise Refused(f'"{obj.name}" is flattened by a scale of 0')
-    rotation = left @ np.diag([1, 1, np.sign(np.linalg.det(left @ right))]) @ right
-    rest = rotation.T @ matrix[:3, :3]
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation, matrix[:3, 3]
-    return pose, None if np.abs(rest - np.eye(3)).max() < ROUNDING else rest
+def rigid(matrix):
+    """The rotation nearest to that of a matrix from single precision, with the same translation."""
+    left, _, right = np.linalg.svd(matrix[:3, :3])
+    exact = matrix.copy()
+    exact[:3, :3] = left @ right
+    return exact
 
 
 # Custom properties

@@ -3,7 +3,7 @@
 
 import bpy
 
-from . import convert
+from . import scan_objects
 from .operators.error_map import FIGURES, RAMP_NODE, shows_error
 from .operators.merge import REPORT
 from .recording import FRAMES, is_recording
@@ -47,7 +47,7 @@ class SURFRECON_PT_running(ScansPanel, bpy.types.Panel):
             layout.progress(factor=Running.fraction, type="BAR", text=Running.text())
             layout.operator("surfrecon.cancel", icon="CANCEL")
             return
-        scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
+        scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
         others = [obj for obj in context.selected_objects if obj.type == "MESH" and obj not in scans]
         counts = (scans, "scan", "scans"), (others, "mesh", "meshes")
         texts = [number(len(some), word(one), word(many)) for some, one, many in counts]

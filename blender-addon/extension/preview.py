@@ -50,9 +50,11 @@ def step(operator, context, running):
 
 def thinned(image):
     """A range image of fewer pixels."""
-    points = image.points
+    points, projection = image.points, image.projection
     step = max(int(np.ceil(np.sqrt(points.shape[0] * points.shape[1] / PIXELS))), 1)
-    return surfrecon.RangeImage.from_points(points[::step, ::step], viewing=image.projection["viewing"])
+    seen = {"points": projection.get("viewing"), "orthographic": ("parallel", (0.0, 0.0, -1.0))}
+    viewing = seen.get(projection["kind"], ("from", (0.0, 0.0, 0.0)))
+    return surfrecon.RangeImage.from_points(points[::step, ::step], viewing=viewing)
 
 
 def coarse(positions, triangles):

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from . import convert
+from . import scan_objects
 from .running import Refused, Task, waited
 
 # The files, a line each; keyword arguments of `surfrecon.open`; numbers of the frames, and how many there are in all;
@@ -285,7 +285,7 @@ def grow(obj, scale):
 
 def scan_or_frames(obj, depsgraph):
     """What merging and measuring take for an object: a scan, or a generator of the frames that it stands for."""
-    return frames(obj, depsgraph) if is_recording(obj) else convert.scan_of_object(obj, depsgraph)
+    return frames(obj, depsgraph) if is_recording(obj) else scan_objects.scan_of_object(obj, depsgraph)
 
 
 def of_all(found):

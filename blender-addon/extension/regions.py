@@ -4,7 +4,7 @@
 import numpy as np
 import surfrecon
 
-from . import convert
+from . import convert, usable
 from .running import Refused
 
 # The annotation layer that Blender's ruler writes.
@@ -25,7 +25,7 @@ def region_of(obj, depsgraph):
     cube's empty is its box, a flat mesh and any other empty the plane of its x and y, with its z above.
     """
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
-    convert.refuse_unusable(obj, matrix)
+    usable.refuse_unusable(obj, matrix)
     try:
         if obj.type == "EMPTY" and obj.instance_type == "NONE":
             if obj.empty_display_type != "CUBE":
@@ -77,7 +77,7 @@ def marked(obj, by):
 def world_positions(obj, depsgraph):
     """(n, 3) float64: the vertices of an object's own mesh in the world."""
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
-    convert.refuse_unusable(obj, matrix)
+    usable.refuse_unusable(obj, matrix)
     return convert.positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]
 
 

@@ -5,13 +5,13 @@ and distances take the scale, so that a range image keeps its rays.
 
 from mathutils import Matrix
 
-from . import convert, recording
+from . import recording, scan_objects, usable
 from .running import Refused
 
 
 def is_rigid(obj):
     """Whether an object is scaled by what it holds and not by its matrix."""
-    return obj.type == "CAMERA" or convert.is_range_image(obj) or recording.is_recording(obj)
+    return obj.type == "CAMERA" or scan_objects.is_range_image(obj) or recording.is_recording(obj)
 
 
 def rigid_family(obj):
@@ -26,10 +26,12 @@ def refuse_shared(roots):
     """Refuses scans and cameras whose data can't be scaled, or that another object shares."""
     family = [obj for root in roots for obj in rigid_family(root)]
     for obj in family:
-        convert.movable(obj)
+        usable.movable(obj)
         if obj.data is None:
             continue
-        convert.writable(obj)
+        usable.writable(obj)
+        if scan_objects.is_range_image(obj):
+            scan_objects.camera_of(obj)
         if obj.data.users > 1:
             raise Refused(
                 f'"{obj.name}" shares its data with another object: give it its own with'
@@ -60,6 +62,6 @@ def grow(obj, scale, is_root=True):
     elif recording.is_recording(obj):
         recording.grow(obj, scale)
     else:
-        convert.scale_range_image(obj, scale)
+        scan_objects.scale_range_image(obj, scale)
     for child in obj.children:
         grow(child, scale, is_root=False)

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from . import convert, surfaces
+from . import convert, scan_objects, surfaces
 from .preferences import preference
 from .recording import POSES
 
@@ -40,10 +40,10 @@ def scan_behind(obj):
 
     So an operator can be adjusted, and called again, while its own result is the active object.
     """
-    if obj is None or convert.is_range_image(obj):
+    if obj is None or scan_objects.is_range_image(obj):
         return obj
     source = bpy.data.objects.get(obj.get(SCANS, ""))
-    return source if source is not None and convert.is_range_image(source) else None
+    return source if source is not None and scan_objects.is_range_image(source) else None
 
 
 def link(context, obj):

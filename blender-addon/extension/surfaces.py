@@ -4,7 +4,7 @@
 import numpy as np
 import surfrecon
 
-from . import convert
+from . import convert, usable
 from .running import Refused
 
 SURFACES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
@@ -34,7 +34,7 @@ def surface_of(objects, depsgraph):
     # Blender doesn't evaluate what is hidden, as what a result was made from mostly is.
     for obj in chosen:
         if not obj.visible_get() and obj.type in SURFACES:
-            convert.readable(obj, depsgraph)
+            usable.readable(obj, depsgraph)
             parts.append(part_of(obj, np.array(obj.matrix_world, np.float64)))
     parts = [part for part in parts if part is not None]
     if not parts:
@@ -54,9 +54,9 @@ def part_of(evaluated, matrix):
     try:
         if mesh is None or len(mesh.polygons) == 0:
             return None
-        convert.refuse_unusable(evaluated, matrix)
+        usable.refuse_unusable(evaluated, matrix)
         positions = convert.positions(mesh) @ matrix[:3, :3].T + matrix[:3, 3]
-        convert.refuse_not_finite(evaluated, positions)
+        usable.refuse_not_finite(evaluated, positions)
         triangles = convert.triangles(mesh).astype(np.int64)
         if np.linalg.det(matrix[:3, :3]) < 0:
             triangles = triangles[:, ::-1]

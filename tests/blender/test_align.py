@@ -102,6 +102,26 @@ def test_scans_come_to_where_they_belong(scans, images):
     assert set(bpy.context.selected_objects) == set(scans) and all(REPORT in obj for obj in scans)
 
 
+def test_scans_come_to_where_they_belong_wherever_their_vertices_are(scans, images):
+    """Vertices that Apply Transform and edit mode moved, as a pose only the vertices know."""
+    select(scans)
+    bpy.ops.object.transform_apply(location=True, rotation=True, scale=True)
+    throw(scans, seed=8)
+    # Where an object belongs follows from where its vertices were.
+    for obj, image in zip(scans, images, strict=True):
+        before = np.asarray(image.points, float)[image.valid]
+        after = np.array([v.co[:] for v in obj.data.vertices])
+        rows = np.linalg.lstsq(np.c_[after, np.ones(len(after))], np.c_[before, np.ones(len(before))], rcond=None)[0]
+        obj["truth"] = (truth(obj) @ rows.T).ravel().tolist()
+    assert errors(scans).max() > 10
+    assert bpy.ops.surfrecon.align(show_misfit=True) == {"FINISHED"}
+    assert errors(scans).max() < spacing(images) and figures(scans[0])["placed"] == 6
+    for obj in scans:
+        misfit = np.empty(len(obj.data.vertices), np.float32)
+        obj.data.attributes["error"].data.foreach_get("value", misfit)
+        assert 0 < np.median(misfit) < spacing(images)
+
+
 @pytest.mark.parametrize("mode", ["QUATERNION", "AXIS_ANGLE", "ZYX"])
 def test_a_locked_scan_stays_to_the_bit(scans, images, mode):
     scans[2].rotation_mode = scans[3].rotation_mode = mode

@@ -51,7 +51,7 @@ def floor(extension):
     x, y = np.meshgrid(np.linspace(-3, 3, 200), np.linspace(-3, 3, 200))
     points = np.stack([x, y, np.full_like(x, -0.6)], axis=-1)
     image = surfrecon.RangeImage.from_points(points, viewing=("parallel", (0, 0, -1)))
-    made = extension.convert.object_from_range_image("floor", image, 1.0, True)
+    made = extension.scan_objects.object_from_range_image("floor", image, 1.0, True)
     bpy.context.scene.collection.objects.link(made)
     bpy.context.view_layer.update()
     return made

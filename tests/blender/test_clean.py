@@ -54,7 +54,7 @@ def test_small_parts_go_and_it_stays_a_range_image(scan, extension):
     assert bpy.ops.surfrecon.clean(smallest=limit) == {"FINISHED"}
     assert parts(scan) == [limit]
     assert scan["surfrecon_clean"].to_dict() == {"samples": limit, "small": sum(before[:-1]), "doubtful": 0}
-    image = extension.convert.scan_of_object(scan, bpy.context.evaluated_depsgraph_get())
+    image = extension.scan_objects.scan_of_object(scan, bpy.context.evaluated_depsgraph_get())
     assert image.valid.sum() == limit
 
 

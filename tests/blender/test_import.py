@@ -179,7 +179,7 @@ def test_colours_and_confidences_arrive(extension, images):
     shape = (image.rows, image.cols)
     image.colour = np.random.default_rng(0).integers(0, 256, (*shape, 4), np.uint8)
     image.confidence = np.random.default_rng(1).random(shape)
-    obj = extension.convert.object_from_range_image("scan", image, 1.0, True)
+    obj = extension.scan_objects.object_from_range_image("scan", image, 1.0, True)
     assert np.array_equal(extension.convert.vertex_colours(obj.data), image.colour[image.valid])
     assert np.array_equal(values(obj, "confidence", np.float32), image.confidence[image.valid])
 

@@ -82,7 +82,7 @@ def test_the_report_and_the_attributes_are_there(scans):
 
 def test_blender_and_the_wheel_make_the_same_surface(scans, extension):
     depsgraph = bpy.context.evaluated_depsgraph_get()
-    images = [extension.convert.scan_of_object(obj, depsgraph) for obj in scans]
+    images = [extension.scan_objects.scan_of_object(obj, depsgraph) for obj in scans]
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     merged = bpy.context.object
     # Options of operators are in single precision.
@@ -167,7 +167,7 @@ def test_saving_and_reloading_keeps_the_range_images(scans, tmp_path, extension)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     for name in names:
         obj = bpy.data.objects[name]
-        assert isinstance(extension.convert.scan_of_object(obj, depsgraph), surfrecon.RangeImage)
+        assert isinstance(extension.scan_objects.scan_of_object(obj, depsgraph), surfrecon.RangeImage)
         obj.select_set(True)
     bpy.ops.surfrecon.merge(voxel=VOXEL)
     assert np.array_equal(surface(bpy.context.object).positions, before)
@@ -183,7 +183,7 @@ def test_deleted_vertices_are_invalid_pixels(scans, images, extension):
     bmesh.ops.delete(edited, geom=edited.verts[:100], context="VERTS")
     edited.to_mesh(obj.data)
     edited.free()
-    image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+    image = extension.scan_objects.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
     assert image.valid.sum() == images[0].valid.sum() - 100
     assert bpy.ops.surfrecon.merge(voxel=VOXEL) == {"FINISHED"}
 
@@ -197,13 +197,13 @@ def test_vertices_on_their_rays_are_an_image_of_the_camera(kind, extension):
         "spherical": lambda: surfrecon.Camera.spherical(60, 360, lowest=-0.5, highest=0.2, eye=eye, up=up),
     }[kind]()
     seen = surfrecon.virtual_scan(torus(), camera)
-    obj = extension.convert.object_from_range_image("frame", seen, 1.0, faces=True)
+    obj = extension.scan_objects.object_from_range_image("frame", seen, 1.0, faces=True)
     bpy.context.collection.objects.link(obj)
     obj.matrix_world = np.asarray(seen.world_from_sensor).T
     bpy.context.view_layer.update()
 
     def image():
-        return extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+        return extension.scan_objects.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
 
     back = image()
     assert back.projection["kind"] == kind and back.name == "frame"
@@ -211,14 +211,17 @@ def test_vertices_on_their_rays_are_an_image_of_the_camera(kind, extension):
         assert back.projection[name] == (value if isinstance(value, str) else pytest.approx(value))
     assert np.array_equal(back.valid, seen.valid)
     assert np.abs(back.values - seen.values)[seen.valid].max() < 1e-5
-    # Off its ray by a tenth of a pixel, and scaled: as the vertices are.
+    # Off its ray by a tenth of a pixel, and stretched: as the vertices are.
     obj.data.vertices[7].co.y += 0.005
     assert image().projection["kind"] == "points"
     obj.data.vertices[7].co.y -= 0.005
     assert image().projection["kind"] == kind
-    obj.scale = (2, 2, 2)
+    obj.scale = (2, 1, 2)
     bpy.context.view_layer.update()
     assert image().projection["kind"] == "points"
+    obj.scale = (2, -2, 2)
+    bpy.context.view_layer.update()
+    assert image().projection["kind"] == kind
 
 
 @pytest.mark.parametrize("scale", [(2, 2, 2), (1, 1.5, 0.7), (-1, 1, 1), (-1, -1, -0.5)])

@@ -90,9 +90,9 @@ def test_subdivision_is_a_modifier(scan):
 @pytest.mark.parametrize("order", [2, 3, 4])
 @pytest.mark.parametrize("size", [(0, 0), (5, 7)])
 def test_the_surface_is_the_library_s_own(scan, extension, order, size):
-    convert = import_module(f"{extension.__name__}.convert")
+    scan_objects = import_module(f"{extension.__name__}.scan_objects")
     made = again(scan, kind="SURFACE", order=order, control_rows=size[0], control_columns=size[1])
-    image = convert.scan_of_object(scan, bpy.context.evaluated_depsgraph_get())
+    image = scan_objects.scan_of_object(scan, bpy.context.evaluated_depsgraph_get())
     grid = surfrecon.adaptive_quads(image)
     spline = grid.spline(order=order, rows=size[0] or None, columns=size[1] or None)
     assert made.type == "SURFACE" and len(made.data.splines) == 1

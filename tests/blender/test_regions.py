@@ -230,7 +230,7 @@ def test_true_size_scales_scans_frames_cameras_and_results_alike(standing, exten
     for obj in scans():
         assert np.allclose(np.array(obj.matrix_world)[:3, :3], poses[obj.name][:3, :3], atol=1e-6)
         assert np.allclose(obj.matrix_world.translation, 3 * poses[obj.name][:3, 3], atol=1e-5)
-        image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+        image = extension.scan_objects.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
         assert image.projection["kind"] == "pinhole"
     for name, far in clip.items():
         obj = bpy.data.objects[name]
@@ -319,7 +319,8 @@ def test_what_is_kept_of_frames_stays_with_its_samples_wherever_aligning_puts_th
     assert samples_of_frames(extension) == kept
 
 
-def test_a_plane_becomes_the_ground(standing):
+@pytest.mark.parametrize("baked", [False, True])
+def test_a_plane_becomes_the_ground(standing, baked):
     path, low = standing
     tilt = Matrix.Translation((1, 2, 3)) @ Matrix.Rotation(0.4, 4, "X")
     # AUTO: imported scans come with all vertices selected, which picks none.
@@ -329,6 +330,10 @@ def test_a_plane_becomes_the_ground(standing):
         for obj in [*scans(), rest()]:
             obj.matrix_world = tilt @ obj.matrix_world
         bpy.context.view_layer.update()
+        if baked:
+            # Where they were seen from only their vertices tell, then.
+            choose(scans(), scans()[0])
+            bpy.ops.object.transform_apply(location=True, rotation=True, scale=True)
         chosen = [*scans(), rest()]
         active = chosen[0]
         if by == "OBJECT":

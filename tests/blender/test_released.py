@@ -59,7 +59,7 @@ def opened(request):
 def test_its_scans_are_range_images(opened, extension):
     depsgraph = bpy.context.evaluated_depsgraph_get()
     for expected in images():
-        found = extension.convert.scan_of_object(opened[expected.name], depsgraph)
+        found = extension.scan_objects.scan_of_object(opened[expected.name], depsgraph)
         assert isinstance(found, surfrecon.RangeImage)
         assert np.array_equal(found.valid, expected.valid)
         valid = expected.valid

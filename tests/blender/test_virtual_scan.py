@@ -31,7 +31,7 @@ def scene():
 
 
 def image_of(extension, obj):
-    image = extension.convert.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
+    image = extension.scan_objects.scan_of_object(obj, bpy.context.evaluated_depsgraph_get())
     assert isinstance(image, surfrecon.RangeImage)
     return image
 

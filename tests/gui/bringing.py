@@ -74,7 +74,7 @@ def dropping(folder):
     check("nothing is imported before the dialog is answered", not bpy.data.objects)
     key("RET")
     yield from until(lambda: bpy.data.objects and extension().job.Running.job is None)
-    scans = [obj for obj in bpy.data.objects if extension().convert.is_range_image(obj)]
+    scans = [obj for obj in bpy.data.objects if extension().scan_objects.is_range_image(obj)]
     check(f"all {len(images)} scans are there", len(scans) == len(images))
     check("in a collection named after the set", "serpent" in bpy.data.collections)
     run(bpy.ops.ed.undo, "EXEC_DEFAULT")

@@ -65,7 +65,7 @@ def merging():
     check("undo takes it away in one step", names() == before)
     run(bpy.ops.ed.redo, "EXEC_DEFAULT")
     check("redo brings it back", "Merged" in bpy.data.objects)
-    scans = [obj for obj in bpy.data.objects if extension().convert.is_range_image(obj)]
+    scans = [obj for obj in bpy.data.objects if extension().scan_objects.is_range_image(obj)]
     check("and the scans, which lie in the same place, are hidden", not any(obj.visible_get() for obj in scans))
     yield 0.3
 
@@ -188,7 +188,7 @@ def scanning():
         yield from until(lambda: running.job is None)
         yield 0.3
         made = bpy.context.view_layer.objects.active
-        seen = extension().convert.is_range_image(made) and len(made.data.vertices) > 1000
+        seen = extension().scan_objects.is_range_image(made) and len(made.data.vertices) > 1000
         check(f"{made.name} sees {len(made.data.vertices):,} samples", seen)
     run(bpy.ops.view3d.localview, "INVOKE_DEFAULT")
     yield 0.5

@@ -8,7 +8,7 @@ import numpy as np
 import surfrecon
 from mathutils import Matrix
 
-from .. import convert, recording
+from .. import convert, recording, scan_objects, usable
 from ..job import JobOperator
 from ..properties import draw_others, given, option
 from ..running import Refused, gathered
@@ -77,10 +77,11 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if len(objects) < 2 and not any(recording.is_recording(obj) for obj in objects):
             raise Refused("Aligning takes at least two scans: select the others as well")
         for obj in objects:
-            convert.movable(obj)
+            usable.movable(obj)
             if self.show_misfit and not recording.is_recording(obj):
-                convert.writable(obj)
-        self.before = {}
+                usable.writable(obj)
+        # Where each object was, and how a scan lies in its object if somebody moved the vertices.
+        self.before, self.scan_from_object = {}, {}
         found = yield from gathered(context, objects, self.scan_of_object)
         # The name of the object that each scan is of, or stands for.
         self.owners = [name for name, part in zip(self.before, found, strict=True) for _ in recording.of_all([part])]
@@ -95,18 +96,20 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         if recording.is_recording(obj):
             self.before[obj.name] = whereabouts(obj), Matrix(recording.refuse_scaled(obj, depsgraph))
             return recording.frames(obj, depsgraph)
-        scan = convert.scan_of_object(obj, depsgraph)
+        scan = scan_objects.scan_of_object(obj, depsgraph)
         is_image = isinstance(scan, surfrecon.RangeImage)
-        if convert.is_range_image(obj) and not is_image:
+        if scan_objects.is_range_image(obj) and not is_image:
             self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: aligned as a plain mesh')
-        pose, rest = convert.rigid_and_rest(obj, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64))
-        if rest is not None:
+        matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+        if not convert.is_rigid(matrix):
             whose = "its scale and that of its parents" if obj.parent is not None else "its scale"
             raise Refused(
                 f'"{obj.name}" is scaled, and aligning moves and turns only: apply {whose} with Object > Apply > Scale'
             )
-        self.before[obj.name] = whereabouts(obj), Matrix(pose)
-        return scan if is_image else (scan[0], pose, obj.name)
+        self.before[obj.name] = whereabouts(obj), Matrix(matrix)
+        if is_image:
+            self.scan_from_object[obj.name] = np.linalg.inv(scan.world_from_sensor) @ matrix
+        return scan
 
     def finish(self, context, result):
         """Moves the scans to where they belong."""
@@ -117,7 +120,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
         objects = [bpy.data.objects[name] for name in self.before]
         frames = {obj.name for obj in objects if recording.is_recording(obj)}
         moved = {
-            name: Matrix(pose)
+            name: Matrix(pose @ self.scan_from_object.get(name, np.eye(4)))
             for name, scan, pose in zip(self.owners, report.scans, result.world_from_scan, strict=True)
             if scan.state == "placed" and name not in frames
         }
@@ -141,7 +144,7 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             context.view_layer.objects.active = objects[0]
         if self.show_misfit:
             numbers = {name: k for k, name in enumerate(self.owners) if name not in frames}
-            map_misfit(context, {bpy.data.objects[name]: k for name, k in numbers.items()}, result)
+            map_misfit(context, numbers, self.scan_from_object, result)
         for name, _, _, reason in lines_of(report, self.owners, frames):
             if reason:
                 self.report({"WARNING"}, f'"{name}" is not placed: {reason}')
@@ -152,12 +155,15 @@ class SURFRECON_OT_align(JobOperator, bpy.types.Operator):
             self.report({"WARNING"}, f"{text}: see Report in the sidebar for the others")
 
 
-def map_misfit(context, numbers, result):
-    """Colours the scans, objects with their numbers, that have a place; what no other scan shows as if it fitted."""
+def map_misfit(context, numbers, scan_from_object, result):
+    """Colours the scans, names of objects with their numbers, that have a place; what no other scan shows as if it
+    fitted.
+    """
     found = {}
-    for obj, k in numbers.items():
+    for name, k in numbers.items():
+        obj, matrix = bpy.data.objects[name], scan_from_object.get(name, np.eye(4))
         if result.world_from_scan[k] is not None and len(obj.data.vertices):
-            found[obj] = np.abs(result.misfit(k, convert.positions(obj.data)))
+            found[obj] = np.abs(result.misfit(k, convert.positions(obj.data) @ matrix[:3, :3].T + matrix[:3, 3]))
     known = np.concatenate([values[np.isfinite(values)] for values in found.values()] or [np.empty(0)])
     limit = error_map.scale_of(known)
     for obj, values in found.items():

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty, IntProperty
 
-from .. import convert, pruning
+from .. import convert, pruning, scan_objects, usable
 from ..job import JobOperator
 from ..running import Refused, Task
 
@@ -42,14 +42,14 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
         """There must be scans, in object mode."""
         if not super().poll(context):
             return False
-        if not any(convert.is_range_image(obj) for obj in context.selected_objects):
+        if not any(scan_objects.is_range_image(obj) for obj in context.selected_objects):
             cls.poll_message_set("Select imported scans in object mode")
             return False
         return True
 
     def launch(self, context):
         """Gathers the samples of all scans, so that either all are cleaned or none."""
-        scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
+        scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
         self.names = [obj.name for obj in scans]
         samples = [self.samples(obj) for obj in scans]
         limits = (self.smallest, self.confidence)
@@ -65,7 +65,7 @@ class SURFRECON_OT_clean(JobOperator, bpy.types.Operator):
 
     def samples(self, obj):
         """The name of a scan, the number of its samples, their confidences or `None`, and its triangles' corners."""
-        convert.writable(obj)
+        usable.writable(obj)
         if obj.data.users > 1:
             raise Refused(
                 f'"{obj.name}" shares its samples with another object: give it its own with'

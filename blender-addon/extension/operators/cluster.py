@@ -10,7 +10,7 @@ import surfrecon
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, PointerProperty
 from mathutils import Matrix
 
-from .. import convert
+from .. import convert, scan_objects, usable
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import coarse
@@ -89,7 +89,7 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the surface, or the points of what has no faces."""
-        obj = convert.active(context)
+        obj = usable.active(context)
         mesh, matrix = self.input = dense(obj, context.evaluated_depsgraph_get())
         self.surface, self.pose = obj.name, Matrix(matrix)
         options = given(self, {name: PARAMETERS[name] for name in OPTIONS})
@@ -165,8 +165,8 @@ class SURFRECON_OT_cluster(JobOperator, bpy.types.Operator):
 
 def dense(obj, depsgraph):
     """The surface of an object as a mesh, or the points (n, 3) of one without faces; and its matrix."""
-    if convert.is_range_image(obj) or (obj.type == "MESH" and len(obj.evaluated_get(depsgraph).data.polygons) > 0):
-        content = convert.scan_of_object(obj, depsgraph)
+    if scan_objects.is_range_image(obj) or (obj.type == "MESH" and len(obj.evaluated_get(depsgraph).data.polygons) > 0):
+        content = scan_objects.scan_of_object(obj, depsgraph)
         if isinstance(content, surfrecon.RangeImage):
             return content.triangulate(), content.world_from_sensor
         return content[0], content[1]

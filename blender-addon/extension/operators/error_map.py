@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert, recording
+from .. import convert, recording, usable
 from ..job import JobOperator
 from ..running import Refused, gathered
 from ..scene import material_of_nodes, sources_of
@@ -56,8 +56,8 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the vertices and what they are measured against."""
-        measured = convert.active(context)
-        convert.writable(measured)
+        measured = usable.active(context)
+        usable.writable(measured)
         references = [obj for obj in context.selected_objects if obj is not measured]
         if not references:
             references = sources_of(measured)
@@ -75,7 +75,7 @@ class SURFRECON_OT_error_map(JobOperator, bpy.types.Operator):
             # The distances are stored in the object's own vertices.
             self.report({"WARNING"}, f'"{measured.name}" is measured without its modifiers, which make other vertices')
             points = convert.positions(measured.data)
-        convert.refuse_not_finite(measured, points)
+        usable.refuse_not_finite(measured, points)
         matrix = np.array(measured.matrix_world)
         return points @ matrix[:3, :3].T + matrix[:3, 3]
 

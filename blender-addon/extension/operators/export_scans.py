@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from .. import convert
+from .. import scan_objects
 from ..job import refuse_no_numbers
 from ..running import Refused
 from ..words import sentence
@@ -57,7 +57,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
 
     def execute(self, context):
         """Writes all or nothing but grids without a list."""
-        objects = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
+        objects = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
         try:
             refuse_no_numbers(self)
             if not objects:
@@ -73,19 +73,13 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
 
     def image(self, obj, depsgraph):
         """The range image of an object in the file's unit, where it was before importing moved it."""
-        image = convert.scan_of_object(obj, depsgraph)
+        image = scan_objects.scan_of_object(obj, depsgraph)
         if not isinstance(image, surfrecon.RangeImage):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: export it as a mesh')
         pose = np.array(image.world_from_sensor)
         for collection in obj.users_collection:
             pose[:3, 3] += np.array(collection.get("world_origin", (0.0, 0.0, 0.0)))
-        if self.scale != 1.0:
-            viewing = image.projection["viewing"]
-            if viewing[0] == "from":
-                viewing = ("from", np.array(viewing[1]) * self.scale)
-            scaled = surfrecon.RangeImage.from_points(image.points * self.scale, viewing=viewing, name=image.name)
-            scaled.colour, scaled.intensity, scaled.confidence = image.colour, image.intensity, image.confidence
-            image = scaled
-            pose[:3, 3] *= self.scale
         image.world_from_sensor = pose
+        if self.scale != 1.0:
+            image = image.transformed(surfrecon.Similarity(np.diag([self.scale, self.scale, self.scale, 1.0])))
         return image

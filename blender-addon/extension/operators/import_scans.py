@@ -18,7 +18,7 @@ from bpy.props import (
 from bpy_extras.io_utils import ImportHelper, axis_conversion, orientation_helper, poll_file_object_drop
 from mathutils import Matrix
 
-from .. import cameras, convert, recording
+from .. import cameras, convert, recording, scan_objects
 from ..adjusting import Adjusting
 from ..job import JobOperator
 from ..preferences import preference
@@ -295,7 +295,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         pose = np.array(scan.world_from_sensor)
         if isinstance(content, surfrecon.RangeImage):
             pose = np.array(content.world_from_sensor)
-            obj = convert.object_from_range_image(scan.name, content, factor, self.faces)
+            obj = scan_objects.object_from_range_image(scan.name, content, factor, self.faces)
         elif isinstance(content, surfrecon.Mesh):
             obj, origin = convert.object_from_mesh(scan.name, content, factor)
             pose[:3, 3] += pose[:3, :3] @ origin

@@ -6,7 +6,7 @@ import numpy as np
 import surfrecon
 from bpy.props import BoolProperty
 
-from .. import convert, recording, surfaces
+from .. import convert, recording, surfaces, usable
 from ..job import JobOperator
 from ..running import Refused
 from ..scene import sources_of
@@ -48,7 +48,7 @@ class SURFRECON_OT_measure(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers both surfaces in the world."""
-        active = convert.active(context)
+        active = usable.active(context)
         chosen = [obj for obj in context.selected_objects if obj is not active and obj.type not in FACELESS]
         others = chosen or sources_of(active)
         for obj in others:

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import surfrecon
 
-from .. import convert, recording
+from .. import convert, recording, scan_objects
 from ..job import JobOperator
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Refused, gathered
@@ -69,8 +69,8 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         """What is merged of an object, or a generator of the frames that it stands for."""
         if recording.is_recording(obj):
             return recording.frames(obj, depsgraph)
-        scan = convert.scan_of_object(obj, depsgraph)
-        if convert.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
+        scan = scan_objects.scan_of_object(obj, depsgraph)
+        if scan_objects.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
             self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
         return scan
 

@@ -7,7 +7,7 @@ import surfrecon
 from bpy.props import EnumProperty, FloatProperty
 from mathutils import Matrix
 
-from .. import convert, recording, regions, scaling
+from .. import recording, regions, scaling, scan_objects, usable
 from ..job import JobOperator, refuse_no_numbers
 from ..preferences import preference
 from ..running import Known, Refused, gathered
@@ -126,8 +126,10 @@ class SURFRECON_OT_ground(JobOperator, bpy.types.Operator):
                 raise Refused(f'"{context.object.name}" is a box: make a flat mesh or an empty the active object')
             return Known(plane)
         # Cameras look at a ground from above.
-        eyes = [obj.matrix_world.translation for obj in context.selected_objects if convert.is_range_image(obj)]
-        above = np.mean([tuple(eye) for eye in eyes], axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
+        images = [obj for obj in objects if scan_objects.is_range_image(obj)]
+        found = yield from gathered(context, images, scan_objects.scan_of_object)
+        eyes = [scan.world_from_sensor[:3, 3] for scan in found if isinstance(scan, surfrecon.RangeImage)]
+        above = np.mean(eyes, axis=0) if eyes else points.mean(axis=0) + (0, 0, 1)
         return Known(regions.plane_of(points, above))
 
     def finish(self, context, plane):
@@ -160,7 +162,7 @@ def movable_roots(context):
 
 def refuse_held(obj):
     """Refuses an object that can't be moved, or would not stay where it is put."""
-    convert.movable(obj)
+    usable.movable(obj)
     animation = obj.animation_data
     is_animated = animation is not None and (animation.action is not None or len(animation.drivers) > 0)
     if is_animated or any(not constraint.mute for constraint in obj.constraints):

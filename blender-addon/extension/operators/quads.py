@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 from mathutils import Matrix
 
-from .. import convert
+from .. import convert, scan_objects, splines, usable
 from ..job import JobOperator
 from ..preview import thinned
 from ..properties import draw_others, given, option
@@ -103,10 +103,10 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the scan."""
-        obj = scan_behind(convert.active(context))
-        image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
+        obj = scan_behind(usable.active(context))
+        image = scan_objects.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
-            raise Refused(convert.grid_lost(obj))
+            raise Refused(scan_objects.grid_lost(obj))
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         self.image = image
         return surfrecon.Job.adaptive_quads(image, **given(self, PARAMETERS))
@@ -127,7 +127,7 @@ class SURFRECON_OT_quads(JobOperator, bpy.types.Operator):
             spline = result.spline(
                 order=self.order, rows=self.control_rows or None, columns=self.control_columns or None
             )
-            made = convert.object_from_spline(context, f"{self.scan} surface", spline)
+            made = splines.object_from_spline(context, f"{self.scan} surface", spline)
             figures |= {"max_residual": spline.max_residual, "rms_residual": spline.rms_residual}
         else:
             if len(result.quads) == 0:

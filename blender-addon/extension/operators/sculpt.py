@@ -7,7 +7,7 @@ import surfrecon
 from bpy.props import BoolProperty
 from mathutils import Matrix
 
-from .. import convert
+from .. import convert, scan_objects, usable
 from ..job import JobOperator
 from ..kept import Kept, fingerprint
 from ..preview import thinned
@@ -67,10 +67,10 @@ class SURFRECON_OT_sculpt(JobOperator, bpy.types.Operator):
 
     def launch(self, context):
         """Gathers the scan; the sculptor of the same scan is used again."""
-        obj = scan_behind(convert.active(context))
-        image = convert.scan_of_object(obj, context.evaluated_depsgraph_get())
+        obj = scan_behind(usable.active(context))
+        image = scan_objects.scan_of_object(obj, context.evaluated_depsgraph_get())
         if not isinstance(image, surfrecon.RangeImage):
-            raise Refused(convert.grid_lost(obj))
+            raise Refused(scan_objects.grid_lost(obj))
         self.scan, self.pose = obj.name, Matrix(image.world_from_sensor)
         options = given(self, {name: PARAMETERS[name] for name in MAKING})
         self.image, self.key = image, key_of(image, options)

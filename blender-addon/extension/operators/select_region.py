@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from .. import convert, pruning, recording, regions
+from .. import pruning, recording, regions, scan_objects, usable
 from ..running import Refused
 from ..words import number, sentence
 
@@ -82,7 +82,7 @@ class SURFRECON_OT_select_region(bpy.types.Operator):
 
 def is_scan(obj):
     """Whether samples of it can be selected."""
-    return convert.is_range_image(obj) or recording.is_recording(obj)
+    return scan_objects.is_range_image(obj) or recording.is_recording(obj)
 
 
 def apply_region(region, world_from_box, objects, keep, depsgraph):
@@ -106,7 +106,7 @@ def select(objects, marks, keep):
     """
     stay = [mark if keep else ~mark for mark in marks]
     for obj in objects:
-        convert.writable(obj)
+        usable.writable(obj)
         if obj.data.users > 1:
             raise Refused(
                 f'"{obj.name}" shares its samples with another object: give it its own with'

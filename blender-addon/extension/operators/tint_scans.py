@@ -3,7 +3,7 @@
 
 import bpy
 
-from .. import convert
+from .. import scan_objects
 from ..scene import tint
 
 
@@ -17,15 +17,15 @@ class SURFRECON_OT_tint_scans(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         """There must be scans."""
-        if not any(convert.is_range_image(obj) for obj in context.view_layer.objects):
+        if not any(scan_objects.is_range_image(obj) for obj in context.view_layer.objects):
             cls.poll_message_set("There is no range scan in the scene: import some")
             return False
         return True
 
     def execute(self, context):
         """Colours the selected scans, or all, and turns the view to objects' colours."""
-        scans = [obj for obj in context.selected_objects if convert.is_range_image(obj)]
-        scans = scans or [obj for obj in context.view_layer.objects if convert.is_range_image(obj)]
+        scans = [obj for obj in context.selected_objects if scan_objects.is_range_image(obj)]
+        scans = scans or [obj for obj in context.view_layer.objects if scan_objects.is_range_image(obj)]
         scans = [obj for obj in scans if obj.library is None]
         for number, obj in enumerate(sorted(scans, key=lambda obj: obj.name)):
             tint(obj, number)

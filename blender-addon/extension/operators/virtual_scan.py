@@ -9,7 +9,7 @@ import surfrecon
 from bpy.props import BoolProperty, EnumProperty, FloatProperty
 from mathutils import Matrix
 
-from .. import cameras, convert, surfaces
+from .. import cameras, scan_objects, surfaces
 from ..job import JobOperator
 from ..preferences import preference
 from ..preview import PIXELS
@@ -97,7 +97,7 @@ class ScanOperator(JobOperator):
             raise Refused(f"{who} of {self.subject}: {what}")
         made = []
         for name, image in seen:
-            obj = convert.object_from_range_image(f"{name} scan", image, 1.0, self.faces)
+            obj = scan_objects.object_from_range_image(f"{name} scan", image, 1.0, self.faces)
             obj.matrix_world = Matrix(image.world_from_sensor.tolist())
             made.append(obj)
         into_collection(context, f"Scans of {self.subject}", made)
