@@ -78,8 +78,9 @@ Image image_of(const srf_projection &projection)
     Image image = is_points(projection)
                       ? Image::create(rows, columns, projection, View<double, 3>(samples.data(), pixels), motion(1, false, 1))
                       : Image::create(rows, columns, projection, View<double>(samples.data(), pixels), motion(1, false, 1));
-    const srf_array colour = View<std::uint8_t, 4>(colours.data(), pixels).array(), intensity = View<float>(intensities.data(), pixels).array(),
-                    confidence = View<float>(confidences.data(), pixels).array();
+    const srf_array colour = View<std::uint8_t, 4>(colours.data(), pixels).array();
+    const srf_array intensity = View<float>(intensities.data(), pixels).array();
+    const srf_array confidence = View<float>(confidences.data(), pixels).array();
     surfrecon::check(srf_image_set_attributes(image.get(), &colour, &intensity, &confidence));
     return image;
 }
@@ -134,11 +135,25 @@ void erase(MeshModel &layer, const std::vector<bool> &gone)
     }
 }
 
-// Every third vertex, and all of the first rows: among them are those by which motions are recognized.
-std::vector<bool> some(const MeshModel &layer)
+// The vertices by which motions are recognized, every so-manieth of them.
+std::vector<bool> anchors(const MeshModel &layer, const Image &image, std::uint32_t every)
 {
-    std::vector<bool> gone(layer.cm.vert.size());
-    for (std::size_t i = 0; i < gone.size(); ++i) gone[i] = i < 3 * columns || i % 3 == 0;
+    const surfrecon::GridCamera camera = image.grid_camera();
+    const std::vector<double> row = srf::scalars(layer, "range_row"), column = srf::scalars(layer, "range_col");
+    std::vector<bool> found(layer.cm.vert.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        for (std::uint32_t k = 0; k < camera.anchor_count; k += every) {
+            found[i] = found[i] || (camera.anchors[k].row == row[i] && camera.anchors[k].col == column[i]);
+        }
+    }
+    return found;
+}
+
+// The same, and vertices all over the image.
+std::vector<bool> some(const MeshModel &layer, const Image &image, std::uint32_t every)
+{
+    std::vector<bool> gone = anchors(layer, image, every);
+    for (std::size_t i = 0; i < gone.size(); i += 7) gone[i] = true;
     return gone;
 }
 
@@ -156,7 +171,8 @@ bool same_where_valid(const srf_array &a, const srf_array &b, const std::vector<
 // Whether an image is `of`, moved, less the vertices that its layer lost.
 void compare(const Image &image, const MeshModel &layer, const Image &of, const Pose &by)
 {
-    expect(image.projection().kind == of.projection().kind, "the projection is of another kind: " + std::to_string(image.projection().kind));
+    const std::uint32_t kind = image.projection().kind;
+    expect(kind == of.projection().kind, "the projection is of another kind: " + std::to_string(kind));
     expect(image.rows() == rows && image.cols() == columns, "the grid has another size");
     expect(image.valid() == static_cast<std::size_t>(layer.cm.vn), "a valid pixel a vertex");
     expect(srf::is_rigid(image.pose()), "the pose is not rigid");
@@ -193,9 +209,9 @@ void round_trips(const Kind &kind)
             MeshModel &layer = layer_of(document, image);
             move(layer, {}, false);
             try {
-                if (deleting == 1) srf::remove_vertices(layer, some(layer));
+                if (deleting == 1) srf::remove_vertices(layer, some(layer, image, 1));
                 move(layer, by, frozen);
-                if (deleting == 2) erase(layer, some(layer));
+                if (deleting == 2) erase(layer, some(layer, image, 2));
                 const Image again = srf::range_image(layer, Frame::world);
                 compare(again, layer, image, by);
                 const std::size_t left = again.triangulate().triangles().size();
@@ -237,7 +253,13 @@ void untouched(const Kind &kind)
     Pose larger;
     for (int k = 0; k < 3; ++k) larger.matrix[5 * k] = 2.5;
     compare(srf::range_image(layer, Frame::layer), layer, here, larger);
-    expect(srf::range_image(layer, Frame::layer).pose().matrix[0] == 1, "a scaled camera stays where it is");
+    // A single vertex tells no scale.
+    std::vector<bool> gone(layer.cm.vert.size(), true);
+    gone[pixels / 2] = false;
+    srf::remove_vertices(layer, gone);
+    srf::scale_vertices(layer, 0.4);
+    srf::scale_camera(layer, 0.4);
+    compare(srf::range_image(layer, Frame::layer), layer, here, {});
 }
 
 // Where vertices are not where their pixels see, they are points, seen from where they were.
@@ -276,15 +298,7 @@ void lost(const Kind &kind)
     for (const bool faces : {true, false}) {
         MeshDocument document;
         MeshModel &layer = layer_of(document, image_of(kind.projection), faces);
-        const surfrecon::GridCamera camera = image_of(kind.projection).grid_camera();
-        const std::vector<double> row = srf::scalars(layer, "range_row"), column = srf::scalars(layer, "range_col");
-        std::vector<bool> gone(layer.cm.vert.size());
-        for (std::size_t i = 0; i < gone.size(); ++i) {
-            for (std::uint32_t k = 0; k < camera.anchor_count; ++k) {
-                gone[i] = gone[i] || (camera.anchors[k].row == row[i] && camera.anchors[k].col == column[i]);
-            }
-        }
-        erase(layer, gone);
+        erase(layer, anchors(layer, image_of(kind.projection), 1));
         const std::uint32_t seen = is_points(kind.projection) ? std::uint32_t{SRF_GRID_PARALLEL} : kind.projection.kind;
         const bool refused = is_points(kind.projection) && !faces;
         expect(refused || srf::range_image(layer, Frame::layer).projection().kind == seen, "what lies on its rays was not moved");

@@ -1,4 +1,4 @@
-"""What only programs around MeshLab's library can do: answer a filter's progress with no, and look at what layers hold."""
+"""What only programs around MeshLab's library can do: say no to a filter's progress, and look at what layers hold."""
 
 import os
 import subprocess
