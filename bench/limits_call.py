@@ -174,12 +174,29 @@ def points(image):
     return image.world_points()[image.valid]
 
 
+def vertices(side):
+    """What a host keeps of a depth camera's image: its camera and its vertices with their attributes."""
+    image = pinhole(side)
+    mesh = image.to_mesh(faces=False)
+    return image.grid_camera(), mesh.vertex_attributes, mesh.positions
+
+
+def back(camera, attributes, positions):
+    """The image of a host's vertices."""
+    row, col = attributes["range_row"], attributes["range_col"]
+    return surfrecon.RangeImage.from_vertices(camera, row, col, positions, colour=attributes["colour"])
+
+
 def cases():
     """By operation and input: what prepares the input and gives the call, and whether the input is one of the worst."""
     s = surfrecon
     return {
         "triangulate: relief": (on(lambda: orthographic(2000), lambda i: i.triangulate()), 0),
         "world_points: relief": (on(lambda: orthographic(2000), lambda i: i.world_points()), 0),
+        "to_mesh: relief": (on(lambda: pinhole(2000), lambda i: i.to_mesh()), 0),
+        "to_mesh: without faces": (on(lambda: pinhole(2000), lambda i: i.to_mesh(faces=False)), 0),
+        "grid_camera: relief": (on(lambda: pinhole(2000), lambda i: i.grid_camera()), 0),
+        "from_vertices: relief": (on(lambda: vertices(2000), back), 0),
         "sculpt: relief": (on(lambda: orthographic(700), lambda i: s.sculpt(i, relative_tolerance=0.02)), 0),
         "sculpt: smooth": (on(lambda: orthographic(1000, noise=0), lambda i: s.sculpt(i, relative_tolerance=0.002)), 0),
         "sculpt: tolerance 0": (on(lambda: orthographic(400), lambda i: s.sculpt(i, tolerance=0)), 1),

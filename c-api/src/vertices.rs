@@ -155,10 +155,10 @@ pub unsafe extern "C" fn srf_image_to_mesh(
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_mesh", out_mesh)?;
+        let image = handle::get("image", image)?;
         if faces > 1 {
             return Err(Failure::new(SRF_ERR_PARAMETER, format!("faces must be 0 or 1, got {faces}")));
         }
-        let image = handle::get("image", image)?;
         let mesh = vertices::to_mesh(&image.image, faces == 1, &watched(progress))?;
         handle::give("out_mesh", out_mesh, mesh.into())
     })

@@ -103,6 +103,32 @@ static void frames(void)
     free(wall);
 }
 
+/* A range image as vertices, and back. */
+static void vertices(void)
+{
+    srf_image *image = height_map(), *back = NULL;
+    srf_mesh *mesh = NULL;
+    srf_array positions, rows, columns;
+    srf_grid_camera camera, unset;
+    srf_pose moved;
+
+    memset(&moved, 0, sizeof moved);
+    moved.matrix[0] = -2;
+    moved.matrix[5] = moved.matrix[10] = 2;
+    moved.matrix[15] = 1;
+    must(srf_image_to_mesh(image, 1, NULL, &mesh) == SRF_OK && srf_mesh_positions(mesh, &positions) == SRF_OK, "vertices");
+    must(srf_mesh_attribute(mesh, SRF_VERTICES, "range_row", &rows) == SRF_OK, "rows");
+    must(srf_mesh_attribute(mesh, SRF_VERTICES, "range_col", &columns) == SRF_OK, "columns");
+    must(srf_grid_camera_init(&camera) == SRF_OK && srf_image_grid_camera(image, NULL, &camera) == SRF_OK, "camera");
+    must(camera.rows == N && camera.anchor_count == 64 && camera.anchors[63].row < N, "anchors");
+    must(srf_image_from_vertices(&camera, &rows, &columns, &positions, NULL, NULL, NULL, &moved, NULL, NULL, &back) == SRF_OK, "back");
+    must(srf_image_free(back) == SRF_OK && srf_grid_camera_scale(&camera, 2) == SRF_OK, "scale");
+    back = NULL;
+    must(srf_grid_camera_init(&unset) == SRF_OK, "init");
+    must(srf_image_from_vertices(&unset, &rows, &columns, &positions, NULL, NULL, NULL, NULL, "none", NULL, &back) == SRF_ERR_INPUT, "empty");
+    must(back == NULL && srf_mesh_free(mesh) == SRF_OK && srf_image_free(image) == SRF_OK, "free");
+}
+
 /* One scan drawn to the others, and what it lies off them. */
 static void draw(const srf_aligner *aligner, const srf_align_params *params, const srf_cloud *cloud)
 {
@@ -213,6 +239,7 @@ int main(void)
     int asked = 0;
 
     frames();
+    vertices();
     must(srf_image_triangulate(image, NULL, NULL, &surface) == SRF_OK, "triangulate");
     must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
     align(image, surface, cloud);

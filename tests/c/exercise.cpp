@@ -86,6 +86,20 @@ try {
          "named");
     must(left_out.of == 900 && left_out.out_of_reach == 1 && left_out.low_confidence == 0, "left out");
     text_of<Error>([&] { Image::from_frame(frame, View<float>()); });
+
+    const Image kept = wall();
+    const Mesh vertices = kept.to_mesh();
+    const auto row = vertices.attribute<std::int32_t>(SRF_VERTICES, "range_row");
+    const auto column = vertices.attribute<std::int32_t>(SRF_VERTICES, "range_col");
+    const auto colours = vertices.attribute<std::uint8_t, 4>(SRF_VERTICES, "colour");
+    Pose larger;
+    larger.matrix[0] = larger.matrix[5] = larger.matrix[10] = 2;
+    const Image back = Image::from_vertices(kept.grid_camera(), row, column, vertices.positions(), colours, {}, {}, larger, "back");
+    must(back.name() == "back" && back.valid() == 899 && back.projection().kind == SRF_PINHOLE_DEPTH, "vertices and back");
+    const Mesh bare = kept.to_mesh(false);
+    must(bare.triangles().size() == 0 && bare.positions().size() == 899 && vertices.triangles().size() > 1000, "without faces");
+    must(kept.grid_camera().scaled(3).anchors[5].point[2] == 3 * kept.grid_camera().anchors[5].point[2], "scaled");
+    text_of<Error>([&] { Image::from_vertices(GridCamera(), row, column, vertices.positions()); });
     Merger walls;
     walls.add(wall, "wall");
     Pose aside;

@@ -32,6 +32,10 @@ colours = [scan.colour for scan in scans if isinstance(scan, surfrecon.Frame)]
 merged = surfrecon.merge([scan for scan in scans], voxel=0.001, progress=lambda stage, share: share < 0.5)
 merged.mesh.write("bunny.glb", up="z")
 image = surfrecon.RangeImage.from_points(np.zeros((2, 2, 3)), viewing=("parallel", (0, 0, -1)))
+camera: surfrecon.GridCamera = image.grid_camera().scaled(1000)
+kept = surfrecon.GridCamera(camera.rows, camera.cols, camera.projection, camera.anchors)
+points = image.to_mesh(faces=False).positions
+back = surfrecon.RangeImage.from_vertices(kept, [0], [0], points, world_from_host=np.eye(4))
 sculpted: surfrecon.Sculpted = surfrecon.Sculptor(image).refine(tolerance=0.1)
 job = surfrecon.Job.sculptor(image, effort=1)
 one: surfrecon.RangeImage = surfrecon.virtual_scan(merged.mesh, surfrecon.turntable(merged.mesh)[0])

@@ -36,6 +36,7 @@ const UNSAFE_FILES: &[&str] = &[
     "tests/rust/c/calls/refusals.rs",
     "tests/rust/c/calls/select.rs",
     "tests/rust/c/calls/threads.rs",
+    "tests/rust/c/calls/vertices.rs",
     "tests/rust/c/header.rs",
     "tests/rust/c/library.rs",
     "tests/rust/c/structs.rs",

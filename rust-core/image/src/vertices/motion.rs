@@ -2,7 +2,7 @@
 //!
 //! 1. nowhere, if most lie where they were
 //! 2. where they lie in a point or on a line, which leaves turns open: as the host's own matrix says, if that takes them there
-//! 3. moved, turned, scaled and mirrored all alike \[Horn's closed form, on mirrored points, too\]
+//! 3. moved, turned, scaled and mirrored all alike: Horn's closed form \[Horn87\], on mirrored points, too
 //! 4. stretched or sheared all alike
 //! 5. as 3, and some of them edited one by one: as at least half of them were moved
 //! 6. otherwise the nearest to it, which tells no more than from where they are seen, about

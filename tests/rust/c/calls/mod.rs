@@ -8,6 +8,7 @@ mod operations;
 mod refusals;
 mod select;
 mod threads;
+mod vertices;
 
 use std::ffi::{CStr, CString, c_char, c_void};
 

@@ -5,6 +5,7 @@ use super::frames::*;
 use super::objects::*;
 use super::operations::*;
 use super::refusals::*;
+use super::vertices::*;
 use super::*;
 
 #[test]
@@ -50,7 +51,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 26] = [
+    let all: [fn(); 28] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -58,6 +59,8 @@ fn every_call_from_eight_threads_at_once() {
         arrays_that_lie_are_refused,
         strides_and_unaligned_data_are_fine,
         an_image_and_its_cloud,
+        vertices_of_an_image_and_back,
+        what_is_no_range_image_is_refused,
         a_cloud_from_arrays,
         images_from_arrays,
         an_image_is_sculpted_to_one_tolerance_after_the_other,
