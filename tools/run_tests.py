@@ -190,12 +190,13 @@ def meshlab_plugin(build):
 
 def meshlab_tests(wheel_files):
     """Tests the MeshLab plugin in each version."""
+    library = str(ROOT / "target" / "debug" / "libsurfrecon.so")
     total, desktop = meshlab_plugin("2020.09-float")
     for version in MESHLAB:
         tally, plugins = meshlab_plugin(f"{version}-double")
         total.add(tally)
         if plugins:
-            env = {"PYTHONPATH": wheel_files, "SURFRECON_PLUGINS": plugins}
+            env = {"PYTHONPATH": wheel_files, "SURFRECON_PLUGINS": plugins, "SURFRECON_LIBRARY": library}
             # The programs of the system are the same whatever pymeshlab drives the tests: once is enough.
             if desktop and version == MESHLAB[0]:
                 env["SURFRECON_PLUGINS_DESKTOP"] = desktop

@@ -10,21 +10,21 @@
 
 namespace srf {
 
-// Adds a range image as a layer placed by its matrix: a vertex each valid pixel, the triangles that bridge no jump; quality is
-// the confidence.
-MeshModel &add_range_layer(MeshDocument &document, const std::string &label, surfrecon::Image &image, bool faces);
-void fill_range_layer(MeshModel &layer, surfrecon::Image &image, bool faces);
+// Fills an empty layer with a range image and places it by its matrix: a vertex each valid pixel, the triangles that bridge no jump;
+// quality is the confidence.
+void fill_range_layer(MeshModel &layer, const surfrecon::Image &image, bool faces);
 
 // Whether vertices say which pixel they are.
 bool has_grid(const MeshModel &layer);
 
-// The range image of a layer as it is now. Where vertices were moved all together since the import, by any rigid motion, it is
-// placed so; where they were edited one by one, or the layer never knew how its pixels see, they are taken to be seen from
-// where its surface faces. Throws where pixels are taken twice.
+// The range image of a layer as it is now, by srf_image_from_vertices(): however vertices were moved, turned, scaled and mirrored all
+// together since the import, by themselves or by the layer's matrix, its pixels see as they did. Where the layer never knew how they
+// see, or too few vertices are left to tell, they are taken to be seen from where its surface faces. Throws MLException, with the
+// layer's name, where pixels are taken twice.
 surfrecon::Image range_image(const MeshModel &layer, Frame frame);
 
 // Takes vertices, by their place in the layer, out of it, and the faces at them. A range image stays one: it still knows how its pixels
-// see and how it was moved.
+// see and how it was moved, and if it had all of its triangles, it has all of those that are left.
 void remove_vertices(MeshModel &layer, const std::vector<bool> &gone);
 
 // To be called where all vertices of a layer were scaled about its origin.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import surfrecon
-from conftest import IMPORT, SCULPT, has_scalars, length, matrix, scalars
+from conftest import IMPORT, SCULPT, Document, has_scalars, length, matrix, scalars
 from files import write_range_grid, write_set
 from shapes import torus_scans
 
@@ -111,18 +111,40 @@ def test_each_kind_of_image_is_sculpted_as_the_library_does(document, tmp_path):
         assert np.allclose(document.current.vertex_matrix(), wanted.mesh.positions, rtol=1e-12)
 
 
-def test_a_moved_range_image_is_still_one(loaded, expected):
-    """Freezing its matrix moves the vertices: the camera has to follow."""
-    turn = np.eye(4)
-    turn[:3, :3] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
-    turn[:3, 3] = [3, 4, 5]
-    loaded.run("set_matrix", transformmatrix=turn, freeze=True)
-    out = loaded.run(SCULPT, tolerance=length(TOLERANCE))
-    assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=0.02)
-    assert out["max_error"] <= TOLERANCE
-    back = (loaded.current.vertex_matrix() - turn[:3, 3]) @ turn[:3, :3]
-    low, high = expected.mesh.positions.min(0), expected.mesh.positions.max(0)
-    assert np.allclose(back.min(0), low, atol=2 * TOLERANCE) and np.allclose(back.max(0), high, atol=2 * TOLERANCE)
+@pytest.mark.parametrize("scale", [1.0, 4.0])
+@pytest.mark.parametrize("mirror", [1, -1])
+@pytest.mark.parametrize("camera", ["", "80 80 35 25"])
+def test_a_moved_range_image_is_still_one(document, tmp_path, camera, mirror, scale):
+    """Freezing its matrix moves the vertices: the camera has to follow. `range_layer.cpp` asks it of all kinds."""
+    row, column = np.mgrid[0:50, 0:70]
+    np.save(tmp_path / "heights.npy", np.sin(row / 9) * np.cos(column / 7) + 5)
+    document.run(IMPORT, file=str(tmp_path / "heights.npy"), camera=camera)
+    name = document.current.label()
+    before = document.run(SCULPT, tolerance=length(TOLERANCE))
+    expected = document.current.vertex_matrix()
+    document.named(name)
+    motion = np.eye(4)
+    motion[:3, :3] = scale * np.array([[0, -1, 0], [1, 0, 0], [0, 0, mirror]])
+    motion[:3, 3] = 3, 4, 5
+    document.run("set_matrix", transformmatrix=motion, freeze=True)
+    out = document.run(SCULPT, tolerance=length(scale * TOLERANCE))
+    assert out["triangles"] == pytest.approx(before["triangles"], rel=0.02)
+    assert out["max_error"] == pytest.approx(scale * before["max_error"], rel=0.02)
+    there, found = expected @ motion[:3, :3].T + motion[:3, 3], document.current.vertex_matrix()
+    room = 2 * scale * TOLERANCE
+    assert np.allclose(found.min(0), there.min(0), atol=room) and np.allclose(found.max(0), there.max(0), atol=room)
+
+
+def test_a_project_keeps_no_grid_and_that_is_said(loaded, refused, tmp_path):
+    """MeshLab writes no custom attributes into it."""
+    before = loaded.current.vertex_matrix()
+    loaded.set.save_current_mesh(str(tmp_path / "layer.ply"))
+    loaded.set.save_project(str(tmp_path / "project.mlp"))
+    again = Document()
+    again.set.load_project(str(tmp_path / "project.mlp"))
+    assert np.array_equal(again.current.vertex_matrix(), before)
+    said = refused(again.run, SCULPT)
+    assert "range_row" in said and "Import Range Images" in said
 
 
 def test_the_result_lies_where_the_layer_lies(document, images, tmp_path):
