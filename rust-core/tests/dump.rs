@@ -22,7 +22,11 @@ fn operations() -> surfrecon::Result<()> {
     sculpt::run(&image, &sculpt::SculptParams::default(), &none)?;
     quads::run(&image, &quads::QuadParams::default(), &none)?;
     let sphere = Shape::Sphere { radius: 1.0 }.mesh(8);
-    reconstruct::run(&PointCloud::new(sphere.positions.clone()), &reconstruct::ReconstructParams::default(), &none)?;
+    reconstruct::run(
+        &PointCloud { positions: sphere.positions.clone(), ..PointCloud::default() },
+        &reconstruct::ReconstructParams::default(),
+        &none,
+    )?;
     cluster::run(&sphere, &cluster::ClusterParams::default(), &none)?;
     Ok(())
 }

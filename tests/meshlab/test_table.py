@@ -24,7 +24,7 @@ NOBODYS = {"mlp", "aln", "png", "tif", "tiff", "json", "log", "freiburg"}
 
 
 def default_in_meshlab(parameter):
-    """The default as MeshLab's fields hold it: 0, or nothing, for what the data give; degrees; the number of a choice."""
+    """The default as MeshLab has it: 0, or nothing, for what the data give; degrees; the number of a choice."""
     if parameter.name == "invalid":
         return ""
     if parameter.kind == "choice":
