@@ -1,12 +1,22 @@
 //! Patches become connected: parts of one that are not become patches of their own, or go to their neighbours if they are small.
 
-use super::subcluster::Repairs;
 use super::surface::{NONE, Surface, looking};
 use base::error::Result;
 use base::progress::Progress;
 
 /// A part smaller than this share of the mean patch goes to its neighbours.
 pub const SMALL: f64 = 0.25;
+
+/// What was done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Repairs {
+    /// Parts that became patches.
+    pub separated: usize,
+    /// Parts and patches given to their neighbours.
+    pub dissolved: usize,
+    /// Patches halved as they were no disks.
+    pub halved: usize,
+}
 
 /// Makes every patch connected and numbers the patches anew; returns how many there are. Small parts go to their neighbours while
 /// `dissolving`.

@@ -1,10 +1,11 @@
 //! The driver: the stages in their order, for one resolution or a chain of them.
 
+use super::connect::Repairs;
 use super::flip::Goal;
 use super::kmeans::KMeans;
 use super::net::Net;
 use super::polygons::Polygons;
-use super::subcluster::{self, Repairs};
+use super::subcluster;
 use super::surface::Surface;
 use super::{
     ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, features, finish, fit, flip, mend,

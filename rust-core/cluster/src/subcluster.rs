@@ -7,7 +7,7 @@
 //! different nodes, so no edge is there twice. A patch that can't be halved has its
 //! largest neighbour halved. It ends at the latest where each patch is one vertex.
 
-use super::connect::{SMALL, connect, most_frequent};
+use super::connect::{Repairs, SMALL, connect, most_frequent};
 use super::kmeans::{halve, members};
 use super::polygons::Polygons;
 use super::surface::{NONE, Surface};
@@ -18,17 +18,6 @@ use glam::DVec3;
 
 /// Rounds in which patches may be dissolved; later ones only halve, so that the rounds end.
 const DISSOLVING_ROUNDS: usize = 6;
-
-/// What was done.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Repairs {
-    /// Parts that became patches.
-    pub separated: usize,
-    /// Parts and patches given to their neighbours.
-    pub dissolved: usize,
-    /// Patches halved as they were no disks.
-    pub halved: usize,
-}
 
 /// Changes `labels` until every patch is a disk with at least three nodes; returns the number of patches, the polygons and
 /// what was done. Labels are 0.. without gaps.

@@ -52,9 +52,8 @@ pub fn keep(
     refuse_nothing(&surface, report.voxel, min_share)?;
     report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
     report.working_bytes = report.working_bytes.max(surface.bytes());
-    let kept = Kept { surface, parts: parts.list, part_of, size };
-    dump::parts(&kept)?;
-    Ok(kept)
+    dump::parts(&surface, &part_of)?;
+    Ok(Kept { surface, parts: parts.list, part_of, size })
 }
 
 /// Parts and faces that were dropped.

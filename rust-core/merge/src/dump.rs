@@ -5,7 +5,7 @@ use mesh::dump::{self, Stage};
 
 use super::Labels;
 use super::bundles::RawBundle;
-use super::components::Kept;
+use super::extract::Surface;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice, ROWS};
 
 /// The crossings of the scans, by the numbers of these from 1 on, as far as they are not added up.
@@ -50,10 +50,10 @@ pub fn labels(labels: &Labels, lattice: &Lattice) -> Result<()> {
 }
 
 /// The surface by its connected parts, before holes are closed.
-pub fn parts(kept: &Kept) -> Result<()> {
+pub fn parts(surface: &Surface, part_of: &[u32]) -> Result<()> {
     dump::stage("merge-3-parts", || Stage {
-        positions: kept.surface.positions.clone(),
-        values: kept.part_of.iter().map(|&part| part as i32 + 1).collect(),
-        triangles: kept.surface.triangles.clone(),
+        positions: surface.positions.clone(),
+        values: part_of.iter().map(|&part| part as i32 + 1).collect(),
+        triangles: surface.triangles.clone(),
     })
 }

@@ -325,6 +325,7 @@ impl Reconstructor<PointCloud> {
 
 impl Prepared {
     fn new(samples: Samples, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
+        progress.stage(SMOOTHING, 3 * samples.points.len() as u64);
         let (mut samples, smoothing) = smoothed(samples, Smooth::of(params), progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {

@@ -110,7 +110,6 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
     if radius == Some(0.0) || (radius.is_none() && is_clean) || samples.points.len() < 4 {
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
-    progress.stage(super::reconstructor::SMOOTHING, 3 * samples.points.len() as u64);
     // What is to be smoothed out counts as noise, even where it was not taken for it.
     let asked = radius.map_or(0.0, |radius| radius / TO_DEVIATION);
     let assumed = Noise { deviation: noise.deviation.max(asked), ..noise };

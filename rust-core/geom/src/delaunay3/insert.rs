@@ -2,7 +2,7 @@
 
 use super::cells::{CONFLICT, Cells, FACETS, GHOST};
 use super::locate::{Place, locate};
-use super::parallel::Region;
+use super::region::Region;
 use super::signs::{Seen, Signs, volumes};
 
 /// Most vertices around a point for which edges are found in a table: 16 KB, which stay in the cache.

@@ -1,7 +1,7 @@
 //! Walking to the cell that holds a point.
 
 use super::cells::{Cells, GHOST};
-use super::parallel::Region;
+use super::region::Region;
 use super::signs::{Seen, Signs, volumes};
 
 /// Where a walk ended.

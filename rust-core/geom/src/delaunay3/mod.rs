@@ -7,7 +7,7 @@
 //! | cells in conflict, new cells in their place | `insert` |
 //! | signs, exact, ties broken by symbolic perturbation | `signs`, `geom::predicates` |
 //! | storage | `cells` |
-//! | threads | `parallel` |
+//! | threads | `parallel`, `region` |
 //! | a check that shares nothing with these | `check` |
 
 mod cells;
@@ -16,6 +16,7 @@ mod insert;
 mod locate;
 mod order;
 mod parallel;
+mod region;
 mod signs;
 #[cfg(test)]
 mod tests;
@@ -32,7 +33,7 @@ use base::memory;
 use base::progress::Progress;
 use cells::{Cells, FACETS, GHOST};
 use insert::{Inserter, Outcome};
-use parallel::Everywhere;
+use region::Everywhere;
 use signs::Signs;
 
 /// At the peak, without the copy of the points; measured.

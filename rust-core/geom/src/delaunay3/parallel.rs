@@ -1,4 +1,4 @@
-//! Regions of space, one a thread.
+//! Threads: each inserts what lies in a region of space of its own.
 //!
 //! A thread inserts a point only if every cell it would change has all its vertices in the thread's own region. Then no
 //! two threads write to one cell: a cell outside of a cavity whose neighbour changes shares three vertices with it, so
@@ -9,8 +9,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::cells::{Cells, GHOST};
+use super::cells::Cells;
 use super::insert::{Inserter, Outcome};
+use super::region::{Block, Region};
 use super::signs::Signs;
 use super::{Build, TICK};
 use base::error::Result;
@@ -18,51 +19,6 @@ use base::progress::Progress;
 
 /// Points inserted one after the other in search of a cell that lies in a thread's block.
 const TRIES: usize = 64;
-
-pub(super) trait Region: Sync {
-    /// Whether all vertices, but for the one at infinity, lie in the region.
-    fn owns(&self, vertices: [u32; 4], points: &[DVec3]) -> bool;
-}
-
-/// All of space, for a thread alone.
-pub(super) struct Everywhere;
-
-impl Region for Everywhere {
-    #[inline(always)]
-    fn owns(&self, _: [u32; 4], _: &[DVec3]) -> bool {
-        true
-    }
-}
-
-/// Points p with `low <= p < high` in all coordinates.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    low: DVec3,
-    high: DVec3,
-}
-
-impl Block {
-    fn everywhere() -> Self {
-        Block { low: DVec3::NEG_INFINITY, high: DVec3::INFINITY }
-    }
-
-    /// Those of the points that lie in it.
-    fn of<'a>(&'a self, ids: &'a [u32], points: &'a [DVec3]) -> impl Iterator<Item = u32> + 'a {
-        ids.iter().copied().filter(|&p| self.holds(points[p as usize]))
-    }
-
-    #[inline(always)]
-    fn holds(&self, p: DVec3) -> bool {
-        (p.cmpge(self.low) & p.cmplt(self.high)).all()
-    }
-}
-
-impl Region for Block {
-    #[inline(always)]
-    fn owns(&self, vertices: [u32; 4], points: &[DVec3]) -> bool {
-        vertices.into_iter().all(|v| v == GHOST || self.holds(points[v as usize]))
-    }
-}
 
 /// Cuts space into `count` blocks with about equally many of the points in each, across the axis along which they are spread
 /// most (`axis` 0), or second or third most. Points that were put off lie around the last cut, so the next is another one.
