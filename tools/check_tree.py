@@ -1,5 +1,5 @@
 """Checks the files of the tree: no paths of somebody's machine, no large files, citations with a reference,
-dependencies with a reason, licences where they belong, workflows that call what there is.
+dependencies and long files with a reason, licences where they belong, workflows that call what there is.
 """
 
 import re
@@ -16,6 +16,9 @@ LARGEST = 1 << 20
 # A citation such as [MI04] or [MI04, sec. 3]; alone in a doc comment rustdoc would take it for a link.
 CITATION = re.compile(r"\[([A-Z][A-Za-z]{0,5}[0-9]{2})\b")
 BARE_CITATION = re.compile(r"^\s*//[/!].*(?<!\\)\[[A-Z][A-Za-z]{0,5}[0-9]{2}\]")
+# Lines of a file of code, unless ARCHITECTURE.md says why it has more.
+MOST_LINES = 500
+CODE = {".rs", ".py", ".c", ".cpp", ".h", ".hpp", ".sh"}
 LICENCES = [
     "LICENSE-MIT",
     "LICENSE-APACHE",
@@ -81,10 +84,30 @@ def workflow_problems():
                 yield f"{where}: name a major version or a commit of {used[1].split('@')[0]}"
 
 
+def long_files():
+    """Yields files of code that are too long without a reason, and reasons for files that are not."""
+    reasons = set(re.findall(r"^\| `([^`]+)` \|", architecture_section("Files over 500 lines"), re.M))
+    long = set()
+    for path in files():
+        if path.suffix in CODE and len(path.read_text().splitlines()) > MOST_LINES:
+            long.add(str(path.relative_to(ROOT)))
+    for name in sorted(long - reasons):
+        yield f"{name}: more than {MOST_LINES} lines: cut it, or say in ARCHITECTURE.md why it is one file"
+    for name in sorted(reasons - long):
+        yield f"ARCHITECTURE.md: {name} does not have more than {MOST_LINES} lines"
+
+
+def architecture_section(title):
+    """The text of a section of ARCHITECTURE.md."""
+    _, _, rest = (ROOT / "ARCHITECTURE.md").read_text().partition(f"\n## {title}\n")
+    return rest.partition("\n## ")[0]
+
+
 def problems():
     """Yields one sentence for each thing wrong."""
     yield from dependency_problems()
     yield from workflow_problems()
+    yield from long_files()
     for path in files():
         name = path.relative_to(ROOT)
         content = path.read_bytes()

@@ -1402,7 +1402,7 @@ srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_confidences);
 
 // Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
-// range_row, range_col, confidence, and colour if the image has colours. O(pixels).
+// range_row, range_col, colour and intensity where the image has them, and confidence. O(pixels).
 // image      not NULL
 // params     NULL for the defaults
 // progress   NULL for none

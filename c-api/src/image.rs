@@ -5,7 +5,6 @@ use std::ffi::{CString, c_char};
 use glam::DVec3;
 use surfrecon::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
 use surfrecon::triangulate;
-use surfrecon::{TriMesh, mesh::Attribute};
 
 use crate::array::{self, Borrowed, srf_array};
 use crate::cloud::srf_cloud;
@@ -371,7 +370,7 @@ pub unsafe extern "C" fn srf_image_attributes(
 }
 
 /// Triangulates the pixels of an image, leaving out jumps, in the sensor's frame. The mesh has the vertex attributes
-/// range_row, range_col, confidence, and colour if the image has colours. O(pixels).
+/// range_row, range_col, colour and intensity where the image has them, and confidence. O(pixels).
 /// image      not NULL
 /// params     NULL for the defaults
 /// progress   NULL for none
@@ -390,20 +389,8 @@ pub unsafe extern "C" fn srf_image_triangulate(
         let params = params::read("params", params)?;
         let image = handle::get("image", image)?;
         let image = &image.image;
-        let surface = triangulate::triangulate(image, &params, &watched(progress))?;
-        let place = |f: fn(usize, usize) -> usize| -> Vec<i32> {
-            surface.pixels.iter().map(|&p| f(p as usize, image.cols()) as i32).collect()
-        };
-        let mut attributes = vec![
-            Attribute::i32("range_row", place(|p, cols| p / cols)),
-            Attribute::i32("range_col", place(|p, cols| p % cols)),
-            Attribute::f32("confidence", surface.confidence),
-        ];
-        if let Some(colour) = &image.colour {
-            attributes.push(Attribute::colour("colour", surface.pixels.iter().map(|&p| colour[p as usize]).collect()));
-        }
-        let mut mesh = TriMesh::new(surface.positions, surface.triangles);
-        mesh.vertex_attributes = attributes;
+        let progress = watched(progress);
+        let mesh = triangulate::triangulate(image, &params, &progress)?.into_mesh(image, &progress)?;
         handle::give("out_mesh", out_mesh, mesh.into())
     })
 }

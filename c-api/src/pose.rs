@@ -1,6 +1,7 @@
 //! Poses across the border.
 
 use glam::DAffine3;
+use surfrecon::error::Shown;
 
 use crate::pointer;
 use crate::status::{Failure, srf_status::SRF_ERR_INPUT};
@@ -29,7 +30,10 @@ fn transform(name: &str, pose: &srf_pose) -> Result<DAffine3, Failure> {
     if [m[3], m[7], m[11], m[15]] != [0.0, 0.0, 0.0, 1.0] {
         let text = format!(
             "{name}: the last row must be 0 0 0 1, got {} {} {} {}; columns follow each other",
-            m[3], m[7], m[11], m[15]
+            Shown(m[3]),
+            Shown(m[7]),
+            Shown(m[11]),
+            Shown(m[15])
         );
         return Err(Failure::new(SRF_ERR_INPUT, text));
     }

@@ -40,7 +40,7 @@ pub use sculpt;
 
 /// What the caller got wrong and what to do.
 pub mod error {
-    pub use base::error::{Error, Result};
+    pub use base::error::{Error, Result, Shown};
 }
 
 /// How large numbers may be.

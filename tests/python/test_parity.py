@@ -1,4 +1,4 @@
-"""The same input gives the same bytes through the C library and through Python.
+"""The same input gives the same bytes through the C library and through Python, operation by operation.
 
 That C gives those of the core is tested in Rust. SURFRECON_LIBRARY names the built library.
 """
@@ -8,90 +8,348 @@ import os
 
 import numpy as np
 import pytest
+import shapes
 import surfrecon
+from c_library import Library
 
 LIBRARY = os.environ.get("SURFRECON_LIBRARY")
 pytestmark = pytest.mark.skipif(not LIBRARY, reason="SURFRECON_LIBRARY is not set")
 
-F32, F64, U32 = 1, 2, 4
-FLOAT_TYPES = {2: np.float64, 4: np.uint32, 1: np.float32, 3: np.int32, 5: np.uint8}
+# Another way to see for each operation, turned and away from the origin.
+POSE = np.array([[0.36, 0.48, -0.8, 5], [-0.8, 0.6, 0, -2], [0.48, 0.64, 0.6, 0.1], [0, 0, 0, 1]])
 
 
-class Array(ctypes.Structure):
-    """srf_array."""
+@pytest.fixture
+def c():
+    library = Library(LIBRARY)
+    yield library
+    library.close()
 
-    _fields_ = [
-        ("data", ctypes.c_void_p),
-        ("count", ctypes.c_size_t),
-        ("stride", ctypes.c_size_t),
-        ("type", ctypes.c_uint32),
-        ("components", ctypes.c_uint32),
+
+def hill(kind="orthographic", rows=40, cols=50):
+    """A bent surface with all attributes and missing pixels."""
+    row, col = np.mgrid[0:rows, 0:cols]
+    values = 2 + 0.1 * np.sin(0.2 * row) * np.cos(0.15 * col)
+    values[3:5, 7] = values[0, 0] = np.nan
+    if kind == "orthographic":
+        image = surfrecon.RangeImage.orthographic(values, step=(0.01, -0.01), first=(-0.2, 0.2), name=kind)
+    elif kind == "spherical":
+        image = surfrecon.RangeImage.spherical(values, step=(0.01, -0.01), first=(-0.2, 0.2), name=kind)
+    elif kind == "points":
+        image = surfrecon.RangeImage.from_points(np.dstack([0.01 * col, -0.01 * row, -values]), name=kind)
+    else:
+        image = surfrecon.RangeImage.pinhole(values, focal=(80, 81), centre=(25, 20), depth=kind, name=kind)
+    image.world_from_sensor = POSE
+    image.colour = np.random.default_rng(1).integers(0, 255, (rows, cols, 4), np.uint8)
+    image.intensity = row + col
+    image.confidence = 1 / (1 + row)
+    return image
+
+
+KINDS = ["orthographic", "planar", "ray", "spherical", "points"]
+
+
+def same(found, expected):
+    """Two arrays, whatever their types, hold the same numbers to the bit."""
+    found, expected = (np.zeros(0) if one is None else np.asarray(one) for one in (found, expected))
+    assert found.size == expected.size
+    assert found.astype(expected.dtype).tobytes() == expected.tobytes()
+
+
+def same_mesh(c, handle, mesh):
+    """A mesh of C's is one of Python's, attributes included."""
+    assert len(mesh.positions) > 3
+    same(c.mesh_positions(handle), mesh.positions)
+    same(c.mesh_triangles(handle), mesh.triangles)
+    for domain, expected in (1, mesh.vertex_attributes), (2, mesh.face_attributes):
+        found = c.attributes(handle, domain)
+        assert found.keys() == expected.keys()
+        for name, values in expected.items():
+            same(found[name], values)
+
+
+def same_image(c, handle, image):
+    """An image of C's is one of Python's."""
+    rows, cols, _ = c.image_size(handle)
+    assert (rows, cols) == (image.rows, image.cols)
+    same(c.image_samples(handle), image.points if image.values is None else image.values)
+    projection, pose = c.image_camera(handle)
+    expected = c.projection(image.projection)
+    assert (projection.kind, *projection.numbers) == (expected.kind, *expected.numbers)
+    same(pose, image.world_from_sensor)
+    for found, attribute in zip(
+        c.image_attributes(handle), (image.colour, image.intensity, image.confidence), strict=True
+    ):
+        same(found, attribute)
+
+
+def same_report(struct, report, least):
+    """What both reports name is the same, and they name that many together."""
+    shared = [field for field, *_ in struct._fields_ if field in report]
+    assert len(shared) >= least, sorted(report)
+    for field in shared:
+        number, expected = getattr(struct, field), report[field]
+        # Python says nothing where C has the number that stands for it.
+        if isinstance(expected, (bool, int, float)):
+            assert number == expected, field
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_images_and_what_hosts_keep_of_them(c, kind):
+    image = hill(kind)
+    handle = c.image(image)
+    same_image(c, handle, image)
+    points = np.zeros((image.rows * image.cols, 3))
+    c.image_world_points(handle, points.size, out_points=points)
+    same(points, image.world_points())
+
+    for faces in True, False:
+        same_mesh(c, c.image_to_mesh(handle, faces), image.to_mesh(faces))
+    mesh, camera, struct = image.to_mesh(), image.grid_camera(), c.image_grid_camera(handle)
+    assert struct.anchor_count == len(camera.anchors)
+    if struct.anchor_count:
+        anchors = struct.anchors[: struct.anchor_count]
+        same(np.array([[anchor.row, anchor.col, *anchor.point] for anchor in anchors]), camera.anchors)
+    mirrored = np.diag([1.0, 1, -1, 1])
+    positions = (mesh.positions @ mirrored[:3, :3] * 3).astype(np.float32)
+    attributes = dict(mesh.vertex_attributes)
+    row, col = attributes.pop("range_row"), attributes.pop("range_col")
+    back = surfrecon.RangeImage.from_vertices(
+        camera, row, col, positions, world_from_host=POSE, name="back", **attributes
+    )
+    values = (attributes[name] for name in ("colour", "intensity", "confidence"))
+    same_image(c, c.image_from_vertices(struct, row, col, positions, *values, POSE, "back"), back)
+
+
+def test_a_triangulation(c):
+    image = hill("ray")
+    params = c.struct("triangulate_params", edge_limit=0.05, grazing_limit=1.2)
+    same_mesh(c, c.image_triangulate(c.image(image), params), image.triangulate(edge_limit=0.05, grazing_limit=1.2))
+
+
+def test_a_virtual_scan(c):
+    mesh = shapes.torus()
+    camera = surfrecon.turntable(mesh, pixels=90)[3]
+    image = surfrecon.virtual_scan(mesh, camera, noise=0.01, dropout=0.1, seed=7)
+    params = c.struct("scan_params", noise=0.01, dropout=0.1, seed=7)
+    place = camera.rows, camera.cols, camera.projection, camera.world_from_sensor
+    same_image(c, c.scan_mesh(c.mesh(mesh), *place, params), image)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sculpting(c, kind):
+    image = hill(kind)
+    sculptor = surfrecon.Sculptor(image, min_angle=0.3)
+    handle = c.sculptor_create(c.image(image), c.struct("sculpt_params", min_angle=0.3))
+    for tolerance in 0.02, 0.002:
+        mesh, certificate = c.sculptor_refine(handle, tolerance)
+        sculpted = sculptor.refine(tolerance=tolerance)
+        same_mesh(c, mesh, sculpted.mesh)
+        same_report(certificate, sculpted.report, 3)
+        assert certificate.max_error == sculpted.max_error
+        assert certificate.rms_error == sculpted.rms_error
+    mesh, certificate = c.sculptor_at_most(handle, 500)
+    sculpted = sculptor.at_most(500)
+    same_mesh(c, mesh, sculpted.mesh)
+    assert certificate.triangles == len(sculpted.mesh.triangles)
+
+
+def test_quads_and_their_spline(c):
+    image = hill()
+    grid = surfrecon.adaptive_quads(image, tiles_down=2, tiles_across=3, rows=5, columns=5)
+    handle, report = c.quads_create(
+        c.image(image), c.struct("quads_params", tiles_down=2, tiles_across=3, rows=5, columns=5)
+    )
+    same_report(report, grid.report, 12)
+    rows, cols, positions, pixels, background = c.quads_grid(handle)
+    assert (rows, cols) == (grid.rows, grid.columns)
+    same(positions, grid.grid)
+    same(pixels, grid.pixels)
+    same(background, grid.background.astype(np.uint8))
+    positions, uvs, corners, errors = c.quads_faces(handle)
+    same(positions, grid.positions)
+    same(uvs, grid.uvs)
+    same(corners, grid.quads)
+    same(errors, grid.face_attributes["error"])
+    same_mesh(c, c.quads_triangles(handle), grid.triangles())
+
+    residuals = np.zeros(1), np.zeros(1)
+    spline, expected = (
+        c.spline_create(
+            handle, c.struct("spline_params", order=3), out_max_residual=residuals[0], out_rms_residual=residuals[1]
+        ),
+        grid.spline(order=3),
+    )
+    assert (*residuals[0], *residuals[1]) == (expected.max_residual, expected.rms_residual)
+    rows, cols, control = c.spline_control(spline)
+    assert (rows, cols) == expected.control.shape[:2]
+    same(control, expected.control)
+    point = np.zeros(3)
+    c.spline_point(spline, 0.3, 0.6, out_point=point)
+    same(point, expected.evaluate([0.3], [0.6]))
+
+
+def noisy_points():
+    """Points of the torus, some wrong in every way."""
+    points = shapes.torus(detail=24).positions
+    points = points + np.random.default_rng(3).normal(0, 0.004, points.shape)
+    return np.concatenate([points, points[:2], [[np.nan, 0, 0], [0, 0, 3]]])
+
+
+def test_a_surface_through_points(c):
+    points = noisy_points()
+    colours = np.random.default_rng(4).integers(0, 255, (len(points), 4), np.uint8)
+    result = surfrecon.reconstruct(points, factor=1.3, colour=colours, closure="open")
+    handle = c.reconstructor_create(c.cloud_create(points, None, colours, None, None), None)
+    params = c.struct("reconstruct_params", factor=1.3, closure="SRF_CLOSURE_OPEN")
+    dropped = np.zeros(len(points), np.uint8)
+    mesh, report = c.reconstructor_surface(handle, params, out_dropped=dropped)
+    same_mesh(c, mesh, result.mesh)
+    same_report(report, result.report, 12)
+    numbers = {name.lower().removeprefix("srf_"): value for name, value in c.constants.items()}
+    assert set(result.dropped) >= {"not_finite", "duplicate"}
+    for reason, indices in result.dropped.items():
+        same(np.flatnonzero(dropped == numbers[reason]), indices.astype(np.int64))
+
+
+def test_clusters(c):
+    mesh = shapes.torus(detail=24)
+    points = mesh.positions
+    handles = {
+        "mesh": (c.mesh(mesh), mesh),
+        "cloud": (c.cloud_create(points, None, None, None, None), points),
+    }
+    for kind, (handle, content) in handles.items():
+        params = c.struct("cluster_params", vertices=200, fitting=1)
+        found, report = getattr(c, f"{kind}_cluster")(handle, params)
+        clustered = surfrecon.cluster(content, vertices=200, fitting=1)
+        same_mesh(c, found, clustered.mesh)
+        same_report(report, clustered.report, 7)
+
+
+def test_an_alignment_and_one_scan_drawn_to_the_others(c, truth, heap, aligned, in_place):
+    aligner, still = c.aligner_create(), c.aligner_create()
+    for scan, placed in zip(heap, truth, strict=True):
+        c.aligner_add_image(aligner, c.image(scan))
+        c.aligner_add_image(still, c.image(placed))
+    alignment = c.aligner_run(aligner, None)
+    assert aligned.report.placed == len(heap)
+    for i, expected in enumerate(aligned.report.scans):
+        scan = c.alignment_scan(alignment, i)
+        same(np.array(scan.world_from_scan.matrix).reshape(4, 4).T, expected.world_from_scan)
+        same(np.array(scan.covariance), expected.covariance)
+        assert (scan.overlap, scan.residual) == (expected.overlap, expected.residual)
+    report = c.alignment_report(alignment)
+    assert (report.placed, report.compared, report.residual) == (
+        aligned.report.placed,
+        aligned.report.compared,
+        aligned.report.residual,
+    )
+    lines = [c.alignment_message(alignment, i) for i in range(report.messages)]
+    assert lines == aligned.report.messages
+
+    poses = np.array([scan.world_from_sensor for scan in truth])
+    poses[1, :3, 3] += 0.01
+    snap = in_place.snap(1, poses[1])
+    touches = np.zeros(len(truth), np.uint8)
+    struct = c.aligner_snap(still, 1, poses, len(truth), None, out_touches=touches)
+    assert snap.touches
+    same(np.array(struct.world_from_scan.matrix).reshape(4, 4).T, snap.world_from_scan)
+    assert np.flatnonzero(touches).tolist() == sorted(snap.touches)
+
+
+def test_planes_regions_and_sizes(c):
+    flat = surfrecon.RangeImage.pinhole(np.full((40, 50), 2.0), focal=(80, 81), centre=(25, 20))
+    flat.world_from_sensor = POSE
+    scans = [hill("spherical"), flat]
+    plane = surfrecon.dominant_plane(scans, tolerance=0.01)
+    aligner = c.aligner_create()
+    for scan in scans:
+        c.aligner_add_image(aligner, c.image(scan))
+    struct = c.dominant_plane(aligner, c.struct("plane_params", tolerance=0.01))
+    assert struct.is_found
+    same(np.array(struct.point), plane.point)
+    same(np.array(struct.normal), plane.normal)
+    assert (struct.margin, struct.share, struct.spread) == (plane.margin, plane.share, plane.spread)
+
+    # C's goes through its numbers.
+    plane = surfrecon.Plane(plane.point, plane.normal, margin=plane.margin)
+    up = np.array([0.0, 0, 1])
+    grounded, true = surfrecon.ground(plane, up="z"), surfrecon.true_size((0, 0, 0), (1, 2, 2), 6)
+    same(c.ground(struct, up), grounded.matrix)
+    same(c.true_size(np.zeros(3), np.array([1.0, 2, 2]), 6), true.matrix)
+
+    box = POSE @ np.diag([0.2, 0.3, 4, 1])
+    mask = np.zeros((40, 50), np.uint8)
+    mask[10:30, 5:40] = 1
+    regions = [
+        (surfrecon.Box(box), c.region_box(box)),
+        (plane, c.region_below(struct)),
+        (mask.astype(bool), c.region_mask(mask.reshape(-1, 1), 40, 50)),
     ]
-
-    @classmethod
-    def of(cls, array, kind):
-        """A borrowed array."""
-        return cls(array.ctypes.data, len(array), 0, kind, array.shape[1])
-
-    def copy(self):
-        """A view as a NumPy array of its own."""
-        size = self.count * self.components
-        numbers = (np.ctypeslib.as_ctypes_type(FLOAT_TYPES[self.type]) * size).from_address(self.data)
-        return np.array(numbers).reshape(self.count, self.components)
-
-
-class MergeParams(ctypes.Structure):
-    """srf_merge_params."""
-
-    _fields_ = [
-        ("struct_size", ctypes.c_uint32),
-        ("threads", ctypes.c_uint32),
-        ("voxel", ctypes.c_double),
-        ("merge_distance", ctypes.c_double),
-        ("max_hole_length", ctypes.c_double),
-        ("min_component_share", ctypes.c_double),
-        ("edge_limit", ctypes.c_double),
-        ("grazing_limit", ctypes.c_double),
-    ]
+    image = hill("planar")
+    for region, handle in regions:
+        for keep, expected in (1, image.keep(region)), (0, image.remove(region)):
+            selected = c.image(image)
+            removed = c.image_select(selected, handle, keep)
+            assert removed == np.count_nonzero(image.valid) - np.count_nonzero(expected.valid)
+            same_image(c, selected, expected)
+    moved = c.image(image)
+    c.image_transform(moved, true.matrix)
+    same_image(c, moved, image.transformed(true))
+    mesh = image.triangulate()
+    moved = c.mesh(mesh)
+    c.mesh_transform(moved, true.matrix)
+    same_mesh(c, moved, mesh.transformed(true))
 
 
-def test_a_merge():
-    """Two overlapping height maps as meshes."""
-    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0))
-    meshes = []
-    for shift in (0.0, 0.2):
-        points = np.dstack([x, y, np.sin(0.3 * x) * np.cos(0.2 * y) + shift]).astype(np.float32)
-        image = surfrecon.RangeImage.from_points(points, name=f"scan {shift}")
-        meshes.append(image.triangulate())
-    result = surfrecon.merge([(m, np.eye(4), f"scan {i}") for i, m in enumerate(meshes)], voxel=0.7)
+def test_a_merge(c):
+    scans = shapes.torus_scans(pixels=60, noise=0.002)[:6]
+    for k, scan in enumerate(scans):
+        scan.colour = np.full((scan.rows, scan.cols, 4), 40 * k, np.uint8)
+    mesh = scans.pop().triangulate()
+    result = surfrecon.merge([*scans, (mesh, POSE, "apart")], merge_distance=0.05, max_hole_length=0.3)
+    merger = c.merger_create()
+    for scan in scans:
+        c.merger_add_image(merger, c.image(scan))
+    c.merger_add_mesh(merger, c.mesh(mesh), POSE, "apart")
+    merged, report = c.merger_run(merger, c.struct("merge_params", merge_distance=0.05, max_hole_length=0.3))
+    same_mesh(c, merged, result.mesh)
+    names = [name for name in dir(result.report) if not name.startswith("_")]
+    same_report(report, {name: getattr(result.report, name) for name in names}, 15)
 
-    library = ctypes.CDLL(LIBRARY)
-    library.srf_last_error_message.restype = ctypes.c_char_p
 
-    def call(name, *arguments):
-        status = getattr(library, name)(*arguments)
-        assert status == 0, library.srf_last_error_message().decode()
+def test_distances(c):
+    mesh, other = shapes.torus(detail=24), shapes.torus(detail=30)
+    points = noisy_points()
+    points = points[np.isfinite(points).all(axis=1)]
+    distances = np.zeros(len(points))
+    figures = c.mesh_distances(c.mesh(mesh), points, 1, 0, out_distances=distances)
+    same(distances, surfrecon.distances(points, mesh, signed=True))
+    assert figures.count == len(points)
+    assert figures.max == np.abs(distances).max()
 
-    merger, merged = ctypes.c_void_p(), ctypes.c_void_p()
-    call("srf_merger_create", ctypes.byref(merger))
-    for i, mesh in enumerate(meshes):
-        handle = ctypes.c_void_p()
-        positions, triangles = np.ascontiguousarray(mesh.positions), np.ascontiguousarray(mesh.triangles, np.uint32)
-        arrays = Array.of(positions, F64), Array.of(triangles, U32)
-        call("srf_mesh_create", *map(ctypes.byref, arrays), ctypes.byref(handle))
-        confidence = mesh.vertex_attributes["confidence"].reshape(-1, 1)
-        call("srf_mesh_set_attribute", handle, 1, b"confidence", ctypes.byref(Array.of(confidence, F32)))
-        call("srf_merger_add_mesh", merger, handle, None, f"scan {i}".encode())
-        call("srf_mesh_free", handle)
-    params = MergeParams()
-    call("srf_merge_params_init_sized", ctypes.byref(params), ctypes.c_size_t(ctypes.sizeof(params)))
-    params.voxel = 0.7
-    call("srf_merger_run", merger, ctypes.byref(params), None, ctypes.byref(merged), None)
-    views = Array(), Array()
-    call("srf_mesh_positions", merged, ctypes.byref(views[0]))
-    call("srf_mesh_triangles", merged, ctypes.byref(views[1]))
-    assert len(result.mesh.triangles) > 1000
-    assert views[0].copy().tobytes() == result.mesh.positions.tobytes()
-    assert views[1].copy().tobytes() == result.mesh.triangles.astype(np.uint32).tobytes()
-    call("srf_mesh_free", merged)
-    call("srf_merger_free", merger)
+    expected = surfrecon.surface_distance(mesh, other)
+    single = {name: np.zeros(1) for name in ("out_reached", "out_bound")}
+    at_vertices = np.zeros(len(mesh.positions))
+    figures = c.mesh_surface_distance(c.mesh(mesh), c.mesh(other), 0, 0, out_distances=at_vertices, **single)
+    same_report(figures, expected, 5)
+    assert (*single["out_reached"], *single["out_bound"]) == (expected["reached"], expected["bound"])
+
+
+def test_files(c, tmp_path):
+    mesh, image = shapes.torus(detail=12), hill("spherical")
+    for ending in "ply", "obj", "stl", "glb":
+        mesh.write(tmp_path / f"python.{ending}")
+        # The name inside is the file's.
+        (tmp_path / ending).mkdir()
+        path = tmp_path / ending / f"python.{ending}"
+        c.mesh_write(c.mesh(mesh), path, None)
+        assert path.read_bytes() == (tmp_path / f"python.{ending}").read_bytes()
+    image.write(tmp_path / "scan.ptx")
+    scans = surfrecon.open(tmp_path / "scan.ptx")
+    paths = (ctypes.c_char_p * 1)(str(tmp_path / "scan.ptx").encode())
+    opened = c.scans_open(paths, 1, None)
+    content, found, _, _ = c.scans_read(opened, 0)
+    assert content == c.constants["SRF_CONTENT_IMAGE"]
+    same_image(c, found, scans[0].read())

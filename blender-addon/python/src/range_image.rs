@@ -457,10 +457,8 @@ impl RangeImage {
     fn triangulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<Mesh> {
         let params: TriangulateParams = params("triangulate", options)?;
         let image = self.image();
-        let made = Watch::new(None).run(py, move |progress| {
-            let surface = triangulate(&image, &params, progress)?;
-            Ok(with_grid(&image, surface))
-        });
+        let made = Watch::new(None)
+            .run(py, move |progress| triangulate(&image, &params, progress)?.into_mesh(&image, progress));
         made.map(Mesh::from)
     }
 
@@ -513,26 +511,6 @@ impl RangeImage {
         let name = if image.name.is_empty() { String::new() } else { format!(" {:?}", image.name) };
         format!("<RangeImage{name} {} x {} pixels, {} valid>", image.rows(), image.cols(), image.valid_count())
     }
-}
-
-fn with_grid(image: &Core, surface: surfrecon::triangulate::RangeSurface) -> surfrecon::TriMesh {
-    use surfrecon::mesh::Attribute;
-    let cols = image.cols();
-    let of_pixels = |f: &dyn Fn(usize) -> usize| surface.pixels.iter().map(|&p| f(p as usize) as i32).collect();
-    let mut attributes = vec![
-        Attribute::i32("range_row", of_pixels(&|p| p / cols)),
-        Attribute::i32("range_col", of_pixels(&|p| p % cols)),
-    ];
-    if let Some(colour) = &image.colour {
-        attributes.push(Attribute::colour("colour", surface.pixels.iter().map(|&p| colour[p as usize]).collect()));
-    }
-    if let Some(intensity) = &image.intensity {
-        attributes.push(Attribute::f32("intensity", surface.pixels.iter().map(|&p| intensity[p as usize]).collect()));
-    }
-    attributes.push(Attribute::f32("confidence", surface.confidence));
-    let mut mesh = surfrecon::TriMesh::new(surface.positions, surface.triangles);
-    mesh.vertex_attributes = attributes;
-    mesh
 }
 
 fn from_values(values: &Bound<'_, PyAny>, projection: Projection, name: Option<String>) -> PyResult<RangeImage> {

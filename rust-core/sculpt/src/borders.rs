@@ -17,8 +17,8 @@
 //! and no other pixel of the border in between.
 
 use super::domain::Domain;
-use super::folds::{Grid, Windowed};
 use super::view::{Site, View};
+use super::windows::{Grid, Windowed};
 
 /// What a patch asks about borders.
 pub(super) trait Border: Sync {

@@ -24,8 +24,12 @@ mod params;
 // What a pixel is, whatever the projection
 mod view;
 
+mod sight;
+
 // 1. where the mesh may be
 mod domain;
+mod windows;
+
 mod folds;
 
 // 2. pixels that must be vertices

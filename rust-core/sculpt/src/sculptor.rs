@@ -4,13 +4,14 @@ use std::borrow::Borrow;
 
 use super::borders::{Border, Fenced, Hugging, Region, Straight};
 use super::domain::Domain;
-use super::folds::Windowed;
 use super::ladder::Ladder;
 use super::mend::{self, Bound};
 use super::pieces::Pieces;
 use super::search::Search;
+use super::sight::{Sight, aspect};
 use super::star::Rules;
-use super::view::{LatticeSite, Sight, View, aspect};
+use super::view::{LatticeSite, View};
+use super::windows::Windowed;
 use super::{SculptParams, SculptReport, Sculpted, Tolerance, certify, finish, polish};
 use base::error::{Error, Result, Shown};
 use base::memory;

@@ -14,7 +14,7 @@
 use glam::{DVec2, DVec3};
 
 use geom::predicates::{orient2d, orient3d};
-use image::range_image::{DepthKind, Projection, RangeImage, Samples, Viewing};
+use image::range_image::{DepthKind, RangeImage};
 
 /// One pixel as the sensor sees it.
 pub(super) trait Site: Copy + Send + Sync {
@@ -176,8 +176,8 @@ impl LatticeSite for FlatSite {
 
 /// Orthographic images.
 pub(super) struct FlatView<'a> {
-    values: &'a [f64],
-    cols: u32,
+    pub values: &'a [f64],
+    pub cols: u32,
 }
 
 impl View for FlatView<'_> {
@@ -200,7 +200,7 @@ pub(super) struct PinholeSite {
     y: f64,
     /// Distance from the image plane through the centre of projection, positive, and its inverse.
     depth: f64,
-    inverse: f64,
+    pub inverse: f64,
     /// Distance along the ray by depth.
     stretch: f64,
 }
@@ -266,11 +266,11 @@ impl LatticeSite for PinholeSite {
 
 /// Pinhole images.
 pub(super) struct PinholeView<'a> {
-    values: &'a [f64],
-    cols: u32,
-    focal: [f64; 2],
-    centre: [f64; 2],
-    depth: DepthKind,
+    pub values: &'a [f64],
+    pub cols: u32,
+    pub focal: [f64; 2],
+    pub centre: [f64; 2],
+    pub depth: DepthKind,
 }
 
 impl View for PinholeView<'_> {
@@ -349,10 +349,10 @@ impl Site for ParallelSite {
 
 /// Point grids seen along parallel rays.
 pub(super) struct ParallelView<'a> {
-    image: &'a RangeImage,
-    right: DVec3,
-    up: DVec3,
-    toward: DVec3,
+    pub image: &'a RangeImage,
+    pub right: DVec3,
+    pub up: DVec3,
+    pub toward: DVec3,
 }
 
 impl View for ParallelView<'_> {
@@ -422,9 +422,9 @@ impl Site for CentralSite {
 
 /// Spherical images and point grids seen from a point.
 pub(super) struct CentralView<'a> {
-    image: &'a RangeImage,
-    eye: DVec3,
-    sign: f64,
+    pub image: &'a RangeImage,
+    pub eye: DVec3,
+    pub sign: f64,
 }
 
 impl View for CentralView<'_> {
@@ -433,69 +433,6 @@ impl View for CentralView<'_> {
     fn site(&self, index: u32) -> CentralSite {
         CentralSite((self.image.point_in_sensor(index as usize) - self.eye) * self.sign)
     }
-}
-
-/// The sight of an image.
-pub(super) enum Sight<'a> {
-    /// Orthographic.
-    Flat(FlatView<'a>),
-    /// Pinhole.
-    Pinhole(PinholeView<'a>),
-    /// Point grid, parallel rays.
-    Parallel(ParallelView<'a>),
-    /// Rays from a point, not on a lattice.
-    Central(CentralView<'a>),
-}
-
-impl<'a> Sight<'a> {
-    /// `mirrored`: triangles that turn like columns toward rows turn clockwise seen from the sensor.
-    pub fn new(image: &'a RangeImage, mirrored: bool) -> Self {
-        let cols = image.cols() as u32;
-        let sign = if mirrored { -1.0 } else { 1.0 };
-        match (image.projection(), image.samples()) {
-            (Projection::Orthographic { .. }, Samples::Values(values)) => Sight::Flat(FlatView { values, cols }),
-            (&Projection::Pinhole { focal, centre, depth }, Samples::Values(values)) => {
-                Sight::Pinhole(PinholeView { values, cols, focal, centre, depth })
-            }
-            (Projection::PointGrid(Viewing::Parallel(direction)), _) => {
-                // Along an axis this is a signed permutation: the points keep every digit.
-                let toward = -direction.normalize();
-                let (right, up) = across(toward);
-                Sight::Parallel(ParallelView { image, right: right * sign, up, toward })
-            }
-            (Projection::PointGrid(Viewing::From(eye)), _) => Sight::Central(CentralView { image, eye: *eye, sign }),
-            _ => Sight::Central(CentralView { image, eye: DVec3::ZERO, sign }),
-        }
-    }
-}
-
-impl Sight<'_> {
-    /// The point on the ray of pixel `index` whose [`Site::value`] is `value`, in the sensor's frame.
-    pub fn point(&self, image: &RangeImage, index: u32, value: f64) -> DVec3 {
-        let sample = image.point_in_sensor(index as usize);
-        match self {
-            Sight::Flat(_) => sample.with_z(value),
-            Sight::Pinhole(view) => sample * (view.site(index).inverse / value),
-            Sight::Parallel(view) => sample + view.toward * (value - view.site(index).height),
-            Sight::Central(view) => view.eye + (sample - view.eye) / value,
-        }
-    }
-}
-
-/// Columns between two rows of a lattice, as far as angles go.
-pub(super) fn aspect(image: &RangeImage) -> f64 {
-    match image.projection() {
-        Projection::Orthographic { step, .. } => (step[1] / step[0]).abs(),
-        Projection::Pinhole { focal, .. } => (focal[0] / focal[1]).abs(),
-        _ => 1.0,
-    }
-}
-
-/// Two directions that make a right-handed frame with `toward`, a unit vector.
-fn across(toward: DVec3) -> (DVec3, DVec3) {
-    let axis = if toward.x.abs() < 0.5 { DVec3::X } else { DVec3::Y };
-    let right = (axis - toward * toward.dot(axis)).normalize();
-    (right, toward.cross(right))
 }
 
 #[cfg(test)]

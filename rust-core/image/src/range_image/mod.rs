@@ -8,6 +8,7 @@
 //! | `normals` | normals from the grid, oriented toward the sensor |
 //! | `curvature` | second difference of the range |
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
+//! | `attributes` | what pixels have besides their samples, as attributes of the vertices they become |
 //! | `noise` | standard deviation of the noise, from the data alone |
 //! | `smooth` | noise taken out along the rays |
 
@@ -22,6 +23,8 @@ pub mod normals;
 pub mod curvature;
 
 pub mod confidence;
+
+mod attributes;
 
 pub mod noise;
 

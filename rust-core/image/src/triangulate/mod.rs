@@ -21,6 +21,7 @@ use base::magnitude;
 use base::memory;
 use base::params::{angle, length};
 use base::progress::Progress;
+use mesh::{Attribute, TriMesh};
 
 /// At the peak; measured.
 const BYTES_A_SAMPLE: f64 = 82.0;
@@ -52,6 +53,22 @@ pub struct RangeSurface {
     pub spacing: f64,
     /// Valid pixels without a triangle.
     pub isolated_pixels: usize,
+}
+
+impl RangeSurface {
+    /// The surface as a mesh, with the vertex attributes `range_row` and `range_col`, the `colour` and `intensity` that the
+    /// image it was made of has, and `confidence`.
+    ///
+    /// # Errors
+    /// [`base::error::Error::Cancelled`].
+    pub fn into_mesh(self, image: &RangeImage, progress: &Progress<'_>) -> Result<TriMesh> {
+        let mut attributes = image.attributes_of(&self.pixels, progress)?;
+        attributes.retain(|attribute| attribute.name != "confidence");
+        attributes.push(Attribute::f32("confidence", self.confidence));
+        let mut mesh = TriMesh::new(self.positions, self.triangles);
+        mesh.vertex_attributes = attributes;
+        Ok(mesh)
+    }
 }
 
 /// Triangulates the pixel grid, leaving out jumps.

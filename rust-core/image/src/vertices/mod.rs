@@ -19,7 +19,7 @@ use base::error::{Error, Result};
 use base::magnitude;
 use base::memory;
 use base::progress::Progress;
-use mesh::{Attribute, TriMesh};
+use mesh::TriMesh;
 
 use crate::range_image::RangeImage;
 use crate::range_image::samples::SampleGrid;
@@ -80,7 +80,7 @@ pub fn to_mesh(image: &RangeImage, faces: bool, progress: &Progress<'_>) -> Resu
         };
         magnitude::points("sample", &positions)?;
         let mut mesh = TriMesh::new(positions, triangles);
-        mesh.vertex_attributes = attributes(image, &pixels, progress)?;
+        mesh.vertex_attributes = image.attributes_of(&pixels, progress)?;
         Ok(mesh)
     })
 }
@@ -90,30 +90,6 @@ fn fits_attributes(rows: usize, cols: usize) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!("{rows} x {cols} pixels: a mesh's rows and columns may be at most {}", i32::MAX)))
-}
-
-fn attributes(image: &RangeImage, pixels: &[u32], progress: &Progress<'_>) -> Result<Vec<Attribute>> {
-    fn of_pixels<T>(pixels: &[u32], progress: &Progress<'_>, entry: impl Fn(usize) -> T) -> Result<Vec<T>> {
-        let mut entries = Vec::with_capacity(pixels.len());
-        for block in progress.blocks(pixels) {
-            entries.extend(block?.iter().map(|&pixel| entry(pixel as usize)));
-        }
-        Ok(entries)
-    }
-    let cols = image.cols();
-    let mut found = vec![
-        Attribute::i32("range_row", of_pixels(pixels, progress, |pixel| (pixel / cols) as i32)?),
-        Attribute::i32("range_col", of_pixels(pixels, progress, |pixel| (pixel % cols) as i32)?),
-    ];
-    if let Some(colour) = &image.colour {
-        found.push(Attribute::colour("colour", of_pixels(pixels, progress, |pixel| colour[pixel])?));
-    }
-    for (name, values) in [("intensity", &image.intensity), ("confidence", &image.confidence)] {
-        if let Some(values) = values {
-            found.push(Attribute::f32(name, of_pixels(pixels, progress, |pixel| values[pixel])?));
-        }
-    }
-    Ok(found)
 }
 
 /// The range image that a host's vertices are, however the user moved them; `world_from_host` places the host's frame in

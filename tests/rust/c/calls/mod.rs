@@ -1,6 +1,7 @@
 //! Every function: once right, once with zeros, with handles that never were, were freed or are of another kind, with wrong
 //! enums, after a cancel, and from eight threads at once.
 
+mod aligning;
 mod files;
 mod frames;
 mod objects;

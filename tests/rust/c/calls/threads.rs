@@ -1,5 +1,6 @@
 //! Cancelling, and eight threads at once.
 
+use super::aligning::*;
 use super::files::*;
 use super::frames::*;
 use super::objects::*;
