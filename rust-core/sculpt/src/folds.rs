@@ -3,7 +3,8 @@
 //!
 //! Nearest first, a triangle stays if it is seen beside all that stay so far. Others near it are found by a grid of windows; the
 //! decision is exact: two triangles are seen beside each other if an edge of one of them has the other one on its outer
-//! side and they touch in pixels that they share at most.
+//! side and they touch in pixels that they share at most. Around a sensor that tells those of one half of space alone: others
+//! are told by a plane between them.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -113,7 +114,7 @@ where
 type Seen<S> = [(u32, S); 3];
 
 /// Whether two triangles have no place in common but that of pixels they share.
-fn are_beside<S: Site>(one: &Seen<S>, other: &Seen<S>) -> bool {
+fn are_beside<S: Windowed>(one: &Seen<S>, other: &Seen<S>) -> bool {
     let mut touching = false;
     for (one, other) in [(one, other), (other, one)] {
         for i in 0..3 {
@@ -128,7 +129,8 @@ fn are_beside<S: Site>(one: &Seen<S>, other: &Seen<S>) -> bool {
             touching = true;
         }
     }
-    touching && !reaches(one, other) && !reaches(other, one)
+    (touching && !reaches(one, other) && !reaches(other, one))
+        || S::on_two_sides(one.each_ref().map(|corner| &corner.1), other.each_ref().map(|corner| &corner.1))
 }
 
 fn shares<S>(triangle: &Seen<S>, pixel: u32) -> bool {

@@ -18,6 +18,11 @@ pub(super) trait Windowed: Site {
 
     /// Rises with the range.
     fn depth(&self) -> f64;
+
+    /// Whether two triangles surely lie on two sides of the sensor.
+    fn on_two_sides(_one: [&Self; 3], _other: [&Self; 3]) -> bool {
+        false
+    }
 }
 
 impl Windowed for ParallelSite {
@@ -63,7 +68,16 @@ impl Windowed for CentralSite {
     fn depth(&self) -> f64 {
         DVec3::length(self.0)
     }
+
+    fn on_two_sides(one: [&Self; 3], other: [&Self; 3]) -> bool {
+        let [one, other] = [one, other].map(|corners| corners.map(|site| site.0.normalize_or_zero()));
+        let between = one.iter().sum::<DVec3>().normalize_or_zero() - other.iter().sum::<DVec3>().normalize_or_zero();
+        one.iter().all(|p| between.dot(*p) > SURELY) && other.iter().all(|p| between.dot(*p) < -SURELY)
+    }
 }
+
+/// Rounding of a dot product of directions is far below this.
+const SURELY: f64 = 1e-9;
 
 fn bounds(values: [f64; 3]) -> (f64, f64) {
     let [a, b, c] = values;

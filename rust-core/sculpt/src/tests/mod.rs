@@ -15,6 +15,7 @@ use mesh::check::check;
 mod bounds;
 mod coverage;
 mod options;
+mod oracle;
 mod refusals;
 mod sameness;
 mod shapes;
