@@ -28,6 +28,7 @@ const UNSAFE_FILES: &[&str] = &[
     "rust-core/tests/import_memory.rs",
     "rust-core/tests/memory.rs",
     "rust-core/tests/refused.rs",
+    "tests/rust/c/calls/aligning.rs",
     "tests/rust/c/calls/files.rs",
     "tests/rust/c/calls/frames.rs",
     "tests/rust/c/calls/mod.rs",

@@ -1,38 +1,5 @@
-//! Any points, from small lattices full of ties and copies to doubles of any size: a manifold surface that accounts for
-//! every point, or an error that says why there is none.
+//! Surfaces of any points.
 
 #![no_main]
 
-use glam::DVec3;
-use libfuzzer_sys::fuzz_target;
-use surfrecon::mesh::check;
-use surfrecon::reconstruct::{Closure, ReconstructParams, Threshold, Topology, run};
-use surfrecon::{Error, PointCloud, Progress};
-
-fuzz_target!(|bytes: &[u8]| {
-    let [kind, options, bytes @ ..] = bytes else { return };
-    let coordinates: Vec<f64> = match kind % 3 {
-        0 => bytes.iter().map(|&b| f64::from(b % 5)).collect(),
-        1 => bytes.chunks_exact(2).map(|b| f64::from(i16::from_le_bytes([b[0], b[1]])) / 10.0).collect(),
-        _ => bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect(),
-    };
-    let positions: Vec<DVec3> = coordinates.as_chunks().0.iter().map(|&p| DVec3::from(p)).collect();
-    let count = positions.len();
-    let params = ReconstructParams {
-        topology: if options & 1 == 0 { Topology::Manifold } else { Topology::Free },
-        threshold: if options & 2 == 0 { Threshold::Local } else { Threshold::Global },
-        closure: [Closure::Auto, Closure::Closed, Closure::Open][usize::from(options >> 2) % 3],
-        factor: 1.0 + f64::from(options >> 4) / 15.0,
-        threads: 1,
-    };
-    match run(&PointCloud { positions, ..PointCloud::default() }, &params, &Progress::none()) {
-        Ok(made) => {
-            made.mesh.validate().expect("a mesh");
-            assert_eq!(made.report.used + made.report.dropped.len(), count, "points lost");
-            let report = check(&made.mesh);
-            assert!(params.topology == Topology::Free || report.is_manifold(), "{report}");
-        }
-        Err(Error::Input(text)) => assert!(text.len() > 20, "{text}"),
-        Err(error) => panic!("{error}"),
-    }
-});
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| surfrecon::reconstruct::fuzzing::points(bytes));

@@ -266,5 +266,7 @@ fn canonical(triangles: &mut [[u32; 3]], progress: &Progress<'_>) -> Result<()> 
     progress.sort(triangles, &Ord::cmp)
 }
 
+#[cfg(any(test, fuzzing))]
+pub mod fuzzing;
 #[cfg(test)]
 mod tests;

@@ -56,7 +56,7 @@ mod window;
 mod damage;
 #[cfg(test)]
 mod faults;
-#[cfg(fuzzing)]
+#[cfg(any(test, fuzzing))]
 pub mod fuzzing;
 
 use std::collections::HashSet;
