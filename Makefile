@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-gui test-windows test-arm64 release release-c check bench fuzz explore wheel extension meshlab-plugin install generate clean distclean
+.PHONY: help demo test test-gui test-windows test-arm64 release release-c check bench fuzz miri explore wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -49,6 +49,9 @@ bench: ## Run this library beside its peers on the same data: out/bench/*.json; 
 
 fuzz: ## Feed each reader damaged files for FUZZ_SECONDS=60
 	@tools/fuzz.sh
+
+miri: ## Watch each access to memory of what holds `unsafe`, in Miri; needs the nightly compiler
+	@tools/miri.sh
 
 explore: ## Run the property tests on inputs that none has seen yet, EXPLORE_ROUNDS=10 times
 	@tools/explore.sh

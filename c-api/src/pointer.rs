@@ -128,3 +128,68 @@ pub fn call_make<H>(
     // caller's own pointer, and room for a handle.
     unsafe { function(user, out_made) }
 }
+
+/// Run by `make miri` alone: tests of the library are others' programs.
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_and_written_wherever_they_lie() {
+        // Odd addresses, and not a byte beyond what was named.
+        let mut bytes = [0xEE_u8; 2 + 3 * 8];
+        let values = [1.5_f64, -2.0, f64::INFINITY];
+        let place = bytes[1..].as_mut_ptr().cast::<f64>();
+        copy_out("out", place, &values).unwrap();
+        assert_eq!((bytes[0], bytes[25]), (0xEE, 0xEE));
+        let place = bytes[1..].as_ptr().cast::<f64>();
+        assert_eq!(numbers("in", place, 3).unwrap(), values);
+        assert_eq!(read("in", place).unwrap(), 1.5);
+        write("out", bytes[2..].as_mut_ptr().cast::<u64>(), u64::MAX).unwrap();
+        assert_eq!(bytes[2..10], [0xFF; 8]);
+        assert_eq!(super::bytes("in", bytes.as_ptr(), 26).unwrap().len(), 26);
+    }
+
+    #[test]
+    fn pointers_and_structs_keep_what_they_point_to() {
+        let (a, b) = (7_u32, 9_u32);
+        let packed: [*const u32; 2] = [&raw const a, &raw const b];
+        let found = pointers("in", packed.as_ptr(), 2).unwrap();
+        // SAFETY: both live here.
+        assert_eq!(found.iter().map(|&p| unsafe { *p }).collect::<Vec<_>>(), [7, 9]);
+        let [first, _] = read_struct(&raw const packed).unwrap();
+        // SAFETY: it lives here.
+        assert_eq!(unsafe { *first }, 7);
+        assert!(read_struct::<[u8; 3]>(std::ptr::null()).is_none());
+    }
+
+    #[test]
+    fn texts_end_at_their_zero() {
+        assert_eq!(text("name", c"Ärger".as_ptr()).unwrap(), "Ärger");
+        assert!(text("name", c"\xFF".as_ptr()).is_err());
+    }
+
+    #[test]
+    fn nothing_is_read_where_nothing_is_named() {
+        let dangling = std::ptr::without_provenance::<f64>(8);
+        assert!(numbers("in", dangling, 0).unwrap().is_empty());
+        copy_out::<f64>("out", std::ptr::without_provenance_mut(8), &[]).unwrap();
+        assert!(bytes("in", std::ptr::null(), 1).is_err() && bytes("in", std::ptr::null(), 0).is_ok());
+        assert!(numbers("in", dangling, usize::MAX).is_err() && bytes("in", dangling.cast(), usize::MAX).is_err());
+        assert!(pointers("in", dangling.cast::<*const u8>(), usize::MAX).is_err());
+        assert!(read::<u8>("in", std::ptr::null()).is_err() && writable::<u8>("out", std::ptr::null_mut()).is_err());
+    }
+
+    #[test]
+    fn functions_of_the_caller_get_their_own_pointer_back() {
+        unsafe extern "C" fn count(_: *const c_char, fraction: f64, _: *const c_char, user: *mut c_void) -> i32 {
+            // SAFETY: the pointer given below.
+            unsafe { *user.cast::<f64>() += fraction };
+            5
+        }
+        let mut sum = 0.25_f64;
+        let user = (&raw mut sum).cast();
+        assert_eq!(call_progress(count, c"stage", 0.5, c"", user), 5);
+        assert_eq!(sum, 0.75);
+    }
+}

@@ -37,6 +37,7 @@ pub enum srf_status {
 use srf_status::*;
 
 /// Why a call failed.
+#[derive(Debug)]
 pub struct Failure {
     /// What the call returns.
     pub status: srf_status,

@@ -25,6 +25,7 @@ const UNSAFE_FILES: &[&str] = &[
     "blender-addon/python/src/arrays.rs",
     "rust-core/allocator/src/lib.rs",
     "rust-core/allocator/src/reserve.rs",
+    "rust-core/allocator/tests/account.rs",
     "rust-core/tests/import_memory.rs",
     "rust-core/tests/memory.rs",
     "rust-core/tests/refused.rs",
