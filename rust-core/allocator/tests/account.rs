@@ -1,6 +1,6 @@
 //! What callers of the allocator may do, with a system that has memory and with one that has none. `make miri` looks at each
 //! access.
-#![allow(unsafe_code)]
+#![allow(unsafe_code, clippy::unwrap_used)]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
