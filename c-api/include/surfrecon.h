@@ -502,12 +502,12 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // How many of the anchors there are, up to 64; with 0, the default, vertices are taken to lie in the sensor's frame.
+  // How many of the anchors there are, up to 256; with 0, the default, vertices are taken to lie in the sensor's frame.
   uint32_t anchor_count;
   // How pixels see.
   srf_projection projection;
   // Vertices far from each other.
-  srf_anchor anchors[64];
+  srf_anchor anchors[256];
   // Rows of the grid.
   uint64_t rows;
   // Its columns.

@@ -38,12 +38,12 @@ pub struct srf_anchor {
 pub struct srf_grid_camera {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// How many of the anchors there are, up to 64; with 0, the default, vertices are taken to lie in the sensor's frame.
+    /// How many of the anchors there are, up to 256; with 0, the default, vertices are taken to lie in the sensor's frame.
     pub anchor_count: u32,
     /// How pixels see.
     pub projection: srf_projection,
     /// Vertices far from each other.
-    pub anchors: [srf_anchor; 64],
+    pub anchors: [srf_anchor; 256],
     /// Rows of the grid.
     pub rows: u64,
     /// Its columns.
@@ -51,7 +51,7 @@ pub struct srf_grid_camera {
 }
 
 // cbindgen and what reads headers know numbers only.
-const _: () = assert!(MOST_ANCHORS == 64);
+const _: () = assert!(MOST_ANCHORS == 256);
 
 impl srf_grid_camera {
     fn unset() -> Self {

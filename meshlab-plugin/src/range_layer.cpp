@@ -179,9 +179,14 @@ surfrecon::Image range_image(const MeshModel &layer, Frame frame)
     const Grid found = grid(layer);
     const surfrecon::Pose pose = frame == Frame::world ? placement(layer) : surfrecon::Pose();
     if (found.camera != nullptr) {
-        surfrecon::Image image = image_of(layer, found, *found.camera, pose);
-        // Points lie on rays of any kind only if they are where they are thought to be.
-        if (!is_points(image.projection()) || !lost_anchors(found, *found.camera)) return image;
+        const bool lost = lost_anchors(found, *found.camera);
+        try {
+            surfrecon::Image image = image_of(layer, found, *found.camera, pose);
+            // Points lie on rays of any kind only if they are where they are thought to be.
+            if (!lost || !is_points(image.projection())) return image;
+        } catch (const MLException &) {
+            if (!lost) throw;
+        }
     }
     return image_of(layer, found, facing(layer, found), pose);
 }

@@ -113,12 +113,12 @@ def test_what_was_edited_or_stretched_is_a_grid_of_points(image):
 def test_a_host_stores_the_camera_and_has_its_own_unit(image):
     camera = image.grid_camera()
     assert (camera.rows, camera.cols) == (ROWS, COLS) and camera.projection == image.projection
-    assert camera.anchors.shape == (64, 5) and camera.anchors.dtype == np.float64
+    assert camera.anchors.shape == (256, 5) and camera.anchors.dtype == np.float64
     row, col = camera.anchors[:, :2].astype(int).T
     assert np.allclose(image.points[row, col], camera.anchors[:, 2:], atol=1e-12)
     stored = surfrecon.GridCamera(camera.rows, camera.cols, camera.projection, camera.anchors.tolist())
     assert (stored.anchors == camera.anchors).all() and stored.projection == camera.projection
-    assert repr(stored) == "<GridCamera 40 x 50 pixels, 64 anchors>"
+    assert repr(stored) == "<GridCamera 40 x 50 pixels, 256 anchors>"
     mesh = image.to_mesh()
     larger = stored.scaled(1000)
     assert np.allclose(larger.anchors[:, 2:], 1000 * camera.anchors[:, 2:])
@@ -170,7 +170,7 @@ def test_a_camera_that_cannot_be_is_refused():
         ((1, 1, {"kind": "orthographic", "first": (0, 0)}), 'projection lacks "step"'),
         ((1, 1, projection, anchors + 1), "anchor 0 is pixel"),
         ((1, 1, projection, anchors + 0.5), "must be whole numbers"),
-        ((1, 1, projection, np.zeros((65, 5))), "at most 64 anchors"),
+        ((1, 1, projection, np.zeros((257, 5))), "at most 256 anchors"),
         ((1, 1, projection, anchors[:, :4]), "anchors must have shape"),
     ):
         with pytest.raises(surfrecon.InputError, match=words):

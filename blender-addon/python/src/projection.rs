@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use surfrecon::range_image::{DepthKind, Projection, Viewing};
 
 use crate::arrays;
-use crate::errors::{input_error, reworded};
+use crate::errors::input_error;
 
 /// "parallel" with a direction, or "from" an origin; along -z without either.
 ///
@@ -13,9 +13,12 @@ use crate::errors::{input_error, reworded};
 /// `InputError` for anything else.
 pub fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
-    let (kind, vector) = value.extract::<(String, Bound<'_, PyAny>)>().map_err(|error| {
-        reworded(error, || input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()))
-    })?;
+    // A list, too: what was kept as JSON has no tuples.
+    let pair =
+        value.extract::<Vec<Bound<'_, PyAny>>>().ok().and_then(|pair| <[Bound<'_, PyAny>; 2]>::try_from(pair).ok());
+    let Some((Ok(kind), vector)) = pair.map(|[kind, vector]| (kind.extract::<String>(), vector)) else {
+        return Err(input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()));
+    };
     match kind.as_str() {
         "parallel" => Ok(Viewing::Parallel(arrays::vector(&vector, "the viewing direction")?)),
         "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),

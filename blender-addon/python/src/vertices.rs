@@ -19,7 +19,7 @@ use crate::projection;
 /// Args:
 ///     rows, cols: size of the grid.
 ///     projection: a dict as ``RangeImage.projection``.
-///     anchors: (k, 5) real numbers, k at most 64: row, column, and x, y, z in the sensor's frame. ``None``: vertices are
+///     anchors: (k, 5) real numbers, k at most 256: row, column, and x, y, z in the sensor's frame. ``None``: vertices are
 ///         taken to lie in the sensor's frame.
 ///
 /// Raises:
@@ -84,6 +84,15 @@ impl GridCamera {
     ///     InputError: a scale that is not above 0, or with which lengths become too large or too small.
     fn scaled(&self, scale: f64) -> PyResult<Self> {
         Ok(self.camera.scaled(scale).map_err(|e| to_python(&e))?.into())
+    }
+
+    /// What a copy, or one unpickled, is made of.
+    fn __getnewargs__<'py>(&self, py: Python<'py>) -> PyResult<(usize, usize, Bound<'py, PyDict>, Bound<'py, PyAny>)> {
+        Ok((self.camera.rows, self.camera.cols, self.projection(py)?, self.anchors(py)?))
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.camera == other.camera
     }
 
     fn __repr__(&self) -> String {

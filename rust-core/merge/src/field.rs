@@ -315,7 +315,7 @@ fn vertex(
         }
     }
     // Where another surface speaks of one of the edge's nodes, their means are of two surfaces.
-    let zero = if is_thin { (along_line / total).clamp(INSET, 1.0 - INSET) } else { zero };
+    let zero = if is_thin && total > 0.0 { (along_line / total).clamp(INSET, 1.0 - INSET) } else { zero };
     let certainty = if total > 0.0 { ((certain / total - CERTAIN) / (1.0 - CERTAIN)).clamp(0.0, 1.0) } else { 0.0 };
     // Of certainty 1 to the bit.
     let place = if certainty == 1.0 { place } else { zero + certainty * (place - zero) };

@@ -471,3 +471,28 @@ fn large_triangles_are_cancelled_between_rows() {
         assert!(matches!(outcome, Err(Error::Cancelled)), "{checks}");
     }
 }
+
+/// Whatever side of its plane a vertex lies on, by however little: no vertex of the result is a quotient of nothing.
+#[test]
+fn a_floor_in_a_plane_of_the_grid_has_places() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for _ in 0..20 {
+        let positions: Vec<DVec3> = (0..2000)
+            .map(|i| {
+                let (x, y) = (0.025 * f64::from(i % 50 - 25), 0.025 * f64::from(i / 50 - 20));
+                let height = 10_f64.powf(-8.5 + 2.5 * random()) * if random() < 0.5 { -1.0 } else { 1.0 };
+                DVec3::new(x + 0.01 * (random() - 0.5), y + 0.01 * (random() - 0.5), height)
+            })
+            .collect();
+        let corner = |i: u32| [[i, i + 1, i + 50], [i + 1, i + 51, i + 50]];
+        let triangles = (0..39_u32).flat_map(|row| (0..49).flat_map(move |col| corner(50 * row + col))).collect();
+        let mesh = TriMesh::new(positions, triangles);
+        let params = MergeParams { min_component_share: 0.0, ..MergeParams::default() };
+        let merged = merge_mesh(&mesh, &params);
+        assert!(merged.mesh.positions.iter().all(|p| p.is_finite()));
+    }
+}

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal, Self, TypeAlias, final, overload
+from typing import Any, ClassVar, Literal, Self, TypeAlias, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -227,6 +227,9 @@ class GridCamera:
     @property
     def anchors(self) -> NDArray[np.float64]: ...
     def scaled(self, scale: float) -> GridCamera: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __getnewargs__(self) -> tuple[int, int, dict[str, Any], NDArray[np.float64]]: ...
+    __hash__: ClassVar[None]  # type: ignore[assignment]
 
 @final
 class RangeImage:

@@ -10,10 +10,10 @@ use crate::range_image::{Projection, RangeImage, Viewing};
 
 /// Most anchors of an image: so many that a good part of them is left wherever a user deletes, few enough to be kept with
 /// any object.
-pub const MOST_ANCHORS: usize = 64;
+pub const MOST_ANCHORS: usize = 256;
 
 /// Vertices among which anchors are chosen: looking at each of millions would find none that tell more.
-const CANDIDATES: usize = 1 << 16;
+const CANDIDATES: usize = 1 << 14;
 
 /// Where a vertex was: by it a motion of all vertices is recognized.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -99,15 +99,16 @@ fn fits_attributes(rows: usize, cols: usize) -> Result<()> {
 /// precision, and each lies on its pixel's ray, the projection stays of its kind: its parameters are scaled and mirrored and the
 /// pose is rigid. Where they were stretched or sheared, or some edited one by one, it becomes a grid of points in single
 /// precision, seen from where it was. In either case each sample lies in the world where its vertex does, to single
-/// precision. Where so few anchors are left, or all in one line, that they fix no turn, the vertices are taken to lie where they
-/// were or where `world_from_host` takes them, if the anchors do; else for edited.
+/// precision. Where so few anchors are left, or all in one line, that they fix no turn, they must lie where they were or where
+/// `world_from_host` takes them. Where none is left the vertices are taken to lie where they were, which rays must confirm if there are any. Of anchors in one plane a mirror across
+/// it can't be told from a turn: it is taken for the turn.
 ///
 /// Cost: O(pixels), one thread; 28 bytes a pixel at most.
 ///
 /// # Errors
 /// [`Error::Input`]: arrays of different lengths, a pixel outside of the grid or there twice, positions that are not finite,
-/// vertices that are flattened, a confidence below 0, a grid far too large for its vertices; [`Error::OutOfMemory`];
-/// [`Error::Cancelled`].
+/// vertices that are flattened, moved ones of which too few anchors are left, a confidence below 0, a grid far too large for
+/// its vertices; [`Error::OutOfMemory`]; [`Error::Cancelled`].
 ///
 /// Sources: the motion in closed form: \[Horn87\].
 pub fn from_vertices(
@@ -140,6 +141,7 @@ pub fn from_vertices(
             positions: vertices.positions,
             motion: motion::recognized(&pairs, farthest, &world_from_host)?,
             world_from_host,
+            is_blind: pairs.is_empty() && !camera.anchors.is_empty() && !pixels.is_empty(),
         };
         let mut image = placing.image(progress)?;
         image.colour = spread(&image, vertices.colour, &pixels, progress)?;

@@ -1,7 +1,7 @@
 //! How a host's vertices were moved, told by anchors: where some of them were, and where they are.
 //!
 //! 1. nowhere, if most lie where they were
-//! 2. where they lie in a point or on a line, which leaves turns open: as the host's own matrix says, if that takes them there
+//! 2. where they lie in a point or on a line, which leaves turns open: as the host's own matrix says, which must take them there
 //! 3. moved, turned, scaled and mirrored all alike: Horn's closed form \[Horn87\], on mirrored points, too
 //! 4. stretched or sheared all alike
 //! 5. as 3, and some of them edited one by one: as at least half of them were moved
@@ -58,20 +58,41 @@ pub(super) fn recognized(all: &[[DVec3; 2]], farthest: f64, world_from_host: &DA
     }
     pairs.refuse_a_single_place()?;
     if !pairs.fix_turns() {
-        let told = pairs.fitting(all, world_from_host) == all.len();
-        return Ok(if told { pairs.known(*world_from_host) } else { pairs.guessed(shift(all)) });
+        if pairs.fitting(all, world_from_host) == all.len() {
+            return Ok(pairs.known(*world_from_host));
+        }
+        return Err(nothing_tells(all.len()));
     }
     let nearest = similarity(all);
     if let Some(motion) = nearest.filter(|motion| pairs.fitting(all, motion) == all.len()) {
         return Ok(pairs.known(motion));
     }
     if let Some(motion) = stretch(all, from).filter(|motion| pairs.fitting(all, motion) == all.len()) {
+        if !spans(motion.matrix3) {
+            return Err(Error::input(
+                "all vertices lie in one plane: they were scaled by 0 in one direction, and nothing tells from where they were \
+                 seen; undo it",
+            ));
+        }
         return Ok(pairs.known(motion));
     }
     if let Some(motion) = pairs.of_most() {
         return Ok(pairs.known(motion));
     }
     Ok(pairs.guessed(nearest.unwrap_or_else(|| shift(all))))
+}
+
+/// Why vertices can't be placed of which so few anchors are left.
+pub(super) fn nothing_tells(anchors: usize) -> Error {
+    let left = match anchors {
+        0 => "none of those whose places were known is left".to_owned(),
+        1 => "only 1 of those whose places were known is left".to_owned(),
+        count => format!("only {count} of those whose places were known are left, all on one line"),
+    };
+    Error::input(format!(
+        "the vertices were moved or edited, and {left}: nothing tells from where they were seen; delete fewer of them, or move \
+         the whole object instead of its vertices"
+    ))
 }
 
 impl Pairs<'_> {
@@ -175,7 +196,7 @@ fn similarity(pairs: &[[DVec3; 2]]) -> Option<DAffine3> {
     }
 }
 
-/// The affine transform with the least squares of distances, of points that span space both before and after.
+/// The affine transform with the least squares of distances, of points that spanned space.
 fn stretch(pairs: &[[DVec3; 2]], largest: f64) -> Option<DAffine3> {
     if pairs.len() < OF_STRETCH {
         return None;
@@ -189,13 +210,15 @@ fn stretch(pairs: &[[DVec3; 2]], largest: f64) -> Option<DAffine3> {
         squares += outer(before, before);
         products += outer(pair[1] - to, before);
     }
-    let trace = squares.x_axis.x + squares.y_axis.y + squares.z_axis.z;
-    // Squared, relative: what is flatter than this fixes no third direction in single precision.
-    let spans = |axes: DMat3, size: f64| axes.determinant().abs() > 1e-9 * size * size * size;
-    if !spans(squares, trace) {
+    if !spans(squares) {
         return None;
     }
     let axes = products * squares.inverse() * largest.recip();
+    Some(DAffine3 { matrix3: axes, translation: to - axes * from })
+}
+
+/// Whether axes span space: what is flatter than this fixes no third direction in single precision.
+fn spans(axes: DMat3) -> bool {
     let longest = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length).into_iter().fold(0.0, f64::max);
-    spans(axes, longest).then(|| DAffine3 { matrix3: axes, translation: to - axes * from })
+    axes.determinant().abs() > 1e-9 * longest.powi(3)
 }

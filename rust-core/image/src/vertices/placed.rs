@@ -30,6 +30,8 @@ pub(super) struct Placing<'a> {
     pub positions: &'a [DVec3],
     pub world_from_host: DAffine3,
     pub motion: Motion,
+    /// Whether no anchor is left that could tell a motion: only rays do, where an image has them.
+    pub is_blind: bool,
 }
 
 /// A transform as a pose and what remains to be done before it, in the sensor's frame.
@@ -55,6 +57,9 @@ impl Placing<'_> {
             && let Some(image) = self.along_rays(&cut.pose, &scaled(self.projection, scale), progress)?
         {
             return Ok(image);
+        }
+        if self.is_blind && !matches!(self.projection, Projection::PointGrid(_)) {
+            return Err(motion::nothing_tells(0));
         }
         self.as_points(&cut, progress)
     }

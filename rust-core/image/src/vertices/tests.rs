@@ -239,7 +239,7 @@ fn edited_and_stretched_vertices_are_a_grid_of_points() {
     }
 }
 
-/// Vertices in a line or a point fix no turn: they are taken to lie where they were, or where the matrix takes them.
+/// Vertices in a line or a point fix no turn: they lie where they were, or where the matrix takes them, or are refused.
 #[test]
 fn too_few_anchors_are_helped_by_the_matrix() {
     let moved = similarity(DVec3::new(0.4, -1.0, 0.2), DVec3::new(1.0, 2.0, 3.0), 1.7, false);
@@ -255,9 +255,8 @@ fn too_few_anchors_are_helped_by_the_matrix() {
         host.is_where_it_was(&back, &moved, 1e-5);
         let baked = Host::of(&image, &moved, keep);
         assert_eq!(discriminant(baked.image(&of, moved).unwrap().projection()), kind);
-        let elsewhere = baked.image(&of, DAffine3::IDENTITY).unwrap();
-        assert!(matches!(elsewhere.projection(), Projection::PointGrid(_)));
-        baked.is_where_it_was(&elsewhere, &DAffine3::IDENTITY, 1e-5);
+        let text = baked.image(&of, DAffine3::IDENTITY).unwrap_err().to_string();
+        assert!(text.contains("nothing tells from where they were seen"), "{text}");
     }
 }
 
@@ -271,6 +270,22 @@ fn anchors_of(image: &RangeImage, host: &Host) -> Vec<Anchor> {
 fn without_anchors_vertices_lie_where_they_were() {
     let moved = similarity(DVec3::new(0.4, -1.0, 0.2), DVec3::new(1.0, 2.0, 3.0), 0.1, true);
     for image in images() {
+        // Of a camera whose anchors were all deleted, too, but what rays contradict was moved.
+        let mut known = camera(&image);
+        known.anchors.truncate(64);
+        let valid: Vec<usize> = (0..image.len()).filter(|&pixel| image.is_valid(pixel)).collect();
+        let is_left = |i: usize| !known.anchors.iter().any(|a| a.row * COLS + a.col == valid[i]);
+        let [host, baked] = [DAffine3::IDENTITY, moved].map(|motion| Host::of(&image, &motion, is_left));
+        if !host.row.is_empty() {
+            host.is_where_it_was(&host.image(&known, moved).unwrap(), &moved, 1e-5);
+            let found = baked.image(&known, DAffine3::IDENTITY);
+            assert_eq!(
+                found.is_err(),
+                !matches!(image.projection(), Projection::PointGrid(_)),
+                "{:?}",
+                image.projection()
+            );
+        }
         let bare = GridCamera { anchors: Vec::new(), ..camera(&image) };
         let host = Host::of(&image, &DAffine3::IDENTITY, |_| true);
         let back = host.image(&bare, moved).unwrap();
@@ -290,7 +305,7 @@ fn anchors_spread_over_the_image() {
     assert_eq!(chosen.len(), MOST_ANCHORS);
     for (i, a) in chosen.iter().enumerate() {
         let nearest = chosen[..i].iter().map(|b| a.point.distance(b.point)).fold(f64::INFINITY, f64::min);
-        assert!(nearest > 40.0, "{nearest}");
+        assert!(nearest > 20.0, "{nearest}");
     }
     let moved = similarity(DVec3::new(0.4, -1.0, 0.2), DVec3::new(1.0, 2.0, 3.0), 1.7, false);
     let small = render(ROWS, COLS, projection, plane(DVec3::ZERO, DVec3::Z));
@@ -344,7 +359,7 @@ fn what_is_no_range_image_is_refused_by_name() {
     anchors[3].row = 15;
     refused(host(), &GridCamera { anchors, ..known.clone() }, still, "anchor 3 is pixel (15,");
     let anchors = [known.anchors.clone(), known.anchors.clone()].concat();
-    refused(host(), &GridCamera { anchors, ..known.clone() }, still, "at most 64 anchors, got 128");
+    refused(host(), &GridCamera { anchors, ..known.clone() }, still, "at most 256 anchors, got");
     let host = host();
     let wrong = Vertices {
         row: &host.row,

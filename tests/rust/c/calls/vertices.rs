@@ -7,8 +7,8 @@ mod field {
     pub const KIND: usize = 0;
     pub const STEP: usize = 3;
     pub const POINT: usize = 7;
-    pub const ROWS: usize = 325;
-    pub const COLS: usize = 326;
+    pub const ROWS: usize = 1285;
+    pub const COLS: usize = 1286;
 }
 
 const STILL: [f64; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -105,7 +105,7 @@ fn content(image: Handle) -> (Vec<f64>, Projection) {
 pub(super) fn vertices_of_an_image_and_back() {
     let (api, image) = (api(), height_map());
     let camera = camera_of(image);
-    assert_eq!((camera.size as usize, camera.second), (size_of::<GridCamera>(), 64));
+    assert_eq!((camera.size as usize, camera.second), (size_of::<GridCamera>(), 179));
     assert_eq!((camera.numbers[field::ROWS], camera.numbers[field::COLS], camera.numbers[field::KIND]), (12, 15, 1));
     let given = Given::of(image, 1);
     assert_eq!((given.positions.count, given.row.count, given.row.kind), (179, 179, I32));
@@ -188,7 +188,13 @@ pub(super) fn what_is_no_range_image_is_refused() {
     let flat = std::array::from_fn(|i| if i == 5 { 0.0 } else { STILL[i] });
     refused(&given, &camera, &flat, INPUT, "flattens");
     refused(&given, &GridCamera::ZERO, &STILL, STRUCT_SIZE, "camera.struct_size is 0");
-    refused(&given, &GridCamera { second: 65, ..camera }, &STILL, PARAMETER, "camera.anchor_count must be at most 64");
+    refused(
+        &given,
+        &GridCamera { second: 257, ..camera },
+        &STILL,
+        PARAMETER,
+        "camera.anchor_count must be at most 256",
+    );
     let mut other = camera;
     other.numbers[field::KIND] = 9;
     refused(&given, &other, &STILL, PARAMETER, "projection.kind must be a value of srf_projection_kind");
