@@ -22,9 +22,6 @@ ANCHORS = "range_anchors"
 # Custom properties can be changed by anyone: no grid is larger.
 MOST_PIXELS = 2**28
 
-# What pixels see by of which nothing else is known.
-UNKNOWN = {"kind": "points", "viewing": ("parallel", (0.0, 0.0, -1.0))}
-
 
 def is_range_image(obj):
     """Whether the object says of itself that it is a range image."""
@@ -67,15 +64,13 @@ def scale_range_image(obj, scale):
 def camera_of(obj):
     """The `surfrecon.GridCamera` that an object's custom properties say; refuses what can't be one."""
     rows, columns = obj[ROWS], obj[COLUMNS]
-    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS):
+    if not (isinstance(rows, int) and isinstance(columns, int) and 0 < rows * columns <= MOST_PIXELS and rows > 0):
         raise Refused(
             f'"{obj.name}" says it has {rows} x {columns} pixels, which can\'t be:'
             f" correct its custom properties {ROWS} and {COLUMNS}, or delete them"
         )
     try:
-        projection = UNKNOWN
-        if PROJECTION in obj and PARAMETERS in obj:
-            projection = {"kind": obj[PROJECTION], **obj[PARAMETERS].to_dict()}
+        projection = {**obj[PARAMETERS].to_dict(), "kind": obj[PROJECTION]}
         if "vector" in projection:
             projection["viewing"] = projection["viewing"], projection.pop("vector")
         anchors = np.array(obj[ANCHORS], np.float64).reshape(-1, 5) if ANCHORS in obj else None
@@ -98,7 +93,7 @@ def scan_of_object(obj, depsgraph):
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
     with convert.Placed(obj, depsgraph) as mesh:
         if mesh is None or len(mesh.vertices) == 0:
-            raise Refused(f'"{obj.name}" has no vertices')
+            raise Refused(f'"{obj.name}" has no vertices: deselect it, or look at its modifiers')
         seen = seen_by(obj, mesh) if is_range_image(obj) else None
         if seen is None and len(mesh.polygons) == 0:
             raise Refused(

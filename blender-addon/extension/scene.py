@@ -42,7 +42,8 @@ def scan_behind(obj):
     """
     if obj is None or scan_objects.is_range_image(obj):
         return obj
-    source = bpy.data.objects.get(obj.get(SCANS, ""))
+    name = obj.get(SCANS)
+    source = bpy.data.objects.get(name) if isinstance(name, str) else None
     return source if source is not None and scan_objects.is_range_image(source) else None
 
 

@@ -79,7 +79,9 @@ def refuse_flattened(obj, matrix):
     """Refuses a matrix that leaves nothing of a shape."""
     sizes = np.linalg.svd(matrix[:3, :3])[1]
     if sizes[-1] <= FLAT * sizes[0]:
-        raise Refused(f'"{obj.name}" is flattened by a scale of 0')
+        raise Refused(
+            f'"{obj.name}" is flattened by a scale of 0: set another one under Item > Transform, or its parent\'s'
+        )
 
 
 def refuse_not_finite(obj, points):

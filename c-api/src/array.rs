@@ -105,6 +105,11 @@ impl<'a> Borrowed<'a> {
         Self::take(name, array, components, None)
     }
 
+    /// Number of elements.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// Takes an image of elements of `components` numbers.
     pub fn image(name: &'a str, array: *const srf_array, components: u32, rows: Rows) -> Result<Self, Failure> {
         Self::take(name, array, components, Some(rows))

@@ -201,8 +201,11 @@ pub unsafe extern "C" fn srf_image_from_vertices(
         let camera = read(camera)?;
         let name = if name.is_null() { String::new() } else { pointer::text("name", name)?.to_owned() };
         let world_from_host = pose::read("world_from_host", world_from_host)?;
-        let (row, col) = (Borrowed::new("row", row, 1)?.places()?, Borrowed::new("col", col, 1)?.places()?);
-        let positions = Borrowed::new("positions", positions, 3)?.points()?;
+        let (row, col) = (Borrowed::new("row", row, 1)?, Borrowed::new("col", col, 1)?);
+        let positions = Borrowed::new("positions", positions, 3)?;
+        // Before any of them is read: a wrong count reads what is not there.
+        vertices::of_one_length(positions.count(), &[("rows", row.count()), ("columns", col.count())])?;
+        let (row, col, positions) = (row.places()?, col.places()?, positions.points()?);
         let colour = Borrowed::optional("colours", colours, 4)?.map(|a| a.colours()).transpose()?;
         let intensity = Borrowed::optional("intensities", intensities, 1)?.map(|a| a.values_f32()).transpose()?;
         let confidence = Borrowed::optional("confidences", confidences, 1)?.map(|a| a.values_f32()).transpose()?;

@@ -1,5 +1,9 @@
 """A range image as vertices that a host keeps, and back."""
 
+import copy
+import json
+import pickle
+
 import numpy as np
 import pytest
 import surfrecon
@@ -125,15 +129,39 @@ def test_a_host_stores_the_camera_and_has_its_own_unit(image):
     again = back(larger, mesh, (1000 * mesh.positions).astype(np.float32))
     assert again.projection == larger.projection and (again.world_from_sensor == np.eye(4)).all()
     # Lists, as what hosts store often comes back as.
-    listed = {k: list(v) if k in ("first", "step", "focal", "centre") else v for k, v in camera.projection.items()}
-    assert surfrecon.GridCamera(ROWS, COLS, listed).projection == camera.projection
-    assert surfrecon.GridCamera(ROWS, COLS, listed).anchors.shape == (0, 5)
+    listed = surfrecon.GridCamera(ROWS, COLS, json.loads(json.dumps(camera.projection)))
+    assert listed.projection == camera.projection and listed.anchors.shape == (0, 5)
+    assert listed != camera == pickle.loads(pickle.dumps(camera)) == copy.deepcopy(camera)
 
 
 def test_without_anchors_vertices_lie_in_the_sensor_s_frame(image):
     bare = surfrecon.GridCamera(ROWS, COLS, image.projection)
     again = back(bare, image.to_mesh(), world_from_host=similarity(0.3, True))
     assert again.projection["kind"] == image.projection["kind"]
+
+
+def test_moved_vertices_of_which_too_few_are_known_are_refused(image):
+    """A guess would be seen from a wrong place, and its surface turned inside out."""
+    camera, mesh = image.grid_camera(), image.to_mesh()
+    known = {(int(row), int(col)) for row, col in camera.anchors[:2, :2]}
+    row, col = (mesh.vertex_attributes[name] for name in ("range_row", "range_col"))
+    few = np.array([(r, c) in known for r, c in zip(row, col, strict=True)])
+    positions = moved(mesh.positions, similarity()).astype(np.float32)
+    with pytest.raises(surfrecon.InputError, match="only 2 of those .* nothing tells from where they were seen"):
+        back(camera, mesh, positions, kept=few)
+    # Where they were, or where the matrix takes them, all is known.
+    assert back(camera, mesh, kept=few, world_from_host=similarity()).projection["kind"] == image.projection["kind"]
+    assert back(camera, mesh, positions, kept=few, world_from_host=similarity()).valid.sum() == 2
+
+
+def test_an_edit_stays_however_far_off_another_lies():
+    image = made("planar")
+    camera, mesh = image.grid_camera(), image.to_mesh()
+    edited = mesh.positions.copy()
+    edited[3::7] += (0.02, 0.02, 0)
+    edited[0] *= 1e4
+    again = back(camera, mesh, edited)
+    assert np.allclose(again.world_points()[again.valid], edited, rtol=1e-6, atol=1e-6)
 
 
 def test_what_is_no_range_image_is_refused():
@@ -152,8 +180,9 @@ def test_what_is_no_range_image_is_refused():
     refused("vertex 4", positions=infinite)
     refused("row must have shape", row=row[:-1])
     refused("flattens", world_from_host=np.diag([1.0, 0, 1, 1]))
+    refused("in one plane", positions=mesh.positions * (1, 1, 0))
     refused("in one place", positions=np.ones_like(mesh.positions))
-    refused("confidence is -1", confidence=np.full(len(row), -1.0))
+    refused("^pixel .*confidence is -1", confidence=np.full(len(row), -1.0))
     refused("1048576 x 1048576", camera=surfrecon.GridCamera(2**20, 2**20, image.projection))
     with pytest.raises(TypeError):
         surfrecon.RangeImage.from_vertices(camera, row.astype(float), col, mesh.positions)

@@ -78,8 +78,22 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
             raise Refused(f'"{obj.name}" is no longer one vertex a pixel: export it as a mesh')
         pose = np.array(image.world_from_sensor)
         for collection in obj.users_collection:
-            pose[:3, 3] += np.array(collection.get("world_origin", (0.0, 0.0, 0.0)))
+            pose[:3, 3] += origin_of(collection)
         image.world_from_sensor = pose
         if self.scale != 1.0:
             image = image.transformed(surfrecon.Similarity(np.diag([self.scale, self.scale, self.scale, 1.0])))
         return image
+
+
+def origin_of(collection):
+    """Where importing moved the scans of a collection from."""
+    try:
+        origin = np.array(collection.get("world_origin", (0.0, 0.0, 0.0)), np.float64)
+    except (TypeError, ValueError):
+        origin = None
+    if origin is None or origin.shape != (3,) or not np.isfinite(origin).all():
+        raise Refused(
+            f'The collection "{collection.name}" has a world_origin that is no place:'
+            " set its custom property to three numbers, or delete it"
+        )
+    return origin

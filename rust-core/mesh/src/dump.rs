@@ -36,7 +36,10 @@ pub fn stage(name: &str, make: impl FnOnce() -> Stage) -> Result<()> {
     let Some(folder) = std::env::var_os(VARIABLE).filter(|folder| !folder.is_empty()) else { return Ok(()) };
     let path = next(Path::new(&folder), name);
     write(&path, &make()).map_err(|error| {
-        Error::input(format!("{VARIABLE}: {} can't be written ({error}): name a folder that is there", path.display()))
+        Error::input(format!(
+            "{VARIABLE}: {} can't be written ({error}): name a folder that is there and has room",
+            path.display()
+        ))
     })
 }
 

@@ -330,9 +330,10 @@ impl RangeImage {
                 (0..self.len()).find(|&i| self.is_valid(i) && !(confidence[i] >= 0.0 && confidence[i].is_finite()));
             if let Some(i) = bad {
                 let (row, col) = (i / self.cols, i % self.cols);
+                let name = if self.name.is_empty() { String::new() } else { format!("{}: ", self.name) };
                 return Err(Error::input(format!(
-                    "{}: pixel ({row}, {col}): the confidence is {}, but must be a finite number >= 0",
-                    self.name, confidence[i]
+                    "{name}pixel ({row}, {col}): the confidence is {}, but must be a finite number >= 0",
+                    confidence[i]
                 )));
             }
         }

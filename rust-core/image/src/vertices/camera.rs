@@ -46,15 +46,17 @@ impl GridCamera {
     /// # Errors
     /// A coordinate larger than [`magnitude::LARGEST`]; [`Error::Cancelled`].
     pub fn of(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
-        let candidates = candidates(image, progress)?;
-        let points: Vec<DVec3> = candidates.iter().map(|anchor| anchor.point).collect();
-        magnitude::points("sample", &points)?;
-        let chosen = spread(&points, progress)?;
-        Ok(GridCamera {
-            rows: image.rows(),
-            cols: image.cols(),
-            projection: *image.projection(),
-            anchors: chosen.into_iter().map(|i| candidates[i]).collect(),
+        progress.watch(|| {
+            let candidates = candidates(image, progress)?;
+            let points: Vec<DVec3> = candidates.iter().map(|anchor| anchor.point).collect();
+            magnitude::points("sample", &points)?;
+            let chosen = spread(&points, progress)?;
+            Ok(GridCamera {
+                rows: image.rows(),
+                cols: image.cols(),
+                projection: *image.projection(),
+                anchors: chosen.into_iter().map(|i| candidates[i]).collect(),
+            })
         })
     }
 

@@ -123,7 +123,7 @@ pub fn from_vertices(
         for column in [world_from_host.x_axis, world_from_host.y_axis, world_from_host.z_axis, world_from_host.w_axis] {
             magnitude::place("each column of world_from_host", column)?;
         }
-        let farthest = farthest(vertices.positions, progress)?;
+        are_places(vertices.positions, progress)?;
         let (pixels, vertex_of) = grid(camera, vertices, progress)?;
         let pairs: Vec<[DVec3; 2]> = camera
             .anchors
@@ -139,7 +139,7 @@ pub fn from_vertices(
             projection: &camera.projection,
             pixels: &pixels,
             positions: vertices.positions,
-            motion: motion::recognized(&pairs, farthest, &world_from_host)?,
+            motion: motion::recognized(&pairs, &world_from_host)?,
             world_from_host,
             is_blind: pairs.is_empty() && !camera.anchors.is_empty() && !pixels.is_empty(),
         };
@@ -150,6 +150,17 @@ pub fn from_vertices(
         image.validate()?;
         Ok(image)
     })
+}
+
+/// Checks that there are as many entries as vertices, for those who look before they read: each list by what it holds.
+///
+/// # Errors
+/// [`Error::Input`] naming the first that is longer or shorter.
+pub fn of_one_length(vertices: usize, lists: &[(&str, usize)]) -> Result<()> {
+    match lists.iter().find(|(_, length)| *length != vertices) {
+        Some((what, length)) => Err(Error::input(format!("{vertices} vertices need {vertices} {what}, got {length}"))),
+        None => Ok(()),
+    }
 }
 
 /// Checks lengths, and the size of the grid.
@@ -163,9 +174,7 @@ fn check(camera: &GridCamera, vertices: &Vertices<'_>) -> Result<()> {
         ("confidences", vertices.confidence.map(<[_]>::len)),
     ];
     for (what, length) in lengths {
-        if let Some(length) = length.filter(|&length| length != count) {
-            return Err(Error::input(format!("{count} vertices need {count} {what}, got {length}")));
-        }
+        of_one_length(count, &[(what, length.unwrap_or(count))])?;
     }
     let most = MOST_FOR_FEW.max(PIXELS_A_VERTEX.saturating_mul(count)).min(NO_VERTEX as usize - 1);
     match camera.rows.checked_mul(camera.cols) {
@@ -177,17 +186,14 @@ fn check(camera: &GridCamera, vertices: &Vertices<'_>) -> Result<()> {
     }
 }
 
-/// The largest coordinate of all vertices.
-fn farthest(positions: &[DVec3], progress: &Progress<'_>) -> Result<f64> {
-    let mut farthest = 0.0_f64;
+fn are_places(positions: &[DVec3], progress: &Progress<'_>) -> Result<()> {
     for range in progress.ranges(positions.len()) {
         for i in range? {
             magnitude::place("the vertex's place", positions[i])
                 .map_err(|error| Error::input(format!("vertex {i}: {error}")))?;
-            farthest = farthest.max(positions[i].abs().max_element());
         }
     }
-    Ok(farthest)
+    Ok(())
 }
 
 /// The pixel of each vertex, and the vertex of each pixel.

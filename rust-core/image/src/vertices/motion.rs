@@ -32,26 +32,32 @@ const BETTER: f64 = 4.0;
 pub(super) struct Motion {
     /// Where it takes points of the sensor's frame.
     pub host_from_sensor: DAffine3,
-    /// How far single precision may have moved a vertex, in the host's frame.
-    pub rounding: f64,
+    /// How far single precision may have moved any vertex, in the host's frame, however near the origin it lies now.
+    floor: f64,
     /// Whether it took vertices there within that.
     pub is_known: bool,
 }
 
-/// Where vertices were and where they are, and the largest coordinates of either.
+impl Motion {
+    /// How far single precision may have moved a vertex that lies there now, in the host's frame.
+    pub fn rounding(&self, at: DVec3) -> f64 {
+        self.floor.max(ROUNDING * at.abs().max_element())
+    }
+}
+
+/// Where vertices were and where they are, and the largest coordinate where they were.
 struct Pairs<'a> {
     all: &'a [[DVec3; 2]],
     from: f64,
-    to: f64,
 }
 
-/// The motion that took the first of each pair to the second; `farthest` is the largest coordinate of any vertex.
+/// The motion that took the first of each pair to the second.
 ///
 /// # Errors
 /// [`Error::Input`] if all vertices lie in one place now, which did not before.
-pub(super) fn recognized(all: &[[DVec3; 2]], farthest: f64, world_from_host: &DAffine3) -> Result<Motion> {
+pub(super) fn recognized(all: &[[DVec3; 2]], world_from_host: &DAffine3) -> Result<Motion> {
     let from = all.iter().map(|[from, _]| from.abs().max_element()).fold(0.0, f64::max);
-    let pairs = Pairs { all, from, to: farthest };
+    let pairs = Pairs { all, from };
     let still = DAffine3::IDENTITY;
     if 2 * pairs.fitting(all, &still) > all.len() || all.is_empty() {
         return Ok(pairs.known(still));
@@ -96,19 +102,15 @@ pub(super) fn nothing_tells(anchors: usize) -> Error {
 }
 
 impl Pairs<'_> {
-    /// How far single precision may have moved a vertex, where it is now.
-    fn rounding(&self, motion: &DAffine3) -> f64 {
-        ROUNDING * self.to.max(self.from * size(motion.matrix3))
-    }
-
     /// How many of some pairs a motion fits.
     fn fitting(&self, pairs: &[[DVec3; 2]], motion: &DAffine3) -> usize {
-        let room = self.rounding(motion);
-        pairs.iter().filter(|pair| residual(motion, pair) <= room).count()
+        let motion = self.known(*motion);
+        pairs.iter().filter(|pair| residual(&motion.host_from_sensor, pair) <= motion.rounding(pair[1])).count()
     }
 
     fn known(&self, host_from_sensor: DAffine3) -> Motion {
-        Motion { host_from_sensor, rounding: self.rounding(&host_from_sensor), is_known: true }
+        let floor = ROUNDING * self.from * size(host_from_sensor.matrix3);
+        Motion { host_from_sensor, floor, is_known: true }
     }
 
     fn guessed(&self, host_from_sensor: DAffine3) -> Motion {

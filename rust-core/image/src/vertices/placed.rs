@@ -84,7 +84,7 @@ impl Placing<'_> {
             return Ok(None);
         }
         let sensor_from_host = self.sensor_from_host(pose);
-        let room = self.motion.rounding * longest(self.world_from_host.matrix3);
+        let world_from_host = longest(self.world_from_host.matrix3);
         let rays = projection.tables(self.rows, self.cols);
         let mut values = vec![f64::NAN; self.rows * self.cols];
         for range in progress.ranges(self.pixels.len()) {
@@ -99,6 +99,7 @@ impl Placing<'_> {
                     _ => point.z,
                 };
                 let is_ahead = value > 0.0 || matches!(projection, Projection::Orthographic { .. });
+                let room = self.motion.rounding(self.positions[i]) * world_from_host;
                 if !(is_ahead && rays.point(row, col, value).distance(point) <= room) {
                     return Ok(None);
                 }
