@@ -101,7 +101,8 @@ fn fits_attributes(rows: usize, cols: usize) -> Result<()> {
 /// precision, seen from where it was. In either case each sample lies in the world where its vertex does, to single
 /// precision. Where so few anchors are left, or all in one line, that they fix no turn, they must lie where they were or where
 /// `world_from_host` takes them. Where none is left the vertices are taken to lie where they were, which rays must confirm if
-/// the projection has any. Of anchors in one plane a mirror across it can't be told from a turn: it is taken for the turn.
+/// the projection has any. Of anchors in one plane a mirror across it can't be told from a turn: what
+/// lies on its rays tells, else it is taken for the turn.
 ///
 /// Cost: O(pixels), one thread; 28 bytes a pixel at most.
 ///

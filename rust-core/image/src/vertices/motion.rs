@@ -36,6 +36,8 @@ pub(super) struct Motion {
     floor: f64,
     /// Whether it took vertices there within that.
     pub is_known: bool,
+    /// Of anchors in a plane: the other motion that took them there, which mirrors where this one turns.
+    pub or_mirrored: Option<DAffine3>,
 }
 
 impl Motion {
@@ -69,9 +71,10 @@ pub(super) fn recognized(all: &[[DVec3; 2]], world_from_host: &DAffine3) -> Resu
         }
         return Err(nothing_tells(all.len()));
     }
-    let nearest = similarity(all);
-    if let Some(motion) = nearest.filter(|motion| pairs.fitting(all, motion) == all.len()) {
-        return Ok(pairs.known(motion));
+    let [nearest, mirrored] = similarities(all);
+    let fits = |motion: &DAffine3| pairs.fitting(all, motion) == all.len();
+    if let Some(motion) = nearest.filter(fits) {
+        return Ok(Motion { or_mirrored: mirrored.filter(fits), ..pairs.known(motion) });
     }
     if let Some(motion) = stretch(all, from).filter(|motion| pairs.fitting(all, motion) == all.len()) {
         if !spans(motion.matrix3) {
@@ -110,7 +113,7 @@ impl Pairs<'_> {
 
     fn known(&self, host_from_sensor: DAffine3) -> Motion {
         let floor = ROUNDING * self.from * size(host_from_sensor.matrix3);
-        Motion { host_from_sensor, floor, is_known: true }
+        Motion { host_from_sensor, floor, is_known: true, or_mirrored: None }
     }
 
     fn guessed(&self, host_from_sensor: DAffine3) -> Motion {
@@ -148,7 +151,7 @@ impl Pairs<'_> {
         let mut kept = self.all.to_vec();
         let least = self.all.len().div_ceil(2).max(4);
         while kept.len() > least {
-            let motion = similarity(&kept)?;
+            let motion = similarities(&kept)[0]?;
             if self.fitting(&kept, &motion) == kept.len() {
                 return Some(motion);
             }
@@ -179,8 +182,8 @@ fn shift(pairs: &[[DVec3; 2]]) -> DAffine3 {
     DAffine3::from_translation(to - from)
 }
 
-/// The similarity, possibly mirroring, with the least squares of distances.
-fn similarity(pairs: &[[DVec3; 2]]) -> Option<DAffine3> {
+/// The similarity with the least squares of distances, mirroring or not, and the other one.
+fn similarities(pairs: &[[DVec3; 2]]) -> [Option<DAffine3>; 2] {
     let [from, to] = means(pairs);
     let worst = |motion: &DAffine3| pairs.iter().map(|pair| residual(motion, pair)).fold(0.0, f64::max);
     let candidate = |mirror: DVec3| {
@@ -193,8 +196,9 @@ fn similarity(pairs: &[[DVec3; 2]]) -> Option<DAffine3> {
         (scale > 0.0).then(|| DAffine3 { matrix3: axes, translation: to - axes * from })
     };
     match (candidate(DVec3::ONE), candidate(DVec3::new(-1.0, 1.0, 1.0))) {
-        (Some(turned), Some(mirrored)) if BETTER * worst(&mirrored) < worst(&turned) => Some(mirrored),
-        (turned, mirrored) => turned.or(mirrored),
+        (Some(turned), Some(mirrored)) if BETTER * worst(&mirrored) < worst(&turned) => [Some(mirrored), Some(turned)],
+        (None, mirrored) => [mirrored, None],
+        both => both.into(),
     }
 }
 

@@ -48,16 +48,23 @@ impl Placing<'_> {
     /// # Errors
     /// [`Error::Input`] if the vertices are flattened, or their samples can't be held; [`Error::Cancelled`].
     pub fn image(&self, progress: &Progress<'_>) -> Result<RangeImage> {
-        let whole = self.world_from_host * self.motion.host_from_sensor;
-        for axes in [self.world_from_host.matrix3, whole.matrix3] {
-            refuse_flat(axes)?;
+        let cut = |host_from_sensor: DAffine3| -> Result<Cut> {
+            let whole = self.world_from_host * host_from_sensor;
+            for axes in [self.world_from_host.matrix3, whole.matrix3] {
+                refuse_flat(axes)?;
+            }
+            Ok(Cut::of(&whole, mirror(self.projection)))
+        };
+        // Of two motions that took the anchors there the one with which the other vertices lie on their rays.
+        for host_from_sensor in [Some(self.motion.host_from_sensor), self.motion.or_mirrored].into_iter().flatten() {
+            let cut = cut(host_from_sensor)?;
+            if let (true, Some(scale)) = (self.motion.is_known, cut.scale)
+                && let Some(image) = self.along_rays(&cut.pose, &scaled(self.projection, scale), progress)?
+            {
+                return Ok(image);
+            }
         }
-        let cut = Cut::of(&whole, mirror(self.projection));
-        if let (true, Some(scale)) = (self.motion.is_known, cut.scale)
-            && let Some(image) = self.along_rays(&cut.pose, &scaled(self.projection, scale), progress)?
-        {
-            return Ok(image);
-        }
+        let cut = cut(self.motion.host_from_sensor)?;
         if self.is_blind && !matches!(self.projection, Projection::PointGrid(_)) {
             return Err(motion::nothing_tells(0));
         }

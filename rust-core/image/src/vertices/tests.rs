@@ -260,6 +260,22 @@ fn too_few_anchors_are_helped_by_the_matrix() {
     }
 }
 
+/// Three anchors lie in a plane: the other vertices tell a mirror from a turn.
+#[test]
+fn rays_tell_a_mirror_from_a_turn() {
+    for image in images() {
+        for mirrors in [false, true] {
+            let moved = similarity(DVec3::new(0.4, -1.0, 0.2), DVec3::new(1.0, 2.0, 3.0), 1.7, mirrors);
+            let host = Host::of(&image, &moved, |_| true);
+            let mut three = camera(&image);
+            three.anchors.truncate(3);
+            let back = host.image(&three, DAffine3::IDENTITY).unwrap();
+            host.is_where_it_was(&back, &DAffine3::IDENTITY, 1e-5);
+            assert_eq!(discriminant(back.projection()), discriminant(image.projection()), "{:?}", image.projection());
+        }
+    }
+}
+
 fn anchors_of(image: &RangeImage, host: &Host) -> Vec<Anchor> {
     let places = host.row.iter().zip(&host.col).map(|(row, col)| (*row as usize, *col as usize));
     places.map(|(row, col)| Anchor { row, col, point: image.point_in_sensor(row * COLS + col) }).collect()
