@@ -222,8 +222,13 @@ class SURFRECON_PT_report(ScansPanel, bpy.types.Panel):
         for name, lines in LINES.items():
             if name not in obj:
                 continue
+            try:
+                figures = list(lines(context, obj[name]))
+            except (AttributeError, KeyError, TypeError, ValueError):
+                # Custom properties can be changed by anyone.
+                continue
             box = self.layout.box().column()
-            for what, value in lines(context, obj[name]):
+            for what, value in figures:
                 if value is None:
                     sentence = box.column(align=True)
                     for line in wrapped(context, what):

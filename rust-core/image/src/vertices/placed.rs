@@ -5,7 +5,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
-use base::error::{Error, Result};
+use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::progress::Progress;
 
@@ -18,6 +18,9 @@ const SIMILAR: f64 = 1e-5;
 
 /// A matrix that flattens space to less than this share of its size is one that scales by 0.
 const FLAT: f64 = 1e-14;
+
+/// Numbers below this lose digits in single precision.
+const SINGLE_SMALLEST: f64 = f32::MIN_POSITIVE as f64 / f32::EPSILON as f64;
 
 /// Vertices on their way to an image.
 pub(super) struct Placing<'a> {
@@ -135,6 +138,7 @@ impl Placing<'_> {
         };
         let sensor_from_host = self.sensor_from_host(&cut.pose);
         let mut points = vec![[f32::NAN; 3]; self.rows * self.cols];
+        let mut largest = 0.0_f64;
         for range in progress.ranges(self.pixels.len()) {
             for i in range? {
                 let point = sensor_from_host.transform_point3(self.positions[i]);
@@ -144,8 +148,16 @@ impl Placing<'_> {
                         magnitude::shown(point)
                     )));
                 }
+                largest = largest.max(point.abs().max_element());
                 points[self.pixels[i] as usize] = point.as_vec3().to_array();
             }
+        }
+        if 0.0 < largest && largest < SINGLE_SMALLEST {
+            return Err(Error::input(format!(
+                "no vertex has a coordinate larger than {}, which single precision cannot hold with all its digits; use a smaller \
+                 unit",
+                Shown(largest)
+            )));
         }
         let mut image = RangeImage::from_points(self.rows, self.cols, points, viewing)?;
         image.world_from_sensor = cut.pose;

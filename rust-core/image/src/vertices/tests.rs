@@ -389,6 +389,18 @@ fn what_is_no_range_image_is_refused_by_name() {
 }
 
 #[test]
+fn a_grid_of_points_too_small_for_single_precision_is_refused() {
+    for (image, size) in images().into_iter().flat_map(|image| [(image.clone(), 1e-33), (image, 1e-46)]) {
+        if !matches!(image.projection(), Projection::PointGrid(_)) {
+            continue;
+        }
+        let host = Host::of(&image, &DAffine3::IDENTITY, |_| true);
+        let text = host.image(&camera(&image), DAffine3::from_scale(DVec3::splat(size))).unwrap_err().to_string();
+        assert!(text.contains("which single precision cannot hold with all its digits; use a smaller unit"), "{text}");
+    }
+}
+
+#[test]
 fn each_call_stops_when_it_is_cancelled() {
     let image = &images()[1];
     let (known, host) = (camera(image), Host::of(image, &DAffine3::IDENTITY, |_| true));
