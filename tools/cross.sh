@@ -120,6 +120,7 @@ if [ "$triple" != "$host" ] && [ ! -d "$sysroot/lib/rustlib/$triple/lib" ]; then
     set_ RUSTC_BOOTSTRAP 1
     set_ CARGO_UNSTABLE_BUILD_STD std,panic_unwind
 fi
+linking=
 case $triple in
     *-windows-gnu)
         command -v x86_64-w64-mingw32-gcc >/dev/null ||
@@ -129,10 +130,14 @@ case $triple in
         ;;
     *-apple-darwin)
         set_ MACOSX_DEPLOYMENT_TARGET 11.0
-        [ "$(uname)" = Darwin ] || set_ SDKROOT "$(mac_stubs)"
+        if [ "$(uname)" != Darwin ]; then
+            set_ SDKROOT "$(mac_stubs)"
+            # The identity of a library is a hash of all that zig links, with the places of object files if these are not left out.
+            linking=" -C link-arg=-Wl,-S"
+        fi
         ;;
 esac
 set_ PATH "$path:$PATH"
-set_ RUSTFLAGS "$(without_paths)"
+set_ RUSTFLAGS "$(without_paths)$linking"
 # A folder each: several may be built at a time, and flags that differ would have all compiled anew each time.
 set_ CARGO_TARGET_DIR "$root/target/cross-$triple"
