@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use surfrecon::range_image::{DepthKind, Projection, Viewing};
 
 use crate::arrays;
-use crate::errors::input_error;
+use crate::errors::{input_error, reworded};
 
 /// "parallel" with a direction, or "from" an origin; along -z without either.
 ///
@@ -14,11 +14,9 @@ use crate::errors::input_error;
 pub fn viewing(value: Option<&Bound<'_, PyAny>>) -> PyResult<Viewing> {
     let Some(value) = value else { return Ok(Viewing::ALONG_MINUS_Z) };
     // A list, too: what was kept as JSON has no tuples.
-    let pair =
-        value.extract::<Vec<Bound<'_, PyAny>>>().ok().and_then(|pair| <[Bound<'_, PyAny>; 2]>::try_from(pair).ok());
-    let Some((Ok(kind), vector)) = pair.map(|[kind, vector]| (kind.extract::<String>(), vector)) else {
-        return Err(input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned()));
-    };
+    let wrong = || input_error("viewing must be (\"parallel\", direction) or (\"from\", origin)".to_owned());
+    let [kind, vector] = value.extract::<[Bound<'_, PyAny>; 2]>().map_err(|error| reworded(error, wrong))?;
+    let kind = kind.extract::<String>().map_err(|error| reworded(error, wrong))?;
     match kind.as_str() {
         "parallel" => Ok(Viewing::Parallel(arrays::vector(&vector, "the viewing direction")?)),
         "from" => Ok(Viewing::From(arrays::vector(&vector, "the sensor's origin")?)),

@@ -56,7 +56,8 @@ struct Pairs<'a> {
 /// The motion that took the first of each pair to the second.
 ///
 /// # Errors
-/// [`Error::Input`] if all vertices lie in one place now, which did not before.
+/// [`Error::Input`] if all vertices lie in one place or in one plane now, which did not before, or if they were moved and so few
+/// anchors are left that nothing tells how.
 pub(super) fn recognized(all: &[[DVec3; 2]], world_from_host: &DAffine3) -> Result<Motion> {
     let from = all.iter().map(|[from, _]| from.abs().max_element()).fold(0.0, f64::max);
     let pairs = Pairs { all, from };
