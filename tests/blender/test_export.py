@@ -64,3 +64,12 @@ def test_a_scale_that_is_no_number(tmp_path, imported):
     with pytest.raises(RuntimeError, match="Scale is nan, which is no number"):
         bpy.ops.surfrecon.export_scans(filepath=str(tmp_path / "out.conf"), scale=float("nan"))
     assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize("origin", ["x", [1.0, 2.0], [float("nan"), 0.0, 0.0], {"x": 1.0}])
+def test_an_origin_that_is_no_place_names_its_collection(tmp_path, imported, origin):
+    collection = bpy.context.selected_objects[0].users_collection[0]
+    collection["world_origin"] = origin
+    with pytest.raises(RuntimeError, match=f'"{collection.name}" has a world_origin that is no place'):
+        export(tmp_path / "out.ptx", file_format="PTX")
+    assert not list(tmp_path.glob("out*"))

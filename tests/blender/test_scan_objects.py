@@ -7,6 +7,7 @@ import pytest
 import surfrecon
 from mathutils import Matrix
 from shapes import torus
+from test_panels import draw
 
 # What a few operations in single precision leave of coordinates, as a share of the largest.
 SINGLE = 2e-6
@@ -415,6 +416,18 @@ def test_a_patch_whose_vertices_were_turned_is_refused(extension):
     by_applying(obj, TURNED)
     with pytest.raises(extension.running.Refused, match='"scan": .*nothing tells from where they were seen'):
         read(extension, obj)
+
+
+@pytest.mark.parametrize("value", [3, [1.0], {"a": 1}])
+def test_foreign_figures_are_left_out(value, extension):
+    obj = put(extension, image_of("planar"))
+    for name in (*extension.panels.LINES, extension.scene.SCANS):
+        obj[name] = value
+    assert bpy.ops.surfrecon.sculpt.poll()
+    assert extension.scene.scan_behind(bpy.data.objects.new("result", None)) is None
+    del obj["range_rows"]
+    assert extension.scene.scan_behind(obj) is None
+    draw(extension.panels.SURFRECON_PT_report)
 
 
 def test_previews_take_every_projection(image, extension):
