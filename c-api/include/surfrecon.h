@@ -285,6 +285,11 @@ typedef struct srf_alignment srf_alignment;
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
 
+// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every
+// function that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be
+// written is written there. Released with srf_folder_free(); scans that were opened in it keep it.
+typedef struct srf_folder srf_folder;
+
 // A range image: rows x cols pixels, row after row, each valid or not, each with a viewing ray, placed in the world.
 // Released with srf_image_free().
 typedef struct srf_image srf_image;
@@ -513,6 +518,44 @@ typedef struct {
   // Its columns.
   uint64_t cols;
 } srf_grid_camera;
+
+// Takes what is written into a folder: user, as given in srf_file_sink; name, of the file within the folder; bytes, the next ones, or
+// NULL: the file is complete; count, how many. Files of a set may take turns; a file whose call ended with an error is not complete, and
+// what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn, as is what it must not
+// do; nor must it write into its own folder.
+typedef int32_t (*srf_write_fn)(void *user, const char *name, const void *bytes, size_t count);
+
+// Called once, on any thread, when nobody needs user any more.
+typedef void (*srf_release_fn)(void *user);
+
+// Where the bytes of files go.
+typedef struct {
+  // Takes them; not NULL.
+  srf_write_fn write;
+  // NULL if there is nothing to release.
+  srf_release_fn release;
+  // Handed to both as it is.
+  void *user;
+} srf_file_sink;
+
+// Reads bytes of a file for srf_folder_put_source(): user, as given there; at, the place of the first one; buffer, receives them; count,
+// the most that are wanted, at least 1; out_count, receives how many there are now, at least 1. No more is asked for than the file has.
+// Called on any thread, for one file never on two at once. Answer SRF_OK, or the status of what went wrong: the call that reads then ends
+// with SRF_ERR_IO, or SRF_ERR_OUT_OF_MEMORY for that, and says what srf_last_error_message() says on the thread of this function
+// (srf_set_last_error() says it). Must not unwind, nor leave by longjmp(); must not call functions with handles of what is being read.
+typedef int32_t (*srf_read_fn)(void *user, uint64_t at, void *buffer, size_t count, size_t *out_count);
+
+// Where the bytes of a file come from.
+typedef struct {
+  // Number of bytes; must not change.
+  uint64_t length;
+  // Reads them; not NULL.
+  srf_read_fn read;
+  // NULL if there is nothing to release.
+  srf_release_fn release;
+  // Handed to both as it is.
+  void *user;
+} srf_file_source;
 
 // What files do not say themselves. Starts with its size; set to the defaults by srf_read_options_init().
 typedef struct {
@@ -1671,6 +1714,78 @@ srf_status srf_format(size_t index,
                       const char **out_name,
                       const char **out_endings,
                       uint32_t *out_is_side_file);
+
+// Creates an empty folder.
+// sink        where what is written into it goes; NULL: the folder keeps it. On SRF_OK only, its user is released once the folder
+//             is freed and nothing is being written into it
+// out_folder  receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_NULL also for a sink without write. Since 0.2.
+srf_status srf_folder_create(const srf_file_sink *sink,
+                             srf_folder **out_folder);
+
+// Releases a folder, and its files once no scan needs them.
+// folder     NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
+srf_status srf_folder_free(srf_folder *folder);
+
+// The path of a file in a folder, whether it is there or not, for every function that takes a path.
+// folder     not NULL
+// name       of the file, UTF-8, with / between folders: "scan.ply", "depth/00001.png"; NULL for the folder itself
+// out_path   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT for a name that is no file's within the folder, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_folder_path(const srf_folder *folder,
+                           const char *name,
+                           const char **out_path);
+
+// Puts a file into a folder, in place of one of that name. The bytes are copied.
+// folder     not NULL
+// name       of the file, as in srf_folder_path(); not NULL
+// bytes      not NULL unless count is 0
+// count      number of bytes
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_folder_put(const srf_folder *folder, const char *name, const void *bytes, size_t count);
+
+// Puts a file into a folder whose bytes are asked for when they are read, in place of one of that name.
+// folder     not NULL
+// name       of the file, as in srf_folder_path(); not NULL
+// source     where its bytes come from; its user is released once the file is replaced or removed or the folder has gone, and nobody reads
+//            it; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL also for a source without read. On errors nothing is released. Since 0.2.
+srf_status srf_folder_put_source(const srf_folder *folder,
+                                 const char *name,
+                                 const srf_file_source *source);
+
+// Takes a file out of a folder. Who reads it just then reads on.
+// folder       not NULL
+// name         of the file; not NULL
+// out_removed  receives 1 if it was there, else 0; NULL if not wanted
+// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_INPUT. Since 0.2.
+srf_status srf_folder_remove(const srf_folder *folder, const char *name, uint32_t *out_removed);
+
+// Number of files in a folder, those in folders within it too.
+// folder     not NULL
+// out_count  not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_folder_count(const srf_folder *folder, size_t *out_count);
+
+// Name of a file in a folder, in the order of names.
+// folder     not NULL
+// index      less than the number of files
+// out_name   receives a text that stays until the folder is freed, on SRF_OK only; not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_folder_name(const srf_folder *folder, size_t index, const char **out_name);
+
+// What was written or put into a file.
+// folder     not NULL
+// name       of the file; not NULL
+// out_bytes  receives where they are, until this function or srf_folder_remove() is called for the file again or the folder is freed,
+//            whatever is written meanwhile; on SRF_OK only; not NULL
+// out_count  receives how many; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if there is no such file or its bytes lie behind a function, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_folder_bytes(const srf_folder *folder,
+                            const char *name,
+                            const void **out_bytes,
+                            size_t *out_count);
 
 // Sets the defaults. Call srf_read_options_init(options), which adds the size that this header knows.
 // options  not NULL

@@ -1144,6 +1144,126 @@ inline std::vector<Format> formats()
     return all;
 }
 
+// Reads bytes of a file from a place on into a buffer for `count` of them; how many, at least 1. Called on any thread, for a file never on
+// two at once. What it throws is what the call that reads throws, as an Error with its text.
+using ReadFunction = std::function<std::size_t(std::uint64_t at, void *buffer, std::size_t count)>;
+
+// Takes the next bytes of a file of a folder, or nullptr: the file is complete. Else as ReadFunction.
+using WriteFunction = std::function<void(const char *name, const void *bytes, std::size_t count)>;
+
+// Files in memory, or behind functions: their paths are taken by whatever takes the path of a file.
+class Folder : public detail::Handle<srf_folder, srf_folder_free> {
+public:
+    Folder() : Handle(make(nullptr)) {}
+    // What is written goes to the function, and nothing is kept.
+    explicit Folder(WriteFunction write) : Handle(make(std::move(write))) {}
+
+    // Of the folder itself; it opens as one of the disk does.
+    std::string path() const { return path_of(nullptr); }
+    // Of a file in it, whether it is there or not.
+    std::string path(const std::string &name) const { return path_of(name.c_str()); }
+
+    // A copy of the bytes.
+    void put(const std::string &name, const void *bytes, std::size_t count)
+    {
+        check(srf_folder_put(get(), name.c_str(), bytes, count));
+    }
+
+    // A file whose bytes are asked for when they are read.
+    void put(const std::string &name, std::uint64_t length, ReadFunction read)
+    {
+        auto user = std::make_unique<ReadFunction>(std::move(read));
+        const srf_file_source source{length, &Folder::read, &Folder::release<ReadFunction>, user.get()};
+        check(srf_folder_put_source(get(), name.c_str(), &source));
+        static_cast<void>(user.release());
+    }
+
+    // What was written or put into a file; stays until it is asked for again or removed, or this ends.
+    View<std::uint8_t> bytes(const std::string &name) const
+    {
+        const void *bytes = nullptr;
+        std::size_t count = 0;
+        check(srf_folder_bytes(get(), name.c_str(), &bytes, &count));
+        return View<std::uint8_t>(static_cast<const std::uint8_t *>(bytes), count);
+    }
+
+    // Whether it was there.
+    bool remove(const std::string &name)
+    {
+        std::uint32_t removed = 0;
+        check(srf_folder_remove(get(), name.c_str(), &removed));
+        return removed == 1;
+    }
+
+    std::vector<std::string> names() const
+    {
+        std::size_t count = 0;
+        check(srf_folder_count(get(), &count));
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < count; ++i) {
+            const char *name = nullptr;
+            check(srf_folder_name(get(), i, &name));
+            names.emplace_back(name);
+        }
+        return names;
+    }
+
+private:
+    static srf_folder *make(WriteFunction write)
+    {
+        srf_folder *folder = nullptr;
+        if (!write) {
+            check(srf_folder_create(nullptr, &folder));
+            return folder;
+        }
+        auto user = std::make_unique<WriteFunction>(std::move(write));
+        const srf_file_sink sink{&Folder::write, &Folder::release<WriteFunction>, user.get()};
+        check(srf_folder_create(&sink, &folder));
+        static_cast<void>(user.release());
+        return folder;
+    }
+
+    std::string path_of(const char *name) const
+    {
+        const char *path = nullptr;
+        check(srf_folder_path(get(), name, &path));
+        return path;
+    }
+
+    // Its status, with the text of what it throws.
+    template <typename Call>
+    static std::int32_t answer(Call call) noexcept
+    {
+        try {
+            call();
+            return SRF_OK;
+        } catch (const std::bad_alloc &) {
+            return SRF_ERR_OUT_OF_MEMORY;
+        } catch (const std::exception &thrown) {
+            srf_set_last_error(thrown.what());
+        } catch (...) {
+            srf_set_last_error("the function threw what is no exception of the standard library");
+        }
+        return SRF_ERR_IO;
+    }
+
+    static std::int32_t read(void *user, std::uint64_t at, void *buffer, std::size_t count, std::size_t *out_count)
+    {
+        return answer([&] { *out_count = (*static_cast<ReadFunction *>(user))(at, buffer, count); });
+    }
+
+    static std::int32_t write(void *user, const char *name, const void *bytes, std::size_t count)
+    {
+        return answer([&] { (*static_cast<WriteFunction *>(user))(name, bytes, count); });
+    }
+
+    template <typename Function>
+    static void release(void *user)
+    {
+        delete static_cast<Function *>(user);
+    }
+};
+
 // Scans of files, opened and not read.
 class Scans : public detail::Handle<srf_scans, srf_scans_free> {
 public:

@@ -11,6 +11,7 @@
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `vertices` | range images as vertices that hosts keep |
 //! | `region`, `select` | what of scans is kept or removed; their true size and ground |
+//! | `folder` | files in memory or behind functions of the caller |
 //! | `image_source` | scans whose images the caller makes when they are needed |
 //! | `sources` | scans as merges and alignments take them |
 //! | `fork` | a forked process finds no lock held by a thread it does not have |
@@ -37,6 +38,7 @@ mod array;
 mod cloud;
 mod cluster;
 mod files;
+mod folder;
 mod fork;
 mod formats;
 mod frame;

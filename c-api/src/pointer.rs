@@ -129,6 +129,39 @@ pub fn call_make<H>(
     unsafe { function(user, out_made) }
 }
 
+/// Calls the caller's function that reads bytes of a file; it answers how many.
+pub fn call_read(
+    function: unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32,
+    user: *mut c_void,
+    at: u64,
+    buffer: &mut [u8],
+    out_count: &mut usize,
+) -> i32 {
+    // SAFETY: the header's contract: a function of this type that does not unwind and may be called on any thread, given back the
+    // caller's own pointer; it writes at most as many bytes as the buffer has.
+    unsafe { function(user, at, buffer.as_mut_ptr().cast(), buffer.len(), out_count) }
+}
+
+/// Calls the caller's function that takes bytes of a file, or `None` at its end.
+pub fn call_write(
+    function: unsafe extern "C" fn(*mut c_void, *const c_char, *const c_void, usize) -> i32,
+    user: *mut c_void,
+    name: &CStr,
+    bytes: Option<&[u8]>,
+) -> i32 {
+    let (place, count) = bytes.map_or((std::ptr::null(), 0), |bytes| (bytes.as_ptr().cast(), bytes.len()));
+    // SAFETY: the header's contract: a function of this type that does not unwind and may be called on any thread, given back the
+    // caller's own pointer; it reads no more than is named.
+    unsafe { function(user, name.as_ptr(), place, count) }
+}
+
+/// Calls the caller's function that releases its own pointer.
+pub fn call_release(function: unsafe extern "C" fn(*mut c_void), user: *mut c_void) {
+    // SAFETY: the header's contract: a function of this type that does not unwind and may be called on any thread, given back the
+    // caller's own pointer once, at the end.
+    unsafe { function(user) }
+}
+
 /// Run by `make miri` alone: tests of the library are others' programs.
 #[cfg(test)]
 mod tests {

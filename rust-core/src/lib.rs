@@ -22,7 +22,7 @@ pub use geom;
 #[doc(inline)]
 pub use image::{frame, range_image, rigid, select, triangulate, vertices};
 #[doc(inline)]
-pub use io::{export, import};
+pub use io::{export, import, memory_folder};
 #[doc(inline)]
 pub use merge;
 #[doc(inline)]

@@ -1,4 +1,5 @@
 // The owners of surfrecon.hpp: made, moved, used, thrown out of; run under sanitizers.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <stdexcept>
@@ -199,6 +200,40 @@ try {
     must(again.image.valid() == seen.valid(), "read again");
     write_conf({&again.image}, "exercise.conf", SRF_ENCODING_ASCII);
     text_of<Error>([&] { Image().rows(); });
+
+    Folder memory;
+    write_conf({&again.image}, memory.path("set/list.conf"), SRF_ENCODING_BINARY);
+    must(memory.names().size() == 2 && memory.names()[0].rfind("set/", 0) == 0, "a list and a grid");
+    {
+        const View<std::uint8_t> list = memory.bytes("set/list.conf");
+        Folder behind;
+        behind.put("list.conf", list.data(), list.size());
+        const std::string grid = memory.names()[0] == "set/list.conf" ? memory.names()[1] : memory.names()[0];
+        const View<std::uint8_t> bytes = memory.bytes(grid);
+        std::size_t asked = 0;
+        behind.put(grid.substr(4), bytes.size(), [bytes, &asked](std::uint64_t at, void *buffer, std::size_t count) {
+            const std::size_t some = std::min<std::size_t>({count, bytes.size() - at, 1000});
+            std::copy_n(bytes.data() + at, some, static_cast<std::uint8_t *>(buffer));
+            asked += some;
+            return some;
+        });
+        must(Scans::open({behind.path()}).read(0).image.valid() == seen.valid() && asked >= bytes.size(), "read through a function");
+        behind.put("broken.ply", 1000, [](std::uint64_t, void *, std::size_t) -> std::size_t { throw std::logic_error("no line"); });
+        must(text_of<Error>([&] { Scans::open({behind.path("broken.ply")}); }).find("broken.ply: no line") != std::string::npos, "no line");
+        must(behind.remove("broken.ply") && !behind.remove("broken.ply"), "removed once");
+    }
+    std::string taken;
+    bool complete = false;
+    Folder sink([&](const char *name, const void *bytes, std::size_t count) {
+        must(std::string(name) == "mesh.ply" && !complete, "the pieces of one file");
+        bytes == nullptr ? void(complete = true) : void(taken.append(static_cast<const char *>(bytes), count));
+    });
+    mesh.write(sink.path("mesh.ply"));
+    mesh.write(memory.path("mesh.ply"));
+    const View<std::uint8_t> kept_bytes = memory.bytes("mesh.ply");
+    must(complete && taken == std::string(kept_bytes.data(), kept_bytes.data() + kept_bytes.size()), "the same bytes");
+    Folder full([](const char *, const void *, std::size_t) { throw std::runtime_error("no room"); });
+    must(text_of<Error>([&] { mesh.write(full.path("mesh.ply")); }).find("mesh.ply: no room") != std::string::npos, "no room");
 
     Pose half;
     half.matrix[12] = 1;

@@ -1,6 +1,5 @@
 //! Scans without poses to one frame, at once or read once and as often as wanted.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -14,6 +13,7 @@ use crate::align_report::{AlignReport, Snap};
 use crate::arrays;
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
+use crate::memory_folder::Place;
 use crate::params::{params, params_only};
 use crate::progress::Watch;
 use crate::ready::{ReadCall, Ready};
@@ -215,7 +215,7 @@ impl Alignment {
     /// Raises:
     ///     InputError: another ending, or a scan that is no file of its own.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: Place) -> PyResult<()> {
         let is_list = path.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("tum"));
         let files = self.placed().map(|(source, pose)| file_of(source, pose, &path, is_list));
         let placed: Vec<PlacedFile> = files.collect::<PyResult<_>>()?;

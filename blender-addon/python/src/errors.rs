@@ -41,6 +41,12 @@ pub fn reworded(error: PyErr, words: impl FnOnce() -> PyErr) -> PyErr {
 
 /// The exception of a core error.
 pub fn to_python(error: &Error) -> PyErr {
+    if let Error::Io { source, .. } = error
+        && let Some(raised) = source.get_ref().and_then(|inner| inner.downcast_ref::<PyErr>())
+    {
+        // What the caller's own function raised while it read or wrote.
+        return Python::attach(|py| raised.clone_ref(py));
+    }
     let name = match error {
         Error::Parameter { .. } => "ParameterError",
         Error::Format { .. } => "FormatError",

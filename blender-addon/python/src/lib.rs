@@ -41,6 +41,7 @@ mod errors;
 mod frame;
 mod job;
 mod measure;
+mod memory_folder;
 mod merge;
 mod mesh;
 mod params;
@@ -83,6 +84,8 @@ mod _native {
     use crate::job::Job;
     #[pymodule_export]
     use crate::measure::{distances, nearest_triangles, surface_distance};
+    #[pymodule_export]
+    use crate::memory_folder::{MemoryFolder, MemoryPath};
     #[pymodule_export]
     use crate::merge::{MergeReport, MergeResult, merge};
     #[pymodule_export]

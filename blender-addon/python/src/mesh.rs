@@ -1,6 +1,6 @@
 //! `Mesh`: a triangle mesh that never changes; its arrays are views.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
@@ -14,6 +14,7 @@ use surfrecon::mesh::{Attribute, AttributeData, measure};
 use crate::arrays;
 use crate::edit::Edit;
 use crate::errors::{detached, guarded, input_error, to_python};
+use crate::memory_folder::Place;
 use crate::params::params;
 use crate::progress::Watch;
 use crate::similarity::Similarity;
@@ -216,7 +217,7 @@ impl Mesh {
     fn write(
         &self,
         py: Python<'_>,
-        path: PathBuf,
+        path: Place,
         coarser: Vec<Bound<'_, Mesh>>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,

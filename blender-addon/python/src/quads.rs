@@ -1,6 +1,5 @@
 //! Quad grids: a range image to a regular grid of quads.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArrayMethods};
@@ -13,6 +12,7 @@ use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
 use crate::errors::{detached, guarded, input_error};
+use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
@@ -194,7 +194,7 @@ impl QuadGrid {
     /// Raises:
     ///     InputError: another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: Place) -> PyResult<()> {
         let mesh = self.mesh.clone();
         write_quads(py, path, mesh)
     }
@@ -252,7 +252,7 @@ impl QuadGrid {
     }
 }
 
-fn write_quads(py: Python<'_>, path: PathBuf, mesh: Arc<QuadMesh>) -> PyResult<()> {
+fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>) -> PyResult<()> {
     let watch = Watch::new(None);
     if ending_of(&path, Holding::Quads)? == "ply" {
         return watch.run(py, move |progress| write_quads_ply(&path, &mesh, PlyEncoding::default(), progress));
@@ -346,7 +346,7 @@ impl Spline {
     /// Raises:
     ///     InputError: fewer than 2 x 2 or more than 67,108,864 points, another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: PathBuf, rows: i64, columns: i64) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: Place, rows: i64, columns: i64) -> PyResult<()> {
         let (rows, columns) = (count("rows", rows)?, count("columns", columns)?);
         let (fit, mirrored) = (self.fit.clone(), self.mirrored);
         let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;

@@ -1,6 +1,5 @@
 //! `RangeImage`: a grid of samples with its projection and pose.
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
@@ -17,6 +16,7 @@ use surfrecon::vertices::{GridCamera as CoreCamera, to_mesh};
 use crate::arrays;
 use crate::edit::Edit;
 use crate::errors::{guarded, input_error, parameter_error, to_python};
+use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
@@ -108,7 +108,7 @@ fn keeps_detail(exact: &[f64], rounded: &[f32], cols: usize) -> PyResult<()> {
 /// Those of the writers.
 pub fn write_together(
     py: Python<'_>,
-    path: PathBuf,
+    path: Place,
     ending: &str,
     images: &[Arc<Core>],
     progress: Option<Py<PyAny>>,
@@ -432,7 +432,7 @@ impl RangeImage {
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so; likewise.
     #[pyo3(signature = (path, *, progress = None))]
-    fn write(&self, py: Python<'_>, path: PathBuf, progress: Option<Py<PyAny>>) -> PyResult<()> {
+    fn write(&self, py: Python<'_>, path: Place, progress: Option<Py<PyAny>>) -> PyResult<()> {
         let image = self.image();
         let ending = ending_of(&path, Holding::Image)?;
         if ending != "ply" {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyIterator, PyList, PySlice};
+use pyo3::types::{PyDict, PyIterator, PyList, PySequence, PySlice, PyTuple};
 use surfrecon::Progress;
 use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
@@ -12,6 +12,7 @@ use surfrecon::import::{self, Camera, ReadOptions};
 use crate::edit::{Edit, edits};
 use crate::errors::{input_error, reworded};
 use crate::frame::{self, Scan};
+use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
@@ -58,7 +59,7 @@ pub fn open(
 
 /// What is to be opened, free of Python.
 pub struct OpenCall {
-    paths: Vec<PathBuf>,
+    paths: Vec<Place>,
     options: ReadOptions,
 }
 
@@ -72,14 +73,11 @@ impl OpenCall {
         camera: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let paths = match paths.extract::<PathBuf>() {
-            Ok(path) => vec![path],
-            Err(error) if !error.is_instance_of::<PyTypeError>(paths.py()) => return Err(error),
-            Err(_) => paths.extract::<Vec<PathBuf>>().map_err(|error| {
-                reworded(error, || {
-                    PyTypeError::new_err(format!("paths must be a path or a list of paths, got {}", paths.get_type()))
-                })
-            })?,
+        let paths = match (paths.extract::<PathBuf>(), paths.cast::<PySequence>()) {
+            (Err(error), Ok(list)) if error.is_instance_of::<PyTypeError>(paths.py()) => {
+                list.try_iter()?.map(|one| Place::to_read(&one?)).collect::<PyResult<_>>()?
+            }
+            _ => vec![Place::to_read(paths)?],
         };
         let camera = camera.map(of_four).transpose()?;
         Ok(OpenCall { paths, options: ReadOptions { camera, ..params("open", options)? } })
@@ -127,14 +125,16 @@ pub fn recording_of(py: Python<'_>, path: PathBuf) -> PyResult<Option<PathBuf>> 
 ///     InputError: it holds several scans: use ``open``.
 #[pyfunction]
 #[pyo3(signature = (path, **options))]
-pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
-    let open = wrap_pyfunction!(open, py)?.call((path.clone(),), options)?;
+pub fn read<'py>(
+    py: Python<'py>,
+    path: &Bound<'py, PyAny>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let open = wrap_pyfunction!(open, py)?.call((PyTuple::new(py, [path])?,), options)?;
     let set = open.cast::<ScanSet>()?.get();
     match set.scans.as_slice() {
         [scan] => scan.get().read(py, None),
-        scans => {
-            Err(input_error(format!("{} holds {} scans: open it with surfrecon.open", path.display(), scans.len())))
-        }
+        scans => Err(input_error(format!("{} holds {} scans: open it with surfrecon.open", path.str()?, scans.len()))),
     }
 }
 
@@ -154,7 +154,7 @@ pub fn read<'py>(py: Python<'py>, path: PathBuf, options: Option<&Bound<'py, PyD
 #[pyo3(signature = (path, images, *, progress = None))]
 pub fn write_scans(
     py: Python<'_>,
-    path: PathBuf,
+    path: Place,
     images: Vec<Bound<'_, RangeImage>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
@@ -182,7 +182,7 @@ pub fn write_scans(
 #[pyo3(signature = (path, content, *, progress = None, **options))]
 pub fn write(
     py: Python<'_>,
-    path: PathBuf,
+    path: &Bound<'_, PyAny>,
     content: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
@@ -196,6 +196,7 @@ pub fn write(
         return Err(PyTypeError::new_err("only meshes are written with options"));
     }
     if let Ok(cloud) = content.cast::<PointCloud>() {
+        let path: Place = path.extract()?;
         ending_of(&path, Holding::Points)?;
         let cloud = cloud.get().cloud.clone();
         return Watch::new(progress)
@@ -212,7 +213,7 @@ pub fn write(
             PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
         })
     })?;
-    write_scans(py, path, images, progress)
+    write_scans(py, path.extract()?, images, progress)
 }
 
 /// The endings of the names of files that can be read, without the dot, by the format's name.

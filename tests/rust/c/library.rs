@@ -90,6 +90,23 @@ pub struct ImageSource {
 }
 
 #[repr(C)]
+#[derive(Clone, Copy)]
+pub struct FileSource {
+    pub length: u64,
+    pub read: Option<unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32>,
+    pub release: Option<unsafe extern "C" fn(*mut c_void)>,
+    pub user: *mut c_void,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct FileSink {
+    pub write: Option<unsafe extern "C" fn(*mut c_void, *const c_char, *const c_void, usize) -> i32>,
+    pub release: Option<unsafe extern "C" fn(*mut c_void)>,
+    pub user: *mut c_void,
+}
+
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     pub kind: u32,
@@ -349,6 +366,15 @@ functions! {
     srf_format_count(out: *mut usize) -> i32;
     srf_format(index: usize, name: *mut *const c_char, endings: *mut *const c_char, is_side_file: *mut u32) -> i32;
     srf_read_options_init_sized(options: *mut ReadOptions, size: usize) -> i32;
+    srf_folder_create(sink: *const FileSink, out: *mut Handle) -> i32;
+    srf_folder_free(folder: Handle) -> i32;
+    srf_folder_path(folder: Handle, name: *const c_char, out: *mut *const c_char) -> i32;
+    srf_folder_put(folder: Handle, name: *const c_char, bytes: *const c_void, count: usize) -> i32;
+    srf_folder_put_source(folder: Handle, name: *const c_char, source: *const FileSource) -> i32;
+    srf_folder_remove(folder: Handle, name: *const c_char, removed: *mut u32) -> i32;
+    srf_folder_count(folder: Handle, out: *mut usize) -> i32;
+    srf_folder_name(folder: Handle, index: usize, out: *mut *const c_char) -> i32;
+    srf_folder_bytes(folder: Handle, name: *const c_char, bytes: *mut *const c_void, count: *mut usize) -> i32;
     srf_scans_open(paths: *const *const c_char, count: usize, options: *const ReadOptions, progress: *const Watch, out: *mut Handle) -> i32;
     srf_scans_free(scans: Handle) -> i32;
     srf_scans_count(scans: Handle, count: *mut usize, notes: *mut usize) -> i32;

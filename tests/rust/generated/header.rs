@@ -19,6 +19,7 @@ const CHAPTERS: &[&str] = &[
     "mesh",
     "vertices",
     "formats",
+    "folder",
     "params/open",
     "files",
     "params/write",

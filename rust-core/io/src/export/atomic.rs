@@ -6,52 +6,84 @@ use std::path::{Path, PathBuf};
 
 use super::names;
 use super::temporary::Temporary;
+use crate::memory_folder::{self, Writing};
 use base::error::{Error, Result};
 use base::progress::Progress;
 
-/// The temporary file. Every writer hands its bytes through this one type, so that a test can make any write fail.
-pub(crate) struct Output<'a>(&'a File);
+/// The temporary file, or one in memory. Every writer hands its bytes through this one type, so that a test can make any write fail.
+pub(crate) enum Output<'a> {
+    File(&'a File),
+    InMemory(&'a mut Writing),
+}
 
 impl Write for Output<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         #[cfg(test)]
         let bytes = super::faults::write(bytes)?;
-        self.0.write(bytes)
+        match self {
+            Output::File(file) => file.write(bytes),
+            Output::InMemory(file) => file.write(bytes),
+        }
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.0.flush()
+        match self {
+            Output::File(file) => file.flush(),
+            Output::InMemory(file) => file.flush(),
+        }
     }
 }
 
 impl Read for Output<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        self.0.read(buffer)
+        match self {
+            Output::File(file) => file.read(buffer),
+            Output::InMemory(file) => file.read(buffer),
+        }
     }
 }
 
 impl Seek for Output<'_> {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
-        self.0.seek(to)
+        match self {
+            Output::File(file) => file.seek(to),
+            Output::InMemory(file) => file.seek(to),
+        }
     }
 }
 
 /// A file that is written but doesn't have its name yet; dropped, it is gone.
 pub(crate) struct Staged {
-    temporary: Temporary,
+    file: Unnamed,
     path: PathBuf,
+}
+
+enum Unnamed {
+    Temporary(Temporary),
+    InMemory(Writing),
 }
 
 impl Staged {
     /// Gives the file its name, replacing one that has it.
     pub(crate) fn keep(self) -> Result<()> {
-        self.temporary.persist(&self.path, folder_of(&self.path)).map_err(|e| Error::io(&self.path, open_elsewhere(e)))
+        let Staged { file, path } = self;
+        match file {
+            Unnamed::Temporary(file) => file.persist(&path, folder_of(&path)).map_err(open_elsewhere),
+            Unnamed::InMemory(file) => file.keep(),
+        }
+        .map_err(|e| Error::io(&path, e))
     }
 
     /// Closes the file: a set of files may be larger than the number of files that may be open.
     pub(crate) fn closed(self) -> Result<Self> {
-        let temporary = self.temporary.closed(folder_of(&self.path)).map_err(|e| Error::io(&self.path, e))?;
-        Ok(Staged { temporary, path: self.path })
+        let Staged { file, path } = self;
+        let file = match file {
+            Unnamed::Temporary(file) => {
+                Unnamed::Temporary(file.closed(folder_of(&path)).map_err(|e| Error::io(&path, e))?)
+            }
+            in_memory => in_memory,
+        };
+        Ok(Staged { file, path })
     }
 }
 
@@ -94,8 +126,34 @@ pub(crate) fn stage(
     progress: &Progress<'_>,
     write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
 ) -> Result<Staged> {
+    staged(path, false, progress, write)
+}
+
+/// As [`write_atomically`], where `write` goes back in what it has written.
+pub(crate) fn write_atomically_back_and_forth(
+    path: &Path,
+    progress: &Progress<'_>,
+    write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
+) -> Result<()> {
+    staged(path, true, progress, write)?.keep()
+}
+
+fn staged(
+    path: &Path,
+    goes_back: bool,
+    progress: &Progress<'_>,
+    write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
+) -> Result<Staged> {
+    if let Some(place) = memory_folder::place_of(path) {
+        if place.is_dir() {
+            return Err(is_folder(path));
+        }
+        let mut file = place.write(goes_back);
+        progress.watch(|| write(&mut Output::InMemory(&mut file)))?;
+        return Ok(Staged { file: Unnamed::InMemory(file), path: path.to_owned() });
+    }
     if path.file_name().is_none() || path.is_dir() {
-        return Err(Error::input(format!("{}: this is a folder, not the name of a file", path.display())));
+        return Err(is_folder(path));
     }
     // The file that a link leads to is what gets written, as with any program.
     let place = if path.is_symlink() { linked(path)? } else { path.to_owned() };
@@ -108,13 +166,18 @@ pub(crate) fn stage(
     let folder = folder_of(&place);
     if !folder.is_dir() {
         let problem = format!("there is no folder {}", folder.display());
-        return Err(Error::io(path, std::io::Error::new(ErrorKind::NotFound, problem)));
+        let error = std::io::Error::new(ErrorKind::NotFound, problem);
+        return Err(Error::io(path, memory_folder::explained(path, error)));
     }
     let temporary = Temporary::new(folder, older).map_err(|e| Error::io(path, e))?;
     if let Some(file) = temporary.file() {
-        progress.watch(|| write(&mut Output(file)))?;
+        progress.watch(|| write(&mut Output::File(file)))?;
     }
-    Ok(Staged { temporary, path: place })
+    Ok(Staged { file: Unnamed::Temporary(temporary), path: place })
+}
+
+fn is_folder(path: &Path) -> Error {
+    Error::input(format!("{}: this is a folder, not the name of a file", path.display()))
 }
 
 /// Where a link leads: to a file, or to where one will be.

@@ -33,10 +33,10 @@ pub(super) fn write(bytes: &[u8]) -> Result<&[u8]> {
     }
 }
 
-type Write = Box<dyn Fn(&Path, &Progress<'_>) -> base::error::Result<()>>;
+pub(crate) type Write = Box<dyn Fn(&Path, &Progress<'_>) -> base::error::Result<()>>;
 
 /// Something of every format, larger than one write.
-fn writers() -> Vec<(&'static str, Write)> {
+pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     let positions: Vec<DVec3> = (0..60).map(|i| DVec3::new(f64::from(i) * 0.1, f64::from(i * i), 1.0)).collect();
     let mut mesh = TriMesh::new(positions.clone(), (0..58).map(|i| [i, i + 1, i + 2]).collect());
     mesh.vertex_attributes.push(Attribute::colour("colour", vec![[1, 2, 3, 255]; 60]));

@@ -11,14 +11,14 @@
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | which formats hold what, and their endings |
 //! | `atomic` | every file appears whole or not at all |
-//! | `temporary` | what it is until then, and what killed writers have left |
+//! | `temporary`, `crate::memory_folder` | what it is until then, and what killed writers have left |
 //! | `names` | what Windows calls no file |
 
 pub(crate) mod atomic;
 mod by_ending;
 mod conf;
 #[cfg(test)]
-mod faults;
+pub(crate) mod faults;
 mod glb;
 mod names;
 mod obj;

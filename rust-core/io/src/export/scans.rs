@@ -6,7 +6,7 @@ use std::path::Path;
 use ::e57::{E57Writer, Quaternion, Record, RecordDataType, RecordName, RecordValue, Transform, Translation};
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::atomic::write_atomically;
+use super::atomic::{write_atomically, write_atomically_back_and_forth};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Viewing};
@@ -114,7 +114,7 @@ pub fn write_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
     let places = checked(images)?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
-    write_atomically(path, progress, |file| {
+    write_atomically_back_and_forth(path, progress, |file| {
         let failed = |e: ::e57::Error| Error::io(path, answer(&e));
         // Names, not random numbers: the same scans make the same file.
         let mut writer = E57Writer::new(file, "{surfrecon}").map_err(failed)?;

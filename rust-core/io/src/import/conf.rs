@@ -18,6 +18,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::overlap::{self, Convention};
 use super::text::lines_of;
 use super::{ReadOptions, ScanSet, file};
+use crate::memory_folder::begins_in_memory;
 use base::error::{Error, Result};
 use base::progress::Progress;
 
@@ -109,7 +110,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8], options: &ReadOptions, notes: &mu
             Some(quaternion) => quaternion,
             None => return fail("the quaternion is zero and turns nowhere; for no rotation write 0 0 0 1".to_owned()),
         };
-        if !file.is_file() {
+        if !file::is_file(&file) {
             if kind == Keyword::Mesh && file.extension().is_none() {
                 notes.push(format!(
                     "{}: line {number}: there is no file {name}; this reference surface was left out",
@@ -177,7 +178,7 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     // Both kinds of separators, whatever system wrote the file.
     let parts: Vec<&str> = name.split(['/', '\\']).collect();
     let drive = parts[0].len() >= 2 && parts[0].as_bytes()[1] == b':' && parts[0].as_bytes()[0].is_ascii_alphabetic();
-    if parts[0].is_empty() || drive || parts.contains(&"..") {
+    if parts[0].is_empty() || drive || parts.contains(&"..") || begins_in_memory(name) {
         return Err(format!("{name} leads out of the folder of this file; put the scans beside it or below it"));
     }
     if name.contains('\0') {

@@ -42,6 +42,11 @@ pub(super) fn read(buffer: &mut [u8]) -> Result<&mut [u8]> {
     }
 }
 
+/// What files open as, and what their scans hold, in words.
+pub(crate) fn outcome_of(paths: &[PathBuf]) -> base::error::Result<String> {
+    read_all(paths, Fault::None).0
+}
+
 /// Opens files and reads all their scans while `fault` is on; the outcome and the fault afterwards.
 fn read_all(paths: &[PathBuf], fault: Fault) -> (base::error::Result<String>, Fault) {
     FAULT.set(fault);
@@ -61,7 +66,7 @@ fn read_all(paths: &[PathBuf], fault: Fault) -> (base::error::Result<String>, Fa
 }
 
 /// Sets of files that open together: each seed of the fuzz targets, and lists, cameras, trajectories and poses with scans.
-fn sets(folder: &Path) -> Vec<Vec<PathBuf>> {
+pub(crate) fn sets(folder: &Path) -> Vec<Vec<PathBuf>> {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds");
     let mut sets = Vec::new();
     for kind in ["import_scan", "import_ply", "import_points", "import_frames"] {

@@ -1,7 +1,9 @@
-//! Files as the readers need them. Only regular files are read: a device or a pipe could go on for ever.
+//! Files as the readers need them, of the system or of folders in memory. Of the system only regular files are read: a device or a
+//! pipe could go on for ever.
 
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -10,6 +12,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{Content, ReadOptions, Scan, ScanSet};
+use crate::memory_folder::{Reading, explained, place_of};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -25,16 +28,31 @@ const MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// An opened regular file. Every reader gets its bytes through this one type, so that a test can make any read fail.
 pub(super) struct Regular {
-    file: File,
+    file: Opened,
     /// Bytes of a byte order mark, which are no part of the content.
     mark: u64,
+}
+
+enum Opened {
+    File(File),
+    InMemory(Reading),
 }
 
 impl Regular {
     fn read_once(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         #[cfg(test)]
         let buffer = super::faults::read(buffer)?;
-        self.file.read(buffer)
+        match &mut self.file {
+            Opened::File(file) => file.read(buffer),
+            Opened::InMemory(file) => file.read(buffer),
+        }
+    }
+
+    fn seek_once(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        match &mut self.file {
+            Opened::File(file) => file.seek(to),
+            Opened::InMemory(file) => file.seek(to),
+        }
     }
 }
 
@@ -53,8 +71,8 @@ impl Read for Regular {
 impl Seek for Regular {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
         let place = match to {
-            SeekFrom::Start(at) => self.file.seek(SeekFrom::Start(at.saturating_add(self.mark))),
-            other => self.file.seek(other),
+            SeekFrom::Start(at) => self.seek_once(SeekFrom::Start(at.saturating_add(self.mark))),
+            other => self.seek_once(other),
         };
         place?.checked_sub(self.mark).ok_or_else(|| ErrorKind::InvalidInput.into())
     }
@@ -119,17 +137,48 @@ pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
     if path.as_os_str().is_empty() {
         return Err(Error::input("the name of a file is empty"));
     }
-    // Asked before opening: opening a pipe waits for its other end.
-    let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, e))?;
-    if metadata.is_dir() {
+    let is_folder = || {
         let remedy = "this is a folder; choose its files, or the .conf file that places them";
-        return Err(Error::input(format!("{}: {remedy}", path.display())));
+        Error::input(format!("{}: {remedy}", path.display()))
+    };
+    if let Some(place) = place_of(path) {
+        if place.is_dir() {
+            return Err(is_folder());
+        }
+        let file = place.open().map_err(|e| Error::io(path, e))?;
+        let length = file.length();
+        return Ok((Regular { file: Opened::InMemory(file), mark: 0 }, length));
+    }
+    // Asked before opening: opening a pipe waits for its other end.
+    let metadata = std::fs::metadata(path).map_err(|e| Error::io(path, explained(path, e)))?;
+    if metadata.is_dir() {
+        return Err(is_folder());
     }
     if !metadata.is_file() {
         return Err(Error::input(format!("{}: not a regular file", path.display())));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
-    Ok((Regular { file, mark: 0 }, metadata.len()))
+    Ok((Regular { file: Opened::File(file), mark: 0 }, metadata.len()))
+}
+
+/// Whether there is a file of this name.
+pub(super) fn is_file(path: &Path) -> bool {
+    place_of(path).map_or_else(|| path.is_file(), |place| place.is_file())
+}
+
+/// Whether there is a folder of this name.
+pub(super) fn is_dir(path: &Path) -> bool {
+    place_of(path).map_or_else(|| path.is_dir(), |place| place.is_dir())
+}
+
+/// The names of what lies in a folder, in any order, each found when it is asked for.
+pub(super) fn names_in(folder: &Path) -> Result<Box<dyn Iterator<Item = Result<OsString>> + '_>> {
+    if let Some(place) = place_of(folder) {
+        return Ok(Box::new(place.children().into_iter().map(|name| Ok(name.into()))));
+    }
+    let failed = move |e| Error::io(folder, e);
+    let entries = std::fs::read_dir(folder).map_err(failed)?;
+    Ok(Box::new(entries.map(move |entry| entry.map(|entry| entry.file_name()).map_err(failed))))
 }
 
 /// Reads a whole file of text.

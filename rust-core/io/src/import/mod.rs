@@ -55,7 +55,7 @@ mod window;
 #[cfg(any(test, fuzzing))]
 mod damage;
 #[cfg(test)]
-mod faults;
+pub(crate) mod faults;
 #[cfg(any(test, fuzzing))]
 pub mod fuzzing;
 
@@ -145,7 +145,7 @@ enum Listed {
 fn listed(paths: &[&Path], progress: &Progress<'_>) -> Result<Vec<Listed>> {
     let mut listed = Vec::new();
     for &path in paths {
-        if !path.is_dir() {
+        if !file::is_dir(path) {
             listed.push(Listed::File(path.to_owned()));
         } else if let Some(found) = frames::find(path, progress)? {
             listed.push(Listed::Recording(found));

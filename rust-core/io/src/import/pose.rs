@@ -19,7 +19,7 @@ const ROUNDED: f64 = 1e-6;
 
 /// Places a scan if there is a file of its pose beside it; a note that says so.
 pub(super) fn beside(scan: &mut Scan) -> Result<Option<String>> {
-    let Some(path) = candidates(&scan.path).into_iter().find(|path| path.is_file()) else { return Ok(None) };
+    let Some(path) = candidates(&scan.path).into_iter().find(|path| file::is_file(path)) else { return Ok(None) };
     let (file, length) = file::open(&path)?;
     if length > LONGEST {
         return Err(Error::format(&path, "whole file", format!("{length} bytes are more than a pose, a 4 x 4 matrix")));

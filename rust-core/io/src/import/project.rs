@@ -132,7 +132,7 @@ fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progres
     for one in &placed {
         let path = conf::named(folder, &one.name, options)
             .map_err(|problem| Error::format(list, format!("line {}", one.line), problem))?;
-        if !path.is_file() {
+        if !file::is_file(&path) {
             missing.push(&one.name);
         }
         found.push(path);
@@ -163,11 +163,10 @@ fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progres
 
 /// The files of a folder that open as one set: its only list, else all scans and what describes them, by name.
 pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(folder).map_err(|e| Error::io(folder, e))?;
     let mut files = Vec::new();
-    for entry in entries {
-        let path = entry.map_err(|e| Error::io(folder, e))?.path();
-        if path.is_file() {
+    for name in file::names_in(folder)? {
+        let path = folder.join(name?);
+        if file::is_file(&path) {
             files.push(path);
         }
     }

@@ -10,6 +10,7 @@ use super::ReadOptions;
 use super::edits::Edits;
 use super::frames::Recording;
 use super::registry::{Role, format_of};
+use crate::memory_folder::{self, MemoryFolder};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
@@ -40,6 +41,8 @@ pub struct Scan {
     pub(crate) recording: Option<Arc<Recording>>,
     /// What becomes of its samples after they are read.
     pub(crate) edits: Edits,
+    /// Where it lies in memory: stays there as long as the scan.
+    pub(crate) _memory: Option<MemoryFolder>,
 }
 
 /// A place in a file of text.
@@ -73,6 +76,7 @@ impl Scan {
             begin: Begin::default(),
             recording: None,
             edits: Edits::default(),
+            _memory: memory_folder::of(path),
         }
     }
 

@@ -3,6 +3,7 @@
 
 mod aligning;
 mod files;
+mod folders;
 mod frames;
 mod objects;
 mod operations;

@@ -71,7 +71,7 @@ impl Store {
                 let top = archive.list("");
                 Ok((!top.is_empty()).then(|| Store { path: self.path.join(name), archive: Some(archive), top }))
             }
-            None if self.path.join(name).is_dir() => Store::folder(&self.path.join(name), progress).map(Some),
+            None if file::is_dir(&self.path.join(name)) => Store::folder(&self.path.join(name), progress).map(Some),
             None => Ok(None),
         }
     }
@@ -90,7 +90,10 @@ impl Store {
     pub(super) fn has(&self, name: &str) -> bool {
         match &self.archive {
             Some(archive) => archive.has(name),
-            None if name.contains('/') => self.path.join(name).exists(),
+            None if name.contains('/') => {
+                let path = self.path.join(name);
+                file::is_file(&path) || file::is_dir(&path)
+            }
             None => self.top.contains(name),
         }
     }
@@ -107,14 +110,14 @@ impl Store {
         }
         let path = self.path_of(folder);
         let mut names = BTreeSet::new();
-        if !path.is_dir() {
+        if !file::is_dir(&path) {
             return Ok(names);
         }
-        for (i, entry) in std::fs::read_dir(&path).map_err(|e| Error::io(&path, e))?.enumerate() {
+        for (i, name) in file::names_in(&path)?.enumerate() {
             if i % ENTRIES == 0 {
                 progress.check()?;
             }
-            let name = entry.map_err(|e| Error::io(&path, e))?.file_name().into_string().ok();
+            let name = name?.into_string().ok();
             names.extend(name.filter(|name| !is_of_system(name)));
         }
         Ok(names)

@@ -22,7 +22,7 @@ pub(super) fn outside(uri: &str, scan: &Scan) -> Result<Vec<u8>> {
         Ok(path) => path,
         Err(problem) => return fail(&problem),
     };
-    if !path.is_file() {
+    if !file::is_file(&path) {
         return fail("there is no such file; buffers are in the file itself or in files beside it");
     }
     file::read_bytes(&path)

@@ -1,0 +1,350 @@
+//! Files that are no files of the system: folders in memory, and Python's file objects where a path is expected.
+
+use std::ops::Deref;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBytes, PyIterator, PyList, PyMemoryView};
+use surfrecon::memory_folder::{self, Sink, Source};
+
+use crate::errors::{reworded, to_python};
+
+/// A folder whose files lie in memory: ``folder / "scan.ply"`` is a path for whatever takes one, the folder itself too.
+///
+/// So scans, lists of scans and whole recordings are read from memory, and whatever can be written is written there::
+///
+///     folder = surfrecon.MemoryFolder()
+///     folder["scan.ply"] = response.content
+///     scan = surfrecon.read(folder / "scan.ply")
+///     mesh.write(folder / "mesh.glb")
+///     send(folder["mesh.glb"])
+///
+/// It works like a ``dict`` of names and ``bytes``; names have / between folders. Scans that were opened in it keep it. Where one file is
+/// read or written, a binary file object with a ``name`` does as well, a ``io.BytesIO`` that was given one too.
+///
+/// Args:
+///     sink: called with the name of a file and its next bytes, or ``None`` once it is complete, instead of keeping what is written. On any
+///         thread, never on two at once; what it raises comes out of the call that writes, and no file is complete then.
+#[pyclass(frozen, mapping, module = "surfrecon")]
+pub struct MemoryFolder {
+    folder: memory_folder::MemoryFolder,
+}
+
+#[pymethods]
+impl MemoryFolder {
+    #[new]
+    #[pyo3(signature = (sink = None))]
+    fn new(py: Python<'_>, sink: Option<Py<PyAny>>) -> PyResult<Self> {
+        let folder = match sink {
+            None => memory_folder::MemoryFolder::new(),
+            Some(sink) if sink.bind(py).is_callable() => memory_folder::MemoryFolder::to_sink(Callable(sink)),
+            Some(other) => {
+                let given = other.bind(py).get_type();
+                return Err(PyTypeError::new_err(format!("sink must be callable with a name and bytes, got {given}")));
+            }
+        };
+        Ok(MemoryFolder { folder })
+    }
+
+    /// The path of a file in the folder, whether it is there or not.
+    ///
+    /// Raises:
+    ///     InputError: a name that is no file's within the folder.
+    fn __truediv__(&self, name: &str) -> PyResult<MemoryPath> {
+        self.at(name)
+    }
+
+    fn __fspath__(&self) -> String {
+        self.folder.root().to_string_lossy().into_owned()
+    }
+
+    /// Puts a file into the folder whose bytes are asked for when they are read.
+    ///
+    /// Args:
+    ///     name: of the file.
+    ///     length: number of bytes.
+    ///     read: called with the place of the first byte and the most that are wanted, at least 1; gives up to as many bytes, at least 1. On
+    ///         any thread. What it raises comes out of the call that reads.
+    ///
+    /// Raises:
+    ///     InputError: a name that is no file's within the folder.
+    fn put_source(&self, py: Python<'_>, name: &str, length: u64, read: Py<PyAny>) -> PyResult<MemoryPath> {
+        if !read.bind(py).is_callable() {
+            let given = read.bind(py).get_type();
+            return Err(PyTypeError::new_err(format!("read must be callable with a place and a count, got {given}")));
+        }
+        self.folder.put_source(name, Arc::new(Reader { length, read })).map_err(|error| to_python(&error))?;
+        self.at(name)
+    }
+
+    fn __setitem__(&self, name: &str, content: &Bound<'_, PyAny>) -> PyResult<()> {
+        let bytes = bytes_of(content)?;
+        self.folder.put_source(name, Arc::new(Held(bytes))).map(drop).map_err(|error| to_python(&error))
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
+        if let Some(bytes) = self.folder.bytes(name) {
+            return Ok(PyBytes::new(py, &bytes));
+        }
+        if !self.has(name) {
+            return Err(PyKeyError::new_err(name.to_owned()));
+        }
+        let whole = py.detach(|| self.folder.read(name)).map_err(|error| to_python(&error))?;
+        Ok(PyBytes::new(py, &whole))
+    }
+
+    fn __delitem__(&self, name: &str) -> PyResult<()> {
+        if self.folder.remove(name) { Ok(()) } else { Err(PyKeyError::new_err(name.to_owned())) }
+    }
+
+    fn __contains__(&self, name: &Bound<'_, PyAny>) -> bool {
+        name.extract::<String>().is_ok_and(|name| self.has(&name))
+    }
+
+    fn __len__(&self) -> usize {
+        self.folder.names().len()
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        PyList::new(py, self.folder.names())?.try_iter()
+    }
+
+    /// The names of all files, in order.
+    fn keys(&self) -> Vec<String> {
+        self.folder.names()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<MemoryFolder {} of {} files>", self.folder.root().display(), self.folder.names().len())
+    }
+}
+
+impl MemoryFolder {
+    fn at(&self, name: &str) -> PyResult<MemoryPath> {
+        self.folder.path(name).map_err(|error| to_python(&error))?;
+        Ok(MemoryPath { folder: self.folder.clone(), name: name.to_owned() })
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.folder.names().iter().any(|known| known == name)
+    }
+}
+
+/// The path of a file in a ``MemoryFolder``, which it keeps.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct MemoryPath {
+    folder: memory_folder::MemoryFolder,
+    /// The name in the folder.
+    #[pyo3(get)]
+    name: String,
+}
+
+#[pymethods]
+impl MemoryPath {
+    fn __fspath__(&self) -> String {
+        self.folder.root().join(&self.name).to_string_lossy().into_owned()
+    }
+
+    fn __str__(&self) -> String {
+        self.__fspath__()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<MemoryPath {}>", self.__fspath__())
+    }
+}
+
+/// The bytes of an object that has some, or of a file object, which is read to its end.
+fn bytes_of(content: &Bound<'_, PyAny>) -> PyResult<PyBackedBytes> {
+    let py = content.py();
+    if let Ok(bytes) = content.extract::<PyBackedBytes>() {
+        return Ok(bytes);
+    }
+    let given = if content.hasattr("read")? { content.call_method0("read")? } else { content.clone() };
+    // What lies in a buffer of any kind.
+    let view = PyMemoryView::from(&given);
+    let bytes =
+        view.and_then(|view| py.get_type::<PyBytes>().call1((view,))?.extract::<PyBackedBytes>().map_err(PyErr::from));
+    bytes.map_err(|error| {
+        reworded(error, || {
+            let given = given.get_type();
+            PyTypeError::new_err(format!(
+                "a file consists of bytes, or of what a binary file object reads, got {given}"
+            ))
+        })
+    })
+}
+
+/// Where a file is: a path, or a file object, which lies in a folder of its own while it is needed.
+pub struct Place {
+    path: PathBuf,
+    _folder: Option<memory_folder::MemoryFolder>,
+}
+
+impl Deref for Place {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl AsRef<Path> for Place {
+    fn as_ref(&self) -> &Path {
+        self
+    }
+}
+
+impl Place {
+    /// A file that is read.
+    ///
+    /// # Errors
+    /// What is no path and no file object; what reading it raises.
+    pub fn to_read(given: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Place::of(given, "read", |folder, name| {
+            let bytes = bytes_of(given)?;
+            folder.put_source(name, Arc::new(Held(bytes))).map_err(|error| to_python(&error))
+        })
+    }
+
+    fn of(
+        given: &Bound<'_, PyAny>,
+        method: &str,
+        make: impl FnOnce(&memory_folder::MemoryFolder, &str) -> PyResult<PathBuf>,
+    ) -> PyResult<Self> {
+        match given.extract::<PathBuf>() {
+            Ok(path) => return Ok(Place { path, _folder: None }),
+            Err(error) if error.is_instance_of::<PyTypeError>(given.py()) => {}
+            Err(error) => return Err(error),
+        }
+        if !given.hasattr(method)? {
+            let expected = match method {
+                "read" => "paths must be a path, a binary file object or a list of these",
+                _ => "path must be a path or a binary file object",
+            };
+            return Err(PyTypeError::new_err(format!("{expected}, got {}", given.get_type())));
+        }
+        let name = name_of(given)?;
+        let folder = match method {
+            "write" => {
+                memory_folder::MemoryFolder::to_sink(FileObject { file: given.clone().unbind(), name: name.clone() })
+            }
+            _ => memory_folder::MemoryFolder::new(),
+        };
+        Ok(Place { path: make(&folder, &name)?, _folder: Some(folder) })
+    }
+}
+
+/// A file that is written.
+impl<'py> FromPyObject<'_, 'py> for Place {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        Place::of(&given, "write", |folder, name| folder.path(name).map_err(|error| to_python(&error)))
+    }
+}
+
+/// What the name of a file object ends with: it says the format where the content does not.
+fn name_of(file: &Bound<'_, PyAny>) -> PyResult<String> {
+    let given = file.getattr("name").ok().and_then(|name| name.extract::<PathBuf>().ok());
+    let name = given.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    name.filter(|name| !name.is_empty()).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "{file} has no name that says the format: give it one, file.name = \"mesh.ply\", or use a surfrecon.MemoryFolder"
+        ))
+    })
+}
+
+struct Held(PyBackedBytes);
+
+impl AsRef<[u8]> for Held {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// A Python function that gives bytes.
+struct Reader {
+    length: u64,
+    read: Py<PyAny>,
+}
+
+impl Source for Reader {
+    fn length(&self) -> u64 {
+        self.length
+    }
+
+    fn read_at(&self, at: u64, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = |py: Python<'_>| -> PyResult<usize> {
+            let bytes = bytes_of(&self.read.bind(py).call1((at, buffer.len()))?)?;
+            let count = bytes.len();
+            if count == 0 || count > buffer.len() {
+                let wanted = buffer.len();
+                return Err(PyValueError::new_err(format!(
+                    "read({at}, {wanted}) must give 1 to {wanted} bytes, got {count}"
+                )));
+            }
+            buffer[..count].copy_from_slice(&bytes);
+            Ok(count)
+        };
+        Python::attach(read).map_err(std::io::Error::other)
+    }
+}
+
+/// A Python function that takes names and bytes.
+struct Callable(Py<PyAny>);
+
+impl Callable {
+    fn call(&self, name: &str, bytes: Option<&[u8]>) -> std::io::Result<()> {
+        let call = |py: Python<'_>| self.0.bind(py).call1((name, bytes.map(|bytes| PyBytes::new(py, bytes)))).map(drop);
+        Python::attach(call).map_err(std::io::Error::other)
+    }
+}
+
+impl Sink for Callable {
+    fn piece(&mut self, name: &str, bytes: &[u8]) -> std::io::Result<()> {
+        self.call(name, Some(bytes))
+    }
+
+    fn complete(&mut self, name: &str) -> std::io::Result<()> {
+        self.call(name, None)
+    }
+}
+
+/// A Python file object that is written to.
+struct FileObject {
+    file: Py<PyAny>,
+    name: String,
+}
+
+impl Sink for FileObject {
+    fn piece(&mut self, name: &str, bytes: &[u8]) -> std::io::Result<()> {
+        let write = |py: Python<'_>| -> PyResult<()> {
+            if name != self.name {
+                return Err(PyValueError::new_err(format!(
+                    "{} is a list with files beside it, which one file object can't hold: use a surfrecon.MemoryFolder",
+                    self.name
+                )));
+            }
+            let mut rest = bytes;
+            while !rest.is_empty() {
+                let written = self.file.bind(py).call_method1("write", (PyBytes::new(py, rest),))?;
+                // Unbuffered files say how much they took; others take all, and some say nothing.
+                let count = written.extract::<usize>().unwrap_or(rest.len()).min(rest.len());
+                if count == 0 {
+                    return Err(PyValueError::new_err(format!("{} takes no more bytes", self.name)));
+                }
+                rest = &rest[count..];
+            }
+            Ok(())
+        };
+        Python::attach(write).map_err(std::io::Error::other)
+    }
+
+    fn complete(&mut self, _: &str) -> std::io::Result<()> {
+        Ok(())
+    }
+}

@@ -1,0 +1,397 @@
+//! Folders that lie in memory or behind functions of the caller, each with a path of its own: whatever takes paths reads and writes the
+//! files in them, lists with the scans that they name and whole recordings among these.
+//!
+//! As GDAL has it with `/vsimem/`, but a folder belongs to whoever made it and goes with its last user.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::io::{Cursor, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use base::error::{Error, Result};
+use base::memory;
+
+/// How the paths of all such folders begin.
+const ROOT: &str = "memory:";
+
+/// Most bytes that a [`Sink`] is handed at once of a file that had to be finished before.
+const PIECE: usize = 1 << 20;
+
+/// Those that somebody has, by their numbers.
+static FOLDERS: Mutex<BTreeMap<u64, Weak<Inner>>> = Mutex::new(BTreeMap::new());
+
+/// What a file is read from, wherever its bytes are; those that lie in memory are one by themselves.
+pub trait Source: Send + Sync {
+    /// Number of bytes; must not change.
+    fn length(&self) -> u64;
+
+    /// Reads bytes from a place on, any number of them but 0 before the end. Several threads may ask at once.
+    ///
+    /// # Errors
+    /// Whatever keeps them from being read; the file's reader hands it on.
+    fn read_at(&self, at: u64, buffer: &mut [u8]) -> std::io::Result<usize>;
+}
+
+impl<T: AsRef<[u8]> + Send + Sync> Source for T {
+    fn length(&self) -> u64 {
+        self.as_ref().len() as u64
+    }
+
+    fn read_at(&self, at: u64, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let rest = usize::try_from(at).ok().and_then(|at| self.as_ref().get(at..)).unwrap_or_default();
+        let count = rest.len().min(buffer.len());
+        buffer[..count].copy_from_slice(&rest[..count]);
+        Ok(count)
+    }
+}
+
+/// Who is handed what is written, instead of its being kept. It must not write into the same folder.
+pub trait Sink: Send {
+    /// The next bytes of a file; those of several files may take turns.
+    ///
+    /// # Errors
+    /// Whatever keeps it from taking them: the writer ends with it, and no file is complete.
+    fn piece(&mut self, name: &str, bytes: &[u8]) -> std::io::Result<()>;
+
+    /// All of a file was handed over. What has had pieces and is not complete when its writer has ended is to be discarded.
+    ///
+    /// # Errors
+    /// As [`Sink::piece`].
+    fn complete(&mut self, name: &str) -> std::io::Result<()>;
+}
+
+/// A folder of files in memory; clones are the same folder. It is there as long as one of them is, or a scan that was opened in it.
+#[derive(Clone)]
+pub struct MemoryFolder(Arc<Inner>);
+
+struct Inner {
+    number: u64,
+    files: Mutex<BTreeMap<String, Held>>,
+    sink: Option<Mutex<Box<dyn Sink>>>,
+}
+
+#[derive(Clone)]
+enum Held {
+    Bytes(Arc<Vec<u8>>),
+    Source(Arc<dyn Source>),
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        folders().remove(&self.number);
+    }
+}
+
+impl fmt::Debug for MemoryFolder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MemoryFolder").field("path", &self.root()).field("names", &self.names()).finish()
+    }
+}
+
+impl Default for MemoryFolder {
+    fn default() -> Self {
+        MemoryFolder::new()
+    }
+}
+
+fn folders() -> MutexGuard<'static, BTreeMap<u64, Weak<Inner>>> {
+    FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl MemoryFolder {
+    /// An empty folder.
+    pub fn new() -> Self {
+        MemoryFolder::made(None)
+    }
+
+    /// An empty folder that keeps nothing of what is written into it: `sink` is handed that.
+    pub fn to_sink(sink: impl Sink + 'static) -> Self {
+        MemoryFolder::made(Some(Mutex::new(Box::new(sink))))
+    }
+
+    fn made(sink: Option<Mutex<Box<dyn Sink>>>) -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let inner = Arc::new(Inner { number, files: Mutex::default(), sink });
+        folders().insert(number, Arc::downgrade(&inner));
+        MemoryFolder(inner)
+    }
+
+    /// The path of the folder.
+    pub fn root(&self) -> PathBuf {
+        Path::new(ROOT).join(self.0.number.to_string())
+    }
+
+    /// The path of a file in it, whether it is there or not. Names may lead through folders, `depth/00001.png`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a name that is no file's within the folder.
+    pub fn path(&self, name: &str) -> Result<PathBuf> {
+        let parts = || name.split('/');
+        if name.contains(['\\', '\0']) || parts().any(|part| matches!(part, "" | "." | "..")) {
+            let shown = name.replace(char::is_control, "\u{fffd}");
+            let remedy = "a file in memory is called like one on a disk, `scan.ply` or `depth/00001.png`, with / between folders";
+            return Err(Error::input(format!("{shown:?}: {remedy}")));
+        }
+        Ok(parts().fold(self.root(), |path, part| path.join(part)))
+    }
+
+    /// Puts a file into the folder, in place of one of that name; its path.
+    ///
+    /// # Errors
+    /// As [`MemoryFolder::path`].
+    pub fn put(&self, name: &str, bytes: impl Into<Arc<Vec<u8>>>) -> Result<PathBuf> {
+        self.hold(name, Held::Bytes(bytes.into()))
+    }
+
+    /// As [`MemoryFolder::put`], for bytes that lie elsewhere: each reader asks for those that it needs.
+    ///
+    /// # Errors
+    /// As [`MemoryFolder::path`].
+    pub fn put_source(&self, name: &str, source: Arc<dyn Source>) -> Result<PathBuf> {
+        self.hold(name, Held::Source(source))
+    }
+
+    fn hold(&self, name: &str, held: Held) -> Result<PathBuf> {
+        let path = self.path(name)?;
+        self.files().insert(name.to_owned(), held);
+        Ok(path)
+    }
+
+    /// What was written or put into a file; `None` if it is not there, or lies elsewhere.
+    pub fn bytes(&self, name: &str) -> Option<Arc<Vec<u8>>> {
+        match self.files().get(name) {
+            Some(Held::Bytes(bytes)) => Some(bytes.clone()),
+            _ => None,
+        }
+    }
+
+    /// All bytes of a file, wherever they lie.
+    ///
+    /// # Errors
+    /// [`Error::Io`] if it is not there or can't be read; [`Error::Input`] as [`MemoryFolder::path`]; [`Error::OutOfMemory`].
+    pub fn read(&self, name: &str) -> Result<Vec<u8>> {
+        let path = self.path(name)?;
+        let io = |e| Error::io(&path, e);
+        let mut file = Place { folder: self.clone(), name: name.to_owned() }.open().map_err(io)?;
+        let mut bytes =
+            memory::reserved(usize::try_from(file.length).unwrap_or(usize::MAX), || format!("reading {name}"))?;
+        file.read_to_end(&mut bytes).map_err(io)?;
+        Ok(bytes)
+    }
+
+    /// Takes a file away; whether it was there. Who reads it just then reads on.
+    pub fn remove(&self, name: &str) -> bool {
+        self.files().remove(name).is_some()
+    }
+
+    /// The names of all files, in order.
+    pub fn names(&self) -> Vec<String> {
+        self.files().keys().cloned().collect()
+    }
+
+    fn files(&self) -> MutexGuard<'_, BTreeMap<String, Held>> {
+        self.0.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whether a name begins like the path of a folder in memory.
+pub(crate) fn begins_in_memory(name: &str) -> bool {
+    name.split(['/', '\\']).next() == Some(ROOT)
+}
+
+/// A place in a folder in memory.
+pub(crate) struct Place {
+    folder: MemoryFolder,
+    /// Of the file or folder; empty for the folder itself.
+    name: String,
+}
+
+/// The place of a path in a folder that is there; `None` for paths of the system.
+pub(crate) fn place_of(path: &Path) -> Option<Place> {
+    let mut parts = path.components();
+    let (Some(Component::Normal(root)), Some(Component::Normal(number))) = (parts.next(), parts.next()) else {
+        return None;
+    };
+    if root != ROOT {
+        return None;
+    }
+    let number: u64 = number.to_str()?.parse().ok()?;
+    let folder = MemoryFolder(folders().get(&number)?.upgrade()?);
+    let mut names: Vec<&str> = Vec::new();
+    for part in parts {
+        match part {
+            Component::Normal(name) => names.push(name.to_str()?),
+            Component::CurDir => {}
+            _ => return None,
+        }
+    }
+    Some(Place { name: names.join("/"), folder })
+}
+
+/// Why nothing is found at a path: a folder in memory goes with its last user.
+pub(crate) fn explained(path: &Path, error: std::io::Error) -> std::io::Error {
+    match path.components().next() {
+        Some(Component::Normal(root)) if root == ROOT => {
+            std::io::Error::new(error.kind(), "this folder in memory has gone: keep it as long as its paths are used")
+        }
+        _ => error,
+    }
+}
+
+/// The folder that a path leads into; `None` for paths of the system.
+pub(crate) fn of(path: &Path) -> Option<MemoryFolder> {
+    place_of(path).map(|place| place.folder)
+}
+
+impl Place {
+    pub(crate) fn is_file(&self) -> bool {
+        self.folder.files().contains_key(&self.name)
+    }
+
+    pub(crate) fn is_dir(&self) -> bool {
+        self.name.is_empty() || !self.children().is_empty()
+    }
+
+    /// The names in a folder, without what lies deeper.
+    pub(crate) fn children(&self) -> BTreeSet<String> {
+        let below = if self.name.is_empty() { String::new() } else { format!("{}/", self.name) };
+        let files = self.folder.files();
+        let names = files.range(below.clone()..).map_while(|(name, _)| name.strip_prefix(&below));
+        names.filter_map(|rest| rest.split('/').next()).map(str::to_owned).collect()
+    }
+
+    /// The file, to be read.
+    pub(crate) fn open(&self) -> std::io::Result<Reading> {
+        let source: Arc<dyn Source> = match self.folder.files().get(&self.name) {
+            Some(Held::Bytes(bytes)) => Arc::new(Shared(bytes.clone())),
+            Some(Held::Source(source)) => source.clone(),
+            None => {
+                return Err(std::io::Error::new(ErrorKind::NotFound, "there is no such file in this folder in memory"));
+            }
+        };
+        Ok(Reading { length: source.length(), source, at: 0 })
+    }
+
+    /// The file, to be written. Pieces are handed to a sink at once, unless the writer goes back in what it has written.
+    pub(crate) fn write(self, goes_back: bool) -> Writing {
+        let hands_on = self.folder.0.sink.is_some() && !goes_back;
+        Writing { place: self, bytes: Cursor::default(), hands_on }
+    }
+}
+
+struct Shared(Arc<Vec<u8>>);
+
+impl AsRef<[u8]> for Shared {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
+}
+
+/// A file in memory that is being read.
+pub(crate) struct Reading {
+    source: Arc<dyn Source>,
+    length: u64,
+    at: u64,
+}
+
+impl Reading {
+    pub(crate) fn length(&self) -> u64 {
+        self.length
+    }
+}
+
+impl Read for Reading {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let left = usize::try_from(self.length.saturating_sub(self.at)).unwrap_or(usize::MAX);
+        let most = buffer.len().min(left);
+        if most == 0 {
+            return Ok(0);
+        }
+        let count = self.source.read_at(self.at, &mut buffer[..most])?;
+        if count == 0 || count > most {
+            let answer = format!(
+                "{count} bytes were read at byte {} of {}, where 1 to {most} were asked for",
+                self.at, self.length
+            );
+            return Err(std::io::Error::new(ErrorKind::UnexpectedEof, answer));
+        }
+        self.at += count as u64;
+        Ok(count)
+    }
+}
+
+impl Seek for Reading {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        let place = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::End(by) => self.length.checked_add_signed(by),
+            SeekFrom::Current(by) => self.at.checked_add_signed(by),
+        };
+        self.at = place.ok_or(ErrorKind::InvalidInput)?;
+        Ok(self.at)
+    }
+}
+
+/// A file in memory that is being written; dropped, it is gone.
+pub(crate) struct Writing {
+    place: Place,
+    bytes: Cursor<Vec<u8>>,
+    hands_on: bool,
+}
+
+impl Writing {
+    /// Puts the file into its folder, or tells the sink that it is complete.
+    pub(crate) fn keep(self) -> std::io::Result<()> {
+        let Place { folder, name } = self.place;
+        let bytes = self.bytes.into_inner();
+        match &folder.0.sink {
+            None => {
+                folder.files().insert(name, Held::Bytes(bytes.into()));
+                Ok(())
+            }
+            Some(sink) => {
+                let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
+                bytes.chunks(PIECE).try_for_each(|piece| sink.piece(&name, piece))?;
+                sink.complete(&name)
+            }
+        }
+    }
+}
+
+impl Write for Writing {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.hands_on
+            && let Some(sink) = &self.place.folder.0.sink
+        {
+            sink.lock().unwrap_or_else(PoisonError::into_inner).piece(&self.place.name, bytes)?;
+            return Ok(bytes.len());
+        }
+        let beyond =
+            (self.bytes.position() as usize).saturating_add(bytes.len()).saturating_sub(self.bytes.get_ref().len());
+        self.bytes.get_mut().try_reserve(beyond).map_err(|_| ErrorKind::OutOfMemory)?;
+        self.bytes.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Writing {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.bytes.read(buffer)
+    }
+}
+
+impl Seek for Writing {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        debug_assert!(!self.hands_on, "what was handed on can't be gone back to");
+        self.bytes.seek(to)
+    }
+}
+
+#[cfg(test)]
+mod tests;
