@@ -1,8 +1,9 @@
-//! What calling through the C library costs beyond calling the core: the same work both ways in turn, seconds as JSON lines.
+//! What calling through the C library costs beyond calling the core, and its files in memory beside those on a disk: the same work both ways
+//! in turn, seconds as JSON lines.
 //! Usage: capi_overhead LIBRARY REPEATS
 #![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
 
-use std::ffi::c_void;
+use std::ffi::{CString, c_char, c_void};
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
@@ -41,12 +42,17 @@ type Run = unsafe extern "C" fn(Handle, *const [u64; 7], *const c_void, *mut Han
 type Init = unsafe extern "C" fn(*mut [u64; 7], usize) -> i32;
 type View = unsafe extern "C" fn(Handle, *mut Array) -> i32;
 
+/// Medians of the seconds of calling the core and calling the C library.
+fn compare(case: &str, repeats: usize, core: impl FnMut(), c: impl FnMut()) {
+    compare_as(["core_s", "c_s"], case, repeats, core, c);
+}
+
 /// Medians of the seconds of both ways, which take turns.
-fn compare(case: &str, repeats: usize, mut core: impl FnMut(), mut c: impl FnMut()) {
+fn compare_as(names: [&str; 2], case: &str, repeats: usize, mut first: impl FnMut(), mut second: impl FnMut()) {
     let mut seconds = [vec![], vec![]];
     // The first turn warms caches, page tables and thread pools, and does not count.
     for turn in 0..=repeats {
-        for (way, work) in [&mut core as &mut dyn FnMut(), &mut c].into_iter().enumerate() {
+        for (way, work) in [&mut first as &mut dyn FnMut(), &mut second].into_iter().enumerate() {
             let started = Instant::now();
             work();
             if turn > 0 {
@@ -54,11 +60,11 @@ fn compare(case: &str, repeats: usize, mut core: impl FnMut(), mut c: impl FnMut
             }
         }
     }
-    let [core, c] = seconds.map(|mut all| {
+    let [first, second] = seconds.map(|mut all| {
         all.sort_by(f64::total_cmp);
         all[all.len() / 2]
     });
-    println!("{{\"case\": \"{case}\", \"core_s\": {core}, \"c_s\": {c}}}");
+    println!("{{\"case\": \"{case}\", \"{}\": {first}, \"{}\": {second}}}", names[0], names[1]);
 }
 
 fn main() {
@@ -189,4 +195,95 @@ fn main() {
             }
         },
     );
+
+    files(&library, repeats);
+}
+
+type Text = *const c_char;
+type CreateFolder = unsafe extern "C" fn(*const c_void, *mut Handle) -> i32;
+type PathIn = unsafe extern "C" fn(Handle, Text, *mut Text) -> i32;
+type Put = unsafe extern "C" fn(Handle, Text, *const c_void, usize) -> i32;
+type BytesOf = unsafe extern "C" fn(Handle, Text, *mut *const c_void, *mut usize) -> i32;
+type Write = unsafe extern "C" fn(Handle, Text, *const c_void, *const c_void) -> i32;
+type Open = unsafe extern "C" fn(*const Text, usize, *const c_void, *const c_void, *mut Handle) -> i32;
+type Read = unsafe extern "C" fn(Handle, usize, *const c_void, *mut u32, *mut Handle, *mut Handle, *mut Handle) -> i32;
+
+/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside one in memory, with
+/// copying it out of and into the folder.
+fn files(library: &Library, repeats: usize) {
+    macro_rules! function {
+        ($name:literal, $t:ty) => {
+            // SAFETY: the types are those the header declares.
+            *unsafe { library.get::<$t>($name) }.unwrap()
+        };
+    }
+    let create = function!(b"srf_mesh_create", Create);
+    let (free, free_scans) = (function!(b"srf_mesh_free", Free), function!(b"srf_scans_free", Free));
+    let (create_folder, path_in) =
+        (function!(b"srf_folder_create", CreateFolder), function!(b"srf_folder_path", PathIn));
+    let (put, bytes_of) = (function!(b"srf_folder_put", Put), function!(b"srf_folder_bytes", BytesOf));
+    let (write, open, read) =
+        (function!(b"srf_mesh_write", Write), function!(b"srf_scans_open", Open), function!(b"srf_scans_read", Read));
+    let null = std::ptr::null();
+
+    let mesh = Shape::Torus { major: 1.0, minor: 0.4 }.mesh(500);
+    let corners: Vec<[f64; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+    let (mut handle, mut folder): (Handle, Handle) = (std::ptr::null_mut(), std::ptr::null_mut());
+    // SAFETY: arrays as the header wants them.
+    unsafe {
+        assert_eq!(create(&points(&corners), &triangles(&mesh.triangles), &mut handle), 0);
+        assert_eq!(create_folder(null, &mut folder), 0);
+    }
+    let disk = tempfile::tempdir().unwrap();
+    // SAFETY: handles of the library, texts that end with a zero.
+    let write_to = |path: Text| assert_eq!(unsafe { write(handle, path, null, null) }, 0);
+    let read_from = |path: Text| {
+        let (mut scans, mut content) = (std::ptr::null_mut(), 0);
+        let (mut image, mut mesh, mut cloud) = (std::ptr::null_mut(), std::ptr::null_mut(), std::ptr::null_mut());
+        // SAFETY: as above.
+        unsafe {
+            assert_eq!(open([path].as_ptr(), 1, null, null, &mut scans), 0);
+            assert_eq!(read(scans, 0, null, &mut content, &mut image, &mut mesh, &mut cloud), 0);
+            assert_eq!((free(mesh), free_scans(scans)), (0, 0));
+        }
+    };
+    let held = |name: Text| {
+        let (mut bytes, mut count) = (null, 0);
+        // SAFETY: as above; the bytes stay until they are asked for again.
+        unsafe {
+            assert_eq!(bytes_of(folder, name, &mut bytes, &mut count), 0);
+            std::slice::from_raw_parts(bytes.cast::<u8>(), count).to_vec()
+        }
+    };
+    let names = ["file_s", "memory_s"];
+    for name in ["mesh.ply", "mesh.glb", "mesh.stl", "mesh.obj"] {
+        let on_disk = CString::new(disk.path().join(name).to_str().unwrap()).unwrap();
+        let in_memory = CString::new(name).unwrap();
+        let mut path = std::ptr::null();
+        // SAFETY: as above.
+        assert_eq!(unsafe { path_in(folder, in_memory.as_ptr(), &mut path) }, 0);
+        compare_as(
+            names,
+            &format!("write {name}"),
+            repeats,
+            || write_to(on_disk.as_ptr()),
+            || {
+                write_to(path);
+                std::hint::black_box(held(in_memory.as_ptr()));
+            },
+        );
+        let bytes = held(in_memory.as_ptr());
+        assert_eq!(bytes, std::fs::read(disk.path().join(name)).unwrap());
+        compare_as(
+            names,
+            &format!("read {name}"),
+            repeats,
+            || read_from(on_disk.as_ptr()),
+            || {
+                // SAFETY: as above.
+                assert_eq!(unsafe { put(folder, in_memory.as_ptr(), bytes.as_ptr().cast(), bytes.len()) }, 0);
+                read_from(path);
+            },
+        );
+    }
 }

@@ -34,6 +34,7 @@ WITH = {
 }
 # Columns that are null where a case has nothing of the kind.
 NOT_OF_ALL = {
+    "capi": {"core_s", "c_s", "file_s", "memory_s"},
     "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
