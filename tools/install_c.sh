@@ -85,7 +85,7 @@ link_for_linux() {
     echo "SURFRECON_$compatible { global: srf_*; local: *; };" >"$scratch/symbols"
     # shellcheck disable=SC2086 # several words
     "${cc[@]}" -shared -o "$scratch/$file" -Wl,-soname,"$named" -Wl,--version-script="$scratch/symbols" -Wl,--build-id=sha1 \
-        -Wl,-z,relro,-z,now -Wl,--gc-sections -Wl,--as-needed -Wl,--whole-archive "$built/$static" -Wl,--no-whole-archive \
+        -Wl,-z,relro,-z,now,-z,nodelete -Wl,--gc-sections -Wl,--as-needed -Wl,--whole-archive "$built/$static" -Wl,--no-whole-archive \
         ${LDFLAGS:-} $private $unwinder ||
         die "the shared library could not be linked: SURFRECON_CC must be a C compiler for $target"
 }

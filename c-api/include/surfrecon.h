@@ -1,10 +1,31 @@
 /*
- * surfrecon: surfaces from range scans.
+ * surfrecon: surfaces from range scans. A whole program, without the looks at what calls return:
+ *
+ *     #include <surfrecon.h>
+ *     int main(int count, char **arguments)
+ *     {
+ *         srf_scans *scans; srf_merger *merger; srf_mesh *mesh;
+ *         if (count != 3) return 2;
+ *         srf_scans_open((const char *const *)&arguments[1], 1, NULL, NULL, &scans);
+ *         srf_merger_create(&merger);
+ *         srf_merger_add_scans(merger, scans);
+ *         srf_merger_run(merger, NULL, NULL, &mesh, NULL);
+ *         return srf_mesh_write(mesh, arguments[2], NULL, NULL) == SRF_OK ? 0 : 1;
+ *     }
+ *
+ * To be read in this order: srf_status; srf_scans_open() and srf_scans_read(), or srf_image_create() and srf_image_from_frame() for data
+ * of one's own; srf_merger_run(), or another verb: srf_aligner_run(), srf_sculptor_create(), srf_quads_create(),
+ * srf_reconstructor_create(), srf_mesh_cluster(); srf_mesh_positions() or srf_mesh_write(). What a verb may be told stands before it, in
+ * its struct of parameters.
  *
  * Conventions
  *   Names begin with srf_. A call that can fail returns srf_status; srf_last_error_message() then has the text.
  *   Results are written through the last arguments, and only on SRF_OK.
+ *   Besides what its comment lists, any call may return SRF_ERR_OUT_OF_MEMORY and SRF_ERR_INTERNAL.
  *   Pointers are borrowed for the call unless the comment says otherwise; const means not modified.
+ *   A view (srf_array as a result) points into what its handle stands for; it is there until that is freed or changed.
+ *   Functions of yours are called on the thread that made the call unless the comment says otherwise. They must not unwind, by an exception
+ *   or by longjmp(): what they throw ends the program, or worse. surfrecon.hpp takes exceptions across.
  *   Every call may be made from any thread, and no input ends the program. Work that would not fit into the memory that
  *   is free (see srf_set_memory_limit()) is refused by any call with SRF_ERR_OUT_OF_MEMORY before it begins, as far as it
  *   can be foreseen; if the system refuses memory after that, the call ends with the same status and leaves nothing behind.
@@ -12,7 +33,10 @@
  *   permissions; links are followed; a read-only file is left alone (SRF_ERR_IO), and so is what is no file
  *   (SRF_ERR_INPUT).
  *   Handles are numbers looked up in a table: a wrong or freed one is refused with SRF_ERR_HANDLE, never followed. A handle
- *   may be used by several threads at once.
+ *   may be used by several threads at once. Of several loaded copies of the library each refuses the handles of the others.
+ *   Once loaded the library stays: on Linux and macOS dlclose() does nothing, since its threads wait in its code for the next call; on
+ *   Windows do not call FreeLibrary() after a call was made.
+ *   Poses (srf_pose) are made orthonormal where they are within 0.02 of it, and refused beyond (SRF_ERR_INPUT).
  *   Structs that start with struct_size are filled by their _init function before use and grow only at the end: a program
  *   built with an older header gets the defaults for what it does not know.
  *   Values of enums are handed over as integers of fixed width, and checked. Lengths are in the unit of the data, angles
@@ -43,13 +67,17 @@
 // Patch number.
 #define SRF_VERSION_PATCH 0
 
+// The three as one number that compares: 1000000 * major + 1000 * minor + patch.
+#define SRF_VERSION 2000
+
 // Outcome of a call. Numbers are never reused.
 typedef enum {
   // All went well.
   SRF_OK = 0,
-  // A parameter is out of its range; the text has the value, the range and the unit.
+  // A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range; the text
+  // has the value, the range and the unit.
   SRF_ERR_PARAMETER = 1,
-  // The data handed in can't be used; the text names the element.
+  // What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another; the text names the element.
   SRF_ERR_INPUT = 2,
   // A file does not hold what its format promises; the text names the place.
   SRF_ERR_FORMAT = 3,
@@ -72,50 +100,50 @@ typedef enum {
 // How important a message of the log is.
 typedef enum {
   // What a person may want to know, for example how a file was understood.
-  SRF_LOG_INFO = 1,
+  SRF_LOG_LEVEL_INFO = 1,
   // What a person should look at, for example a part of the input that was left out.
-  SRF_LOG_WARNING = 2,
+  SRF_LOG_LEVEL_WARNING = 2,
 } srf_log_level;
 
 // Type of the numbers of an array.
 typedef enum {
   // float
-  SRF_F32 = 1,
+  SRF_TYPE_F32 = 1,
   // double
-  SRF_F64 = 2,
+  SRF_TYPE_F64 = 2,
   // int32_t
-  SRF_I32 = 3,
+  SRF_TYPE_I32 = 3,
   // uint32_t
-  SRF_U32 = 4,
+  SRF_TYPE_U32 = 4,
   // uint8_t
-  SRF_U8 = 5,
+  SRF_TYPE_U8 = 5,
   // uint16_t; of the depths of frames
-  SRF_U16 = 6,
+  SRF_TYPE_U16 = 6,
 } srf_type;
 
 // How pixels see.
 typedef enum {
   // Rays along -z; the value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
-  SRF_ORTHOGRAPHIC = 1,
+  SRF_PROJECTION_ORTHOGRAPHIC = 1,
   // Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1); the value is z. numbers: fx, fy, cx, cy in pixels.
-  SRF_PINHOLE_DEPTH = 2,
+  SRF_PROJECTION_PINHOLE_DEPTH = 2,
   // The same, the value is the distance along the ray.
-  SRF_PINHOLE_RANGE = 3,
+  SRF_PROJECTION_PINHOLE_RANGE = 3,
   // Rays from the origin; the value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation
   // (from the horizon toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
-  SRF_SPHERICAL = 4,
+  SRF_PROJECTION_SPHERICAL = 4,
   // A point a pixel, seen along parallel rays. numbers: x, y, z of their direction, toward the scene.
-  SRF_GRID_PARALLEL = 5,
+  SRF_PROJECTION_GRID_PARALLEL = 5,
   // A point a pixel, seen from one place. numbers: x, y, z of it.
-  SRF_GRID_FROM = 6,
+  SRF_PROJECTION_GRID_FROM = 6,
 } srf_projection_kind;
 
 // What the entries of an attribute belong to.
 typedef enum {
   // One entry a vertex.
-  SRF_VERTICES = 1,
+  SRF_DOMAIN_VERTICES = 1,
   // One entry a triangle.
-  SRF_TRIANGLES = 2,
+  SRF_DOMAIN_TRIANGLES = 2,
 } srf_domain;
 
 // What a scan holds.
@@ -195,31 +223,31 @@ typedef enum {
 // Why a point is not on a surface.
 typedef enum {
   // It is on it.
-  SRF_USED = 0,
+  SRF_DROPPED_USED = 0,
   // A coordinate isn't a finite number.
-  SRF_NOT_FINITE = 1,
+  SRF_DROPPED_NOT_FINITE = 1,
   // At the same place as a point before it.
-  SRF_DUPLICATE = 2,
+  SRF_DROPPED_DUPLICATE = 2,
   // Inside the closed surface, out of its reach.
-  SRF_INSIDE = 3,
+  SRF_DROPPED_INSIDE = 3,
   // Outside the surface: too far away for the threshold, or carved away.
-  SRF_OUTSIDE = 4,
+  SRF_DROPPED_OUTSIDE = 4,
   // Far from any surface that the others tell; only with smoothing. Since 0.2.
-  SRF_OUTLIER = 5,
+  SRF_DROPPED_OUTLIER = 5,
 } srf_dropped;
 
 // What decided the size of a cell.
 typedef enum {
   // The caller gave it.
-  SRF_VOXEL_GIVEN = 0,
+  SRF_VOXEL_REASON_GIVEN = 0,
   // 1.5 times the mean distance of neighbouring samples.
-  SRF_VOXEL_SPACING = 1,
+  SRF_VOXEL_REASON_SPACING = 1,
   // Half the median standard deviation of the samples.
-  SRF_VOXEL_NOISE = 2,
+  SRF_VOXEL_REASON_NOISE = 2,
   // 1.5 times the median distance between scans that overlap.
-  SRF_VOXEL_DISTANCE = 3,
+  SRF_VOXEL_REASON_DISTANCE = 3,
   // Coarser than that, so that it fits into the memory there is.
-  SRF_VOXEL_MEMORY = 4,
+  SRF_VOXEL_REASON_MEMORY = 4,
 } srf_voxel_reason;
 
 // What is known of the poses that the scans have.
@@ -243,35 +271,35 @@ typedef enum {
 // What became of a scan.
 typedef enum {
   // It has no place: srf_alignment_reason() says why.
-  SRF_SCAN_UNPLACED = 0,
+  SRF_SCAN_STATE_UNPLACED = 0,
   // Its pose was found.
-  SRF_SCAN_PLACED = 1,
+  SRF_SCAN_STATE_PLACED = 1,
   // Its pose is as given: it is fixed, or the frame of the others.
-  SRF_SCAN_KEPT = 2,
+  SRF_SCAN_STATE_KEPT = 2,
   // It was joined with others, but nothing joins these with the first group.
-  SRF_SCAN_APART = 3,
+  SRF_SCAN_STATE_APART = 3,
 } srf_scan_state;
 
 // What became of a pair of scans.
 typedef enum {
   // No motion was found that lays one on the other.
-  SRF_PAIR_NOTHING = 0,
+  SRF_PAIR_STATE_NOTHING = 0,
   // They overlap and fit, where they lie in the end.
-  SRF_PAIR_FITS = 1,
+  SRF_PAIR_STATE_FITS = 1,
   // They overlap where they lie in the end, but lie further apart than noise explains: warp, or something moved.
-  SRF_PAIR_MISFIT = 2,
+  SRF_PAIR_STATE_MISFIT = 2,
   // They fit, but may turn or slide on each other: not used.
-  SRF_PAIR_SLIDES = 3,
+  SRF_PAIR_STATE_SLIDES = 3,
   // They fit in several places: not used.
-  SRF_PAIR_AMBIGUOUS = 4,
+  SRF_PAIR_STATE_AMBIGUOUS = 4,
   // What they share stood still before the sensor while the rest moved: not used.
-  SRF_PAIR_BACKGROUND = 5,
+  SRF_PAIR_STATE_BACKGROUND = 5,
   // They fit by themselves, but other scans' sensors saw through there: not used.
-  SRF_PAIR_SEEN_THROUGH = 6,
+  SRF_PAIR_STATE_SEEN_THROUGH = 6,
   // They fit by themselves, but other pairs, that fit better, say otherwise: not used.
-  SRF_PAIR_DISAGREES = 7,
+  SRF_PAIR_STATE_DISAGREES = 7,
   // The caller rejected it.
-  SRF_PAIR_REJECTED = 8,
+  SRF_PAIR_STATE_REJECTED = 8,
 } srf_pair_state;
 
 // An alignment being put together: scans are added, what is known of them is said, then it is run, as often as wanted. Scans are
@@ -395,7 +423,7 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // What depths are: SRF_PINHOLE_DEPTH, along z, the default, or SRF_PINHOLE_RANGE, along the ray.
+  // What depths are: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
   uint32_t kind;
   // Rows of the depth image.
   uint64_t rows;
@@ -762,8 +790,8 @@ typedef struct {
 typedef struct {
   // Bytes of this struct.
   uint32_t struct_size;
-  // Whether it fits there, and if not, why: SRF_PAIR_FITS, SRF_PAIR_MISFIT, SRF_PAIR_SLIDES, SRF_PAIR_SEEN_THROUGH or
-  // SRF_PAIR_NOTHING.
+  // Whether it fits there, and if not, why: SRF_PAIR_STATE_FITS, SRF_PAIR_STATE_MISFIT, SRF_PAIR_STATE_SLIDES, SRF_PAIR_STATE_SEEN_THROUGH or
+  // SRF_PAIR_STATE_NOTHING.
   uint32_t state;
   // Scans that it touches.
   uint32_t touches;
@@ -1284,6 +1312,9 @@ extern "C" {
 // Version of the loaded library, for example "0.2.0". Static text, never NULL. Since 0.1.
 const char *srf_version(void);
 
+// Version of the loaded library as a number that compares, for example with SRF_VERSION of the header. Since 0.2.
+uint32_t srf_version_number(void);
+
 // Number of the binary interface of the loaded library; it must equal SRF_ABI_VERSION of the header the program was
 // built with. Since 0.1.
 uint32_t srf_abi_version(void);
@@ -1337,8 +1368,8 @@ srf_status srf_triangulate_params_init_sized(srf_triangulate_params *params, siz
 // Makes a range image.
 // rows, cols         size of the image
 // projection         how pixels see; not NULL
-// samples            rows * cols elements, row after row: for a grid 3 SRF_F32 or SRF_F64 (kept in single precision), for the
-//                    other kinds one SRF_F64 or SRF_F32; a number that is not finite makes its pixel invalid; not NULL
+// samples            rows * cols elements, row after row: for a grid 3 SRF_TYPE_F32 or SRF_TYPE_F64 (kept in single precision), for the
+//                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32; a number that is not finite makes its pixel invalid; not NULL
 // world_from_sensor  a rotation and a translation; NULL for the identity
 // name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 // out_image          receives a new handle on SRF_OK only; not NULL
@@ -1377,7 +1408,7 @@ srf_status srf_image_name(const srf_image *image, const char **out_name);
 // returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_camera(const srf_image *image, srf_projection *out_projection, srf_pose *out_pose);
 
-// A view of the samples, row after row: 3 SRF_F32 a pixel for a grid, else one SRF_F64. NaN: an invalid pixel.
+// A view of the samples, row after row: 3 SRF_TYPE_F32 a pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
 // image        not NULL
 // out_samples  receives the view on SRF_OK only; not NULL
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -1424,10 +1455,10 @@ srf_status srf_image_set_name(srf_image *image,
 
 // Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
 // image        not NULL
-// colours      4 SRF_U8 a pixel, sRGB with straight alpha
-// intensities  one SRF_F32 or SRF_F64 a pixel, in the sensor's own unit
-// confidences  one SRF_F32 or SRF_F64 a pixel, >= 0; without them they follow from the geometry
-// returns      SRF_OK, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+// colours      4 SRF_TYPE_U8 a pixel, sRGB with straight alpha
+// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, in the sensor's own unit
+// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, >= 0; without them they follow from the geometry
+// returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_image_set_attributes(srf_image *image,
                                     const srf_array *colours,
                                     const srf_array *intensities,
@@ -1435,9 +1466,9 @@ srf_status srf_image_set_attributes(srf_image *image,
 
 // Views of what pixels have besides their samples; what an image does not have is empty.
 // image            not NULL
-// out_colours      4 SRF_U8 a pixel; NULL if not wanted
-// out_intensities  one SRF_F32 a pixel; NULL if not wanted
-// out_confidences  one SRF_F32 a pixel; NULL if not wanted
+// out_colours      4 SRF_TYPE_U8 a pixel; NULL if not wanted
+// out_intensities  one SRF_TYPE_F32 a pixel; NULL if not wanted
+// out_confidences  one SRF_TYPE_F32 a pixel; NULL if not wanted
 // returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_image_attributes(const srf_image *image,
                                 srf_array *out_colours,
@@ -1481,11 +1512,11 @@ srf_status srf_left_out_init_sized(srf_left_out *left_out,
 
 // Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 // its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
-// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_U16 is 65535. O(pixels).
+// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_TYPE_U16 is 65535. O(pixels).
 // frame              how the images were taken, initialized by srf_frame_init(); not NULL
-// depths             one SRF_U16, SRF_F32 or SRF_F64 a pixel of the depth image, row after row; not NULL
-// colours            3 or 4 SRF_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
-// confidences        one SRF_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
+// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row; not NULL
+// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
+// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
 // world_from_sensor  places the depth camera, a rotation and a translation; NULL for the identity
 // name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 // progress           NULL for none
@@ -1504,13 +1535,13 @@ srf_status srf_image_from_frame(const srf_frame *frame,
                                 srf_left_out *out_left_out);
 
 // Makes a cloud.
-// positions         3 SRF_F64 or SRF_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
-// normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
-// colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
-// intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none
+// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
+// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 a point, of unit length; NULL for none
+// colours           4 SRF_TYPE_U8 a point, sRGB with straight alpha; NULL for none
+// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 a point, in the sensor's own unit; NULL for none
 // world_from_cloud  NULL for the identity
 // out_cloud         receives a new handle on SRF_OK only; not NULL
-// returns           SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_cloud_create(const srf_array *positions,
                             const srf_array *normals,
                             const srf_array *colours,
@@ -1525,10 +1556,10 @@ srf_status srf_cloud_free(srf_cloud *cloud);
 
 // Views of a cloud's arrays; those it does not have are empty.
 // cloud            not NULL
-// out_positions    3 SRF_F64 a point; NULL if not wanted
-// out_normals      3 SRF_F32 a point; NULL if not wanted
-// out_colours      4 SRF_U8 a point; NULL if not wanted
-// out_intensities  one SRF_F32 a point; NULL if not wanted
+// out_positions    3 SRF_TYPE_F64 a point; NULL if not wanted
+// out_normals      3 SRF_TYPE_F32 a point; NULL if not wanted
+// out_colours      4 SRF_TYPE_U8 a point; NULL if not wanted
+// out_intensities  one SRF_TYPE_F32 a point; NULL if not wanted
 // returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_arrays(const srf_cloud *cloud,
                             srf_array *out_positions,
@@ -1543,10 +1574,10 @@ srf_status srf_cloud_arrays(const srf_cloud *cloud,
 srf_status srf_cloud_pose(const srf_cloud *cloud, srf_pose *out_pose);
 
 // Makes a mesh.
-// positions  3 SRF_F64 or SRF_F32 a vertex, finite, in any unit; not NULL
-// triangles  3 SRF_U32 or SRF_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
+// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, finite, in any unit; not NULL
+// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
 // out_mesh   receives a new handle on SRF_OK only; not NULL
-// returns    SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_mesh_create(const srf_array *positions,
                            const srf_array *triangles,
                            srf_mesh **out_mesh);
@@ -1556,13 +1587,13 @@ srf_status srf_mesh_create(const srf_array *positions,
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
 srf_status srf_mesh_free(srf_mesh *mesh);
 
-// A view of the coordinates: 3 SRF_F64 a vertex.
+// A view of the coordinates: 3 SRF_TYPE_F64 a vertex.
 // mesh           not NULL
 // out_positions  receives the view on SRF_OK only; not NULL
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_positions(const srf_mesh *mesh, srf_array *out_positions);
 
-// A view of the triangles: 3 SRF_U32 a triangle.
+// A view of the triangles: 3 SRF_TYPE_U32 a triangle.
 // mesh           not NULL
 // out_triangles  receives the view on SRF_OK only; not NULL
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -1587,7 +1618,7 @@ srf_status srf_mesh_attribute_name(const srf_mesh *mesh,
                                    size_t index,
                                    const char **out_name);
 
-// A view of an attribute: one SRF_F32, SRF_I32 or SRF_U8 (a flag) or four SRF_U8 (a colour, sRGB with straight alpha) an
+// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha) an
 // entry.
 // mesh       not NULL
 // domain     a value of srf_domain
@@ -1671,12 +1702,12 @@ srf_status srf_image_to_mesh(const srf_image *image,
 // kind, with numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen
 // from where it was. Samples lie in the world where the vertices do. O(pixels).
 // camera           what srf_image_grid_camera() filled; not NULL
-// row              one SRF_I32 or SRF_U32 a vertex, its pixel's row; not NULL
-// col              one SRF_I32 or SRF_U32 a vertex, its pixel's column; not NULL
-// positions        3 SRF_F64 or SRF_F32 a vertex, in the host's frame; not NULL
-// colours          4 SRF_U8 a vertex, sRGB with straight alpha; NULL for none
-// intensities      one SRF_F32 or SRF_F64 a vertex; NULL for none
-// confidences      one SRF_F32 or SRF_F64 a vertex, >= 0; NULL for none
+// row              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's row; not NULL
+// col              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's column; not NULL
+// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, in the host's frame; not NULL
+// colours          4 SRF_TYPE_U8 a vertex, sRGB with straight alpha; NULL for none
+// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex; NULL for none
+// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex, >= 0; NULL for none
 // world_from_host  any affine matrix that does not flatten; NULL for the identity
 // name             as of srf_image_create(); NULL for none
 // progress         NULL for none
@@ -2188,7 +2219,7 @@ srf_status srf_alignment_pair(const srf_alignment *alignment, size_t index, srf_
 // out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
 // out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
 // out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
-// out_angles     receives a view that stays until the alignment is freed, an SRF_F64 a scan: by how much it was turned then, from 0 to
+// out_angles     receives a view that stays until the alignment is freed, an SRF_TYPE_F64 a scan: by how much it was turned then, from 0 to
 //                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
 //                are not. NULL if not wanted
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -2260,7 +2291,7 @@ srf_status srf_aligner_snap(const srf_aligner *aligner,
 // world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid; all 0 for scans that are left out. NULL for the
 //                  poses that they were added with
 // count            scans that were added, 0 if world_from_scan is NULL
-// points           3 SRF_F64 or SRF_F32 a point, in the scan's own frame; not NULL
+// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame; not NULL
 // progress         NULL for none
 // out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite; not NULL
 // returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is
@@ -2325,10 +2356,10 @@ srf_status srf_region_box(const srf_pose *world_from_box,
 srf_status srf_region_below(const srf_plane *plane, srf_region **out_region);
 
 // A region of the marked samples of one scan.
-// marks       one SRF_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
+// marks       one SRF_TYPE_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
 // rows, cols  size of the image; 0 and 0 for meshes and clouds
 // out_region  receives a new handle on SRF_OK only; not NULL
-// returns     SRF_OK, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 srf_status srf_region_mask(const srf_array *marks,
                            size_t rows,
                            size_t cols,
@@ -2343,7 +2374,7 @@ srf_status srf_region_free(srf_region *region);
 // a, b            x, y, z of each, in the world; not NULL
 // distance        how far apart they are, > 0, in the unit that the scans are to have
 // out_similarity  for srf_scans_transform() and the like; not NULL
-// returns         SRF_OK, SRF_ERR_INPUT for places that are the same or a distance not above 0, SRF_ERR_NULL. Since 0.1.
+// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL. Since 0.1.
 srf_status srf_true_size(const double *a,
                          const double *b,
                          double distance,
@@ -2379,7 +2410,7 @@ srf_status srf_image_select(srf_image *image,
 // keep         as for srf_image_select()
 // progress     NULL for none
 // out_removed  receives the number of points that went; NULL if not wanted
-// returns      as srf_image_select(). Since 0.1.
+// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_select(srf_cloud *cloud,
                             const srf_region *region,
                             uint32_t keep,
@@ -2394,7 +2425,8 @@ srf_status srf_cloud_select(srf_cloud *cloud,
 // keep             as for srf_image_select()
 // progress         NULL for none
 // out_removed      receives the number of vertices that went; NULL if not wanted
-// returns          as srf_image_select(). Since 0.1.
+// returns          SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+//                  SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_select(srf_mesh *mesh,
                            const srf_pose *world_from_mesh,
                            const srf_region *region,
@@ -2432,14 +2464,14 @@ srf_status srf_image_transform(srf_image *image,
 // Gives a cloud another size and place: points are scaled, the rest goes into its place in the world. Views of the cloud are gone.
 // cloud       not NULL
 // similarity  as for srf_scans_transform(); not NULL
-// returns     as srf_image_transform(). Since 0.1.
+// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_cloud_transform(srf_cloud *cloud,
                                const srf_pose *similarity);
 
 // Scales, turns and shifts the vertices of a mesh, and scales its attributes that are lengths. Views of the mesh are gone.
 // mesh        not NULL
 // similarity  as for srf_scans_transform(); not NULL
-// returns     as srf_image_transform(). Since 0.1.
+// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_mesh_transform(srf_mesh *mesh,
                               const srf_pose *similarity);
 
@@ -2623,9 +2655,9 @@ srf_status srf_quads_free(srf_quads *quads);
 // quads           not NULL
 // out_rows        rows of vertices; NULL if not wanted
 // out_cols        columns of vertices; NULL if not wanted
-// out_positions   3 SRF_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
-// out_pixels      2 SRF_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
-// out_background  one SRF_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+// out_positions   3 SRF_TYPE_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
+// out_pixels      2 SRF_TYPE_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
+// out_background  one SRF_TYPE_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
 // returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_grid(const srf_quads *quads,
                           size_t *out_rows,
@@ -2636,10 +2668,10 @@ srf_status srf_quads_grid(const srf_quads *quads,
 
 // The quads that are not on the background, with the vertices they use.
 // quads          not NULL
-// out_positions  3 SRF_F64 a vertex, in the sensor's frame; NULL if not wanted
-// out_uvs        2 SRF_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
-// out_corners    4 SRF_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
-// out_errors     one SRF_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+// out_positions  3 SRF_TYPE_F64 a vertex, in the sensor's frame; NULL if not wanted
+// out_uvs        2 SRF_TYPE_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
+// out_corners    4 SRF_TYPE_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
+// out_errors     one SRF_TYPE_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
 // returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_quads_faces(const srf_quads *quads,
                            srf_array *out_positions,
@@ -2695,7 +2727,7 @@ srf_status srf_spline_free(srf_spline *spline);
 // spline       not NULL
 // out_rows     rows of control points; NULL if not wanted
 // out_cols     columns of control points; NULL if not wanted
-// out_points   3 SRF_F64 a control point, in the sensor's frame; NULL if not wanted
+// out_points   3 SRF_TYPE_F64 a control point, in the sensor's frame; NULL if not wanted
 // returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_spline_control(const srf_spline *spline,
                               size_t *out_rows,
@@ -2738,11 +2770,11 @@ srf_status srf_reconstruct_report_init_sized(srf_reconstruct_report *report,
 // Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
 // surface.
 // cloud              not NULL; its normals, if it has any, say which side of the surface is seen
-// sensors            3 SRF_F64 or SRF_F32 a place, one place or one a point: where the points were seen from, in the cloud's
+// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 //                    frame; go before the normals. NULL for none. With neither, closed surfaces are turned outwards, open
 //                    ones up
 // out_reconstructor  receives a new handle on SRF_OK only; not NULL
-// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_reconstructor_create(const srf_cloud *cloud,
                                     const srf_array *sensors,
                                     srf_reconstructor **out_reconstructor);
@@ -2887,7 +2919,7 @@ srf_status srf_distances_init_sized(srf_distances *distances,
 // Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
 // any number of threads.
 // mesh           with at least one triangle; not NULL
-// points         3 SRF_F64 or SRF_F32 a point, finite; not NULL
+// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite; not NULL
 // is_signed      1: distances behind the surface are negative; 0: all are positive
 // threads        at most 1024; 0 for the number of srf_set_threads()
 // progress       NULL for none

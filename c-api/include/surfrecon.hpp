@@ -79,17 +79,17 @@ namespace detail {
 template <typename T>
 struct TypeOf;
 template <>
-struct TypeOf<float> { static constexpr std::uint32_t value = SRF_F32; };
+struct TypeOf<float> { static constexpr std::uint32_t value = SRF_TYPE_F32; };
 template <>
-struct TypeOf<double> { static constexpr std::uint32_t value = SRF_F64; };
+struct TypeOf<double> { static constexpr std::uint32_t value = SRF_TYPE_F64; };
 template <>
-struct TypeOf<std::int32_t> { static constexpr std::uint32_t value = SRF_I32; };
+struct TypeOf<std::int32_t> { static constexpr std::uint32_t value = SRF_TYPE_I32; };
 template <>
-struct TypeOf<std::uint32_t> { static constexpr std::uint32_t value = SRF_U32; };
+struct TypeOf<std::uint32_t> { static constexpr std::uint32_t value = SRF_TYPE_U32; };
 template <>
-struct TypeOf<std::uint16_t> { static constexpr std::uint32_t value = SRF_U16; };
+struct TypeOf<std::uint16_t> { static constexpr std::uint32_t value = SRF_TYPE_U16; };
 template <>
-struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_U8; };
+struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_TYPE_U8; };
 
 template <typename T>
 srf_array array_of(const T *data, std::size_t count, std::uint32_t components)
@@ -231,7 +231,7 @@ struct AlignReport : srf_align_report {
 // What an alignment found of a scan.
 struct AlignedScan : srf_aligned_scan {
     AlignedScan() { check(srf_aligned_scan_init(this)); }
-    bool has_place() const noexcept { return state == SRF_SCAN_PLACED || state == SRF_SCAN_KEPT; }
+    bool has_place() const noexcept { return state == SRF_SCAN_STATE_PLACED || state == SRF_SCAN_STATE_KEPT; }
     // Ways that nothing holds it.
     std::vector<srf_freedom> ways() const { return {freedoms, freedoms + free_ways}; }
 };

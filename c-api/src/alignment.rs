@@ -50,22 +50,22 @@ handle!(srf_alignment, Aligned);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_scan_state {
     /// It has no place: srf_alignment_reason() says why.
-    SRF_SCAN_UNPLACED = 0,
+    SRF_SCAN_STATE_UNPLACED = 0,
     /// Its pose was found.
-    SRF_SCAN_PLACED = 1,
+    SRF_SCAN_STATE_PLACED = 1,
     /// Its pose is as given: it is fixed, or the frame of the others.
-    SRF_SCAN_KEPT = 2,
+    SRF_SCAN_STATE_KEPT = 2,
     /// It was joined with others, but nothing joins these with the first group.
-    SRF_SCAN_APART = 3,
+    SRF_SCAN_STATE_APART = 3,
 }
 
 impl From<ScanState> for srf_scan_state {
     fn from(state: ScanState) -> Self {
         match state {
-            ScanState::Unplaced => srf_scan_state::SRF_SCAN_UNPLACED,
-            ScanState::Placed => srf_scan_state::SRF_SCAN_PLACED,
-            ScanState::Kept => srf_scan_state::SRF_SCAN_KEPT,
-            ScanState::Apart => srf_scan_state::SRF_SCAN_APART,
+            ScanState::Unplaced => srf_scan_state::SRF_SCAN_STATE_UNPLACED,
+            ScanState::Placed => srf_scan_state::SRF_SCAN_STATE_PLACED,
+            ScanState::Kept => srf_scan_state::SRF_SCAN_STATE_KEPT,
+            ScanState::Apart => srf_scan_state::SRF_SCAN_STATE_APART,
         }
     }
 }
@@ -76,37 +76,37 @@ impl From<ScanState> for srf_scan_state {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_pair_state {
     /// No motion was found that lays one on the other.
-    SRF_PAIR_NOTHING = 0,
+    SRF_PAIR_STATE_NOTHING = 0,
     /// They overlap and fit, where they lie in the end.
-    SRF_PAIR_FITS = 1,
+    SRF_PAIR_STATE_FITS = 1,
     /// They overlap where they lie in the end, but lie further apart than noise explains: warp, or something moved.
-    SRF_PAIR_MISFIT = 2,
+    SRF_PAIR_STATE_MISFIT = 2,
     /// They fit, but may turn or slide on each other: not used.
-    SRF_PAIR_SLIDES = 3,
+    SRF_PAIR_STATE_SLIDES = 3,
     /// They fit in several places: not used.
-    SRF_PAIR_AMBIGUOUS = 4,
+    SRF_PAIR_STATE_AMBIGUOUS = 4,
     /// What they share stood still before the sensor while the rest moved: not used.
-    SRF_PAIR_BACKGROUND = 5,
+    SRF_PAIR_STATE_BACKGROUND = 5,
     /// They fit by themselves, but other scans' sensors saw through there: not used.
-    SRF_PAIR_SEEN_THROUGH = 6,
+    SRF_PAIR_STATE_SEEN_THROUGH = 6,
     /// They fit by themselves, but other pairs, that fit better, say otherwise: not used.
-    SRF_PAIR_DISAGREES = 7,
+    SRF_PAIR_STATE_DISAGREES = 7,
     /// The caller rejected it.
-    SRF_PAIR_REJECTED = 8,
+    SRF_PAIR_STATE_REJECTED = 8,
 }
 
 impl From<PairState> for srf_pair_state {
     fn from(state: PairState) -> Self {
         match state {
-            PairState::Nothing => srf_pair_state::SRF_PAIR_NOTHING,
-            PairState::Fits => srf_pair_state::SRF_PAIR_FITS,
-            PairState::Misfit => srf_pair_state::SRF_PAIR_MISFIT,
-            PairState::Slides => srf_pair_state::SRF_PAIR_SLIDES,
-            PairState::Ambiguous => srf_pair_state::SRF_PAIR_AMBIGUOUS,
-            PairState::Background => srf_pair_state::SRF_PAIR_BACKGROUND,
-            PairState::SeenThrough => srf_pair_state::SRF_PAIR_SEEN_THROUGH,
-            PairState::Disagrees => srf_pair_state::SRF_PAIR_DISAGREES,
-            PairState::Rejected => srf_pair_state::SRF_PAIR_REJECTED,
+            PairState::Nothing => srf_pair_state::SRF_PAIR_STATE_NOTHING,
+            PairState::Fits => srf_pair_state::SRF_PAIR_STATE_FITS,
+            PairState::Misfit => srf_pair_state::SRF_PAIR_STATE_MISFIT,
+            PairState::Slides => srf_pair_state::SRF_PAIR_STATE_SLIDES,
+            PairState::Ambiguous => srf_pair_state::SRF_PAIR_STATE_AMBIGUOUS,
+            PairState::Background => srf_pair_state::SRF_PAIR_STATE_BACKGROUND,
+            PairState::SeenThrough => srf_pair_state::SRF_PAIR_STATE_SEEN_THROUGH,
+            PairState::Disagrees => srf_pair_state::SRF_PAIR_STATE_DISAGREES,
+            PairState::Rejected => srf_pair_state::SRF_PAIR_STATE_REJECTED,
         }
     }
 }
@@ -374,7 +374,7 @@ pub unsafe extern "C" fn srf_alignment_pair(
 /// out_found      receives 1, or 0 where there was none or its axis was not found: then nothing else is written; not NULL
 /// out_point      room for 3 doubles: a point of its axis, in the frame that the scans were taken in; NULL if not wanted
 /// out_direction  room for 3 doubles: the unit direction of its axis; NULL if not wanted
-/// out_angles     receives a view that stays until the alignment is freed, an SRF_F64 a scan: by how much it was turned then, from 0 to
+/// out_angles     receives a view that stays until the alignment is freed, an SRF_TYPE_F64 a scan: by how much it was turned then, from 0 to
 ///                2 pi, counter-clockwise where the axis points to the viewer; 0 at the first scan that is placed, NaN at those that
 ///                are not. NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.

@@ -15,17 +15,17 @@ use crate::status::{Failure, srf_status::*};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_type {
     /// float
-    SRF_F32 = 1,
+    SRF_TYPE_F32 = 1,
     /// double
-    SRF_F64 = 2,
+    SRF_TYPE_F64 = 2,
     /// int32_t
-    SRF_I32 = 3,
+    SRF_TYPE_I32 = 3,
     /// uint32_t
-    SRF_U32 = 4,
+    SRF_TYPE_U32 = 4,
     /// uint8_t
-    SRF_U8 = 5,
+    SRF_TYPE_U8 = 5,
     /// uint16_t; of the depths of frames
-    SRF_U16 = 6,
+    SRF_TYPE_U16 = 6,
 }
 
 use srf_type::*;
@@ -52,24 +52,25 @@ pub struct srf_array {
 
 fn size_of_type(name: &str, type_: u32) -> Result<usize, Failure> {
     match type_ {
-        t if t == SRF_F32 as u32 || t == SRF_I32 as u32 || t == SRF_U32 as u32 => Ok(4),
-        t if t == SRF_F64 as u32 => Ok(8),
-        t if t == SRF_U16 as u32 => Ok(2),
-        t if t == SRF_U8 as u32 => Ok(1),
-        other => {
-            Err(Failure::new(SRF_ERR_INPUT, format!("{name}: type must be a value of srf_type, 1 to 6, got {other}")))
-        }
+        t if t == SRF_TYPE_F32 as u32 || t == SRF_TYPE_I32 as u32 || t == SRF_TYPE_U32 as u32 => Ok(4),
+        t if t == SRF_TYPE_F64 as u32 => Ok(8),
+        t if t == SRF_TYPE_U16 as u32 => Ok(2),
+        t if t == SRF_TYPE_U8 as u32 => Ok(1),
+        other => Err(Failure::new(
+            SRF_ERR_PARAMETER,
+            format!("{name}: type must be a value of srf_type, 1 to 6, got {other}"),
+        )),
     }
 }
 
 fn name_of_type(type_: u32) -> &'static str {
     match type_ {
-        1 => "SRF_F32",
-        2 => "SRF_F64",
-        3 => "SRF_I32",
-        4 => "SRF_U32",
-        6 => "SRF_U16",
-        _ => "SRF_U8",
+        1 => "SRF_TYPE_F32",
+        2 => "SRF_TYPE_F64",
+        3 => "SRF_TYPE_I32",
+        4 => "SRF_TYPE_U32",
+        6 => "SRF_TYPE_U16",
+        _ => "SRF_TYPE_U8",
     }
 }
 
@@ -118,7 +119,7 @@ impl<'a> Borrowed<'a> {
     fn take(name: &'a str, array: *const srf_array, components: u32, rows: Option<Rows>) -> Result<Self, Failure> {
         let array = pointer::read_struct(array)
             .ok_or_else(|| Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")))?;
-        let wrong = |text: String| Failure::new(SRF_ERR_INPUT, format!("{name}: {text}"));
+        let wrong = |text: String| Failure::new(SRF_ERR_PARAMETER, format!("{name}: {text}"));
         let size = size_of_type(name, array.r#type)? * components as usize;
         if array.components != components {
             return Err(wrong(format!("components must be {components}, got {}", array.components)));
@@ -134,7 +135,8 @@ impl<'a> Borrowed<'a> {
         };
         let Rows { rows, cols, stride: row_stride } = rows.unwrap_or(Rows { rows: 1, cols: array.count, stride: 0 });
         if rows.checked_mul(cols) != Some(array.count) {
-            return Err(wrong(format!("an image of {cols} x {rows} pixels has not {} elements", array.count)));
+            let text = format!("{name}: an image of {cols} x {rows} pixels has not {} elements", array.count);
+            return Err(Failure::new(SRF_ERR_INPUT, text));
         }
         let a_row = spanned(cols, stride, size).ok_or_else(too_many)?;
         let row_stride = if row_stride == 0 { cols.checked_mul(stride).ok_or_else(too_many)? } else { row_stride };
@@ -154,7 +156,7 @@ impl<'a> Borrowed<'a> {
 
     fn wrong_type(&self, wanted: &str) -> Failure {
         let got = name_of_type(self.type_);
-        Failure::new(SRF_ERR_INPUT, format!("{}: type must be {wanted}, got {got}", self.name))
+        Failure::new(SRF_ERR_PARAMETER, format!("{}: type must be {wanted}, got {got}", self.name))
     }
 
     fn collect<T: AnyBitPattern, R>(&self, mut convert: impl FnMut(T) -> R) -> Result<Vec<R>, Failure> {
@@ -183,44 +185,44 @@ impl<'a> Borrowed<'a> {
     /// Points as doubles.
     pub fn points(&self) -> Result<Vec<DVec3>, Failure> {
         match self.type_ {
-            t if t == SRF_F64 as u32 => self.collect(|p: [f64; 3]| DVec3::from_array(p)),
-            t if t == SRF_F32 as u32 => self.collect(|p: [f32; 3]| DVec3::from_array(p.map(f64::from))),
-            _ => Err(self.wrong_type("SRF_F64 or SRF_F32")),
+            t if t == SRF_TYPE_F64 as u32 => self.collect(|p: [f64; 3]| DVec3::from_array(p)),
+            t if t == SRF_TYPE_F32 as u32 => self.collect(|p: [f32; 3]| DVec3::from_array(p.map(f64::from))),
+            _ => Err(self.wrong_type("SRF_TYPE_F64 or SRF_TYPE_F32")),
         }
     }
 
     /// Points as floats.
     pub fn points_f32(&self) -> Result<Vec<[f32; 3]>, Failure> {
         match self.type_ {
-            t if t == SRF_F32 as u32 => self.collect(|p: [f32; 3]| p),
-            t if t == SRF_F64 as u32 => {
+            t if t == SRF_TYPE_F32 as u32 => self.collect(|p: [f32; 3]| p),
+            t if t == SRF_TYPE_F64 as u32 => {
                 let mut overflow = None;
                 let points = self.collect(|p: [f64; 3]| p.map(|x| single(x, &mut overflow)))?;
                 self.fits(overflow).map(|()| points)
             }
-            _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
+            _ => Err(self.wrong_type("SRF_TYPE_F32 or SRF_TYPE_F64")),
         }
     }
 
     /// Plain values as doubles.
     pub fn values(&self) -> Result<Vec<f64>, Failure> {
         match self.type_ {
-            t if t == SRF_F64 as u32 => self.collect(|x: [f64; 1]| x[0]),
-            t if t == SRF_F32 as u32 => self.collect(|x: [f32; 1]| f64::from(x[0])),
-            _ => Err(self.wrong_type("SRF_F64 or SRF_F32")),
+            t if t == SRF_TYPE_F64 as u32 => self.collect(|x: [f64; 1]| x[0]),
+            t if t == SRF_TYPE_F32 as u32 => self.collect(|x: [f32; 1]| f64::from(x[0])),
+            _ => Err(self.wrong_type("SRF_TYPE_F64 or SRF_TYPE_F32")),
         }
     }
 
     /// Plain values as floats.
     pub fn values_f32(&self) -> Result<Vec<f32>, Failure> {
         match self.type_ {
-            t if t == SRF_F32 as u32 => self.collect(|x: [f32; 1]| x[0]),
-            t if t == SRF_F64 as u32 => {
+            t if t == SRF_TYPE_F32 as u32 => self.collect(|x: [f32; 1]| x[0]),
+            t if t == SRF_TYPE_F64 as u32 => {
                 let mut overflow = None;
                 let values = self.collect(|x: [f64; 1]| single(x[0], &mut overflow))?;
                 self.fits(overflow).map(|()| values)
             }
-            _ => Err(self.wrong_type("SRF_F32 or SRF_F64")),
+            _ => Err(self.wrong_type("SRF_TYPE_F32 or SRF_TYPE_F64")),
         }
     }
 
@@ -234,35 +236,37 @@ impl<'a> Borrowed<'a> {
     /// Triples of vertices.
     pub fn triangles(&self) -> Result<Vec<[u32; 3]>, Failure> {
         match self.type_ {
-            t if t == SRF_U32 as u32 => self.collect(|t: [u32; 3]| t),
+            t if t == SRF_TYPE_U32 as u32 => self.collect(|t: [u32; 3]| t),
             // A negative index becomes one that no mesh has, and is refused as out of range.
-            t if t == SRF_I32 as u32 => self.collect(|t: [i32; 3]| t.map(|v| u32::try_from(v).unwrap_or(u32::MAX))),
-            _ => Err(self.wrong_type("SRF_U32 or SRF_I32")),
+            t if t == SRF_TYPE_I32 as u32 => {
+                self.collect(|t: [i32; 3]| t.map(|v| u32::try_from(v).unwrap_or(u32::MAX)))
+            }
+            _ => Err(self.wrong_type("SRF_TYPE_U32 or SRF_TYPE_I32")),
         }
     }
 
     /// Rows or columns of pixels; what 31 bits can't hold lies outside of any grid, and stays so.
     pub fn places(&self) -> Result<Vec<i32>, Failure> {
         match self.type_ {
-            t if t == SRF_I32 as u32 => self.collect(|[place]: [i32; 1]| place),
-            t if t == SRF_U32 as u32 => self.collect(|[place]: [u32; 1]| i32::try_from(place).unwrap_or(i32::MAX)),
-            _ => Err(self.wrong_type("SRF_I32 or SRF_U32")),
+            t if t == SRF_TYPE_I32 as u32 => self.collect(|[place]: [i32; 1]| place),
+            t if t == SRF_TYPE_U32 as u32 => self.collect(|[place]: [u32; 1]| i32::try_from(place).unwrap_or(i32::MAX)),
+            _ => Err(self.wrong_type("SRF_TYPE_I32 or SRF_TYPE_U32")),
         }
     }
 
     /// Colours.
     pub fn colours(&self) -> Result<Vec<[u8; 4]>, Failure> {
         match self.type_ {
-            t if t == SRF_U8 as u32 => self.collect(|c: [u8; 4]| c),
-            _ => Err(self.wrong_type("SRF_U8")),
+            t if t == SRF_TYPE_U8 as u32 => self.collect(|c: [u8; 4]| c),
+            _ => Err(self.wrong_type("SRF_TYPE_U8")),
         }
     }
 
     /// Flags: bytes that are not 0.
     pub fn marks(&self) -> Result<Vec<bool>, Failure> {
         match self.type_ {
-            t if t == SRF_U8 as u32 => self.collect(|mark: [u8; 1]| mark[0] != 0),
-            _ => Err(self.wrong_type("SRF_U8")),
+            t if t == SRF_TYPE_U8 as u32 => self.collect(|mark: [u8; 1]| mark[0] != 0),
+            _ => Err(self.wrong_type("SRF_TYPE_U8")),
         }
     }
 
@@ -270,9 +274,9 @@ impl<'a> Borrowed<'a> {
     pub fn depths(&self) -> Result<Vec<f64>, Failure> {
         let whole = |[depth]: [u16; 1]| if depth == u16::MAX { f64::NAN } else { f64::from(depth) };
         match self.type_ {
-            t if t == SRF_U16 as u32 => self.collect(whole),
-            t if t == SRF_F64 as u32 || t == SRF_F32 as u32 => self.values(),
-            _ => Err(self.wrong_type("SRF_U16, SRF_F32 or SRF_F64")),
+            t if t == SRF_TYPE_U16 as u32 => self.collect(whole),
+            t if t == SRF_TYPE_F64 as u32 || t == SRF_TYPE_F32 as u32 => self.values(),
+            _ => Err(self.wrong_type("SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64")),
         }
     }
 
@@ -282,16 +286,16 @@ impl<'a> Borrowed<'a> {
         [u8; N]: AnyBitPattern,
     {
         match self.type_ {
-            t if t == SRF_U8 as u32 => self.collect(|c: [u8; N]| [c[0], c[1], c[2]]),
-            _ => Err(self.wrong_type("SRF_U8")),
+            t if t == SRF_TYPE_U8 as u32 => self.collect(|c: [u8; N]| [c[0], c[1], c[2]]),
+            _ => Err(self.wrong_type("SRF_TYPE_U8")),
         }
     }
 
     /// Levels of confidence.
     pub fn levels(&self) -> Result<Vec<u8>, Failure> {
         match self.type_ {
-            t if t == SRF_U8 as u32 => self.collect(|[level]: [u8; 1]| level),
-            _ => Err(self.wrong_type("SRF_U8")),
+            t if t == SRF_TYPE_U8 as u32 => self.collect(|[level]: [u8; 1]| level),
+            _ => Err(self.wrong_type("SRF_TYPE_U8")),
         }
     }
 
@@ -301,14 +305,16 @@ impl<'a> Borrowed<'a> {
             .ok_or_else(|| Failure::new(SRF_ERR_NULL, format!("{name} must not be NULL")))?;
         let borrowed = Borrowed::new(name, array, given.components)?;
         match (given.r#type, given.components) {
-            (t, 1) if t == SRF_F32 as u32 || t == SRF_F64 as u32 => Ok(AttributeData::F32(borrowed.values_f32()?)),
-            (t, 1) if t == SRF_I32 as u32 => Ok(AttributeData::I32(borrowed.collect(|x: [i32; 1]| x[0])?)),
-            (t, 1) if t == SRF_U8 as u32 => Ok(AttributeData::Bool(borrowed.marks()?)),
-            (t, 4) if t == SRF_U8 as u32 => Ok(AttributeData::Colour(borrowed.colours()?)),
+            (t, 1) if t == SRF_TYPE_F32 as u32 || t == SRF_TYPE_F64 as u32 => {
+                Ok(AttributeData::F32(borrowed.values_f32()?))
+            }
+            (t, 1) if t == SRF_TYPE_I32 as u32 => Ok(AttributeData::I32(borrowed.collect(|x: [i32; 1]| x[0])?)),
+            (t, 1) if t == SRF_TYPE_U8 as u32 => Ok(AttributeData::Bool(borrowed.marks()?)),
+            (t, 4) if t == SRF_TYPE_U8 as u32 => Ok(AttributeData::Colour(borrowed.colours()?)),
             (t, n) => Err(Failure::new(
-                SRF_ERR_INPUT,
+                SRF_ERR_PARAMETER,
                 format!(
-                    "{name}: an attribute has one SRF_F32, SRF_I32 or SRF_U8 (a flag) or four SRF_U8 (a colour) an element, got {n} {}",
+                    "{name}: an attribute has one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour) an element, got {n} {}",
                     name_of_type(t)
                 ),
             )),
@@ -333,60 +339,60 @@ fn view<T: NoUninit>(values: &[T], type_: srf_type, components: u32) -> srf_arra
 
 /// A view of points.
 pub fn points(values: &[DVec3]) -> srf_array {
-    view(bytemuck::cast_slice::<DVec3, [f64; 3]>(values), SRF_F64, 3)
+    view(bytemuck::cast_slice::<DVec3, [f64; 3]>(values), SRF_TYPE_F64, 3)
 }
 
 /// A view of triples of floats.
 pub fn points_f32(values: &[[f32; 3]]) -> srf_array {
-    view(values, SRF_F32, 3)
+    view(values, SRF_TYPE_F32, 3)
 }
 
 /// A view of doubles.
 pub fn values(values: &[f64]) -> srf_array {
-    view(values, SRF_F64, 1)
+    view(values, SRF_TYPE_F64, 1)
 }
 
 /// A view of floats.
 pub fn values_f32(values: &[f32]) -> srf_array {
-    view(values, SRF_F32, 1)
+    view(values, SRF_TYPE_F32, 1)
 }
 
 /// A view of triangles.
 pub fn triangles(values: &[[u32; 3]]) -> srf_array {
-    view(values, SRF_U32, 3)
+    view(values, SRF_TYPE_U32, 3)
 }
 
 /// A view of the corners of quads.
 pub fn quads(values: &[[u32; 4]]) -> srf_array {
-    view(values, SRF_U32, 4)
+    view(values, SRF_TYPE_U32, 4)
 }
 
 /// A view of rows and columns.
 pub fn pixels(values: &[[u32; 2]]) -> srf_array {
-    view(values, SRF_U32, 2)
+    view(values, SRF_TYPE_U32, 2)
 }
 
 /// A view of texture coordinates.
 pub fn uvs(values: &[[f32; 2]]) -> srf_array {
-    view(values, SRF_F32, 2)
+    view(values, SRF_TYPE_F32, 2)
 }
 
 /// A view of flags.
 pub fn flags(values: &[bool]) -> srf_array {
-    view(values, SRF_U8, 1)
+    view(values, SRF_TYPE_U8, 1)
 }
 
 /// A view of colours.
 pub fn colours(values: &[[u8; 4]]) -> srf_array {
-    view(values, SRF_U8, 4)
+    view(values, SRF_TYPE_U8, 4)
 }
 
 /// A view of an attribute.
 pub fn attribute(data: &AttributeData) -> srf_array {
     match data {
-        AttributeData::F32(v) => view(v, SRF_F32, 1),
-        AttributeData::I32(v) => view(v, SRF_I32, 1),
-        AttributeData::Bool(v) => view(v, SRF_U8, 1),
-        AttributeData::Colour(v) => view(v, SRF_U8, 4),
+        AttributeData::F32(v) => view(v, SRF_TYPE_F32, 1),
+        AttributeData::I32(v) => view(v, SRF_TYPE_I32, 1),
+        AttributeData::Bool(v) => view(v, SRF_TYPE_U8, 1),
+        AttributeData::Colour(v) => view(v, SRF_TYPE_U8, 4),
     }
 }

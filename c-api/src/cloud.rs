@@ -25,13 +25,13 @@ fn one_a_point(name: &str, count: usize, points: usize) -> Result<(), Failure> {
 }
 
 /// Makes a cloud.
-/// positions         3 SRF_F64 or SRF_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
-/// normals           3 SRF_F32 or SRF_F64 a point, of unit length; NULL for none
-/// colours           4 SRF_U8 a point, sRGB with straight alpha; NULL for none
-/// intensities       one SRF_F32 or SRF_F64 a point, in the sensor's own unit; NULL for none
+/// positions         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point; those that are not finite are left out of surfaces and counted; not NULL
+/// normals           3 SRF_TYPE_F32 or SRF_TYPE_F64 a point, of unit length; NULL for none
+/// colours           4 SRF_TYPE_U8 a point, sRGB with straight alpha; NULL for none
+/// intensities       one SRF_TYPE_F32 or SRF_TYPE_F64 a point, in the sensor's own unit; NULL for none
 /// world_from_cloud  NULL for the identity
 /// out_cloud         receives a new handle on SRF_OK only; not NULL
-/// returns           SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+/// returns           SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_create(
     positions: *const srf_array,
@@ -70,10 +70,10 @@ pub unsafe extern "C" fn srf_cloud_free(cloud: *mut srf_cloud) -> srf_status {
 
 /// Views of a cloud's arrays; those it does not have are empty.
 /// cloud            not NULL
-/// out_positions    3 SRF_F64 a point; NULL if not wanted
-/// out_normals      3 SRF_F32 a point; NULL if not wanted
-/// out_colours      4 SRF_U8 a point; NULL if not wanted
-/// out_intensities  one SRF_F32 a point; NULL if not wanted
+/// out_positions    3 SRF_TYPE_F64 a point; NULL if not wanted
+/// out_normals      3 SRF_TYPE_F32 a point; NULL if not wanted
+/// out_colours      4 SRF_TYPE_U8 a point; NULL if not wanted
+/// out_intensities  one SRF_TYPE_F32 a point; NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_arrays(

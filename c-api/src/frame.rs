@@ -26,7 +26,7 @@ use crate::{pointer, sized};
 pub struct srf_frame {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// What depths are: SRF_PINHOLE_DEPTH, along z, the default, or SRF_PINHOLE_RANGE, along the ray.
+    /// What depths are: SRF_PROJECTION_PINHOLE_DEPTH, along z, the default, or SRF_PROJECTION_PINHOLE_RANGE, along the ray.
     pub kind: u32,
     /// Rows of the depth image.
     pub rows: u64,
@@ -68,7 +68,7 @@ impl srf_frame {
     fn unset() -> Self {
         srf_frame {
             struct_size: size_of::<Self>() as u32,
-            kind: SRF_PINHOLE_DEPTH as u32,
+            kind: SRF_PROJECTION_PINHOLE_DEPTH as u32,
             scale: 1.0,
             colour_from_depth: pose::pose(DAffine3::IDENTITY),
             least_confidence: 1,
@@ -130,11 +130,11 @@ pub unsafe extern "C" fn srf_left_out_init_sized(left_out: *mut srf_left_out, si
 
 /// Makes a range image of a frame, with what of it can be trusted. Depth is never resampled: each sample takes its colour through
 /// its point, with alpha 0 where the colour camera does not see it, since it lies outside of its image or behind a nearer sample.
-/// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_U16 is 65535. O(pixels).
+/// Nothing was measured where a depth is 0, negative or not finite, nor where one of SRF_TYPE_U16 is 65535. O(pixels).
 /// frame              how the images were taken, initialized by srf_frame_init(); not NULL
-/// depths             one SRF_U16, SRF_F32 or SRF_F64 a pixel of the depth image, row after row; not NULL
-/// colours            3 or 4 SRF_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
-/// confidences        one SRF_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
+/// depths             one SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64 a pixel of the depth image, row after row; not NULL
+/// colours            3 or 4 SRF_TYPE_U8 a pixel of the colour image, sRGB, of 4 the last is passed over; NULL for none
+/// confidences        one SRF_TYPE_U8 a pixel of the confidence image, in the sensor's own levels; NULL for none
 /// world_from_sensor  places the depth camera, a rotation and a translation; NULL for the identity
 /// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 /// progress           NULL for none
@@ -229,10 +229,12 @@ fn camera(name: &str, [fx, fy, cx, cy]: [f64; 4], size: Rows) -> Result<Camera, 
 impl Form {
     fn read(given: &srf_frame) -> Result<Self, Failure> {
         let kind = match given.kind {
-            k if k == SRF_PINHOLE_DEPTH as u32 => DepthKind::Planar,
-            k if k == SRF_PINHOLE_RANGE as u32 => DepthKind::Ray,
+            k if k == SRF_PROJECTION_PINHOLE_DEPTH as u32 => DepthKind::Planar,
+            k if k == SRF_PROJECTION_PINHOLE_RANGE as u32 => DepthKind::Ray,
             other => {
-                let text = format!("frame.kind must be SRF_PINHOLE_DEPTH (2) or SRF_PINHOLE_RANGE (3), got {other}");
+                let text = format!(
+                    "frame.kind must be SRF_PROJECTION_PINHOLE_DEPTH (2) or SRF_PROJECTION_PINHOLE_RANGE (3), got {other}"
+                );
                 return refused(text);
             }
         };
@@ -298,7 +300,10 @@ impl Form {
             4 => Borrowed::image("colours", colours, 4, self.colours)?.opaque::<4>()?,
             3 => Borrowed::image("colours", colours, 3, self.colours)?.opaque::<3>()?,
             other => {
-                return Err(Failure::new(SRF_ERR_INPUT, format!("colours: components must be 3 or 4, got {other}")));
+                return Err(Failure::new(
+                    SRF_ERR_PARAMETER,
+                    format!("colours: components must be 3 or 4, got {other}"),
+                ));
             }
         };
         Ok(Some(ColourImage {

@@ -30,6 +30,12 @@ type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>), BuildHas
 
 static NEXT: AtomicUsize = AtomicUsize::new(1);
 
+/// What the numbers of this copy of the library begin with: a program may have loaded several, and none must take another's handles for
+/// its own. Copies lie at different addresses, far enough apart for 2^32 handles each.
+fn base() -> usize {
+    (&raw const NEXT).addr() << 16
+}
+
 static TABLE: RwLock<Table> = RwLock::new(HashMap::with_hasher(BuildHasherDefault::new()));
 
 fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, Failure> {
@@ -71,7 +77,7 @@ where
 pub fn give<H: Handle>(name: &str, out: *mut *mut H, inner: H::Inner) -> Result<(), Failure> {
     pointer::writable(name, out)?;
     // Multiples of 16 like addresses of objects; never NULL, never one that was freed.
-    let number = NEXT.fetch_add(1, Ordering::Relaxed) * 16;
+    let number = base().wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed) * 16);
     let slot: Arc<Slot<H::Inner>> = Arc::new(RwLock::new(Arc::new(inner)));
     {
         let _fork = fork::prevent();

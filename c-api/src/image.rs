@@ -14,7 +14,7 @@ use crate::mesh::srf_mesh;
 use crate::params::triangulate::srf_triangulate_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, of_number, srf_status, srf_status::*};
 use crate::text::c_text;
 use crate::{params, pointer};
 
@@ -46,18 +46,18 @@ handle!(srf_image, Image);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_projection_kind {
     /// Rays along -z; the value is z. numbers: x and y of pixel (0, 0), x from column to column, y from row to row.
-    SRF_ORTHOGRAPHIC = 1,
+    SRF_PROJECTION_ORTHOGRAPHIC = 1,
     /// Rays from the origin through ((col - cx) / fx, (row - cy) / fy, 1); the value is z. numbers: fx, fy, cx, cy in pixels.
-    SRF_PINHOLE_DEPTH = 2,
+    SRF_PROJECTION_PINHOLE_DEPTH = 2,
     /// The same, the value is the distance along the ray.
-    SRF_PINHOLE_RANGE = 3,
+    SRF_PROJECTION_PINHOLE_RANGE = 3,
     /// Rays from the origin; the value is the distance along the ray. numbers: azimuth (from +x toward +y) and elevation
     /// (from the horizon toward +z) of pixel (0, 0), azimuth from column to column, elevation from row to row, in radians.
-    SRF_SPHERICAL = 4,
+    SRF_PROJECTION_SPHERICAL = 4,
     /// A point a pixel, seen along parallel rays. numbers: x, y, z of their direction, toward the scene.
-    SRF_GRID_PARALLEL = 5,
+    SRF_PROJECTION_GRID_PARALLEL = 5,
     /// A point a pixel, seen from one place. numbers: x, y, z of it.
-    SRF_GRID_FROM = 6,
+    SRF_PROJECTION_GRID_FROM = 6,
 }
 
 use srf_projection_kind::*;
@@ -78,33 +78,38 @@ pub struct srf_projection {
 impl srf_projection {
     pub fn to_core(self) -> Result<Projection, Failure> {
         let [a, b, c, d] = self.numbers;
-        Ok(match self.kind {
-            k if k == SRF_ORTHOGRAPHIC as u32 => Projection::Orthographic { first: [a, b], step: [c, d] },
-            k if k == SRF_PINHOLE_DEPTH as u32 => {
+        let projection = match self.kind {
+            k if k == SRF_PROJECTION_ORTHOGRAPHIC as u32 => Projection::Orthographic { first: [a, b], step: [c, d] },
+            k if k == SRF_PROJECTION_PINHOLE_DEPTH as u32 => {
                 Projection::Pinhole { focal: [a, b], centre: [c, d], depth: DepthKind::Planar }
             }
-            k if k == SRF_PINHOLE_RANGE as u32 => {
+            k if k == SRF_PROJECTION_PINHOLE_RANGE as u32 => {
                 Projection::Pinhole { focal: [a, b], centre: [c, d], depth: DepthKind::Ray }
             }
-            k if k == SRF_SPHERICAL as u32 => Projection::Spherical { first: [a, b], step: [c, d] },
-            k if k == SRF_GRID_PARALLEL as u32 => Projection::PointGrid(Viewing::Parallel(DVec3::new(a, b, c))),
-            k if k == SRF_GRID_FROM as u32 => Projection::PointGrid(Viewing::From(DVec3::new(a, b, c))),
+            k if k == SRF_PROJECTION_SPHERICAL as u32 => Projection::Spherical { first: [a, b], step: [c, d] },
+            k if k == SRF_PROJECTION_GRID_PARALLEL as u32 => {
+                Projection::PointGrid(Viewing::Parallel(DVec3::new(a, b, c)))
+            }
+            k if k == SRF_PROJECTION_GRID_FROM as u32 => Projection::PointGrid(Viewing::From(DVec3::new(a, b, c))),
             other => {
                 let text = format!("projection.kind must be a value of srf_projection_kind, 1 to 6, got {other}");
                 return Err(Failure::new(SRF_ERR_PARAMETER, text));
             }
-        })
+        };
+        projection.validate().map_err(of_number)?;
+        Ok(projection)
     }
 
     pub fn from_core(projection: &Projection) -> Self {
         let (kind, numbers) = match *projection {
-            Projection::Orthographic { first: [a, b], step: [c, d] } => (SRF_ORTHOGRAPHIC, [a, b, c, d]),
-            Projection::Pinhole { focal: [a, b], centre: [c, d], depth } => {
-                (if depth == DepthKind::Ray { SRF_PINHOLE_RANGE } else { SRF_PINHOLE_DEPTH }, [a, b, c, d])
-            }
-            Projection::Spherical { first: [a, b], step: [c, d] } => (SRF_SPHERICAL, [a, b, c, d]),
-            Projection::PointGrid(Viewing::Parallel(v)) => (SRF_GRID_PARALLEL, [v.x, v.y, v.z, 0.0]),
-            Projection::PointGrid(Viewing::From(v)) => (SRF_GRID_FROM, [v.x, v.y, v.z, 0.0]),
+            Projection::Orthographic { first: [a, b], step: [c, d] } => (SRF_PROJECTION_ORTHOGRAPHIC, [a, b, c, d]),
+            Projection::Pinhole { focal: [a, b], centre: [c, d], depth } => (
+                if depth == DepthKind::Ray { SRF_PROJECTION_PINHOLE_RANGE } else { SRF_PROJECTION_PINHOLE_DEPTH },
+                [a, b, c, d],
+            ),
+            Projection::Spherical { first: [a, b], step: [c, d] } => (SRF_PROJECTION_SPHERICAL, [a, b, c, d]),
+            Projection::PointGrid(Viewing::Parallel(v)) => (SRF_PROJECTION_GRID_PARALLEL, [v.x, v.y, v.z, 0.0]),
+            Projection::PointGrid(Viewing::From(v)) => (SRF_PROJECTION_GRID_FROM, [v.x, v.y, v.z, 0.0]),
         };
         srf_projection { kind: kind as u32, reserved: 0, numbers }
     }
@@ -113,8 +118,8 @@ impl srf_projection {
 /// Makes a range image.
 /// rows, cols         size of the image
 /// projection         how pixels see; not NULL
-/// samples            rows * cols elements, row after row: for a grid 3 SRF_F32 or SRF_F64 (kept in single precision), for the
-///                    other kinds one SRF_F64 or SRF_F32; a number that is not finite makes its pixel invalid; not NULL
+/// samples            rows * cols elements, row after row: for a grid 3 SRF_TYPE_F32 or SRF_TYPE_F64 (kept in single precision), for the
+///                    other kinds one SRF_TYPE_F64 or SRF_TYPE_F32; a number that is not finite makes its pixel invalid; not NULL
 /// world_from_sensor  a rotation and a translation; NULL for the identity
 /// name               for messages and as what ties are broken by when merging, UTF-8; NULL for none
 /// out_image          receives a new handle on SRF_OK only; not NULL
@@ -209,7 +214,7 @@ pub unsafe extern "C" fn srf_image_camera(
     })
 }
 
-/// A view of the samples, row after row: 3 SRF_F32 a pixel for a grid, else one SRF_F64. NaN: an invalid pixel.
+/// A view of the samples, row after row: 3 SRF_TYPE_F32 a pixel for a grid, else one SRF_TYPE_F64. NaN: an invalid pixel.
 /// image        not NULL
 /// out_samples  receives the view on SRF_OK only; not NULL
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -318,10 +323,10 @@ pub unsafe extern "C" fn srf_image_set_name(image: *mut srf_image, name: *const 
 
 /// Sets what pixels have besides their samples, in place of what was there; NULL removes it. Views of the image are gone.
 /// image        not NULL
-/// colours      4 SRF_U8 a pixel, sRGB with straight alpha
-/// intensities  one SRF_F32 or SRF_F64 a pixel, in the sensor's own unit
-/// confidences  one SRF_F32 or SRF_F64 a pixel, >= 0; without them they follow from the geometry
-/// returns      SRF_OK, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+/// colours      4 SRF_TYPE_U8 a pixel, sRGB with straight alpha
+/// intensities  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, in the sensor's own unit
+/// confidences  one SRF_TYPE_F32 or SRF_TYPE_F64 a pixel, >= 0; without them they follow from the geometry
+/// returns      SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the pixel, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_attributes(
     image: *mut srf_image,
@@ -347,9 +352,9 @@ pub unsafe extern "C" fn srf_image_set_attributes(
 
 /// Views of what pixels have besides their samples; what an image does not have is empty.
 /// image            not NULL
-/// out_colours      4 SRF_U8 a pixel; NULL if not wanted
-/// out_intensities  one SRF_F32 a pixel; NULL if not wanted
-/// out_confidences  one SRF_F32 a pixel; NULL if not wanted
+/// out_colours      4 SRF_TYPE_U8 a pixel; NULL if not wanted
+/// out_intensities  one SRF_TYPE_F32 a pixel; NULL if not wanted
+/// out_confidences  one SRF_TYPE_F32 a pixel; NULL if not wanted
 /// returns          SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_attributes(

@@ -66,7 +66,7 @@ pub unsafe extern "C" fn srf_distances_init_sized(distances: *mut srf_distances,
 /// Exact distances of points to the nearest point of a mesh. Time O((n + m) log m) for n points and m triangles; the same for
 /// any number of threads.
 /// mesh           with at least one triangle; not NULL
-/// points         3 SRF_F64 or SRF_F32 a point, finite; not NULL
+/// points         3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, finite; not NULL
 /// is_signed      1: distances behind the surface are negative; 0: all are positive
 /// threads        at most 1024; 0 for the number of srf_set_threads()
 /// progress       NULL for none

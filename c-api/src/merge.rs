@@ -13,7 +13,7 @@ use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
 use crate::pose::srf_pose;
 use crate::progress::{srf_progress, watched};
-use crate::settings::srf_log_level::SRF_LOG_WARNING;
+use crate::settings::srf_log_level::SRF_LOG_LEVEL_WARNING;
 use crate::settings::{SRF_FROM_DATA, tell};
 use crate::sources::{self, Source};
 use crate::status::{Failure, srf_status};
@@ -98,25 +98,25 @@ pub struct srf_merge_report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_voxel_reason {
     /// The caller gave it.
-    SRF_VOXEL_GIVEN = 0,
+    SRF_VOXEL_REASON_GIVEN = 0,
     /// 1.5 times the mean distance of neighbouring samples.
-    SRF_VOXEL_SPACING = 1,
+    SRF_VOXEL_REASON_SPACING = 1,
     /// Half the median standard deviation of the samples.
-    SRF_VOXEL_NOISE = 2,
+    SRF_VOXEL_REASON_NOISE = 2,
     /// 1.5 times the median distance between scans that overlap.
-    SRF_VOXEL_DISTANCE = 3,
+    SRF_VOXEL_REASON_DISTANCE = 3,
     /// Coarser than that, so that it fits into the memory there is.
-    SRF_VOXEL_MEMORY = 4,
+    SRF_VOXEL_REASON_MEMORY = 4,
 }
 
 impl From<VoxelReason> for srf_voxel_reason {
     fn from(reason: VoxelReason) -> Self {
         match reason {
-            VoxelReason::Given => srf_voxel_reason::SRF_VOXEL_GIVEN,
-            VoxelReason::Spacing => srf_voxel_reason::SRF_VOXEL_SPACING,
-            VoxelReason::Noise => srf_voxel_reason::SRF_VOXEL_NOISE,
-            VoxelReason::Distance => srf_voxel_reason::SRF_VOXEL_DISTANCE,
-            VoxelReason::Memory => srf_voxel_reason::SRF_VOXEL_MEMORY,
+            VoxelReason::Given => srf_voxel_reason::SRF_VOXEL_REASON_GIVEN,
+            VoxelReason::Spacing => srf_voxel_reason::SRF_VOXEL_REASON_SPACING,
+            VoxelReason::Noise => srf_voxel_reason::SRF_VOXEL_REASON_NOISE,
+            VoxelReason::Distance => srf_voxel_reason::SRF_VOXEL_REASON_DISTANCE,
+            VoxelReason::Memory => srf_voxel_reason::SRF_VOXEL_REASON_MEMORY,
         }
     }
 }
@@ -277,14 +277,14 @@ fn warn_of_gaps(report: &MergeReport) {
     let [_, open] = report.holes;
     if open > 0 {
         tell(
-            SRF_LOG_WARNING,
+            SRF_LOG_LEVEL_WARNING,
             &format!("the merged surface has {open} open boundary loops; max_hole_length says which close"),
         );
     }
     let [parts, faces] = report.dropped_components;
     if parts > 0 {
         tell(
-            SRF_LOG_WARNING,
+            SRF_LOG_LEVEL_WARNING,
             &format!(
                 "{parts} parts with {faces} triangles were dropped: no scan saw them, or min_component_share says they are small"
             ),

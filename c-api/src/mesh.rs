@@ -43,29 +43,29 @@ handle!(srf_mesh, Mesh);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_domain {
     /// One entry a vertex.
-    SRF_VERTICES = 1,
+    SRF_DOMAIN_VERTICES = 1,
     /// One entry a triangle.
-    SRF_TRIANGLES = 2,
+    SRF_DOMAIN_TRIANGLES = 2,
 }
 
 fn attributes_of(mesh: &Mesh, domain: u32) -> Result<(&[Attribute], &[CString]), Failure> {
     match domain {
-        d if d == srf_domain::SRF_VERTICES as u32 => Ok((&mesh.mesh.vertex_attributes, &mesh.vertex_names)),
-        d if d == srf_domain::SRF_TRIANGLES as u32 => Ok((&mesh.mesh.face_attributes, &mesh.face_names)),
+        d if d == srf_domain::SRF_DOMAIN_VERTICES as u32 => Ok((&mesh.mesh.vertex_attributes, &mesh.vertex_names)),
+        d if d == srf_domain::SRF_DOMAIN_TRIANGLES as u32 => Ok((&mesh.mesh.face_attributes, &mesh.face_names)),
         other => Err(unknown_domain(other)),
     }
 }
 
 fn unknown_domain(domain: u32) -> Failure {
-    let text = format!("domain must be SRF_VERTICES (1) or SRF_TRIANGLES (2), got {domain}");
+    let text = format!("domain must be SRF_DOMAIN_VERTICES (1) or SRF_DOMAIN_TRIANGLES (2), got {domain}");
     Failure::new(SRF_ERR_PARAMETER, text)
 }
 
 /// Makes a mesh.
-/// positions  3 SRF_F64 or SRF_F32 a vertex, finite, in any unit; not NULL
-/// triangles  3 SRF_U32 or SRF_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
+/// positions  3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, finite, in any unit; not NULL
+/// triangles  3 SRF_TYPE_U32 or SRF_TYPE_I32 a triangle, each less than the number of vertices; NULL for a mesh of points alone
 /// out_mesh   receives a new handle on SRF_OK only; not NULL
-/// returns    SRF_OK, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT naming the element, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_create(
     positions: *const srf_array,
@@ -93,7 +93,7 @@ pub unsafe extern "C" fn srf_mesh_free(mesh: *mut srf_mesh) -> srf_status {
     guard(|| handle::free("mesh", mesh))
 }
 
-/// A view of the coordinates: 3 SRF_F64 a vertex.
+/// A view of the coordinates: 3 SRF_TYPE_F64 a vertex.
 /// mesh           not NULL
 /// out_positions  receives the view on SRF_OK only; not NULL
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -102,7 +102,7 @@ pub unsafe extern "C" fn srf_mesh_positions(mesh: *const srf_mesh, out_positions
     guard(|| pointer::write("out_positions", out_positions, array::points(&handle::get("mesh", mesh)?.mesh.positions)))
 }
 
-/// A view of the triangles: 3 SRF_U32 a triangle.
+/// A view of the triangles: 3 SRF_TYPE_U32 a triangle.
 /// mesh           not NULL
 /// out_triangles  receives the view on SRF_OK only; not NULL
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
@@ -154,7 +154,7 @@ pub unsafe extern "C" fn srf_mesh_attribute_name(
     })
 }
 
-/// A view of an attribute: one SRF_F32, SRF_I32 or SRF_U8 (a flag) or four SRF_U8 (a colour, sRGB with straight alpha) an
+/// A view of an attribute: one SRF_TYPE_F32, SRF_TYPE_I32 or SRF_TYPE_U8 (a flag) or four SRF_TYPE_U8 (a colour, sRGB with straight alpha) an
 /// entry.
 /// mesh       not NULL
 /// domain     a value of srf_domain
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn srf_mesh_set_attribute(
         let data = if data.is_null() { None } else { Some(Borrowed::attribute(data, "data")?) };
         handle::change("mesh", mesh.cast_const(), |mesh| {
             attributes_of(mesh, domain)?;
-            let of_vertices = domain == srf_domain::SRF_VERTICES as u32;
+            let of_vertices = domain == srf_domain::SRF_DOMAIN_VERTICES as u32;
             let elements = if of_vertices { mesh.mesh.positions.len() } else { mesh.mesh.triangles.len() };
             if let Some(data) = data.as_ref().filter(|data| data.len() != elements) {
                 let text = format!("data has {} entries for {elements} elements of the mesh", data.len());

@@ -47,7 +47,7 @@ pub fn bytes<'a>(name: &str, pointer: *const u8, count: usize) -> Result<&'a [u8
     }
     not_null(name, pointer)?;
     if count > isize::MAX as usize {
-        return Err(Failure::new(SRF_ERR_INPUT, format!("{name}: {count} bytes are more than there can be")));
+        return Err(Failure::new(SRF_ERR_PARAMETER, format!("{name}: {count} bytes are more than there can be")));
     }
     // SAFETY: not NULL, and by the header's contract `count` bytes can be read there for the length of the call.
     Ok(unsafe { std::slice::from_raw_parts(pointer, count) })
@@ -76,9 +76,9 @@ pub fn text<'a>(name: &str, pointer: *const c_char) -> Result<&'a str, Failure> 
 /// The `count` pointers at a pointer.
 pub fn pointers<T>(name: &str, pointer: *const *const T, count: usize) -> Result<Vec<*const T>, Failure> {
     let size = size_of::<*const T>();
-    let length = count
-        .checked_mul(size)
-        .ok_or_else(|| Failure::new(SRF_ERR_INPUT, format!("{name}: {count} pointers are more than there can be")))?;
+    let length = count.checked_mul(size).ok_or_else(|| {
+        Failure::new(SRF_ERR_PARAMETER, format!("{name}: {count} pointers are more than there can be"))
+    })?;
     let bytes = bytes(name, pointer.cast(), length)?;
     Ok((0..count)
         // SAFETY: within the bytes just checked; a pointer is read, not followed.
@@ -88,9 +88,9 @@ pub fn pointers<T>(name: &str, pointer: *const *const T, count: usize) -> Result
 
 /// The `count` numbers at a pointer.
 pub fn numbers<T: AnyBitPattern>(name: &str, pointer: *const T, count: usize) -> Result<Vec<T>, Failure> {
-    let length = count
-        .checked_mul(size_of::<T>())
-        .ok_or_else(|| Failure::new(SRF_ERR_INPUT, format!("{name}: {count} numbers are more than there can be")))?;
+    let length = count.checked_mul(size_of::<T>()).ok_or_else(|| {
+        Failure::new(SRF_ERR_PARAMETER, format!("{name}: {count} numbers are more than there can be"))
+    })?;
     let bytes = bytes(name, pointer.cast(), length)?;
     Ok(bytes.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect())
 }

@@ -154,9 +154,9 @@ pub unsafe extern "C" fn srf_quads_free(quads: *mut srf_quads) -> srf_status {
 /// quads           not NULL
 /// out_rows        rows of vertices; NULL if not wanted
 /// out_cols        columns of vertices; NULL if not wanted
-/// out_positions   3 SRF_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
-/// out_pixels      2 SRF_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
-/// out_background  one SRF_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
+/// out_positions   3 SRF_TYPE_F64 a vertex, in the sensor's frame; on the background a continuation of the surface; NULL if not wanted
+/// out_pixels      2 SRF_TYPE_U32 a vertex: row and column of its pixel, rising strictly along both; NULL if not wanted
+/// out_background  one SRF_TYPE_U8 a vertex, 1 on pixels without a sample; NULL if not wanted
 /// returns         SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_grid(
@@ -180,10 +180,10 @@ pub unsafe extern "C" fn srf_quads_grid(
 
 /// The quads that are not on the background, with the vertices they use.
 /// quads          not NULL
-/// out_positions  3 SRF_F64 a vertex, in the sensor's frame; NULL if not wanted
-/// out_uvs        2 SRF_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
-/// out_corners    4 SRF_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
-/// out_errors     one SRF_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
+/// out_positions  3 SRF_TYPE_F64 a vertex, in the sensor's frame; NULL if not wanted
+/// out_uvs        2 SRF_TYPE_F32 a vertex: image coordinates, 0 to 1 from the left and from the bottom; NULL if not wanted
+/// out_corners    4 SRF_TYPE_U32 a quad, counter-clockwise seen from the sensor; NULL if not wanted
+/// out_errors     one SRF_TYPE_F32 a quad: largest distance of the samples seen in it; NULL if not wanted
 /// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_quads_faces(

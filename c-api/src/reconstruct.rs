@@ -31,17 +31,17 @@ handle!(srf_reconstructor, Exclusive<Reconstructor<Arc<PointCloud>>>);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_dropped {
     /// It is on it.
-    SRF_USED = 0,
+    SRF_DROPPED_USED = 0,
     /// A coordinate isn't a finite number.
-    SRF_NOT_FINITE = 1,
+    SRF_DROPPED_NOT_FINITE = 1,
     /// At the same place as a point before it.
-    SRF_DUPLICATE = 2,
+    SRF_DROPPED_DUPLICATE = 2,
     /// Inside the closed surface, out of its reach.
-    SRF_INSIDE = 3,
+    SRF_DROPPED_INSIDE = 3,
     /// Outside the surface: too far away for the threshold, or carved away.
-    SRF_OUTSIDE = 4,
+    SRF_DROPPED_OUTSIDE = 4,
     /// Far from any surface that the others tell; only with smoothing. Since 0.2.
-    SRF_OUTLIER = 5,
+    SRF_DROPPED_OUTLIER = 5,
 }
 
 /// The figures of a surface. Starts with its size; prepared by srf_reconstruct_report_init().
@@ -135,11 +135,11 @@ pub unsafe extern "C" fn srf_reconstruct_report_init_sized(
 /// Takes a cloud; it is kept as it is now and may be freed afterwards. O(1): the points are tetrahedralized for the first
 /// surface.
 /// cloud              not NULL; its normals, if it has any, say which side of the surface is seen
-/// sensors            3 SRF_F64 or SRF_F32 a place, one place or one a point: where the points were seen from, in the cloud's
+/// sensors            3 SRF_TYPE_F64 or SRF_TYPE_F32 a place, one place or one a point: where the points were seen from, in the cloud's
 ///                    frame; go before the normals. NULL for none. With neither, closed surfaces are turned outwards, open
 ///                    ones up
 /// out_reconstructor  receives a new handle on SRF_OK only; not NULL
-/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_reconstructor_create(
     cloud: *const srf_cloud,
@@ -222,14 +222,14 @@ fn surface(
 
 /// Of each point, why it is not on the surface.
 fn reasons(made: &Reconstructed) -> Vec<u8> {
-    let mut reasons = vec![srf_dropped::SRF_USED as u8; made.report.points];
+    let mut reasons = vec![srf_dropped::SRF_DROPPED_USED as u8; made.report.points];
     for dropped in &made.report.dropped {
         reasons[dropped.point as usize] = match dropped.reason {
-            Reason::NotFinite => srf_dropped::SRF_NOT_FINITE,
-            Reason::Duplicate => srf_dropped::SRF_DUPLICATE,
-            Reason::Inside => srf_dropped::SRF_INSIDE,
-            Reason::Outside => srf_dropped::SRF_OUTSIDE,
-            Reason::Outlier => srf_dropped::SRF_OUTLIER,
+            Reason::NotFinite => srf_dropped::SRF_DROPPED_NOT_FINITE,
+            Reason::Duplicate => srf_dropped::SRF_DROPPED_DUPLICATE,
+            Reason::Inside => srf_dropped::SRF_DROPPED_INSIDE,
+            Reason::Outside => srf_dropped::SRF_DROPPED_OUTSIDE,
+            Reason::Outlier => srf_dropped::SRF_DROPPED_OUTLIER,
         } as u8;
     }
     reasons

@@ -161,10 +161,10 @@ pub unsafe extern "C" fn srf_region_below(plane: *const srf_plane, out_region: *
 }
 
 /// A region of the marked samples of one scan.
-/// marks       one SRF_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
+/// marks       one SRF_TYPE_U8 a sample, 0 for those that are not marked: pixels of an image row after row, vertices, or points; not NULL
 /// rows, cols  size of the image; 0 and 0 for meshes and clouds
 /// out_region  receives a new handle on SRF_OK only; not NULL
-/// returns     SRF_OK, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for another number of marks than pixels, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_region_mask(
     marks: *const srf_array,
@@ -192,7 +192,7 @@ pub unsafe extern "C" fn srf_region_free(region: *mut srf_region) -> srf_status 
 /// a, b            x, y, z of each, in the world; not NULL
 /// distance        how far apart they are, > 0, in the unit that the scans are to have
 /// out_similarity  for srf_scans_transform() and the like; not NULL
-/// returns         SRF_OK, SRF_ERR_INPUT for places that are the same or a distance not above 0, SRF_ERR_NULL. Since 0.1.
+/// returns         SRF_OK, SRF_ERR_INPUT for places that are the same, SRF_ERR_PARAMETER for a distance not above 0, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_true_size(
     a: *const f64,
@@ -201,7 +201,12 @@ pub unsafe extern "C" fn srf_true_size(
     out_similarity: *mut srf_pose,
 ) -> srf_status {
     guard(|| {
-        let size = Similarity::true_size(place("a", a)?, place("b", b)?, distance)?;
+        let (a, b) = (place("a", a)?, place("b", b)?);
+        if !(distance > 0.0 && distance.is_finite()) {
+            let text = format!("distance must be a finite number > 0, got {distance}");
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+        let size = Similarity::true_size(a, b, distance)?;
         pointer::write("out_similarity", out_similarity, pose::pose(size.to_affine()))
     })
 }

@@ -73,7 +73,7 @@ pub unsafe extern "C" fn srf_image_select(
 /// keep         as for srf_image_select()
 /// progress     NULL for none
 /// out_removed  receives the number of points that went; NULL if not wanted
-/// returns      as srf_image_select(). Since 0.1.
+/// returns      SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_select(
     cloud: *mut srf_cloud,
@@ -97,7 +97,8 @@ pub unsafe extern "C" fn srf_cloud_select(
 /// keep             as for srf_image_select()
 /// progress         NULL for none
 /// out_removed      receives the number of vertices that went; NULL if not wanted
-/// returns          as srf_image_select(). Since 0.1.
+/// returns          SRF_OK, SRF_ERR_INPUT for a mask of another size, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
+///                  SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_select(
     mesh: *mut srf_mesh,
@@ -170,7 +171,7 @@ pub unsafe extern "C" fn srf_image_transform(image: *mut srf_image, similarity: 
 /// Gives a cloud another size and place: points are scaled, the rest goes into its place in the world. Views of the cloud are gone.
 /// cloud       not NULL
 /// similarity  as for srf_scans_transform(); not NULL
-/// returns     as srf_image_transform(). Since 0.1.
+/// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_transform(cloud: *mut srf_cloud, similarity: *const srf_pose) -> srf_status {
     guard(|| transformed("cloud", cloud, similarity, |similarity, cloud| similarity.of_cloud(cloud)))
@@ -179,7 +180,7 @@ pub unsafe extern "C" fn srf_cloud_transform(cloud: *mut srf_cloud, similarity: 
 /// Scales, turns and shifts the vertices of a mesh, and scales its attributes that are lengths. Views of the mesh are gone.
 /// mesh        not NULL
 /// similarity  as for srf_scans_transform(); not NULL
-/// returns     as srf_image_transform(). Since 0.1.
+/// returns     SRF_OK, SRF_ERR_INPUT for what becomes too large or too small, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_transform(mesh: *mut srf_mesh, similarity: *const srf_pose) -> srf_status {
     guard(|| transformed("mesh", mesh, similarity, |similarity, mesh| similarity.of_mesh(&mut mesh.mesh)))

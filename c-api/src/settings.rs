@@ -20,9 +20,9 @@ pub const SRF_FROM_DATA: f64 = -1.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum srf_log_level {
     /// What a person may want to know, for example how a file was understood.
-    SRF_LOG_INFO = 1,
+    SRF_LOG_LEVEL_INFO = 1,
     /// What a person should look at, for example a part of the input that was left out.
-    SRF_LOG_WARNING = 2,
+    SRF_LOG_LEVEL_WARNING = 2,
 }
 
 /// Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer

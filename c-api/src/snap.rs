@@ -20,8 +20,8 @@ use crate::{handle, params, pointer, sized};
 pub struct srf_snap {
     /// Bytes of this struct.
     pub struct_size: u32,
-    /// Whether it fits there, and if not, why: SRF_PAIR_FITS, SRF_PAIR_MISFIT, SRF_PAIR_SLIDES, SRF_PAIR_SEEN_THROUGH or
-    /// SRF_PAIR_NOTHING.
+    /// Whether it fits there, and if not, why: SRF_PAIR_STATE_FITS, SRF_PAIR_STATE_MISFIT, SRF_PAIR_STATE_SLIDES, SRF_PAIR_STATE_SEEN_THROUGH or
+    /// SRF_PAIR_STATE_NOTHING.
     pub state: u32,
     /// Scans that it touches.
     pub touches: u32,
@@ -121,7 +121,7 @@ pub unsafe extern "C" fn srf_aligner_snap(
 /// world_from_scan  where the scans lie: a pose a scan, in the order of adding, rigid; all 0 for scans that are left out. NULL for the
 ///                  poses that they were added with
 /// count            scans that were added, 0 if world_from_scan is NULL
-/// points           3 SRF_F64 or SRF_F32 a point, in the scan's own frame; not NULL
+/// points           3 SRF_TYPE_F64 or SRF_TYPE_F32 a point, in the scan's own frame; not NULL
 /// progress         NULL for none
 /// out_distances    room for a double a point: negative inside, NaN where no other scan is near or the point is not finite; not NULL
 /// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT for fewer than two scans, poses for another number of scans, one that is

@@ -74,7 +74,7 @@ pub unsafe extern "C" fn srf_spline_free(spline: *mut srf_spline) -> srf_status 
 /// spline       not NULL
 /// out_rows     rows of control points; NULL if not wanted
 /// out_cols     columns of control points; NULL if not wanted
-/// out_points   3 SRF_F64 a control point, in the sensor's frame; NULL if not wanted
+/// out_points   3 SRF_TYPE_F64 a control point, in the sensor's frame; NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_spline_control(

@@ -12,9 +12,10 @@ use crate::text::c_text;
 pub enum srf_status {
     /// All went well.
     SRF_OK = 0,
-    /// A parameter is out of its range; the text has the value, the range and the unit.
+    /// A number or an enumerator that was passed, as an argument, in a struct or as what an array is said to be, is out of its range; the text
+    /// has the value, the range and the unit.
     SRF_ERR_PARAMETER = 1,
-    /// The data handed in can't be used; the text names the element.
+    /// What an array, a matrix, a text, a mesh or a file holds can't be used, or does not go with another; the text names the element.
     SRF_ERR_INPUT = 2,
     /// A file does not hold what its format promises; the text names the place.
     SRF_ERR_FORMAT = 3,
@@ -50,6 +51,11 @@ impl Failure {
     pub fn new(status: srf_status, text: impl Into<String>) -> Self {
         Failure { status, text: text.into() }
     }
+}
+
+/// Says of what the core refuses that it is a number that the caller passed.
+pub fn of_number(error: surfrecon::Error) -> Failure {
+    Failure { status: SRF_ERR_PARAMETER, ..error.into() }
 }
 
 impl From<surfrecon::Error> for Failure {

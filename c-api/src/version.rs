@@ -13,6 +13,9 @@ pub const SRF_VERSION_MINOR: u32 = 2;
 /// Patch number.
 pub const SRF_VERSION_PATCH: u32 = 0;
 
+/// The three as one number that compares: 1000000 * major + 1000 * minor + patch.
+pub const SRF_VERSION: u32 = 2000;
+
 /// A whole number in words of digits.
 const fn number(digits: &str) -> u32 {
     let (bytes, mut value, mut i) = (digits.as_bytes(), 0, 0);
@@ -27,6 +30,7 @@ const _: () = {
     assert!(SRF_VERSION_MAJOR == number(env!("CARGO_PKG_VERSION_MAJOR")));
     assert!(SRF_VERSION_MINOR == number(env!("CARGO_PKG_VERSION_MINOR")));
     assert!(SRF_VERSION_PATCH == number(env!("CARGO_PKG_VERSION_PATCH")));
+    assert!(SRF_VERSION == 1_000_000 * SRF_VERSION_MAJOR + 1000 * SRF_VERSION_MINOR + SRF_VERSION_PATCH);
 };
 
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
@@ -35,6 +39,12 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_version() -> *const c_char {
     VERSION.as_ptr().cast()
+}
+
+/// Version of the loaded library as a number that compares, for example with SRF_VERSION of the header. Since 0.2.
+#[unsafe(no_mangle)]
+pub extern "C" fn srf_version_number() -> u32 {
+    SRF_VERSION
 }
 
 /// Number of the binary interface of the loaded library; it must equal SRF_ABI_VERSION of the header the program was

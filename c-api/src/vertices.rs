@@ -9,13 +9,13 @@ use surfrecon::vertices::{self, Anchor, GridCamera, MOST_ANCHORS, Vertices};
 use crate::array::{Borrowed, srf_array};
 use crate::guard::guard;
 use crate::handle;
-use crate::image::{srf_image, srf_projection, srf_projection_kind::SRF_ORTHOGRAPHIC};
+use crate::image::{srf_image, srf_projection, srf_projection_kind::SRF_PROJECTION_ORTHOGRAPHIC};
 use crate::mesh::srf_mesh;
 use crate::pointer;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::sized;
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, of_number, srf_status, srf_status::*};
 
 /// Where a vertex of a range image was: by it a motion of all vertices is recognized.
 #[allow(non_camel_case_types)]
@@ -55,7 +55,8 @@ const _: () = assert!(MOST_ANCHORS == 256);
 
 impl srf_grid_camera {
     fn unset() -> Self {
-        let projection = srf_projection { kind: SRF_ORTHOGRAPHIC as u32, reserved: 0, numbers: [0.0, 0.0, 1.0, -1.0] };
+        let projection =
+            srf_projection { kind: SRF_PROJECTION_ORTHOGRAPHIC as u32, reserved: 0, numbers: [0.0, 0.0, 1.0, -1.0] };
         srf_grid_camera { struct_size: size_of::<Self>() as u32, projection, ..srf_grid_camera::zeroed() }
     }
 
@@ -133,7 +134,7 @@ pub unsafe extern "C" fn srf_image_grid_camera(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_grid_camera_scale(camera: *mut srf_grid_camera, scale: f64) -> srf_status {
     guard(|| {
-        let scaled = read(camera.cast_const())?.scaled(scale)?;
+        let scaled = read(camera.cast_const())?.scaled(scale).map_err(of_number)?;
         sized::write("camera", camera, srf_grid_camera::from_core(&scaled))
     })
 }
@@ -169,12 +170,12 @@ pub unsafe extern "C" fn srf_image_to_mesh(
 /// kind, with numbers scaled and mirrored. Where they were stretched, or edited one by one, it becomes a grid of points, seen
 /// from where it was. Samples lie in the world where the vertices do. O(pixels).
 /// camera           what srf_image_grid_camera() filled; not NULL
-/// row              one SRF_I32 or SRF_U32 a vertex, its pixel's row; not NULL
-/// col              one SRF_I32 or SRF_U32 a vertex, its pixel's column; not NULL
-/// positions        3 SRF_F64 or SRF_F32 a vertex, in the host's frame; not NULL
-/// colours          4 SRF_U8 a vertex, sRGB with straight alpha; NULL for none
-/// intensities      one SRF_F32 or SRF_F64 a vertex; NULL for none
-/// confidences      one SRF_F32 or SRF_F64 a vertex, >= 0; NULL for none
+/// row              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's row; not NULL
+/// col              one SRF_TYPE_I32 or SRF_TYPE_U32 a vertex, its pixel's column; not NULL
+/// positions        3 SRF_TYPE_F64 or SRF_TYPE_F32 a vertex, in the host's frame; not NULL
+/// colours          4 SRF_TYPE_U8 a vertex, sRGB with straight alpha; NULL for none
+/// intensities      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex; NULL for none
+/// confidences      one SRF_TYPE_F32 or SRF_TYPE_F64 a vertex, >= 0; NULL for none
 /// world_from_host  any affine matrix that does not flatten; NULL for the identity
 /// name             as of srf_image_create(); NULL for none
 /// progress         NULL for none

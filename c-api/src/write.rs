@@ -128,6 +128,10 @@ fn write_glb(
     z_up: u32,
     progress: *const srf_progress,
 ) -> Result<(), Failure> {
+    if !(metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
+        let text = format!("metres_per_unit must be a finite number > 0, got {metres_per_unit}");
+        return Err(Failure::new(SRF_ERR_PARAMETER, text));
+    }
     let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
     let up = match z_up {
         0 => Up::Y,
@@ -136,7 +140,7 @@ fn write_glb(
     };
     let levels: Vec<_> = meshes.iter().map(|mesh| &mesh.mesh).collect();
     let Some((mesh, coarser)) = levels.split_first() else {
-        return Err(Failure::new(SRF_ERR_INPUT, "there is no mesh to write: count is 0"));
+        return Err(Failure::new(SRF_ERR_PARAMETER, "there is no mesh to write: count is 0"));
     };
     let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
     let options = GlbOptions { up, metres_per_unit };
@@ -213,7 +217,7 @@ fn write_images(
         .map(|(i, image)| handle::get(&format!("images[{i}]"), image))
         .collect::<Result<Vec<Arc<Image>>, Failure>>()?;
     if images.is_empty() {
-        return Err(Failure::new(SRF_ERR_INPUT, "there is no image to write: count is 0"));
+        return Err(Failure::new(SRF_ERR_PARAMETER, "there is no image to write: count is 0"));
     }
     let images: Vec<&RangeImage> = images.iter().map(|image| &image.image).collect();
     Ok(write(path, &images)?)

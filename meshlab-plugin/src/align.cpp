@@ -91,7 +91,7 @@ Outputs run(Job &job)
     const surfrecon::Alignment alignment = aligner.run(params, job.progress());
     for (std::size_t i = 0; i < scans.size(); ++i) {
         const surfrecon::AlignedScan found = alignment.scan(i);
-        if (found.state != SRF_SCAN_PLACED) continue;
+        if (found.state != SRF_SCAN_STATE_PLACED) continue;
         place(*scans[i].layer, product(found.world_from_scan, inverse(scans[i].layer_from_scan)));
     }
 

@@ -162,7 +162,7 @@ surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
                                                    View<std::uint32_t, 3>(flat.triangles.data(), flat.triangles.size() / 3));
     const std::vector<std::uint8_t> colours = vertex_colours(layer, flat);
     if (!colours.empty()) {
-        made.set_attribute(SRF_VERTICES, "colour", View<std::uint8_t, 4>(colours.data(), count));
+        made.set_attribute(SRF_DOMAIN_VERTICES, "colour", View<std::uint8_t, 4>(colours.data(), count));
     }
     const std::vector<double> confidence = scalars(layer, "confidence");
     if (!confidence.empty()) {
@@ -170,7 +170,7 @@ surfrecon::Mesh mesh(const MeshModel &layer, Frame frame)
         const auto weights = gather<float, 1>(flat, [&](std::size_t i, float *out) {
             *out = std::isfinite(confidence[i]) && confidence[i] > 0 ? static_cast<float>(confidence[i]) : 0.0f;
         });
-        made.set_attribute(SRF_VERTICES, "confidence", View<float>(weights.data(), count));
+        made.set_attribute(SRF_DOMAIN_VERTICES, "confidence", View<float>(weights.data(), count));
     }
     return made;
 }
@@ -274,9 +274,9 @@ std::vector<double> numbers(const srf_array &view)
     values.resize(view.count);
     for (std::size_t i = 0; i < view.count; ++i) {
         switch (view.type) {
-        case SRF_F32: values[i] = static_cast<const float *>(view.data)[i]; break;
-        case SRF_I32: values[i] = static_cast<const std::int32_t *>(view.data)[i]; break;
-        case SRF_U8: values[i] = static_cast<const std::uint8_t *>(view.data)[i]; break;
+        case SRF_TYPE_F32: values[i] = static_cast<const float *>(view.data)[i]; break;
+        case SRF_TYPE_I32: values[i] = static_cast<const std::int32_t *>(view.data)[i]; break;
+        case SRF_TYPE_U8: values[i] = static_cast<const std::uint8_t *>(view.data)[i]; break;
         default: return {};
         }
     }
@@ -300,10 +300,10 @@ void fill_mesh(MeshModel &layer, const surfrecon::Mesh &mesh, const std::string 
         placed = moved.data();
     }
     fill(layer, placed, positions.size(), triangles.data(), triangles.size());
-    for (const std::string &name : mesh.attributes(SRF_VERTICES)) {
+    for (const std::string &name : mesh.attributes(SRF_DOMAIN_VERTICES)) {
         srf_array view{};
-        surfrecon::check(srf_mesh_attribute(mesh.get(), SRF_VERTICES, name.c_str(), &view));
-        if (view.type == SRF_U8 && view.components == 4) {
+        surfrecon::check(srf_mesh_attribute(mesh.get(), SRF_DOMAIN_VERTICES, name.c_str(), &view));
+        if (view.type == SRF_TYPE_U8 && view.components == 4) {
             set_colours(layer, static_cast<const std::uint8_t *>(view.data));
             continue;
         }
@@ -311,9 +311,9 @@ void fill_mesh(MeshModel &layer, const surfrecon::Mesh &mesh, const std::string 
         set_scalars(layer, name, values);
         if (name == quality) set_quality(layer, values);
     }
-    for (const std::string &name : mesh.attributes(SRF_TRIANGLES)) {
+    for (const std::string &name : mesh.attributes(SRF_DOMAIN_TRIANGLES)) {
         srf_array view{};
-        surfrecon::check(srf_mesh_attribute(mesh.get(), SRF_TRIANGLES, name.c_str(), &view));
+        surfrecon::check(srf_mesh_attribute(mesh.get(), SRF_DOMAIN_TRIANGLES, name.c_str(), &view));
         const std::vector<double> values = numbers(view);
         auto handle = Allocator::GetPerFaceAttribute<Scalarm>(layer.cm, name);
         for (std::size_t i = 0; i < values.size(); ++i) handle[i] = static_cast<Scalarm>(values[i]);

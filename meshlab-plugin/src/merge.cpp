@@ -44,16 +44,16 @@ void use_quality(surfrecon::Mesh &mesh, const MeshModel &layer)
         }
         weights.push_back(static_cast<float>(vertex.cQ()));
     }
-    mesh.set_attribute(SRF_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
+    mesh.set_attribute(SRF_DOMAIN_VERTICES, "confidence", surfrecon::View<float>(weights.data(), weights.size()));
 }
 
 std::string voxel_reason(const srf_merge_report &report)
 {
     switch (report.voxel_reason) {
-        case SRF_VOXEL_SPACING: return " (1.5 times the spacing of the samples)";
-        case SRF_VOXEL_NOISE: return " (half the noise of the samples)";
-        case SRF_VOXEL_DISTANCE: return " (1.5 times the distance between overlapping layers)";
-        case SRF_VOXEL_MEMORY: return " (coarser, to fit into memory)";
+        case SRF_VOXEL_REASON_SPACING: return " (1.5 times the spacing of the samples)";
+        case SRF_VOXEL_REASON_NOISE: return " (half the noise of the samples)";
+        case SRF_VOXEL_REASON_DISTANCE: return " (1.5 times the distance between overlapping layers)";
+        case SRF_VOXEL_REASON_MEMORY: return " (coarser, to fit into memory)";
         default: return "";
     }
 }

@@ -102,7 +102,7 @@ surfrecon::Image image_of(const MeshModel &layer, const Grid &grid, const surfre
 
 bool is_points(const srf_projection &projection)
 {
-    return projection.kind == SRF_GRID_PARALLEL || projection.kind == SRF_GRID_FROM;
+    return projection.kind == SRF_PROJECTION_GRID_PARALLEL || projection.kind == SRF_PROJECTION_GRID_FROM;
 }
 
 // Whether MeshLab deleted so many of the vertices by which motions are recognized that three are not left.
@@ -136,7 +136,7 @@ surfrecon::GridCamera facing(const MeshModel &layer, const Grid &grid)
     surfrecon::GridCamera camera;
     camera.rows = grid.rows;
     camera.cols = grid.columns;
-    camera.projection = {SRF_GRID_PARALLEL, 0, {-sum[0] / size, -sum[1] / size, -sum[2] / size, 0}};
+    camera.projection = {SRF_PROJECTION_GRID_PARALLEL, 0, {-sum[0] / size, -sum[1] / size, -sum[2] / size, 0}};
     return camera;
 }
 
@@ -151,9 +151,9 @@ std::vector<double> join(MeshModel &layer, const surfrecon::Image &image)
         at[static_cast<std::size_t>(row_of[i]) * columns + static_cast<std::size_t>(column_of[i])] = static_cast<std::uint32_t>(i);
     }
     const surfrecon::Mesh surface = image.triangulate();
-    const auto row = surface.attribute<std::int32_t>(SRF_VERTICES, row_name);
-    const auto column = surface.attribute<std::int32_t>(SRF_VERTICES, column_name);
-    const auto weight = surface.attribute<float>(SRF_VERTICES, "confidence");
+    const auto row = surface.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, row_name);
+    const auto column = surface.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, column_name);
+    const auto weight = surface.attribute<float>(SRF_DOMAIN_VERTICES, "confidence");
     std::vector<std::uint32_t> vertex_of(row.size());
     std::vector<double> confidence(row_of.size());
     for (std::size_t i = 0; i < row.size(); ++i) {

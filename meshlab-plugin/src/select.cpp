@@ -21,10 +21,10 @@ std::vector<bool> held(const MeshModel &layer, const surfrecon::Region &region)
     const LayerArrays flat = arrays(layer, Frame::world);
     std::vector<std::int32_t> places(flat.kept.begin(), flat.kept.end());
     surfrecon::Mesh points = surfrecon::Mesh::create(View<double, 3>(flat.positions.data(), places.size()), View<std::uint32_t, 3>());
-    points.set_attribute(SRF_VERTICES, "place", View<std::int32_t>(places.data(), places.size()));
+    points.set_attribute(SRF_DOMAIN_VERTICES, "place", View<std::int32_t>(places.data(), places.size()));
     points.keep(region);
     std::vector<bool> found(layer.cm.vert.size());
-    const auto left = points.attribute<std::int32_t>(SRF_VERTICES, "place");
+    const auto left = points.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, "place");
     for (std::size_t i = 0; i < left.size(); ++i) found[static_cast<std::size_t>(*left[i])] = true;
     return found;
 }

@@ -27,9 +27,9 @@ static int32_t cancel(const char *stage, double fraction, const char *message, v
 
 static srf_image *height_map(void)
 {
-    const srf_projection plane = {SRF_ORTHOGRAPHIC, 0, {0, 0, 1, -1}};
+    const srf_projection plane = {SRF_PROJECTION_ORTHOGRAPHIC, 0, {0, 0, 1, -1}};
     float *heights = malloc(N * N * sizeof *heights);
-    srf_array samples = {NULL, N * N, 0, SRF_F32, 1};
+    srf_array samples = {NULL, N * N, 0, SRF_TYPE_F32, 1};
     srf_image *image = NULL;
     int i;
 
@@ -50,7 +50,7 @@ typedef struct {
 static int32_t make_wall(void *user, srf_image **out_image)
 {
     const Wall *wall = user;
-    srf_array depths = {NULL, N * N, 0, SRF_U16, 1};
+    srf_array depths = {NULL, N * N, 0, SRF_TYPE_U16, 1};
     srf_frame frame;
 
     if (wall->is_broken) {
@@ -58,7 +58,7 @@ static int32_t make_wall(void *user, srf_image **out_image)
         return SRF_ERR_IO;
     }
     depths.data = wall->depths;
-    must(srf_frame_init(&frame) == SRF_OK && frame.kind == SRF_PINHOLE_DEPTH && frame.scale == 1.0, "init");
+    must(srf_frame_init(&frame) == SRF_OK && frame.kind == SRF_PROJECTION_PINHOLE_DEPTH && frame.scale == 1.0, "init");
     frame.rows = frame.cols = N;
     frame.intrinsics[0] = frame.intrinsics[1] = N;
     frame.intrinsics[2] = frame.intrinsics[3] = 0.5 * (N - 1);
@@ -76,7 +76,7 @@ static void frames(void)
     srf_merger *merger = NULL;
     srf_mesh *merged = NULL;
     srf_frame frame;
-    srf_array depths = {NULL, N * N, 0, SRF_U16, 1};
+    srf_array depths = {NULL, N * N, 0, SRF_TYPE_U16, 1};
     int i;
 
     for (i = 1; i < N * N; ++i) wall->depths[i] = (uint16_t)(1000 + 3 * (i % N) + 2 * (i / N));
@@ -117,8 +117,8 @@ static void vertices(void)
     moved.matrix[5] = moved.matrix[10] = 2;
     moved.matrix[15] = 1;
     must(srf_image_to_mesh(image, 1, NULL, &mesh) == SRF_OK && srf_mesh_positions(mesh, &positions) == SRF_OK, "vertices");
-    must(srf_mesh_attribute(mesh, SRF_VERTICES, "range_row", &rows) == SRF_OK, "rows");
-    must(srf_mesh_attribute(mesh, SRF_VERTICES, "range_col", &columns) == SRF_OK, "columns");
+    must(srf_mesh_attribute(mesh, SRF_DOMAIN_VERTICES, "range_row", &rows) == SRF_OK, "rows");
+    must(srf_mesh_attribute(mesh, SRF_DOMAIN_VERTICES, "range_col", &columns) == SRF_OK, "columns");
     must(srf_grid_camera_init(&camera) == SRF_OK && srf_image_grid_camera(image, NULL, &camera) == SRF_OK, "camera");
     must(camera.rows == N && camera.anchor_count == 256 && camera.anchors[255].row < N, "anchors");
     must(srf_image_from_vertices(&camera, &rows, &columns, &positions, NULL, NULL, NULL, &moved, NULL, NULL, &back) == SRF_OK, "back");
@@ -151,7 +151,7 @@ static void draw(const srf_aligner *aligner, const srf_align_params *params, con
     watcher.user = &asked;
     must(srf_aligner_snap(aligner, 1, poses, 3, params, &watcher, &snap, NULL) == SRF_ERR_CANCELLED && asked > 0, "cancel");
     must(srf_aligner_snap(aligner, 1, poses, 3, params, NULL, &snap, touches) == SRF_OK, "snap");
-    must(snap.state == SRF_PAIR_FITS && snap.touches == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
+    must(snap.state == SRF_PAIR_STATE_FITS && snap.touches == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
     must(snap.moved > 0.1 && fabs(snap.world_from_scan.matrix[14]) < 0.01, "it is drawn there");
     must(snap.free_ways <= 6 && snap.freedoms[5].reserved == 0, "ways");
     must(srf_aligner_snap(aligner, 2, poses, 3, NULL, NULL, &snap, NULL) == SRF_ERR_INPUT, "no pose to start from");
@@ -212,7 +212,7 @@ static void align(const srf_image *image, const srf_mesh *surface, const srf_clo
         must(scan.free_ways <= 6 && scan.freedoms[5].turns <= 1, "ways of a scan");
         must(srf_alignment_reason(alignment, i, &text) == SRF_OK && (scan.group == 0) == (strlen(text) == 0), "reason");
     }
-    must(scan.state == SRF_SCAN_KEPT && scan.world_from_scan.matrix[0] == 1.0, "the fixed one stays");
+    must(scan.state == SRF_SCAN_STATE_KEPT && scan.world_from_scan.matrix[0] == 1.0, "the fixed one stays");
     for (i = 0; i < report.pairs; ++i) {
         must(srf_alignment_pair(alignment, i, &pair) == SRF_OK && pair.scans[0] < pair.scans[1], "pair");
         must(pair.free_ways <= 6 && pair.freedoms[5].turns <= 1, "ways of a pair");
@@ -259,8 +259,8 @@ int main(void)
     must(srf_cloud_arrays(cloud, &points, NULL, NULL, NULL) == SRF_OK && points.count == N * N - 1, "points");
     must(srf_distances_init(&figures) == SRF_OK, "init");
     must(srf_mesh_distances(merged, &points, 0, 2, NULL, off, &figures) == SRF_OK && figures.max < 1.0, "distances");
-    must(srf_mesh_attribute(merged, SRF_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");
-    must(srf_mesh_attribute(merged, SRF_VERTICES, "no such thing", &view) == SRF_ERR_INPUT, "missing attribute");
+    must(srf_mesh_attribute(merged, SRF_DOMAIN_VERTICES, "confidence", &view) == SRF_OK && view.count == topology.vertices, "attribute");
+    must(srf_mesh_attribute(merged, SRF_DOMAIN_VERTICES, "no such thing", &view) == SRF_ERR_INPUT, "missing attribute");
     must(strlen(srf_last_error_message()) > 0, "message");
     must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ENCODING_ASCII, NULL) == SRF_OK, "write");
     must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ENCODING_ASCII, NULL) == SRF_ERR_IO, "write nowhere");

@@ -38,7 +38,7 @@ try {
     must(!made && mesh && mesh.report().genus == 0, "a moved owner is empty");
     must(mesh.positions().size() == 4 && mesh.positions()[3][2] == 1, "positions");
 
-    const srf_projection projection = {SRF_ORTHOGRAPHIC, 0, {-1, 1, 0.05, -0.05}};
+    const srf_projection projection = {SRF_PROJECTION_ORTHOGRAPHIC, 0, {-1, 1, 0.05, -0.05}};
     Pose from_above;
     from_above.matrix[14] = 5;
     const Image image = Image::scan(mesh, 40, 40, projection, from_above);
@@ -55,7 +55,7 @@ try {
         return tick.fraction <= 1.0;
     });
     must(result.mesh.report(true).is_manifold == 1 && result.report.voxel == 0.05, "merge");
-    must(result.mesh.attribute<float>(SRF_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");
+    must(result.mesh.attribute<float>(SRF_DOMAIN_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");
     must(result.mesh.distances(mesh.positions()).max < 0.05, "distances");
 
     params.voxel = 0.0005;
@@ -65,7 +65,7 @@ try {
     params.voxel = -3;
     const std::string text = text_of<Error>([&] { merger.run(params); });
     must(text == "voxel must be a finite number > 0, got -3 (in the unit of the scans)", text.c_str());
-    text_of<Error>([&] { mesh.attribute<float>(SRF_VERTICES, "nothing"); });
+    text_of<Error>([&] { mesh.attribute<float>(SRF_DOMAIN_VERTICES, "nothing"); });
     text_of<Error>([] { Scans::open({"missing.ply"}); });
 
     Frame frame;
@@ -90,13 +90,13 @@ try {
 
     const Image kept = wall();
     const Mesh vertices = kept.to_mesh();
-    const auto row = vertices.attribute<std::int32_t>(SRF_VERTICES, "range_row");
-    const auto column = vertices.attribute<std::int32_t>(SRF_VERTICES, "range_col");
-    const auto colours = vertices.attribute<std::uint8_t, 4>(SRF_VERTICES, "colour");
+    const auto row = vertices.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, "range_row");
+    const auto column = vertices.attribute<std::int32_t>(SRF_DOMAIN_VERTICES, "range_col");
+    const auto colours = vertices.attribute<std::uint8_t, 4>(SRF_DOMAIN_VERTICES, "colour");
     Pose larger;
     larger.matrix[0] = larger.matrix[5] = larger.matrix[10] = 2;
     const Image back = Image::from_vertices(kept.grid_camera(), row, column, vertices.positions(), colours, {}, {}, larger, "back");
-    must(back.name() == "back" && back.valid() == 899 && back.projection().kind == SRF_PINHOLE_DEPTH, "vertices and back");
+    must(back.name() == "back" && back.valid() == 899 && back.projection().kind == SRF_PROJECTION_PINHOLE_DEPTH, "vertices and back");
     const Mesh bare = kept.to_mesh(false);
     must(bare.triangles().size() == 0 && bare.positions().size() == 899 && vertices.triangles().size() > 1000, "without faces");
     must(kept.grid_camera().scaled(3).anchors[5].point[2] == 3 * kept.grid_camera().anchors[5].point[2], "scaled");
@@ -143,19 +143,19 @@ try {
     Alignment found = aligner.run(rough, [](const Tick &tick) { return tick.fraction <= 1.0; });
     const Alignment alignment = std::move(found);
     must(!found && alignment.report().scans == 2 && alignment.lines().size() == alignment.report().lines, "aligned");
-    must(alignment.scan(1).state == SRF_SCAN_KEPT && alignment.scan(1).world_from_scan.matrix[14] == 5, "the fixed one stays");
+    must(alignment.scan(1).state == SRF_SCAN_STATE_KEPT && alignment.scan(1).world_from_scan.matrix[14] == 5, "the fixed one stays");
     must(alignment.scan(0).has_place() == alignment.reason(0).empty(), "a reason, or a place");
     for (std::size_t i = 0; i < alignment.report().pairs; ++i) must(alignment.pair(i).scans[1] == 1, "pair");
     must(alignment.messages().size() < alignment.lines().size(), "messages");
     must(alignment.scan(0).ways().size() == alignment.scan(0).free_ways && !alignment.turntable(), "ways, and no turntable");
     for (std::size_t i = 0; i < alignment.report().pairs; ++i) must(alignment.pair(i).ways().size() <= 6, "ways of a pair");
     text_of<Error>([&] { alignment.scan(2); });
-    must(aligner.snap(0).state == SRF_PAIR_NOTHING && aligner.snap(0).touched.empty(), "too far away");
+    must(aligner.snap(0).state == SRF_PAIR_STATE_NOTHING && aligner.snap(0).touched.empty(), "too far away");
     const Mesh surface = image.triangulate();
     aligner.add(surface, "its surface", from_above);
     const Snap drawn = aligner.snap(0, {from_above, srf_pose{}, from_above}, rough);
     must(aligner.size() == 3 && drawn.touched == std::vector<std::size_t>{2} && drawn.touches == 1, "drawn to the other");
-    must(drawn.state == SRF_PAIR_SLIDES && drawn.ways().size() == drawn.free_ways && drawn.free_ways == 3, "along its flat side");
+    must(drawn.state == SRF_PAIR_STATE_SLIDES && drawn.ways().size() == drawn.free_ways && drawn.free_ways == 3, "along its flat side");
     text_of<Error>([&] { aligner.snap(0, {Pose()}); });
     text_of<Cancelled>([&] { aligner.snap(0, {}, {}, [](const Tick &) { return false; }); });
     Pose above = from_above;
@@ -183,7 +183,7 @@ try {
     mesh.write_stl("exercise.stl");
     image.to_cloud().write_ply("exercise_cloud.ply");
     must(text_of<Error>([&] { write_ptx({&image}, "exercise.ptx"); }).find("parallel") != std::string::npos, "no eye");
-    const Image seen = Image::scan(mesh, 20, 20, {SRF_PINHOLE_DEPTH, 0, {20, 20, 9.5, 9.5}}, [] {
+    const Image seen = Image::scan(mesh, 20, 20, {SRF_PROJECTION_PINHOLE_DEPTH, 0, {20, 20, 9.5, 9.5}}, [] {
         Pose below;
         below.matrix[14] = -3;
         return below;

@@ -27,7 +27,7 @@ static srf_mesh *octahedron(void)
 {
     static const double corners[6][3] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     static const uint32_t sides[8][3] = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
-    const srf_array positions = {corners, 6, 0, SRF_F64, 3}, triangles = {sides, 8, 0, SRF_U32, 3};
+    const srf_array positions = {corners, 6, 0, SRF_TYPE_F64, 3}, triangles = {sides, 8, 0, SRF_TYPE_U32, 3};
     srf_mesh *mesh = NULL;
 
     must(srf_mesh_create(&positions, &triangles, &mesh) == SRF_OK, "mesh");
@@ -64,7 +64,7 @@ static srf_mesh *ground(int from)
 {
     static double points[SIDE * SIDE][3];
     static uint32_t sides[2 * (SIDE - 1) * (SIDE - 1)][3];
-    const srf_array positions = {points, SIDE * SIDE, 0, SRF_F64, 3}, triangles = {sides, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_U32, 3};
+    const srf_array positions = {points, SIDE * SIDE, 0, SRF_TYPE_F64, 3}, triangles = {sides, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_TYPE_U32, 3};
     srf_mesh *mesh = NULL;
     uint32_t i, n = 0;
 

@@ -22,8 +22,8 @@ static srf_mesh *mesh;
 
 static srf_status make_mesh(void)
 {
-    const srf_array at = {positions, SIDE * SIDE, 0, SRF_F64, 3};
-    const srf_array corners = {triangles, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_U32, 3};
+    const srf_array at = {positions, SIDE * SIDE, 0, SRF_TYPE_F64, 3};
+    const srf_array corners = {triangles, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_TYPE_U32, 3};
     srf_mesh *made = NULL;
     srf_status status = srf_mesh_create(&at, &corners, &made);
 
@@ -66,8 +66,8 @@ static srf_status merge(void)
 int main(void)
 {
     static srf_status (*const calls[])(void) = {make_mesh, check, check_welded, merge};
-    const srf_array at = {positions, SIDE * SIDE, 0, SRF_F64, 3};
-    const srf_array corners = {triangles, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_U32, 3};
+    const srf_array at = {positions, SIDE * SIDE, 0, SRF_TYPE_F64, 3};
+    const srf_array corners = {triangles, 2 * (SIDE - 1) * (SIDE - 1), 0, SRF_TYPE_U32, 3};
     struct rlimit all, some;
     size_t row, col, i, megabytes, t = 0, refused = 0;
 

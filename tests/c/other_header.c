@@ -112,10 +112,10 @@ int main(void)
     points.data = positions;
     points.count = 4;
     points.components = 3;
-    points.type = SRF_F64;
+    points.type = SRF_TYPE_F64;
     corners = points;
     corners.data = triangles;
-    corners.type = SRF_U32;
+    corners.type = SRF_TYPE_U32;
     must(srf_mesh_create(&points, &corners, &mesh) == SRF_OK, "mesh");
     must(srf_mesh_check(mesh, 0, NULL, &topology.value) == SRF_OK, "check");
     must(is_whole(topology.canary, sizeof(topology.canary)), "a report ends where the caller's does");

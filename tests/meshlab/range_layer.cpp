@@ -33,15 +33,15 @@ struct Kind {
 };
 
 const Kind kinds[] = {
-    {"orthographic", {SRF_ORTHOGRAPHIC, 0, {-0.3, 0.2, 0.02, -0.02}}},
-    {"pinhole depth", {SRF_PINHOLE_DEPTH, 0, {60, 61, 15, 10}}},
-    {"pinhole range", {SRF_PINHOLE_RANGE, 0, {60, 61, 15, 10}}},
-    {"spherical", {SRF_SPHERICAL, 0, {-0.2, 0.2, 0.02, -0.02}}},
-    {"parallel points", {SRF_GRID_PARALLEL, 0, {0.6, 0, -0.8, 0}}},
-    {"points from", {SRF_GRID_FROM, 0, {0.1, 0.2, 3, 0}}},
+    {"orthographic", {SRF_PROJECTION_ORTHOGRAPHIC, 0, {-0.3, 0.2, 0.02, -0.02}}},
+    {"pinhole depth", {SRF_PROJECTION_PINHOLE_DEPTH, 0, {60, 61, 15, 10}}},
+    {"pinhole range", {SRF_PROJECTION_PINHOLE_RANGE, 0, {60, 61, 15, 10}}},
+    {"spherical", {SRF_PROJECTION_SPHERICAL, 0, {-0.2, 0.2, 0.02, -0.02}}},
+    {"parallel points", {SRF_PROJECTION_GRID_PARALLEL, 0, {0.6, 0, -0.8, 0}}},
+    {"points from", {SRF_PROJECTION_GRID_FROM, 0, {0.1, 0.2, 3, 0}}},
 };
 
-bool is_points(const srf_projection &projection) { return projection.kind >= SRF_GRID_PARALLEL; }
+bool is_points(const srf_projection &projection) { return projection.kind >= SRF_PROJECTION_GRID_PARALLEL; }
 
 // What MeshLab's matrices and vertices hold in most builds.
 bool single = false;
@@ -299,7 +299,7 @@ void lost(const Kind &kind)
         MeshDocument document;
         MeshModel &layer = layer_of(document, image_of(kind.projection), faces);
         erase(layer, anchors(layer, image_of(kind.projection), 1));
-        const std::uint32_t seen = is_points(kind.projection) ? std::uint32_t{SRF_GRID_PARALLEL} : kind.projection.kind;
+        const std::uint32_t seen = is_points(kind.projection) ? std::uint32_t{SRF_PROJECTION_GRID_PARALLEL} : kind.projection.kind;
         const bool refused = is_points(kind.projection) && !faces;
         expect(refused || srf::range_image(layer, Frame::layer).projection().kind == seen, "what lies on its rays was not moved");
         move(layer, motion(1, false, 1), true);
@@ -310,7 +310,7 @@ void lost(const Kind &kind)
             continue;
         }
         const Image again = srf::range_image(layer, Frame::layer);
-        expect(again.projection().kind == SRF_GRID_PARALLEL, "it is seen from where its surface faces");
+        expect(again.projection().kind == SRF_PROJECTION_GRID_PARALLEL, "it is seen from where its surface faces");
         expect(again.valid() == static_cast<std::size_t>(layer.cm.vn), "a valid pixel a vertex");
         expect(again.triangulate().triangles().size() > 0, "it is seen from its front");
     }

@@ -154,10 +154,10 @@ class Library:
         kind = described["kind"]
         if kind == "points":
             way, numbers = described["viewing"]
-            kind = "SRF_GRID_PARALLEL" if way == "parallel" else "SRF_GRID_FROM"
+            kind = "SRF_PROJECTION_GRID_PARALLEL" if way == "parallel" else "SRF_PROJECTION_GRID_FROM"
         elif kind == "pinhole":
             numbers = (*described["focal"], *described["centre"])
-            kind = "SRF_PINHOLE_DEPTH" if described["depth"] == "planar" else "SRF_PINHOLE_RANGE"
+            kind = "SRF_PROJECTION_PINHOLE_DEPTH" if described["depth"] == "planar" else "SRF_PROJECTION_PINHOLE_RANGE"
         else:
             numbers, kind = (*described["first"], *described["step"]), f"SRF_{kind.upper()}"
         four = (ctypes.c_double * 4)(*numbers)

@@ -49,7 +49,7 @@ static int print(const srf_scans *scans, const srf_alignment *alignment, size_t 
         || srf_alignment_reason(alignment, index, &reason) != SRF_OK) {
         return fail("reporting");
     }
-    if (found.state == SRF_SCAN_PLACED || found.state == SRF_SCAN_KEPT) {
+    if (found.state == SRF_SCAN_STATE_PLACED || found.state == SRF_SCAN_STATE_KEPT) {
         const double *at = found.world_from_scan.matrix + 12;
         printf("%s: at %g %g %g, to %.2g\n", name, at[0], at[1], at[2], found.deviation);
     } else {

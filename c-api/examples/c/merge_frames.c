@@ -65,7 +65,7 @@ static int32_t make(void *user, srf_image **out_image)
     int32_t status = SRF_ERR_OUT_OF_MEMORY;
 
     if (depths != NULL && colours != NULL) {
-        const srf_array depth_array = {depths, ROWS * COLS, 0, SRF_U16, 1}, colour_array = {colours, ROWS * COLS, 0, SRF_U8, 3};
+        const srf_array depth_array = {depths, ROWS * COLS, 0, SRF_TYPE_U16, 1}, colour_array = {colours, ROWS * COLS, 0, SRF_TYPE_U8, 3};
         record(frame, depths, colours);
         status = srf_image_from_frame(frame->camera, &depth_array, &colour_array, NULL, NULL, NULL, NULL, out_image, NULL);
     }

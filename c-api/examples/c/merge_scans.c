@@ -33,7 +33,7 @@ static int32_t report(const char *stage, double fraction, const char *message, v
 static void tell(int32_t level, const char *text, void *user)
 {
     (void)user;
-    fprintf(stderr, "%s%s\n", level == SRF_LOG_WARNING ? "warning: " : "", text);
+    fprintf(stderr, "%s%s\n", level == SRF_LOG_LEVEL_WARNING ? "warning: " : "", text);
 }
 
 static int fail(const char *what)

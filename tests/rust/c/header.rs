@@ -218,3 +218,117 @@ fn every_status_of_the_header_has_a_text_and_no_other() {
         }
     }
 }
+
+/// Enums of the header: name, and the names of their values.
+fn enums() -> Vec<(String, Vec<String>)> {
+    let code = code();
+    let one = |part: &str| {
+        let (body, rest) = part.split_once('}').unwrap();
+        let values = body.split(',').filter_map(|value| Some(value.split_once('=')?.0.trim().to_owned()));
+        (rest.split(';').next().unwrap().trim().to_owned(), values.collect())
+    };
+    code.split("typedef enum {").skip(1).map(one).collect()
+}
+
+#[test]
+fn values_of_enums_carry_its_name() {
+    let all = enums();
+    assert!(all.len() > 15);
+    for (name, values) in all.iter().filter(|(name, _)| name != "srf_status") {
+        // What kinds there are of something is said of that: SRF_PROJECTION_SPHERICAL.
+        let prefix = format!("{}_", name.trim_end_matches("_kind").to_ascii_uppercase());
+        assert!(values.len() > 1 && values.iter().all(|value| value.starts_with(&prefix)), "{name}: {values:?}");
+    }
+}
+
+/// Functions that answer with a status: name, arguments, and the comment with what it may be.
+fn promised() -> Vec<(String, Vec<String>, String)> {
+    let header = header();
+    let (mut all, mut comment, mut declaration) = (Vec::new(), String::new(), String::new());
+    for line in header.lines().map(str::trim) {
+        if let Some(text) = line.strip_prefix("//") {
+            comment = comment + " " + text.trim();
+        } else if line.starts_with("srf_status srf_") || !declaration.is_empty() {
+            declaration = declaration + " " + line;
+            if declaration.ends_with(");") {
+                let (name, arguments) = declaration.trim_end_matches(");").split_once('(').unwrap();
+                let name = name.trim().trim_start_matches("srf_status ").to_owned();
+                let arguments = arguments.split(',').map(|argument| argument.trim().to_owned()).collect();
+                all.push((name, arguments, std::mem::take(&mut comment)));
+                declaration.clear();
+            }
+        } else {
+            comment.clear();
+        }
+    }
+    all
+}
+
+/// Theorem: the comment of each function lists every status that follows from what it takes, and those that wrong calls are seen to get.
+#[test]
+fn what_calls_return_is_said() {
+    let sized: Vec<String> =
+        structs().into_iter().filter(|(_, f)| f[0] == "struct_size").map(|(name, _)| name).collect();
+    let is_struct = |kind: &str| structs().iter().any(|(name, _)| name == kind);
+    let mut wrong = Vec::new();
+    let promised = promised();
+    assert!(promised.len() > 100, "{}", promised.len());
+    for (name, arguments, comment) in &promised {
+        let said = comment.split("returns").nth(1).unwrap_or_default();
+        let mut expected = vec!["SRF_OK"];
+        for argument in arguments {
+            let words: Vec<&str> = argument.split([' ', '*']).filter(|word| *word != "const").collect();
+            let (kind, is_const) = (words[0], argument.starts_with("const "));
+            let is_pointer = argument.contains('*') && !argument.contains("**");
+            let is_initializer = name.ends_with("_init_sized");
+            if kind.starts_with("srf_") && is_pointer && !is_struct(kind) {
+                expected.push("SRF_ERR_HANDLE");
+            }
+            if kind == "srf_array" && is_const {
+                expected.extend(["SRF_ERR_PARAMETER", "SRF_ERR_INPUT"]);
+            }
+            if kind == "srf_progress" {
+                expected.push("SRF_ERR_CANCELLED");
+            }
+            if sized.iter().any(|known| known == kind) && is_pointer && !is_initializer {
+                expected.push("SRF_ERR_STRUCT_SIZE");
+            }
+            if argument == "const char *path" {
+                expected.extend(["SRF_ERR_IO", "SRF_ERR_INPUT"]);
+            }
+            if ["uint32_t", "int32_t", "double"].contains(&kind)
+                && !argument.contains('*')
+                && name != "srf_spline_point"
+            {
+                expected.push("SRF_ERR_PARAMETER");
+            }
+        }
+        let missing: Vec<&str> = expected.into_iter().filter(|status| !said.contains(status)).collect();
+        if !missing.is_empty() {
+            wrong.push(format!("{name} does not say {}", missing.join(", ")));
+        }
+    }
+    const TEXTS: [&str; 11] = [
+        "SRF_OK",
+        "SRF_ERR_PARAMETER",
+        "SRF_ERR_INPUT",
+        "SRF_ERR_FORMAT",
+        "SRF_ERR_IO",
+        "SRF_ERR_OUT_OF_MEMORY",
+        "SRF_ERR_CANCELLED",
+        "SRF_ERR_NULL",
+        "SRF_ERR_INTERNAL",
+        "SRF_ERR_HANDLE",
+        "SRF_ERR_STRUCT_SIZE",
+    ];
+    for (name, status) in api().call_with_zeros().into_iter().chain(api().call_with_junk()) {
+        let (_, _, comment) = promised.iter().find(|(known, ..)| known == name).expect("it is declared");
+        let status = TEXTS[status as usize];
+        if !comment.split("returns").nth(1).unwrap_or_default().contains(status) {
+            wrong.push(format!("{name} returned {status} and does not say it"));
+        }
+    }
+    wrong.sort();
+    wrong.dedup();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}

@@ -285,6 +285,7 @@ fn status_of(answer: &dyn std::any::Any) -> Option<i32> {
 
 functions! {
     srf_version() -> *const c_char;
+    srf_version_number() -> u32;
     srf_abi_version() -> u32;
     srf_last_error_message() -> *const c_char;
     srf_set_last_error(text: *const c_char) -> i32;

@@ -225,6 +225,16 @@ fn a_forked_program_goes_on() {
 }
 
 #[test]
+fn a_program_that_unloads_and_loads_twice_goes_on() {
+    let program = compile("cc", &["-std=c99", "-O1", "-Wl,--as-needed"], "tests/c/unload.c");
+    let library = folder().join(libloading::library_filename("surfrecon"));
+    let scratch = tempfile::tempdir().unwrap();
+    let copy = scratch.path().join("another.so");
+    std::fs::copy(&library, &copy).unwrap();
+    assert_eq!(program.run(&[library.to_str().unwrap(), copy.to_str().unwrap()]).trim(), "fine");
+}
+
+#[test]
 fn a_program_without_memory_goes_on() {
     let program = compile("cc", &["-std=c99", "-O1"], "tests/c/memory.c");
     assert_eq!(program.run(&[]).trim(), "fine");

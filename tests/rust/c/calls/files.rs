@@ -196,7 +196,7 @@ pub(super) fn everything_is_written_and_comes_back() {
         api.ok((api.srf_mesh_free)(read));
         let nothing =
             (api.srf_meshes_write_glb_levels)(levels.as_ptr(), 0, c("n.glb").as_ptr(), none.cast(), 1.0, 0, none);
-        api.refused(nothing, INPUT, "count is 0");
+        api.refused(nothing, PARAMETER, "count is 0");
         api.ok((api.srf_image_to_cloud)(image, &mut cloud));
         api.ok((api.srf_cloud_write_ply)(cloud, c("cloud.ply").as_ptr(), 2, none));
         let (content, read) = opened(&path("cloud.ply"), defaults);
@@ -235,7 +235,7 @@ pub(super) fn everything_is_written_and_comes_back() {
         let kinds = [image, mesh];
         let answer = (api.srf_images_write_ptx)(kinds.as_ptr(), 2, c("no.ptx").as_ptr(), none);
         api.refused(answer, HANDLE, "images[1] must be a srf_image, got a srf_mesh");
-        api.refused((api.srf_images_write_e57)(kinds.as_ptr(), 0, c("no.e57").as_ptr(), none), INPUT, "count is 0");
+        api.refused((api.srf_images_write_e57)(kinds.as_ptr(), 0, c("no.e57").as_ptr(), none), PARAMETER, "count is 0");
         let answer = (api.srf_images_write_conf)(images.as_ptr(), 1, c("no.conf").as_ptr(), 7, none);
         api.refused(answer, PARAMETER, "encoding must be a value of srf_encoding, 1 to 3, got 7");
         assert!(!path("no.ptx").exists());

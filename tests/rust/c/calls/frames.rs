@@ -213,7 +213,7 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     };
     let (nan, infinite) = (f64::NAN.to_bits(), f64::INFINITY.to_bits());
     arrays().refused(&Frame::ZERO, STRUCT_SIZE, "frame.struct_size is 0");
-    arrays().refused(&Frame { second: 4, ..form(ROWS, COLS) }, PARAMETER, "SRF_PINHOLE_RANGE (3), got 4");
+    arrays().refused(&Frame { second: 4, ..form(ROWS, COLS) }, PARAMETER, "SRF_PROJECTION_PINHOLE_RANGE (3), got 4");
     for scale in [0, nan, infinite, (-1.0_f64).to_bits()] {
         arrays().refused(&with(field::SCALE, scale), PARAMETER, "frame.scale must be a finite number > 0, got");
     }
@@ -231,28 +231,36 @@ pub(super) fn frames_that_can_not_be_are_refused() {
     arrays().refused(&with(field::CONFIDENCE_ROWS, 4), PARAMETER, "the confidence image has 4 rows and 0 columns");
     arrays().refused(&with(field::ROWS, 25), INPUT, "depths: an image of 32 x 25 pixels has not 768 elements");
     arrays().refused(&with(field::ROWS, u64::MAX), INPUT, "has not 768 elements");
-    arrays().refused(&with(field::ROW_STRIDE, 63), INPUT, "rows 63 bytes apart have no room for the 64 bytes of a row");
-    arrays().refused(&with(field::ROW_STRIDE, u64::MAX), INPUT, "768 elements are more than there can be");
+    arrays().refused(
+        &with(field::ROW_STRIDE, 63),
+        PARAMETER,
+        "rows 63 bytes apart have no room for the 64 bytes of a row",
+    );
+    arrays().refused(&with(field::ROW_STRIDE, u64::MAX), PARAMETER, "768 elements are more than there can be");
     arrays().refused(&with(field::FX, 0), PARAMETER, "frame.intrinsics: ");
     arrays().refused(&with(field::FX + 2, nan), PARAMETER, "frame.intrinsics: the camera's centre cx");
     arrays().refused(&with(field::COLOUR_FROM_DEPTH, nan), INPUT, "frame.colour_from_depth has a number that is not");
     arrays().refused(&with(field::COLOUR_FROM_DEPTH, 2_f64.to_bits()), INPUT, "frame.colour_from_depth must be rigid");
     let signed = Array { kind: I32, ..depths };
-    Arrays::of(signed).refused(&form(ROWS, COLS), INPUT, "type must be SRF_U16, SRF_F32 or SRF_F64, got SRF_I32");
+    Arrays::of(signed).refused(
+        &form(ROWS, COLS),
+        PARAMETER,
+        "type must be SRF_TYPE_U16, SRF_TYPE_F32 or SRF_TYPE_F64, got SRF_TYPE_I32",
+    );
     let null = Array { data: std::ptr::null(), ..depths };
     Arrays::of(null).refused(&form(ROWS, COLS), NULL, "depths.data must not be NULL");
     let grey = Array { kind: U8, ..depths };
     let painted = |colours| Arrays { colours: Some(colours), ..arrays() };
-    painted(&grey).refused(&form(ROWS, COLS), INPUT, "colours: components must be 3 or 4, got 1");
+    painted(&grey).refused(&form(ROWS, COLS), PARAMETER, "colours: components must be 3 or 4, got 1");
     let bytes = vec![0_u8; 3 * ROWS * COLS];
     let rgb = Array::of(&bytes, U8, 3);
     painted(&rgb).refused(&with(field::COLOUR_FX, 5_f64.to_bits()), PARAMETER, "frame.colour_intrinsics: ");
     let fewer = Array { count: 700, ..rgb };
     painted(&fewer).refused(&form(ROWS, COLS), INPUT, "colours: an image of 32 x 24 pixels has not 700 elements");
     let wide = Array { kind: U16, ..rgb };
-    painted(&wide).refused(&form(ROWS, COLS), INPUT, "colours: type must be SRF_U8, got SRF_U16");
+    painted(&wide).refused(&form(ROWS, COLS), PARAMETER, "colours: type must be SRF_TYPE_U8, got SRF_TYPE_U16");
     let trusted = Arrays { confidences: Some(&depths), ..arrays() };
-    trusted.refused(&form(ROWS, COLS), INPUT, "confidences: type must be SRF_U8, got SRF_U16");
+    trusted.refused(&form(ROWS, COLS), PARAMETER, "confidences: type must be SRF_TYPE_U8, got SRF_TYPE_U16");
     let mut mirror = [0.0; 16];
     (mirror[0], mirror[5], mirror[10], mirror[15]) = (-1.0, 1.0, 1.0, 1.0);
     let mirrored = Arrays { pose: Some(&mirror), ..arrays() };

@@ -30,7 +30,7 @@ pub(super) fn a_mesh_and_its_attributes() {
         api.refused(missing, INPUT, "no attribute colour there; it has confidence");
         api.refused((api.srf_mesh_attribute_name)(mesh, 1, 7, &mut name), PARAMETER, "index must be < 1, got 7");
         let wrong = (api.srf_mesh_attribute_count)(mesh, 3, &mut count);
-        api.refused(wrong, PARAMETER, "SRF_VERTICES (1) or SRF_TRIANGLES (2), got 3");
+        api.refused(wrong, PARAMETER, "SRF_DOMAIN_VERTICES (1) or SRF_DOMAIN_TRIANGLES (2), got 3");
         let short = (api.srf_mesh_set_attribute)(mesh, 2, c"x".as_ptr(), &confidence);
         api.refused(short, INPUT, "6 entries for 8 elements");
         api.ok((api.srf_mesh_set_attribute)(mesh, 1, c"confidence".as_ptr(), std::ptr::null()));
@@ -209,11 +209,11 @@ pub(super) fn images_from_arrays() {
         api.refused(create(Projection { kind: 99, ..plane }, 3, samples, null.cast()), PARAMETER, "1 to 6, got 99");
         api.refused(create(plane, 4, samples, null.cast()), INPUT, "4 x 4 pixels need 4 x 4 values, got 12");
         let still = Projection { numbers: [0.0; 4], ..plane };
-        api.refused(create(still, 3, samples, null.cast()), INPUT, "step from column to column");
+        api.refused(create(still, 3, samples, null.cast()), PARAMETER, "step from column to column");
         let nowhere = [f64::NAN; 16];
         api.refused(create(plane, 3, samples, &nowhere), INPUT, "world_from_sensor has a number that is not finite");
         let grid = Projection { kind: 6, ..plane };
-        api.refused(create(grid, 3, samples, null.cast()), INPUT, "components must be 3, got 1");
+        api.refused(create(grid, 3, samples, null.cast()), PARAMETER, "components must be 3, got 1");
         let bad = c"\xff";
         let answer = (api.srf_image_create)(3, 4, &plane, &samples, null.cast(), bad.as_ptr(), &mut image);
         api.refused(answer, INPUT, "name is not UTF-8");

@@ -58,10 +58,10 @@ pub(super) fn arrays_that_lie_are_refused() {
         // SAFETY: wrong in the ways that are checked.
         unsafe { (api.srf_mesh_create)(&p, &t, &mut mesh) }
     };
-    api.refused(create(Array { kind: 42, ..good }, &[]), INPUT, "type must be a value of srf_type, 1 to 6, got 42");
-    api.refused(create(Array { components: 2, ..good }, &[]), INPUT, "components must be 3, got 2");
-    api.refused(create(Array { stride: 11, ..good }, &[]), INPUT, "a stride of 11 bytes is less than the 12 bytes");
-    api.refused(create(Array { count: usize::MAX, ..good }, &[]), INPUT, "more than there can be");
+    api.refused(create(Array { kind: 42, ..good }, &[]), PARAMETER, "type must be a value of srf_type, 1 to 6, got 42");
+    api.refused(create(Array { components: 2, ..good }, &[]), PARAMETER, "components must be 3, got 2");
+    api.refused(create(Array { stride: 11, ..good }, &[]), PARAMETER, "a stride of 11 bytes is less than the 12 bytes");
+    api.refused(create(Array { count: usize::MAX, ..good }, &[]), PARAMETER, "more than there can be");
     api.refused(create(Array { data: std::ptr::null(), ..good }, &[]), NULL, "positions.data must not be NULL");
     api.refused(create(good, &[[0, 1, 3]]), INPUT, "triangle 0 names vertex 3");
     api.refused(create(good, &[[0, 1, -1]]), INPUT, "triangle 0 names vertex");
@@ -99,6 +99,30 @@ pub(super) fn parameters_out_of_range_say_value_range_and_unit() {
         api.refused((api.srf_mesh_write_ply)(mesh, c"x.ply".as_ptr(), 9, null().cast()), PARAMETER, "1 to 3, got 9");
         let glb = (api.srf_mesh_write_glb)(mesh, c"x.glb".as_ptr(), null().cast(), 1.0, 5, null().cast());
         api.refused(glb, PARAMETER, "z_up must be 0 or 1, got 5");
+        for metres in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let glb = (api.srf_mesh_write_glb)(mesh, c"x.glb".as_ptr(), null().cast(), metres, 0, null().cast());
+            api.refused(glb, PARAMETER, "metres_per_unit must be a finite number > 0");
+            let size = (api.srf_true_size)([0.0; 3].as_ptr(), [1.0; 3].as_ptr(), metres, &mut [0.0; 16]);
+            api.refused(size, PARAMETER, "distance must be a finite number > 0");
+            let mut camera = GridCamera::ZERO;
+            api.ok((api.srf_grid_camera_init_sized)(&mut camera, size_of_val(&camera)));
+            let status = (api.srf_grid_camera_scale)(&mut camera, metres);
+            assert_eq!(status, PARAMETER, "{}", api.message());
+            let seen = Projection { numbers: [metres.max(0.0), 60.0, 31.5, 31.5], ..DEPTH };
+            let samples = Array::of(&[1.0_f64], F64, 1);
+            let made = (api.srf_image_create)(1, 1, &seen, &samples, null().cast(), null().cast(), &mut image);
+            assert_eq!(made, PARAMETER, "{}", api.message());
+        }
+        let levels = (api.srf_meshes_write_glb_levels)(
+            null().cast(),
+            0,
+            c"x.glb".as_ptr(),
+            null().cast(),
+            1.0,
+            0,
+            null().cast(),
+        );
+        api.refused(levels, PARAMETER, "count is 0");
         api.ok((api.srf_merger_free)(merger));
         api.ok((api.srf_mesh_free)(mesh));
     }
@@ -146,7 +170,7 @@ pub(super) fn what_is_said_of_scans_that_are_not_there_is_refused() {
         turn(at, along, none, 2, NULL, "angles must not be NULL");
         turn(none, none, angles.as_ptr(), 3, INPUT, "3 angles of the turntable are given for 2 scans: give one a scan");
         turn(none, none, angles.as_ptr(), 2, INPUT, "angle of scan 1 must be a number of radians");
-        turn(none, none, angles.as_ptr(), usize::MAX, INPUT, "more than there can be");
+        turn(none, none, angles.as_ptr(), usize::MAX, PARAMETER, "more than there can be");
         let mut params = AlignParams::ZERO;
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));
         params.numbers[0] = 3;
@@ -242,7 +266,11 @@ pub(super) fn poses_to_draw_a_scan_from_are_refused_where_they_can_not_be() {
         api.refused(misfit(0, none, 0, none.cast(), out), NULL, "points must not be NULL");
         api.refused(misfit(0, none, 0, &points, std::ptr::null_mut()), NULL, "out_distances must not be NULL");
         let whole = Array { kind: I32, ..points };
-        api.refused(misfit(0, none, 0, &whole, out), INPUT, "points: type must be SRF_F64 or SRF_F32, got SRF_I32");
+        api.refused(
+            misfit(0, none, 0, &whole, out),
+            PARAMETER,
+            "points: type must be SRF_TYPE_F64 or SRF_TYPE_F32, got SRF_TYPE_I32",
+        );
         for end in [(api.srf_aligner_free)(aligner), (api.srf_mesh_free)(mesh)] {
             api.ok(end);
         }

@@ -129,7 +129,7 @@ pub(super) fn vertices_of_an_image_and_back() {
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         api.ok((api.srf_grid_camera_scale)(&mut larger, 10.0));
-        api.refused((api.srf_grid_camera_scale)(&mut larger, -1.0), INPUT, "the scale must be > 0, got -1");
+        api.refused((api.srf_grid_camera_scale)(&mut larger, -1.0), PARAMETER, "the scale must be > 0, got -1");
     }
     assert_eq!((larger.f64(field::STEP), larger.f64(field::POINT)), (5.0, 10.0 * camera.f64(field::POINT)));
 
@@ -183,7 +183,13 @@ pub(super) fn what_is_no_range_image_is_refused() {
     let first = Array::of(&first, I32, 1);
     refused(&with(&|g| g.col = first), &camera, &STILL, INPUT, "vertices 0 and 1 are both pixel (0, 0)");
     refused(&with(&|g| g.row.count = 100), &camera, &STILL, INPUT, "179 vertices need 179 rows, got 100");
-    refused(&with(&|g| g.row.kind = F32), &camera, &STILL, INPUT, "row: type must be SRF_I32 or SRF_U32, got SRF_F32");
+    refused(
+        &with(&|g| g.row.kind = F32),
+        &camera,
+        &STILL,
+        PARAMETER,
+        "row: type must be SRF_TYPE_I32 or SRF_TYPE_U32, got SRF_TYPE_F32",
+    );
     refused(&given, &camera, &STILL.map(|x| if x == 1.0 { f64::NAN } else { x }), INPUT, "not finite");
     let flat = std::array::from_fn(|i| if i == 5 { 0.0 } else { STILL[i] });
     refused(&given, &camera, &flat, INPUT, "flattens");
