@@ -53,27 +53,6 @@ inline void check(srf_status status)
     throw Error(status, text);
 }
 
-// A view of `size()` elements of `N` numbers of type T each, without gaps; stays as long as what it is a view of.
-template <typename T, std::size_t N = 1>
-class View {
-public:
-    View() = default;
-    View(const T *data, std::size_t size) : data_(data), size_(size) {}
-    explicit View(const srf_array &array) : data_(static_cast<const T *>(array.data)), size_(array.count) {}
-    std::size_t size() const noexcept { return size_; }
-    bool empty() const noexcept { return size_ == 0; }
-    // The numbers of all elements, one after the other.
-    const T *data() const noexcept { return data_; }
-    // The numbers of an element.
-    const T *operator[](std::size_t i) const noexcept { return data_ + N * i; }
-    // As the functions of surfrecon.h take it.
-    srf_array array() const noexcept;
-
-private:
-    const T *data_ = nullptr;
-    std::size_t size_ = 0;
-};
-
 namespace detail {
 
 template <typename T>
@@ -91,11 +70,47 @@ struct TypeOf<std::uint16_t> { static constexpr std::uint32_t value = SRF_TYPE_U
 template <>
 struct TypeOf<std::uint8_t> { static constexpr std::uint32_t value = SRF_TYPE_U8; };
 
-template <typename T>
-srf_array array_of(const T *data, std::size_t count, std::uint32_t components)
-{
-    return srf_array{data, count, 0, TypeOf<T>::value, components};
-}
+}  // namespace detail
+
+// A view of `size()` elements of `N` numbers of type T each; stays as long as what it is a view of.
+template <typename T, std::size_t N = 1>
+class View {
+public:
+    View() = default;
+    // `stride` bytes from an element to the next one, 0 if there are no gaps; elements lie where a T may.
+    View(const T *data, std::size_t size, std::size_t stride = 0) : data_(data), size_(size), stride_(stride) {}
+    // Throws unless the array has N numbers of type T an element.
+    explicit View(const srf_array &array)
+        : data_(static_cast<const T *>(array.data)), size_(array.count), stride_(array.stride)
+    {
+        if (size_ != 0 && (array.type != detail::TypeOf<T>::value || array.components != N))
+            throw Error(SRF_ERR_INPUT, "the array has " + std::to_string(array.components) + " numbers of srf_type " +
+                                           std::to_string(array.type) + " an element, not " + std::to_string(N) + " of " +
+                                           std::to_string(detail::TypeOf<T>::value));
+    }
+    std::size_t size() const noexcept { return size_; }
+    bool empty() const noexcept { return size_ == 0; }
+    // Bytes from an element to the next one.
+    std::size_t stride() const noexcept { return stride_ == 0 ? N * sizeof(T) : stride_; }
+    // The numbers of all elements, one after the other, where there are no gaps.
+    const T *data() const noexcept { return data_; }
+    // The numbers of an element.
+    const T *operator[](std::size_t i) const noexcept
+    {
+        return reinterpret_cast<const T *>(reinterpret_cast<const unsigned char *>(data_) + stride() * i);
+    }
+    // As the functions of surfrecon.h take it.
+    srf_array array() const noexcept
+    {
+        return srf_array{data_, size_, stride_, detail::TypeOf<T>::value, static_cast<std::uint32_t>(N)};
+    }
+
+private:
+    const T *data_ = nullptr;
+    std::size_t size_ = 0, stride_ = 0;
+};
+
+namespace detail {
 
 // A handle that is freed when its owner goes.
 template <typename H, srf_status (*Free)(H *)>
@@ -116,12 +131,6 @@ private:
 };
 
 }  // namespace detail
-
-template <typename T, std::size_t N>
-srf_array View<T, N>::array() const noexcept
-{
-    return detail::array_of(data_, size_, static_cast<std::uint32_t>(N));
-}
 
 // Where a long call stands.
 struct Tick {
@@ -169,10 +178,34 @@ private:
 
 // Version of the loaded library.
 inline std::string version() { return srf_version(); }
+// Throws unless the loaded library is one that this header fits.
+inline void check_abi()
+{
+    if (srf_abi_version() != SRF_ABI_VERSION)
+        throw Error(SRF_ERR_INTERNAL, "the loaded surfrecon " + version() + " has binary interface " + std::to_string(srf_abi_version()) +
+                                          ", this program was built for " + std::to_string(SRF_ABI_VERSION));
+}
+
+// What the library has to tell: a level and a text. Must not throw; called on the thread of the call that tells, at once on several.
+using LogFunction = std::function<void(srf_log_level level, const char *text)>;
+
+// Who is told from now on, nobody if empty. The one before must no longer be needed: set it while no call is running.
+inline void set_log(LogFunction log)
+{
+    static LogFunction kept;
+    check(srf_set_log(nullptr, nullptr));
+    kept = std::move(log);
+    if (!kept) return;
+    check(srf_set_log([](std::int32_t level, const char *text,
+                         void *user) { (*static_cast<LogFunction *>(user))(static_cast<srf_log_level>(level), text); },
+                      &kept));
+}
 
 // Worker threads of calls whose parameters say 0; 0 for one a core.
 inline void set_threads(std::uint32_t threads) { check(srf_set_threads(threads)); }
-/// See srf_set_memory_limit().
+inline std::uint32_t threads() { return srf_threads(); }
+inline std::uint64_t memory_limit() { return srf_memory_limit(); }
+// See srf_set_memory_limit().
 inline void set_memory_limit(std::uint64_t bytes) { check(srf_set_memory_limit(bytes)); }
 
 // Places a frame in another; the identity unless changed.
@@ -568,15 +601,15 @@ class Cloud : public detail::Handle<srf_cloud, srf_cloud_free> {
 public:
     using Handle::Handle;
 
-    // Normals and colours may be empty.
+    // Normals, colours and intensities may be empty.
     template <typename Real>
     static Cloud create(View<Real, 3> positions, View<float, 3> normals = {}, View<std::uint8_t, 4> colours = {},
-                        const Pose &world_from_cloud = {})
+                        const Pose &world_from_cloud = {}, View<float> intensities = {})
     {
-        const srf_array array = positions.array(), towards = normals.array(), painted = colours.array();
+        const srf_array array = positions.array(), towards = normals.array(), painted = colours.array(), strengths = intensities.array();
         srf_cloud *cloud = nullptr;
-        check(srf_cloud_create(&array, normals.empty() ? nullptr : &towards, colours.empty() ? nullptr : &painted, nullptr,
-                               &world_from_cloud, &cloud));
+        check(srf_cloud_create(&array, normals.empty() ? nullptr : &towards, colours.empty() ? nullptr : &painted,
+                               intensities.empty() ? nullptr : &strengths, &world_from_cloud, &cloud));
         return Cloud(cloud);
     }
 
@@ -621,6 +654,13 @@ public:
         srf_array view{};
         check(srf_cloud_arrays(get(), nullptr, nullptr, &view, nullptr));
         return View<std::uint8_t, 4>(view);
+    }
+
+    View<float> intensities() const
+    {
+        srf_array view{};
+        check(srf_cloud_arrays(get(), nullptr, nullptr, nullptr, &view));
+        return View<float>(view);
     }
 
     Pose pose() const
@@ -744,6 +784,49 @@ public:
     void set_pose(const Pose &world_from_sensor) { check(srf_image_set_pose(get(), &world_from_sensor)); }
     void set_name(const std::string &name) { check(srf_image_set_name(get(), name.c_str())); }
 
+    // A value a pixel, row after row, NaN for an invalid one; throws for an image of points.
+    View<double> values() const { return View<double>(samples()); }
+    // A point a pixel in the sensor's frame, NaN for an invalid one; throws for an image of values.
+    View<float, 3> points() const { return View<float, 3>(samples()); }
+
+    // Where a pixel looks, in the sensor's frame.
+    struct Ray {
+        std::array<double, 3> origin, direction;
+    };
+    Ray ray(std::size_t row, std::size_t col) const
+    {
+        Ray ray{};
+        check(srf_image_ray(get(), row, col, ray.origin.data(), ray.direction.data()));
+        return ray;
+    }
+
+    // What pixels have besides their samples, an entry each; empty where the image has none.
+    View<std::uint8_t, 4> colours() const
+    {
+        srf_array view{};
+        check(srf_image_attributes(get(), &view, nullptr, nullptr));
+        return View<std::uint8_t, 4>(view);
+    }
+    View<float> intensities() const
+    {
+        srf_array view{};
+        check(srf_image_attributes(get(), nullptr, &view, nullptr));
+        return View<float>(view);
+    }
+    View<float> confidences() const
+    {
+        srf_array view{};
+        check(srf_image_attributes(get(), nullptr, nullptr, &view));
+        return View<float>(view);
+    }
+    // In place of what was there; what is empty is removed. Views of the image are gone.
+    void set_attributes(View<std::uint8_t, 4> colours, View<float> intensities = {}, View<float> confidences = {})
+    {
+        const srf_array painted = colours.array(), strengths = intensities.array(), trusted = confidences.array();
+        check(srf_image_set_attributes(get(), colours.empty() ? nullptr : &painted, intensities.empty() ? nullptr : &strengths,
+                                       confidences.empty() ? nullptr : &trusted));
+    }
+
     // Three doubles a pixel, NaN for an invalid one.
     std::vector<double> world_points(const ProgressFunction &progress = {}) const
     {
@@ -794,6 +877,13 @@ public:
     void transform(const Pose &similarity) { check(srf_image_transform(get(), &similarity)); }
 
 private:
+    srf_array samples() const
+    {
+        srf_array view{};
+        check(srf_image_samples(get(), &view));
+        return view;
+    }
+
     std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
     {
         std::size_t removed = 0;
@@ -957,29 +1047,41 @@ private:
 // Scattered points from which surfaces are made with one set of parameters after the other.
 class Reconstructor : public detail::Handle<srf_reconstructor, srf_reconstructor_free> {
 public:
-    explicit Reconstructor(const Cloud &cloud) : Handle(make(cloud)) {}
+    explicit Reconstructor(const Cloud &cloud) : Handle(make(cloud, nullptr)), points_(cloud.positions().size()) {}
+    // Places that the points were seen from, in the cloud's frame: one, or one a point.
+    template <typename Real>
+    Reconstructor(const Cloud &cloud, View<Real, 3> sensors) : points_(cloud.positions().size())
+    {
+        const srf_array places = sensors.array();
+        static_cast<Handle &>(*this) = Handle(make(cloud, &places));
+    }
 
     struct Result {
         Mesh mesh;
         ReconstructReport report;
+        // Of each point a value of srf_dropped: why it is not on the surface.
+        std::vector<std::uint8_t> dropped;
     };
 
     Result surface(const ReconstructParams &params = {}, const ProgressFunction &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         ReconstructReport report;
+        std::vector<std::uint8_t> dropped(points_);
         detail::Watcher watcher(progress);
-        watcher.check(srf_reconstructor_surface(get(), &params, watcher.get(), &mesh, &report, nullptr));
-        return Result{Mesh(mesh), report};
+        watcher.check(srf_reconstructor_surface(get(), &params, watcher.get(), &mesh, &report, dropped.data()));
+        return Result{Mesh(mesh), report, std::move(dropped)};
     }
 
 private:
-    static srf_reconstructor *make(const Cloud &cloud)
+    static srf_reconstructor *make(const Cloud &cloud, const srf_array *sensors)
     {
         srf_reconstructor *reconstructor = nullptr;
-        check(srf_reconstructor_create(cloud.get(), nullptr, &reconstructor));
+        check(srf_reconstructor_create(cloud.get(), sensors, &reconstructor));
         return reconstructor;
     }
+
+    std::size_t points_;
 };
 
 

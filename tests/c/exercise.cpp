@@ -201,6 +201,49 @@ try {
     write_conf({&again.image}, "exercise.conf", SRF_ENCODING_ASCII);
     text_of<Error>([&] { Image().rows(); });
 
+    check_abi();
+    set_threads(2);
+    set_memory_limit(1 << 30);
+    must(threads() == 2 && memory_limit() == 1 << 30, "settings");
+    set_threads(0);
+    set_memory_limit(0);
+    std::string told;
+    set_log([&](srf_log_level level, const char *text) { told += std::to_string(level) + text; });
+    write_ptx({&seen}, "log.ptx");
+    Scans::open({"log.ptx"});
+    set_log({});
+
+    // Positions between other numbers, as vertex buffers have them.
+    struct Vertex {
+        float position[3];
+        std::uint32_t other;
+    };
+    std::vector<Vertex> buffer;
+    for (std::size_t i = 0; i < 4; ++i)
+        buffer.push_back({{static_cast<float>(positions[3 * i]), static_cast<float>(positions[3 * i + 1]),
+                           static_cast<float>(positions[3 * i + 2])}, 77});
+    const View<float, 3> strided(buffer[0].position, 4, sizeof(Vertex));
+    must(strided[3][0] == buffer[3].position[0] && strided.stride() == sizeof(Vertex), "strided");
+    const Mesh from_buffer = Mesh::create(strided, View<std::uint32_t, 3>(triangles.data(), 4));
+    must(from_buffer.positions()[2][1] == mesh.positions()[2][1], "from a vertex buffer");
+    text_of<Error>([&] { View<float, 3>(srf_array{positions.data(), 4, 0, SRF_TYPE_F64, 3}); });
+
+    const std::vector<float> strengths(4, 0.5F);
+    const View<double, 3> corners(positions.data(), 4);
+    const Cloud cloud_of_four = Cloud::create(corners, {}, {}, Pose(), View<float>(strengths.data(), 4));
+    must(cloud_of_four.intensities().size() == 4 && cloud_of_four.intensities()[3][0] == 0.5F, "intensities");
+    const std::vector<double> eye{10, 10, 10};
+    const auto through = Reconstructor(cloud_of_four, View<double, 3>(eye.data(), 1)).surface();
+    must(through.dropped.size() == 4 && through.dropped[0] == SRF_DROPPED_USED, "no point is dropped");
+
+    Image coloured = wall();
+    must(coloured.colours().size() == 900 && coloured.intensities().empty() && coloured.values().size() == 900, "what pixels have");
+    const std::vector<float> doubts(900, 0.25F);
+    coloured.set_attributes({}, View<float>(doubts.data(), 900));
+    must(coloured.colours().empty() && coloured.intensities()[899][0] == 0.25F && coloured.confidences().empty(), "replaced");
+    must(coloured.ray(0, 0).direction[2] > 0.5, "a ray looks forward");
+    text_of<Error>([&] { coloured.points(); });
+
     Folder memory;
     write_conf({&again.image}, memory.path("set/list.conf"), SRF_ENCODING_BINARY);
     must(memory.names().size() == 2 && memory.names()[0].rfind("set/", 0) == 0, "a list and a grid");
