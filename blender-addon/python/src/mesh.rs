@@ -162,10 +162,8 @@ impl Mesh {
     /// Checks independently whether this is what a surface must be, and what its topology is.
     ///
     /// Returns:
-    ///     A dict of counts - ``triangles``, ``vertices``, ``edges``, ``boundary_edges``, ``boundary_loops``,
-    ///     ``components``, ``non_manifold_edges``, ``non_manifold_vertices``, ``misoriented_edges`` and more - with
-    ///     ``is_manifold``, ``is_closed`` (bool) and ``genus`` (``None`` unless the mesh is a manifold).
-    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    ///     A ``CheckReport``: counts, ``is_manifold``, ``is_closed`` and ``genus``.
+    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mesh = self.mesh.clone();
         let report = Watch::new(None).run(py, move |progress| surfrecon::mesh::try_check(&mesh, progress))?;
         let dict = PyDict::new(py);
@@ -193,7 +191,7 @@ impl Mesh {
         dict.set_item("is_manifold", report.is_manifold())?;
         dict.set_item("is_closed", report.is_closed())?;
         dict.set_item("genus", report.genus())?;
-        Ok(dict)
+        crate::report::report("CheckReport", dict)
     }
 
     /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with

@@ -17,6 +17,7 @@ use crate::mesh::{Mesh, ending_of};
 use crate::params::params;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
+use crate::report;
 
 /// A call with its arguments checked.
 pub struct QuadCall {
@@ -199,12 +200,9 @@ impl QuadGrid {
         write_quads(py, path, mesh)
     }
 
-    /// Figures of the run by name: ``tiles``, ``depth_extent``; ``relative_error`` (mean distance of the samples by depth
-    /// extent), ``rms_error`` and ``max_error``, each with ``uniform_`` before it for the uniform grid of the same size;
-    /// ``is_uniform``, ``valid_pixels``, ``missed_pixels`` (of them, those whose rays do not meet the grid: they have no
-    /// error; ``uniform_missed_pixels`` likewise), ``gaps_filled``, ``unfolded``, ``snapped``, ``quads``, ``seconds`` by stage.
+    /// Figures of the run: a ``QuadReport``.
     #[getter]
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let report = &self.core.report;
         let dict = PyDict::new(py);
         dict.set_item("tiles", (report.tiles[0], report.tiles[1]))?;
@@ -231,12 +229,8 @@ impl QuadGrid {
         ] {
             dict.set_item(name, value)?;
         }
-        let seconds = PyDict::new(py);
-        for (stage, time) in &report.seconds {
-            seconds.set_item(stage, time)?;
-        }
-        dict.set_item("seconds", seconds)?;
-        Ok(dict)
+        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
+        report::report("QuadReport", dict)
     }
 
     fn __repr__(&self) -> String {
