@@ -4,7 +4,6 @@ import copy
 import inspect
 import json
 import pickle
-import typing
 
 import numpy as np
 import pytest
@@ -65,7 +64,7 @@ def test_figures_are_had_by_name_and_by_key(reports, kind):
     for name in report:
         assert getattr(report, name) is report[name] and name in dir(report)
     # Type checkers know each figure, and no other.
-    assert set(typing.get_type_hints(kind)) == set(report)
+    assert set(inspect.get_annotations(kind)) == set(report)
     with pytest.raises(AttributeError, match=rf"{kind.__name__} has no 'nothing': there are {next(iter(report))}, "):
         report.nothing  # noqa: B018
     with pytest.raises(KeyError):

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Any
-
-import numpy as np
 
 __all__ = ["Report", "jsonable"]
 
@@ -47,6 +44,8 @@ class Report(dict[str, Any]):
 
     def json(self, *, indent: int | None = None) -> str:
         """As JSON: arrays are lists, numbers that aren't finite ``null``."""
+        import json
+
         return json.dumps(jsonable(self), indent=indent, allow_nan=False)
 
 
@@ -59,7 +58,7 @@ def _plain(value: Any) -> Any:
 
 
 def _short(value: Any) -> str:
-    if isinstance(value, np.ndarray):
+    if hasattr(value, "shape"):
         return f"<array {' x '.join(map(str, value.shape))}>"
     if isinstance(value, list) and value and isinstance(value[0], Report):
         return f"<{len(value)} {type(value[0]).__name__}>"
@@ -70,7 +69,8 @@ def jsonable(value: Any) -> Any:
     """What JSON can hold of a value: arrays as lists, numbers that aren't finite as ``None``."""
     if isinstance(value, dict):
         return {str(name): jsonable(entry) for name, entry in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
+    # Arrays of NumPy and their numbers; NumPy is not loaded before it is needed.
+    if hasattr(value, "tolist"):
         return jsonable(value.tolist())
     if isinstance(value, list | tuple):
         return [jsonable(entry) for entry in value]

@@ -1,0 +1,33 @@
+"""The command line: ``surfrecon --help``.
+
+======================== =======================================================================
+``program``              runs a command; exit codes
+``parser``               the options of all commands
+``options``              options out of the table of parameters
+``commands``             what each command does
+``requests``             what is asked of a command, from the command line or a manifest
+``batch``, ``manifest``  many jobs
+``inputs``               which files a command reads, and their hashes
+``record``               what is kept of a run: its report and the provenance of its result
+``files``                text files that appear whole
+``streams``              closed pipes, full disks, names that are not UTF-8
+``stops``                Ctrl-C
+``progress``             bars
+``completion``           shells
+======================== =======================================================================
+"""
+
+import signal
+import sys
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Runs the command of ``sys.argv`` and ends the program with its exit code."""
+    # Until all is loaded nothing has begun: an interrupt ends the program as the system does, without a traceback.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from .program import run
+
+    sys.exit(run(sys.argv[1:]))
