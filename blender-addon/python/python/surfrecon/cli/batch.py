@@ -12,7 +12,7 @@ from typing import Any
 from .. import _native
 from .._errors import SurfreconError
 from . import inputs, record, streams
-from .files import write_text
+from .files import is_same, write_text
 from .manifest import Job, read_jobs
 from .program import DONE, FAILED, perform, problem_of, show
 from .progress import Shown
@@ -70,6 +70,8 @@ def _ran(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops) -> dic
     except (SurfreconError, UsageError, OSError, MemoryError) as problem:
         document = record.failed(job.request, problem_of(problem))
         entry = {"state": "failed", "error": document["error"]}
+    if any(is_same(job.report, file) for file in [*job.request.inputs, *work.files]):
+        return {"state": "failed", "error": f"{job.report} is read: give the report another name"}
     stops.defer()
     try:
         write_text(job.report, record.text(document) + "\n")

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from .. import _native
 from .stops import Stops
 
-__all__ = ["hashed", "named", "of_scans"]
+__all__ = ["hashed", "in_folders", "named", "of_scans", "ordered"]
 
 # Files beside a scan that place it: NAME.xf, NAME.ENDING.xf and so on.
 _POSES = (".xf", ".tf", ".pose.txt")
@@ -17,19 +17,23 @@ _CHUNK = 1 << 20
 
 
 def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
-    """The files that scans are read from, each once, ordered.
-
-    Those that were given, all in folders that were given, those that lists among them name, and those that place scans
-    beside them.
-    """
-    found: set[str] = set()
-    for path in given:
-        found.update(_in_folder(path) if os.path.isdir(path) else [path])
+    """The files that hold scans and those beside them that place these, and the files that were given; each once, ordered."""
+    found = {path for path in given if not os.path.isdir(path)}
     for scan in scans:
         path = os.fspath(scan.path)
         beside = [os.path.splitext(path)[0] + ending for ending in _POSES] + [path + ending for ending in _POSES]
         found.update(file for file in [path, *beside] if os.path.isfile(file))
-    unique = {os.path.abspath(path): path for path in sorted(found, reverse=True)}
+    return ordered(found)
+
+
+def in_folders(given: Sequence[str]) -> list[str]:
+    """All files in the folders that were given: recordings and lists have files of their own there."""
+    return ordered(file for path in given if os.path.isdir(path) for file in _in_folder(path))
+
+
+def ordered(files: Iterable[str]) -> list[str]:
+    """Each file once, in the order of their names."""
+    unique = {os.path.abspath(path): path for path in sorted(files, reverse=True)}
     return [unique[whole] for whole in sorted(unique)]
 
 

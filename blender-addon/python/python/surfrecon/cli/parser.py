@@ -10,6 +10,7 @@ from .. import _native
 from .commands import COMMANDS, Command
 from .options import add
 from .requests import Request, UsageError
+from .streams import say
 
 __all__ = ["SHELLS", "BadCommandLine", "parser", "requested"]
 
@@ -35,6 +36,10 @@ class BadCommandLine(UsageError):
 
 
 class _Parser(argparse.ArgumentParser):
+    def _print_message(self, message: str, file: object = None) -> None:
+        # Of --help and --version; argparse itself would not tell of a full disk.
+        say(message.rstrip("\n"))
+
     def error(self, message: str) -> NoReturn:
         raise BadCommandLine(self.prog, message)
 

@@ -63,8 +63,11 @@ class Work:
         paths = list(self.request.inputs if paths is None else paths)
         scans = _native.open(paths, **self.given("open"), **self.request.of("camera"))
         self.notes += scans.notes
-        files = [path for path in inputs.of_scans(paths, scans) if path not in self.files]
-        self.refuse([*filter(None, [self.request.output]), *self.also], files)
+        read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
+        self.refuse(written, read)
+        # What this run writes into a folder is no scan of it, or it would have been refused.
+        found = [path for path in inputs.in_folders(paths) if not any(is_same(path, other) for other in written)]
+        files = [path for path in inputs.ordered([*read, *found]) if path not in self.files]
         self.files += files
         if self.hashes:
             with self.showing():
