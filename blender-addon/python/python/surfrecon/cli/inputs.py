@@ -17,7 +17,7 @@ _CHUNK = 1 << 20
 
 
 def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
-    """The files that hold scans and those beside them that place these, and the files that were given; each once, ordered."""
+    """The files that were given, those that hold scans, and those beside them that place these."""
     found = {path for path in given if not os.path.isdir(path)}
     for scan in scans:
         path = os.fspath(scan.path)
