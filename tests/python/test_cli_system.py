@@ -103,11 +103,25 @@ def no_stream_at_all_does_not_harm_the_result(folder, tmp_path):
         (tmp_path / "b.ply").unlink()
 
 
+def files_do_not_get_the_numbers_of_streams(_, tmp_path):
+    program = """
+import os, sys
+from surfrecon.cli import streams
+streams.prepare()
+os._exit(os.open(sys.argv[1], os.O_WRONLY | os.O_CREAT))
+"""
+    close = lambda: [os.close(number) for number in range(3)]  # noqa: E731
+    command = [sys.executable, "-c", program, tmp_path / "a"]
+    assert subprocess.run(command, env=ENVIRONMENT, preexec_fn=close, timeout=100).returncode > 2
+
+
 def a_full_disk_leaves_what_was_there(folder, tmp_path, ending):
     """The system refuses to let any file grow beyond a number of bytes."""
     resource = pytest.importorskip("resource")
     report = tmp_path / "a.json"
-    arguments = ["convert", folder / "torus.ply", "-o", tmp_path / f"a.{'ply' if ending == 'json' else ending}"]
+    arguments = ["info", folder / "torus.ply"]
+    if ending != "json":
+        arguments = ["convert", folder / "torus.ply", "-o", tmp_path / f"a.{ending}"]
     arguments += ["--report", report]
     assert run(*arguments).returncode == 0
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
@@ -203,6 +217,40 @@ def ctrl_c_at_any_time_leaves_nothing_or_all(folder, tmp_path, name):
     assert any(code != 0 for code in codes)
 
 
+# Interrupts itself where a function of a module is called.
+AT_A_PLACE = """
+import importlib, os, signal, sys
+from surfrecon.cli import main
+module = importlib.import_module("surfrecon.cli." + sys.argv.pop(1))
+name = sys.argv.pop(1)
+called = getattr(module, name)
+def interrupted(*arguments):
+    os.kill(os.getpid(), signal.SIGINT)
+    return called(*arguments)
+setattr(module, name, interrupted)
+main()
+"""
+
+
+def ctrl_c_once_writing_has_begun(folder, tmp_path):
+    """Before the result has its name the writer stops, afterwards the report is written as well."""
+    out, report = tmp_path / "a.ply", tmp_path / "a.json"
+    arguments = ["merge", folder / "ring.conf", "-o", out, "--voxel", "0.1", "--report", report]
+    for module, name, code in (
+        ("inputs", "of_scans", 130),
+        ("record", "provenance", 130),
+        ("record", "finished", 0),
+        ("files", "_write", 0),
+    ):
+        program = [sys.executable, "-c", AT_A_PLACE, module, name, *arguments]
+        done = subprocess.run(program, env=ENVIRONMENT, capture_output=True, timeout=100)
+        assert done.returncode == code, done.stderr
+        left = sorted(path.name for path in tmp_path.iterdir())
+        assert left == ([] if code else ["a.json", "a.ply"])
+        for path in tmp_path.iterdir():
+            path.unlink()
+
+
 def signals_as_programs_take_them(folder, tmp_path):
     arguments = ["merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.004"]
     for numbers, code in (
@@ -242,6 +290,8 @@ def test_names_that_are_not_utf_8(folder, tmp_path):
         # Readers of other languages take no halves of surrogate pairs.
         assert all(not "\ud800" <= letter <= "\udfff" for letter in file["path"])
     assert len(surfrecon.read(out).triangles) == len(torus(24).triangles)
+    listed = subprocess.run([*PROGRAM, "info", source, "--json"], env=ENVIRONMENT, capture_output=True).stdout
+    assert json.loads(listed)["report"]["scans"][0]["vertices"] == 1152 and rb"\ud" not in listed
     # A folder of scans, one that is missing, in text and in an encoding that has no such letters.
     for encoding in ("utf-8", "ascii"):
         environment = ENVIRONMENT | {"PYTHONIOENCODING": encoding}
@@ -301,12 +351,14 @@ def progress_is_shown_on_terminals_alone(folder, tmp_path):
 STREAMS = [
     *((output_that_goes_nowhere, output, name) for output in ("closed pipe", "full disk", "closed") for name in SAYING),
     (no_stream_at_all_does_not_harm_the_result,),
+    (files_do_not_get_the_numbers_of_streams,),
     *((a_full_disk_leaves_what_was_there, ending) for ending in ("ply", "glb", "json")),
     (progress_is_shown_on_terminals_alone,),
     (a_list_of_poses_cannot_have_names_that_are_not_utf_8,),
 ]
 SIGNALS = [
     *((ctrl_c_at_any_time_leaves_nothing_or_all, name) for name in ("merge", "convert", "align", "measure")),
+    (ctrl_c_once_writing_has_begun,),
     (signals_as_programs_take_them,),
 ]
 
