@@ -1,6 +1,6 @@
 """Types of the compiled module; the texts are its docstrings (`help(surfrecon.merge)`)."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self, TypeAlias, final, overload
 
@@ -198,6 +198,7 @@ class Mesh:
         up: Literal["y", "z"] | None = "y",
         encoding: Literal["binary", "binary_double", "ascii"] | None = "binary",
         # end
+        provenance: Mapping[str, Any] | None = None,
         coarser: Sequence[Mesh] = ...,
         progress: _Progress | None = None,
     ) -> None: ...
@@ -715,7 +716,12 @@ def open(
 def read(path: _PathLike, **options: Any) -> _Content: ...
 def recording_of(path: _PathLike) -> Path | None: ...
 def write(
-    path: _PathLike, content: _Content | Sequence[RangeImage], *, progress: _Progress | None = None, **options: Any
+    path: _PathLike,
+    content: _Content | Sequence[RangeImage],
+    *,
+    provenance: Mapping[str, Any] | None = None,
+    progress: _Progress | None = None,
+    **options: Any,
 ) -> None: ...
 def write_scans(path: _PathLike, images: Sequence[RangeImage], *, progress: _Progress | None = None) -> None: ...
 def formats(
@@ -882,7 +888,7 @@ class QuadGrid:
         # end
         progress: _Progress | None = None,
     ) -> Spline: ...
-    def write(self, path: _PathLike) -> None: ...
+    def write(self, path: _PathLike, *, provenance: Mapping[str, Any] | None = None) -> None: ...
     @property
     def report(self) -> QuadReport: ...
 

@@ -54,8 +54,8 @@ def convert(work: Work) -> Made:
     if isinstance(content, _native.Mesh):
         return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content))
 
-    def write(path: str, shown: Shown, _: dict[str, Any] | None) -> None:
-        _native.write(path, content, progress=shown)
+    def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
+        _native.write(path, content, provenance=provenance, progress=shown)
 
     def beside(path: str) -> list[str]:
         if not path.lower().endswith(".conf"):
@@ -126,8 +126,8 @@ def quads(work: Work) -> Made:
     if not contents.is_placed(image.world_from_sensor):
         work.notes.append("the quads are in the sensor's frame: its pose is not applied")
 
-    def write(path: str, _: Shown, __: dict[str, Any] | None) -> None:
-        grid.write(path)
+    def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
+        grid.write(path, provenance=provenance)
 
     counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {report.max_error:.4g} off at most"
     return Made(report, [counts], write)
@@ -190,7 +190,7 @@ def _writer(work: Work, mesh: _native.Mesh, coarser: Sequence[_native.Mesh] = ()
     options = work.given("write")
 
     def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
-        mesh.write(path, coarser=coarser, progress=shown, **options)
+        mesh.write(path, provenance=provenance, coarser=coarser, progress=shown, **options)
 
     return write
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
 from typing import Any
 
 from .. import _native
@@ -12,12 +14,24 @@ from .work import Made, Work
 
 __all__ = ["failed", "finished", "provenance", "text"]
 
+# More are not named in a result one by one, as the frames of a recording.
+_MOST_FILES = 100
+
 
 def provenance(work: Work) -> dict[str, Any] | None:
-    """What makes a result again: program, command, parameters that were given, hashes of all files that were read."""
+    """What makes a result again: program, command, parameters that were given, hashes of all files that were read.
+
+    It is the same wherever the files lie and for any number of threads, as results are. Of many files it has one hash.
+    """
     if not work.hashes:
         return None
-    return {**_asked(work.request), "inputs": work.known}
+    asked = _asked(work.request)
+    asked["parameters"].pop("threads", None)
+    files = [{"name": os.path.basename(file["path"]), "sha256": file["sha256"]} for file in work.known]
+    if len(files) > _MOST_FILES:
+        lines = "".join(f"{file['sha256']}  {file['name']}\n" for file in files)
+        return asked | {"inputs": len(files), "sha256_of_inputs": hashlib.sha256(lines.encode()).hexdigest()}
+    return asked | {"inputs": files}
 
 
 def finished(work: Work, made: Made, outputs: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
