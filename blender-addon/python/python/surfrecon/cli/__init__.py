@@ -2,12 +2,13 @@
 
 ======================== =======================================================================
 ``program``              runs a command; exit codes
-``parser``               the options of all commands
-``options``              options out of the table of parameters
-``commands``             what each command does
-``requests``             what is asked of a command, from the command line or a manifest
+``parser``, ``options``  the command line; options out of the table of parameters
+``commands``             what each command takes and writes
+``operations``           what each command does
+``contents``             what scans hold
+``work``, ``requests``   one run: what is asked, the files that it reads, how it is stopped
 ``batch``, ``manifest``  many jobs
-``inputs``               which files a command reads, and their hashes
+``inputs``               which files are read, and their hashes
 ``record``               what is kept of a run: its report and the provenance of its result
 ``files``                text files that appear whole
 ``streams``              closed pipes, full disks, names that are not UTF-8

@@ -65,19 +65,20 @@ def _ran(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops) -> dic
     """Runs a job and writes its report."""
     work = Work(job.request, shown, stops, not given.no_provenance, [job.report])
     try:
-        document, made = perform(work)
+        document, _ = perform(work)
         entry = {"state": "done", "seconds": document["seconds"]}
     except (SurfreconError, UsageError, OSError, MemoryError) as problem:
         document = record.failed(job.request, problem_of(problem))
         entry = {"state": "failed", "error": document["error"]}
-    if any(is_same(job.report, file) for file in [*job.request.inputs, *work.files]):
-        return {"state": "failed", "error": f"{job.report} is read: give the report another name"}
     stops.defer()
-    try:
-        write_text(job.report, record.text(document) + "\n")
-    except SurfreconError as problem:
-        # Without its report the job is not done: it would run again.
-        entry = {"state": "failed", "error": problem_of(problem)}
+    # Without its report a job is not done: it will run again.
+    if any(is_same(job.report, file) for file in [*job.request.inputs, *work.files]):
+        entry = {"state": "failed", "error": f"{job.report} is read: give the report another name"}
+    else:
+        try:
+            write_text(job.report, record.text(document) + "\n")
+        except SurfreconError as problem:
+            entry = {"state": "failed", "error": problem_of(problem)}
     stops.resume()
     return entry
 

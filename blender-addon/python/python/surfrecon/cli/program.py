@@ -90,8 +90,9 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
 
         return run_batch(given, shown, stops)
     also = [given.report] if given.report is not None else []
-    hashes = not given.no_provenance and (given.json or bool(also) or "output" in given)
-    work = Work(requested(given), shown, stops, hashes, also)
+    request = requested(given)
+    hashes = not given.no_provenance and (given.json or bool(also) or request.output is not None)
+    work = Work(request, shown, stops, hashes, also)
     document, made = perform(work)
     show(given, document)
     if not given.quiet:
@@ -99,7 +100,7 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
             streams.tell(f"surfrecon: {given.command}: {note}")
         if not given.json:
             for k, line in enumerate(made.lines):
-                streams.say(f"{work.request.output}: {line}" if k == 0 and work.request.output else line)
+                streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
     return DONE
 
 
