@@ -6,6 +6,7 @@ import math
 import os
 import re
 import shlex
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -208,6 +209,11 @@ def test_completion_without_shtab_says_what_to_install(tmp_path):
 
     done = subprocess.run([sys.executable, "-c", program, "completion", "bash"], env=ENVIRONMENT, capture_output=True)
     assert done.stderr.decode().strip() == "surfrecon: completion: completion needs shtab: pip install 'surfrecon[cli]'"
+
+
+def test_the_program_is_installed_with_the_package():
+    (script,) = (one for one in entry_points(group="console_scripts") if one.name == "surfrecon")
+    assert script.load() is surfrecon.cli.main
 
 
 def test_help_and_version():
