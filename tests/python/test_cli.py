@@ -1,4 +1,4 @@
-"""Each command of the command line, its options out of the table of parameters, and what it says of wrong ones."""
+"""Each command of the command line, what it says of what can't be, and exit codes."""
 
 import hashlib
 import json
@@ -6,45 +6,25 @@ import math
 import os
 import re
 import shlex
+import subprocess
+import sys
 from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
 import pytest
 import surfrecon
-from command_line import run
+from command_line import ENVIRONMENT, data, run
 from heaps import look
-from shapes import torus, torus_scans
-from surfrecon.cli import options, requests
+from shapes import torus
 from surfrecon.cli.commands import COMMANDS
-from surfrecon.cli.parser import parser, requested
 
 VOXEL = 0.1
-ROWS = [(command.name, row) for command in COMMANDS.values() for row in command.options().values()]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Scans, a mesh and points."""
-    folder = tmp_path_factory.mktemp("data")
-    images = torus_scans(pixels=40)
-    surfrecon.write_scans(folder / "ring.conf", images)
-    torus(24).write(folder / "torus.ply")
-    # Spread evenly over a ball.
-    k = np.arange(512) + 0.5
-    height, turn = 1 - k / 256, k * math.pi * (1 + math.sqrt(5))
-    ring = np.sqrt(1 - height**2)
-    np.savetxt(folder / "points.xyz", np.stack([ring * np.cos(turn), ring * np.sin(turn), height], 1), fmt="%.6f")
-    surfrecon.reconstruct(np.loadtxt(folder / "points.xyz")).mesh.write(folder / "ball.ply")
-    return folder
-
-
-def asked(*arguments):
-    """What a command line asks, without running it."""
-    return requested(parser().parse_args([*arguments]))
-
-
-# Every command.
+    return data(tmp_path_factory.mktemp("data"))
 
 
 def test_info(folder):
@@ -205,8 +185,6 @@ def test_completion_without_shtab_says_what_to_install(tmp_path):
     program = (
         f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from surfrecon.cli.program import run; run(sys.argv[1:])"
     )
-    from command_line import ENVIRONMENT, subprocess, sys
-
     done = subprocess.run([sys.executable, "-c", program, "completion", "bash"], env=ENVIRONMENT, capture_output=True)
     assert done.stderr.decode().strip() == "surfrecon: completion: completion needs shtab: pip install 'surfrecon[cli]'"
 
@@ -227,98 +205,6 @@ def test_help_and_version():
             assert " ".join(row.text.split())[:25] in said, row.name
 
 
-# What results say of where they are from.
-
-
-def said_in(path):
-    """The provenance of a file."""
-    content = path.read_bytes()
-    if path.suffix == ".glb":
-        length = int.from_bytes(content[12:16], "little")
-        return json.loads(content[20 : 20 + length])["asset"]["extras"]["surfrecon"]
-    header = content[: content.index(b"end_header")].decode("ascii")
-    whole = {}
-    text = header.replace("\ncomment surfrecon + ", "")
-    for line in text.splitlines():
-        if line.startswith("comment surfrecon "):
-            for key, value in json.loads(line.removeprefix("comment surfrecon ")).items():
-                if isinstance(value, list):
-                    whole[key] = whole.get(key, []) + value
-                elif isinstance(value, dict):
-                    whole[key] = whole.get(key, {}) | value
-                else:
-                    whole[key] = value
-    return whole
-
-
-def hash_of(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-@pytest.mark.parametrize("ending", ["ply", "glb"])
-def test_results_say_what_made_them(folder, tmp_path, ending):
-    out = tmp_path / f"a.{ending}"
-    assert run("merge", folder / "ring.conf", "-o", out, "--voxel", "0.1", "--threads", "1").returncode == 0
-    said = said_in(out)
-    assert {name: said[name] for name in ("program", "version", "command", "parameters")} == {
-        "program": "surfrecon",
-        "version": surfrecon.__version__,
-        "command": "merge",
-        "parameters": {"voxel": 0.1},
-    }
-    assert said["inputs"] == [
-        {"name": path.name, "sha256": hash_of(path)}
-        for path in sorted(folder.glob("*.*"))
-        if path.stem[:4] in ("ring", "scan")
-    ]
-    # The same bytes from another folder, for another number of threads; and the same surface.
-    moved = tmp_path / "moved"
-    moved.mkdir()
-    for path in folder.iterdir():
-        (moved / path.name).write_bytes(path.read_bytes())
-    again = tmp_path / f"b.{ending}"
-    run("merge", "ring.conf", "-o", again, "--voxel", "0.1", "--threads", "2", cwd=moved)
-    if ending == "ply":
-        assert out.read_bytes() == again.read_bytes()
-    plain = tmp_path / f"c.{ending}"
-    run("merge", folder / "ring.conf", "-o", plain, "--voxel", "0.1", "--no-provenance")
-    assert b"sha256" not in plain.read_bytes()
-    assert np.array_equal(surfrecon.read(out).positions, surfrecon.read(plain).positions)
-
-
-def test_quads_and_points_say_it_too(folder, tmp_path):
-    run("quads", folder / "ring.conf", "--scan", "8", "-o", tmp_path / "q.ply")
-    assert said_in(tmp_path / "q.ply")["parameters"] == {"scan": "8"}
-    run("convert", folder / "points.xyz", "-o", tmp_path / "p.ply")
-    assert said_in(tmp_path / "p.ply")["inputs"] == [{"name": "points.xyz", "sha256": hash_of(folder / "points.xyz")}]
-
-
-def test_of_many_files_a_result_has_one_hash(tmp_path):
-    names = [f"{k:03}.xyz" for k in range(101)]
-    for k, name in enumerate(names):
-        (tmp_path / name).write_text(f"0 0 {k}\n1 0 {k}\n0 1 {k}\n")
-    done = run("convert", *names, "--scan", "7", "-o", "out.ply", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    lines = "".join(f"{hash_of(tmp_path / name)}  {name}\n" for name in names)
-    said = said_in(tmp_path / "out.ply")
-    assert (said["inputs"], said["sha256_of_inputs"]) == (101, hashlib.sha256(lines.encode()).hexdigest())
-
-
-def test_the_library_writes_what_it_is_told(tmp_path):
-    mesh = torus(10)
-    told = {"by": "a test", "of": ["\n", "ä" * 2000], "numbers": {"one": 1, "third": 1 / 3}}
-    for name in ("a.ply", "a.glb"):
-        mesh.write(tmp_path / name, provenance=told)
-        assert said_in(tmp_path / name) == told
-        assert len(surfrecon.read(tmp_path / name).triangles) == len(mesh.triangles)
-    mesh.write(tmp_path / "a.stl", provenance=told)
-    with pytest.raises(TypeError):
-        mesh.write(tmp_path / "b.ply", provenance={"array": np.eye(2)})
-    with pytest.raises(surfrecon.InputError, match="provenance must be a JSON object"):
-        mesh.write(tmp_path / "b.ply", provenance=["a"])
-    assert not (tmp_path / "b.ply").exists()
-
-
 def test_the_readme_does_what_it_says(tmp_path):
     readme = Path(__file__).parents[2] / "README.md"
     section = readme.read_text("utf-8").partition("## On the command line")[2].partition("\n## ")[0]
@@ -334,96 +220,6 @@ def test_the_readme_does_what_it_says(tmp_path):
         assert done.returncode == 0, (arguments, done.stderr)
     made = {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"}
     assert made <= {path.name for path in tmp_path.iterdir()}
-
-
-# Options out of the table.
-
-
-def test_options_are_those_of_the_table():
-    taken = {
-        "convert": ["triangulate", "write"],
-        "align": ["align"],
-        "merge": ["merge", "triangulate", "write"],
-        "sculpt": ["sculpt", "triangulate", "write"],
-        "quads": ["quads"],
-        "reconstruct": ["reconstruct", "write"],
-        "cluster": ["cluster", "write"],
-    }
-    for name, operations in taken.items():
-        of_table = {row.name for one in [*operations, "open"] for row in surfrecon.parameters(one)}
-        known = COMMANDS[name].options()
-        assert of_table == {row.name for row in known.values() if isinstance(row, surfrecon.Parameter)}, name
-
-
-def some_value(row):
-    """A value that is allowed and not the default, as people write it, and what it is."""
-    if row.kind == "flag":
-        return None, not getattr(row, "default", False)
-    if row.kind == "choice":
-        name = row.choices[-1][0]
-        return name, name
-    if row.kind == "text":
-        return "a b", "a b"
-    if row.kind in ("counts", "numbers"):
-        number = int if row.kind == "counts" else float
-        return "1,2,3,4", [number(k) for k in (1, 2, 3, 4)]
-    low, high = max(row.minimum, -100.0), min(row.maximum, 100.0)
-    if row.kind == "count":
-        return str(int(low) + 1), int(low) + 1
-    value = low + (high - low) / 3
-    return repr(value), value
-
-
-@pytest.mark.parametrize("command, row", ROWS, ids=lambda of: of if isinstance(of, str) else of.name)
-def test_each_option_is_parsed(command, row):
-    flag, output = f"--{row.name.replace('_', '-')}", f"a.{(COMMANDS[command].endings or ('ply',))[0]}"
-    files = ["x", "-o", output] if COMMANDS[command].endings else ["x", "y"]
-    text, value = some_value(row)
-    if row.kind == "flag":
-        given = asked(command, *files, flag if value else f"--no-{flag[2:]}")
-    else:
-        given = asked(command, *files, f"{flag}={text}")
-    assert given.parameters == {row.name: value}
-    assert type(given.parameters[row.name]) is type(value)
-    # Nothing is said of what is not given: the core's defaults hold.
-    assert asked(command, *files).parameters == {}
-
-
-def some_wrong_value(row):
-    """One that the core refuses, and what is said of what is allowed."""
-    if row.kind == "choice":
-        return "nonsense", row.allowed
-    if row.kind in ("counts", "numbers"):
-        return "1,x", row.allowed
-    if isinstance(row, surfrecon.Parameter) and math.isfinite(row.minimum):
-        return str(int(row.minimum) - 1), row.allowed
-    return "x", "a finite number"
-
-
-@pytest.mark.parametrize(
-    "command, row",
-    [(command, row) for command, row in ROWS if row.kind not in ("flag", "text")],
-    ids=lambda of: of if isinstance(of, str) else of.name,
-)
-def test_a_wrong_value_names_option_and_range(command, row):
-    files = ["x", "-o", f"a.{COMMANDS[command].endings[0]}"] if COMMANDS[command].endings else ["x", "y"]
-    value, allowed = some_wrong_value(row)
-    flag = f"--{row.name.replace('_', '-')}"
-    with pytest.raises(requests.UsageError) as refused:
-        asked(command, *files, f"{flag}={value}")
-    assert flag in str(refused.value) and allowed in str(refused.value)
-
-
-def test_angles_are_radians_or_degrees():
-    (row,) = [row for row in surfrecon.parameters("triangulate") if row.kind == "angle"]
-    assert options.read(row, "90deg") == math.pi / 2 and options.read(row, "1.5") == 1.5
-    assert options.parsed(row, "45deg") == math.pi / 4 and options.parsed(row, 1) == 1
-    for wrong in ("91deg", "xdeg", "0deg"):
-        with pytest.raises(surfrecon.ParameterError, match="grazing_limit must be > 0 and <= 1.57"):
-            options.read(row, wrong)
-
-
-# What is said of what can't be, and exit codes.
 
 
 @pytest.mark.parametrize(
