@@ -1,4 +1,4 @@
-"""Calling through the C library beside calling the core, files in memory beside files: the same work both ways in turn, in one process.
+"""Calling through the C library beside calling the core, files in memory beside files: the same work both ways in turn.
 
 A small Rust program (capi_overhead.rs) loads the built library as a stranger would and links the core besides.
 """
@@ -24,5 +24,11 @@ def main(wanted, record):
                 record.put(row | {"overhead_pct": 100 * (row[second] / row[first] - 1)})
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, program)
-    columns = {"core s": "core_s", "C s": "c_s", "file s": "file_s", "memory s": "memory_s", "overhead %": "overhead_pct"}
+    columns = {
+        "core s": "core_s",
+        "C s": "c_s",
+        "file s": "file_s",
+        "memory s": "memory_s",
+        "overhead %": "overhead_pct",
+    }
     table.show(record.rows, {"case": "case"} | columns)

@@ -143,7 +143,7 @@ fn write_glb(
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no mesh to write: count is 0"));
     };
     let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
-    let options = GlbOptions { up, metres_per_unit };
+    let options = GlbOptions { up, metres_per_unit, ..GlbOptions::default() };
     Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
 }
 

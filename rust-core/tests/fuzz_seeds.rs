@@ -43,7 +43,7 @@ fn seeds() -> BTreeMap<String, Vec<u8>> {
         keep(format!("import_ply/coloured_grid_{name}.ply"));
         export::write_ply(&path, &mesh, encoding, &none).unwrap();
         keep(format!("import_ply/mesh_{name}.ply"));
-        let doubles = PlyOptions { encoding, positions: PositionType::Double };
+        let doubles = PlyOptions { encoding, positions: PositionType::Double, ..PlyOptions::default() };
         export::write_points_ply(&path, &cloud, doubles, &none).unwrap();
         keep(format!("import_ply/points_{name}.ply"));
     }

@@ -74,6 +74,7 @@ def test_cameras_are_those_of_the_colours(recording):
 def test_images_have_what_can_be_trusted(recording):
     frame = surfrecon.open(recording)[0]
     depth, image, out = frame.depth, frame.image, frame.left_out
+    assert isinstance(out, surfrecon.LeftOutReport) and out.of == out["of"]
     assert depth.colour is None and depth.valid[:, :33].any()
     assert not image.valid[:, :33].any() and image.valid[:, 33:].sum() == depth.valid[:, 33:].sum()
     assert out["of"] == depth.valid.sum() and out["low_confidence"] == depth.valid[:, :33].sum()

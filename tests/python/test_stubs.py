@@ -10,11 +10,11 @@ import surfrecon
 
 pytest.importorskip("mypy")
 
-# matplotlib and tqdm are optional, and not all of them is typed.
+# matplotlib, shtab and tqdm are optional, and not all of them is typed.
 SETTINGS = """
 [mypy]
 strict = True
-[mypy-matplotlib.*,tqdm.*]
+[mypy-matplotlib.*,shtab.*,tqdm.*]
 ignore_missing_imports = True
 follow_imports = skip
 disallow_any_unimported = False

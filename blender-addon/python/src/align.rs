@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
 use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
 use surfrecon::export::{PlacedFile, write_poses};
 
-use crate::align_report::{AlignReport, Snap};
+use crate::align_report::{self, align_report};
 use crate::arrays;
 use crate::constraints::constraints;
 use crate::errors::{input_error, to_python};
@@ -125,7 +126,7 @@ impl AlignCall {
     /// See [`surfrecon::align::Prepared::align`].
     pub fn run(&self, ready: Arc<Ready>, progress: &Progress<'_>) -> surfrecon::Result<Alignment> {
         let found = ready.prepared.align(&self.params, &self.constraints, progress)?;
-        Ok(Alignment { ready, found })
+        Ok(Alignment { ready, found, report: PyOnceLock::new() })
     }
 }
 
@@ -134,6 +135,7 @@ impl AlignCall {
 pub struct Alignment {
     ready: Arc<Ready>,
     found: Core,
+    report: PyOnceLock<Py<PyAny>>,
 }
 
 impl Alignment {
@@ -161,10 +163,11 @@ impl Alignment {
         PyList::new(py, scans.collect::<PyResult<Vec<_>>>()?)
     }
 
-    /// What was found.
+    /// What was found: an ``AlignReport``, the same one whenever it is asked for.
     #[getter]
-    fn report(&self) -> AlignReport {
-        AlignReport { report: self.found.report.clone() }
+    fn report(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        let made = || align_report(py, &self.found.report).map(Bound::unbind);
+        self.report.get_or_try_init(py, made).map(|report| report.clone_ref(py))
     }
 
     /// The scans as they were made ready: to align them again, with more constraints, or to place by hand what is not placed.
@@ -240,7 +243,13 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, i
         Source::File(scan) if scan.part == 0 => {
             let folder = list.parent().unwrap_or(std::path::Path::new(""));
             let inside = scan.path.strip_prefix(folder).unwrap_or(&scan.path);
-            inside.to_string_lossy().replace('\\', "/")
+            let Some(inside) = inside.to_str() else {
+                return Err(input_error(format!(
+                    "{}: a list of poses is UTF-8, which this name is not: rename the file",
+                    inside.display()
+                )));
+            };
+            inside.replace('\\', "/")
         }
         other if !is_list => other.name().to_owned(),
         other => {
@@ -336,22 +345,22 @@ impl Aligner {
     ///     Cancelled: ``progress`` returned ``False``.
     // options: $self align only reach tolerance min_overlap threads
     #[pyo3(signature = (scan, world_from_scan, *, poses = None, progress = None, **options), text_signature = "($self, scan, world_from_scan, *, reach=None, tolerance=None, min_overlap=0.03, threads=0, poses=None, progress=None)")]
-    fn snap(
+    fn snap<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         scan: &Bound<'_, PyAny>,
         world_from_scan: &Bound<'_, PyAny>,
         poses: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
-    ) -> PyResult<Snap> {
+    ) -> PyResult<Bound<'py, PyAny>> {
         let params: AlignParams = params_only(&["reach", "tolerance", "min_overlap", "threads"], "snap", options)?;
         let scan = self.ready.number(scan)?;
         let start = arrays::rigid(world_from_scan, "world_from_scan")?;
         let mut poses = self.ready.poses(poses)?;
         poses[scan] = Some(start);
         let call = |progress: &Progress<'_>| self.ready.prepared.snap(scan, &poses, &params, progress);
-        Ok(Snap { snap: Watch::new(progress).run(py, call)? })
+        align_report::snap(py, &Watch::new(progress).run(py, call)?)
     }
 
     /// How far a scan lies outside of the others' surfaces, along normals, where the scans lie as ``poses`` says: what no rigid

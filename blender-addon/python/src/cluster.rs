@@ -14,6 +14,7 @@ use crate::mesh::Mesh;
 use crate::params::{params, params_but, whole};
 use crate::progress::Watch;
 use crate::reconstruct::cloud_of;
+use crate::report;
 
 /// Replaces a dense mesh by a coarse one of well-shaped triangles on the same surface, or makes one of points.
 ///
@@ -177,14 +178,9 @@ impl Clustered {
         numpy::PyArray1::from_slice(py, &self.core.labels).into_any()
     }
 
-    /// Figures of the run by name: ``patches``, ``vertices``, ``triangles``, ``energy`` (of k-means), ``separated`` (parts
-    /// that became patches), ``dissolved`` (patches given to their neighbours), ``halved`` (patches that were no disks),
-    /// ``cut_edges`` (where the input is no manifold), ``off_surface`` (points that are not on the surface through them), ``before`` and ``after`` (the relaxation: ``mean_smallest_angle``,
-    /// ``smallest_angle``, ``largest_angle`` in radians, ``angles``: how many of all lie in each 5 degrees of 180),
-    /// ``max_error`` (where asked for: no point of either surface is farther from the other, else ``None``), ``kept_input`` (whether the
-    /// result is the input, as nothing coarser was found within it, or has the topology), ``seconds`` by stage.
+    /// Figures of the run: a ``ClusterReport``.
     #[getter]
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let report = &self.core.report;
         let dict = PyDict::new(py);
         for (name, count) in [
@@ -204,12 +200,8 @@ impl Clustered {
         dict.set_item("after", shape(py, &report.after, &report.angles_after)?)?;
         dict.set_item("max_error", report.bound)?;
         dict.set_item("kept_input", report.kept_input)?;
-        let seconds = PyDict::new(py);
-        for (stage, time) in &report.seconds {
-            seconds.set_item(stage, time)?;
-        }
-        dict.set_item("seconds", seconds)?;
-        Ok(dict)
+        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
+        report::report("ClusterReport", dict)
     }
 
     fn __repr__(&self) -> String {
@@ -220,11 +212,11 @@ impl Clustered {
     }
 }
 
-fn shape<'py>(py: Python<'py>, quality: &Quality, angles: &[usize]) -> PyResult<Bound<'py, PyDict>> {
+fn shape<'py>(py: Python<'py>, quality: &Quality, angles: &[usize]) -> PyResult<Bound<'py, PyAny>> {
     let dict = PyDict::new(py);
     dict.set_item("mean_smallest_angle", quality.mean_smallest_angle)?;
     dict.set_item("smallest_angle", quality.smallest_angle)?;
     dict.set_item("largest_angle", quality.largest_angle)?;
     dict.set_item("angles", angles)?;
-    Ok(dict)
+    report::report("TriangleShapes", dict)
 }

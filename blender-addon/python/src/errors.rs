@@ -61,7 +61,7 @@ pub fn to_python(error: &Error) -> PyErr {
             let value = made.value(py);
             // Attributes of OSError, for those who look at them; the text says it all.
             let _ = value.setattr("errno", errno(py, source));
-            let _ = value.setattr("filename", path.to_string_lossy().as_ref());
+            let _ = value.setattr("filename", path.as_os_str());
         });
     }
     made

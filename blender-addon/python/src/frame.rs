@@ -18,6 +18,7 @@ use crate::mesh::Mesh;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
+use crate::report::report;
 use crate::scan::Camera;
 use crate::similarity::Similarity;
 
@@ -205,17 +206,16 @@ impl Frame {
         }
     }
 
-    /// How many samples ``image`` leaves out: a dict with ``of`` (those measured), ``low_confidence``, ``out_of_reach``
-    /// and ``black_rim``.
+    /// How many samples ``image`` leaves out: a ``LeftOutReport``.
     #[getter]
-    fn left_out<'py>(slf: PyRef<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
+    fn left_out<'py>(slf: PyRef<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         let (_, out) = read(&slf, |scan, progress| whole(scan, progress)?.into_range_image(progress))?;
         let dict = PyDict::new(slf.py());
         dict.set_item("of", out.of)?;
         dict.set_item("low_confidence", out.low_confidence)?;
         dict.set_item("out_of_reach", out.out_of_reach)?;
         dict.set_item("black_rim", out.black_rim)?;
-        Ok(dict)
+        report("LeftOutReport", dict)
     }
 
     fn __repr__(slf: PyRef<'_, Self>) -> String {

@@ -10,7 +10,7 @@ use crate::background::{Background, made, made_class, part};
 use crate::cluster::{ClusterCall, clustered};
 use crate::constraints::constraints;
 use crate::frame::{Scan, content_object};
-use crate::measure::{DistanceCall, SurfaceDistanceCall, certified_dict};
+use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::merge::{MergeCall, MergeResult};
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
@@ -135,9 +135,7 @@ impl Job {
     #[pyo3(signature = (mesh, reference, *, signed = false, threads = None))]
     fn surface_distance(mesh: &Mesh, reference: &Mesh, signed: bool, threads: Option<i64>) -> PyResult<Self> {
         let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
-        Job::of(Background::start(move |progress| {
-            made(call.run(progress)?, |py, found| Ok(certified_dict(py, found)?.into_any()))
-        }))
+        Job::of(Background::start(move |progress| made(call.run(progress)?, distance_report)))
     }
 
     /// Starts ``surfrecon.virtual_scan`` with the same arguments but ``progress``.

@@ -53,6 +53,7 @@ mod range_image;
 mod ready;
 mod reconstruct;
 mod regions;
+mod report;
 mod scan;
 mod scans;
 mod sculpt;
@@ -71,8 +72,6 @@ mod _native {
     #[pymodule_export]
     use crate::align::{Aligner, Alignment, align};
     #[pymodule_export]
-    use crate::align_report::{AlignReport, AlignedPair, AlignedScan, Snap, TurntableFound};
-    #[pymodule_export]
     use crate::allocator::{memory_foreseen, memory_in_use, memory_peak};
     #[pymodule_export]
     use crate::cluster::{Clustered, cluster, cluster_levels};
@@ -87,7 +86,7 @@ mod _native {
     #[pymodule_export]
     use crate::memory_folder::{MemoryFolder, MemoryPath};
     #[pymodule_export]
-    use crate::merge::{MergeReport, MergeResult, merge};
+    use crate::merge::{MergeResult, merge};
     #[pymodule_export]
     use crate::mesh::{Mesh, linear_colours};
     #[pymodule_export]

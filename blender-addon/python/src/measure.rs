@@ -15,6 +15,7 @@ use crate::arrays;
 use crate::mesh::Mesh;
 use crate::params;
 use crate::progress::Watch;
+use crate::report::report;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Exact distances of points to the nearest points of a mesh, or of scans.
@@ -158,16 +159,16 @@ pub fn surface_distance<'py>(
     signed: bool,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Bound<'py, PyAny>> {
     let call = SurfaceDistanceCall::new(mesh, reference, signed, threads)?;
-    certified_dict(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
+    distance_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
 }
 
 /// What `surface_distance` returns.
 ///
 /// # Errors
 /// None but of Python itself.
-pub fn certified_dict(py: Python<'_>, found: Certified) -> PyResult<Bound<'_, PyDict>> {
+pub fn distance_report(py: Python<'_>, found: Certified) -> PyResult<Bound<'_, PyAny>> {
     let (dict, figures) = (PyDict::new(py), found.vertices.summary);
     for (name, value) in [
         ("mean", figures.mean),
@@ -181,7 +182,7 @@ pub fn certified_dict(py: Python<'_>, found: Certified) -> PyResult<Bound<'_, Py
         dict.set_item(name, value)?;
     }
     dict.set_item("distances", PyArray1::from_vec(py, found.vertices.distances))?;
-    Ok(dict)
+    report("DistanceReport", dict)
 }
 
 /// A measurement of a surface with all it needs, free of Python.

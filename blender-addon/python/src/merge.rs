@@ -10,6 +10,7 @@ use surfrecon::mesh::measure::Side;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::progress::Watch;
+use crate::report::{self, figures};
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Merges registered scans into one surface (Marching Intersections).
@@ -118,9 +119,9 @@ pub struct MergeResult {
     /// ``colour`` if any scan has colours; attribute of the triangles: ``hole_fill``.
     #[pyo3(get)]
     mesh: Py<Mesh>,
-    /// Figures of the run.
+    /// Figures of the run: a ``MergeReport``.
     #[pyo3(get)]
-    report: Py<MergeReport>,
+    report: Py<PyAny>,
     /// (n,) float64: the distance of each vertex from the nearest point of the scans; ``None`` unless it was asked for.
     #[pyo3(get)]
     distances: Option<Py<PyArray1<f64>>>,
@@ -128,7 +129,7 @@ pub struct MergeResult {
 
 impl MergeResult {
     pub fn new(py: Python<'_>, (merged, distances): Measured) -> PyResult<Self> {
-        let report = Py::new(py, MergeReport { report: merged.report })?;
+        let report = merge_report(py, merged.report)?.unbind();
         let distances = distances.map(|distances| PyArray1::from_vec(py, distances).unbind());
         Ok(MergeResult { mesh: Py::new(py, Mesh::from(merged.mesh))?, report, distances })
     }
@@ -141,171 +142,42 @@ impl MergeResult {
     }
 }
 
-/// The figures of a merge, among them those of the paper's tables. Lengths in the unit of the scans.
-#[pyclass(frozen, module = "surfrecon")]
-pub struct MergeReport {
-    report: surfrecon::merge::MergeReport,
-}
-
-#[pymethods]
-impl MergeReport {
-    /// Scans merged.
-    #[getter]
-    fn scans(&self) -> usize {
-        self.report.scans
-    }
-
-    /// Names of the scans, in the order of their numbers in the attribute ``source_scan``.
-    #[getter]
-    fn scan_names(&self) -> &[String] {
-        &self.report.scan_names
-    }
-
-    /// Triangles of all scans.
-    #[getter]
-    fn input_triangles(&self) -> u64 {
-        self.report.input_triangles
-    }
-
-    /// Cell size used.
-    #[getter]
-    fn voxel(&self) -> f64 {
-        self.report.voxel
-    }
-
-    /// What decided that, in words.
-    #[getter]
-    fn voxel_reason(&self) -> &'static str {
-        self.report.voxel_reason.words()
-    }
-
-    /// Merge distance used.
-    #[getter]
-    fn merge_distance(&self) -> f64 {
-        self.report.merge_distance
-    }
-
-    /// Longest boundary that was closed.
-    #[getter]
-    fn max_hole_length(&self) -> f64 {
-        self.report.max_hole_length
-    }
-
-    /// Median distance between overlapping scans along grid lines, as measured; ``None`` where none overlap.
-    #[getter]
-    fn overlap_residual(&self) -> Option<f64> {
-        self.report.overlap_residual
-    }
-
-    /// Median standard deviation of the samples along their rays, as measured; 0 where scans are clean.
-    #[getter]
-    fn noise(&self) -> f64 {
-        self.report.noise
-    }
-
-    /// Of the range images, the median standard deviation of their samples across the rays, that follows from how noise grows on
-    /// surfaces seen at an angle.
-    #[getter]
-    fn noise_across(&self) -> f64 {
-        self.report.noise_across
-    }
-
-    /// Of the range images, the median step that values along the ray are multiples of; 0 for none.
-    #[getter]
-    fn noise_step(&self) -> f64 {
-        self.report.noise_step
-    }
-
-    /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
-    #[getter]
-    fn noise_correlation(&self) -> f64 {
-        self.report.noise_correlation
-    }
-
-    /// Cells spanned by the scans along x, y and z.
-    #[getter]
-    fn grid(&self) -> (u64, u64, u64) {
-        self.report.grid.into()
-    }
-
-    /// Intersections of scans with grid lines.
-    #[getter]
-    fn intersections(&self) -> u64 {
-        self.report.intersections
-    }
-
-    /// Edges of the grid whose intersections were dropped: more scans see through there than have a surface there. A triangle has
-    /// about one and a half.
-    #[getter]
-    fn seen_through(&self) -> u64 {
-        self.report.seen_through
-    }
-
-    /// Intersections left after fusing.
-    #[getter]
-    fn fused_intersections(&self) -> u64 {
-        self.report.fused_intersections
-    }
-
-    /// Artificial intersections that became vertices.
-    #[getter]
-    fn artificial_intersections(&self) -> u64 {
-        self.report.artificial_intersections
-    }
-
-    /// Triangles made directly (case a), after analysis of the neighbouring cells (case b), by hole filling (case c).
-    #[getter]
-    fn faces(&self) -> (u64, u64, u64) {
-        self.report.faces.into()
-    }
-
-    /// Holes closed, and boundary loops left open.
-    #[getter]
-    fn holes(&self) -> (u64, u64) {
-        self.report.holes.into()
-    }
-
-    /// Components dropped, those that no scan saw and those below ``min_component_share``, and the triangles they had.
-    #[getter]
-    fn dropped_components(&self) -> (u64, u64) {
-        self.report.dropped_components.into()
-    }
-
-    /// What the red, green and blue light of each scan, in the order of ``scan_names``, was multiplied by to make all equally
-    /// bright; empty where they are, or do not overlap, or differ by more than a factor of three, or that was not asked for.
-    #[getter]
-    fn colour_gains(&self) -> Vec<(f64, f64, f64)> {
-        self.report.colour_gains.iter().map(|&of| of.into()).collect()
-    }
-
-    /// Largest number of bytes held by intersections and the surface at once.
-    #[getter]
-    fn working_bytes(&self) -> u64 {
-        self.report.working_bytes
-    }
-
-    /// Wall-clock seconds by the name of the stage.
-    #[getter]
-    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        for (stage, seconds) in &self.report.seconds {
-            dict.set_item(stage, seconds)?;
-        }
-        Ok(dict)
-    }
-
-    /// All figures by name.
-    fn as_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
-        macro_rules! dict_of {
-            ($($name:ident),*) => {{
-                // Names every field: a figure that is added to the core must be added here.
-                let surfrecon::merge::MergeReport { $($name: _),* } = &slf.get().report;
-                let dict = PyDict::new(slf.py());
-                $(dict.set_item(stringify!($name), slf.getattr(stringify!($name))?)?;)*
-                Ok(dict)
-            }};
-        }
-        dict_of!(
+/// The report of a merge.
+fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport) -> PyResult<Bound<'py, PyAny>> {
+    // Names every field: a figure that is added to the core must be added here.
+    let surfrecon::merge::MergeReport {
+        scans,
+        scan_names,
+        input_triangles,
+        voxel,
+        voxel_reason,
+        merge_distance,
+        max_hole_length,
+        overlap_residual,
+        noise,
+        noise_across,
+        noise_step,
+        noise_correlation,
+        grid,
+        intersections,
+        seen_through,
+        fused_intersections,
+        artificial_intersections,
+        faces,
+        holes,
+        dropped_components,
+        colour_gains,
+        working_bytes,
+        seconds,
+    } = report;
+    let voxel_reason = voxel_reason.words();
+    let (grid, faces): ((u64, u64, u64), (u64, u64, u64)) = (grid.into(), faces.into());
+    let (holes, dropped_components): ((u64, u64), (u64, u64)) = (holes.into(), dropped_components.into());
+    let colour_gains: Vec<(f64, f64, f64)> = colour_gains.into_iter().map(Into::into).collect();
+    let seconds = report::seconds(py, &seconds)?;
+    report::report(
+        "MergeReport",
+        figures!(py, {
             scans,
             scan_names,
             input_triangles,
@@ -328,11 +200,7 @@ impl MergeReport {
             dropped_components,
             colour_gains,
             working_bytes,
-            seconds
-        )
-    }
-
-    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
-        Ok(format!("<MergeReport {}>", MergeReport::as_dict(slf)?.repr()?))
-    }
+            seconds,
+        }),
+    )
 }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{Holding, WriteOptions, ending_for, write_mesh};
+use surfrecon::export::{Holding, Provenance, WriteOptions, ending_for, write_mesh};
 use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
@@ -163,10 +163,8 @@ impl Mesh {
     /// Checks independently whether this is what a surface must be, and what its topology is.
     ///
     /// Returns:
-    ///     A dict of counts - ``triangles``, ``vertices``, ``edges``, ``boundary_edges``, ``boundary_loops``,
-    ///     ``components``, ``non_manifold_edges``, ``non_manifold_vertices``, ``misoriented_edges`` and more - with
-    ///     ``is_manifold``, ``is_closed`` (bool) and ``genus`` (``None`` unless the mesh is a manifold).
-    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    ///     A ``CheckReport``: counts, ``is_manifold``, ``is_closed`` and ``genus``.
+    fn check<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let mesh = self.mesh.clone();
         let report = Watch::new(None).run(py, move |progress| surfrecon::mesh::try_check(&mesh, progress))?;
         let dict = PyDict::new(py);
@@ -194,7 +192,7 @@ impl Mesh {
         dict.set_item("is_manifold", report.is_manifold())?;
         dict.set_item("is_closed", report.is_closed())?;
         dict.set_item("genus", report.genus())?;
-        Ok(dict)
+        crate::report::report("CheckReport", dict)
     }
 
     /// Writes the mesh: ``.ply`` (with all attributes), ``.glb`` (binary glTF, with the attributes of vertices), ``.obj`` (with
@@ -203,6 +201,8 @@ impl Mesh {
     /// Args:
     ///     path: its ending decides on the format.
     #[doc = include_str!("params/write.txt")]
+    ///     provenance: what the file says of where it is from, what ``json.dumps`` takes with keys of its own: ``.ply`` has it as
+    ///         comments, ``.glb`` in ``asset.extras.surfrecon``, other formats have no place for it.
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
     ///         (``MSFT_lod``); programs that don't know the extension show the finest.
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
@@ -213,16 +213,18 @@ impl Mesh {
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so; likewise.
     // options: $self write
-    #[pyo3(signature = (path, *, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', coarser=(), progress=None)")]
+    #[pyo3(signature = (path, *, provenance = None, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', provenance=None, coarser=(), progress=None)")]
     fn write(
         &self,
         py: Python<'_>,
         path: Place,
+        provenance: Option<&Bound<'_, PyAny>>,
         coarser: Vec<Bound<'_, Mesh>>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
-        let options: WriteOptions = params("write", options)?;
+        let provenance = provenance_of(provenance)?;
+        let options = WriteOptions { provenance, ..params("write", options)? };
         let mesh = self.mesh.clone();
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
         Watch::new(progress).run(py, move |progress| {
@@ -308,6 +310,16 @@ pub fn linear_colours<'py>(colours: &Bound<'py, PyAny>) -> PyResult<Bound<'py, n
     });
     let linear = arrays::looked_up(colours, "colours", [&light, &light, &light, &share])?;
     Ok(numpy::PyArray1::from_vec(colours.py(), linear))
+}
+
+/// What a file is to say of where it is from.
+///
+/// # Errors
+/// `TypeError` for what JSON can't hold, `InputError` for what is no mapping.
+pub fn provenance_of(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Provenance>> {
+    let Some(given) = given else { return Ok(None) };
+    let text: String = given.py().import("json")?.call_method1("dumps", (given,))?.extract()?;
+    Provenance::from_json(&text).map(Some).map_err(|e| to_python(&e))
 }
 
 /// The ending of the name of a file that is to hold this.

@@ -85,6 +85,22 @@ impl Parameter {
         self.spec.max
     }
 
+    /// What it may be in words, for example ``"> 0 and <= 1"``.
+    #[getter]
+    fn allowed(&self) -> String {
+        self.spec.allowed()
+    }
+
+    /// Checks a value as the operation does, before anything is read.
+    ///
+    /// Raises:
+    ///     ParameterError: it lies outside of the range; the text names value, range and unit.
+    ///     TypeError: a value of another kind.
+    fn check(&self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let taken = taken(self.spec, value)?;
+        self.spec.check_value(taken.value()).map_err(|e| to_python(&e))
+    }
+
     /// What it may be, of a choice: ``(name, name for people, text)`` each.
     #[getter]
     fn choices(&self) -> Vec<(&'static str, &'static str, &'static str)> {

@@ -6,17 +6,18 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as CoreImage;
-use surfrecon::export::{Holding, PlyEncoding, Polygons, write_obj_polygons, write_quads_ply};
+use surfrecon::export::{Holding, PlyOptions, Polygons, Provenance, write_obj_polygons, write_quads_ply};
 use surfrecon::mesh::QuadMesh;
 use surfrecon::quads::{Fit, QuadGrid as Core, QuadParams, SplineParams};
 
 use crate::arrays;
 use crate::errors::{detached, guarded, input_error};
 use crate::memory_folder::Place;
-use crate::mesh::{Mesh, ending_of};
+use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
+use crate::report;
 
 /// A call with its arguments checked.
 pub struct QuadCall {
@@ -191,20 +192,21 @@ impl QuadGrid {
 
     /// Writes the quads as ``.obj``, with colours, or as ``.ply``, with all attributes and texture coordinates.
     ///
+    /// Args:
+    ///     path: its ending decides on the format.
+    ///     provenance: what a ``.ply`` says of where it is from: as for ``Mesh.write``.
+    ///
     /// Raises:
     ///     InputError: another ending.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
-    fn write(&self, py: Python<'_>, path: Place) -> PyResult<()> {
-        let mesh = self.mesh.clone();
-        write_quads(py, path, mesh)
+    #[pyo3(signature = (path, *, provenance = None))]
+    fn write(&self, py: Python<'_>, path: Place, provenance: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        write_quads(py, path, self.mesh.clone(), provenance_of(provenance)?)
     }
 
-    /// Figures of the run by name: ``tiles``, ``depth_extent``; ``relative_error`` (mean distance of the samples by depth
-    /// extent), ``rms_error`` and ``max_error``, each with ``uniform_`` before it for the uniform grid of the same size;
-    /// ``is_uniform``, ``valid_pixels``, ``missed_pixels`` (of them, those whose rays do not meet the grid: they have no
-    /// error; ``uniform_missed_pixels`` likewise), ``gaps_filled``, ``unfolded``, ``snapped``, ``quads``, ``seconds`` by stage.
+    /// Figures of the run: a ``QuadReport``.
     #[getter]
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let report = &self.core.report;
         let dict = PyDict::new(py);
         dict.set_item("tiles", (report.tiles[0], report.tiles[1]))?;
@@ -231,12 +233,8 @@ impl QuadGrid {
         ] {
             dict.set_item(name, value)?;
         }
-        let seconds = PyDict::new(py);
-        for (stage, time) in &report.seconds {
-            seconds.set_item(stage, time)?;
-        }
-        dict.set_item("seconds", seconds)?;
-        Ok(dict)
+        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
+        report::report("QuadReport", dict)
     }
 
     fn __repr__(&self) -> String {
@@ -252,10 +250,11 @@ impl QuadGrid {
     }
 }
 
-fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>) -> PyResult<()> {
+fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>, provenance: Option<Provenance>) -> PyResult<()> {
     let watch = Watch::new(None);
     if ending_of(&path, Holding::Quads)? == "ply" {
-        return watch.run(py, move |progress| write_quads_ply(&path, &mesh, PlyEncoding::default(), progress));
+        let options = PlyOptions { provenance, ..PlyOptions::default() };
+        return watch.run(py, move |progress| write_quads_ply(&path, &mesh, options, progress));
     }
     watch.run(py, move |progress| {
         let colour = mesh.vertex_attributes.iter().find_map(|a| match &a.data {
@@ -350,7 +349,7 @@ impl Spline {
         let (rows, columns) = (count("rows", rows)?, count("columns", columns)?);
         let (fit, mirrored) = (self.fit.clone(), self.mirrored);
         let mesh = detached(py, move || fit.spline.sample(rows, columns, mirrored))?;
-        write_quads(py, path, Arc::new(mesh))
+        write_quads(py, path, Arc::new(mesh), None)
     }
 
     fn __repr__(&self) -> String {

@@ -15,6 +15,7 @@ use crate::mesh::Mesh;
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
+use crate::report;
 
 type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 
@@ -240,15 +241,9 @@ impl Reconstructed {
         Ok(dict)
     }
 
-    /// Figures of the run by name: ``points``, ``used`` (of them), ``tetrahedra``, ``closed`` (whether the surface has
-    /// no border), ``threshold`` (a perimeter with a global one, in mean spacings of a facet's points with a local
-    /// one), ``rounds`` (of the paper's carving), ``repaired`` (cells that changed sides to make it manifold, points brought
-    /// onto it afterwards), ``cut_facets`` (left out over gaps and for the manifold), ``turned_parts``, ``noise`` (standard
-    /// deviation of the points across the surface; 0 for fewer than 1,024), ``spacing`` (side of a square of the surface that has one
-    /// point), ``smoothing`` (radius within which the surface was smoothed, 0 if it goes through the points), ``moved`` (root mean
-    /// square of the distances by which that moved the points on it), ``seconds`` by stage.
+    /// Figures of the run: a ``ReconstructReport``.
     #[getter]
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let report = &self.report;
         let dict = PyDict::new(py);
         dict.set_item("points", report.points)?;
@@ -264,12 +259,8 @@ impl Reconstructed {
         dict.set_item("spacing", report.spacing)?;
         dict.set_item("smoothing", report.smoothing)?;
         dict.set_item("moved", report.moved)?;
-        let seconds = PyDict::new(py);
-        for (stage, time) in &report.seconds {
-            seconds.set_item(stage, time)?;
-        }
-        dict.set_item("seconds", seconds)?;
-        Ok(dict)
+        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
+        report::report("ReconstructReport", dict)
     }
 
     fn __repr__(&self) -> String {

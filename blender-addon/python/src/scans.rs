@@ -6,14 +6,14 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySequence, PySlice, PyTuple};
 use surfrecon::Progress;
-use surfrecon::export::{Holding, PlyEncoding, write_points_ply};
+use surfrecon::export::{Holding, PlyOptions, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 
 use crate::edit::{Edit, edits};
 use crate::errors::{input_error, reworded};
 use crate::frame::{self, Scan};
 use crate::memory_folder::Place;
-use crate::mesh::{Mesh, ending_of};
+use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
@@ -170,6 +170,7 @@ pub fn write_scans(
 /// Args:
 ///     path: the file.
 ///     content: what is written.
+///     provenance: what the file says of where it is from, as for ``Mesh.write``; range images have no place for it.
 ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///     options: for a mesh the keyword arguments of ``Mesh.write``.
 ///
@@ -179,16 +180,18 @@ pub fn write_scans(
 ///     Cancelled: the callback said so; likewise.
 ///     TypeError: content of another type.
 #[pyfunction]
-#[pyo3(signature = (path, content, *, progress = None, **options))]
+#[pyo3(signature = (path, content, *, provenance = None, progress = None, **options))]
 pub fn write(
     py: Python<'_>,
     path: &Bound<'_, PyAny>,
     content: &Bound<'_, PyAny>,
+    provenance: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<()> {
     if content.cast::<Mesh>().is_ok() {
         let options = options.map_or_else(|| Ok(PyDict::new(py)), |options| options.copy())?;
+        options.set_item("provenance", provenance)?;
         options.set_item("progress", progress)?;
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
@@ -199,8 +202,8 @@ pub fn write(
         let path: Place = path.extract()?;
         ending_of(&path, Holding::Points)?;
         let cloud = cloud.get().cloud.clone();
-        return Watch::new(progress)
-            .run(py, move |progress| write_points_ply(&path, &cloud, PlyEncoding::default(), progress));
+        let options = PlyOptions { provenance: provenance_of(provenance)?, ..PlyOptions::default() };
+        return Watch::new(progress).run(py, move |progress| write_points_ply(&path, &cloud, options, progress));
     }
     if content.cast::<RangeImage>().is_ok() {
         let options = PyDict::new(py);

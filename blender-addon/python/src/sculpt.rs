@@ -13,6 +13,7 @@ use crate::mesh::Mesh;
 use crate::params::{params, params_but};
 use crate::progress::Watch;
 use crate::range_image::RangeImage;
+use crate::report;
 
 /// Meshes a range image with few triangles, none farther from any sample than a tolerance.
 ///
@@ -269,11 +270,9 @@ impl Sculpted {
         Ok(errors.reshape([self.rows, self.cols])?.into_any())
     }
 
-    /// Figures of the run by name: ``tolerance``, ``depth_extent``, ``full_triangles`` (of the mesh with every sample),
-    /// ``hidden_triangles`` (left out because they hide behind others), ``dug_triangles`` (before vertices were removed),
-    /// ``triangles``, ``covered_pixels``, ``isolated_pixels`` (valid but without a triangle), ``seconds`` by stage.
+    /// Figures of the run: a ``SculptReport``.
     #[getter]
-    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn report<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let report = &self.core.report;
         let dict = PyDict::new(py);
         dict.set_item("tolerance", report.tolerance)?;
@@ -284,12 +283,13 @@ impl Sculpted {
         dict.set_item("triangles", report.triangles)?;
         dict.set_item("covered_pixels", self.core.certificate.covered)?;
         dict.set_item("isolated_pixels", report.isolated_pixels)?;
-        let seconds = PyDict::new(py);
-        for (stage, time) in &report.seconds {
-            seconds.set_item(stage, time)?;
-        }
-        dict.set_item("seconds", seconds)?;
-        Ok(dict)
+        dict.set_item("max_error", self.max_error())?;
+        dict.set_item("max_error_single", self.max_error_single())?;
+        dict.set_item("rms_error", self.rms_error())?;
+        dict.set_item("p95_error", self.p95_error())?;
+        dict.set_item("worst_pixel", self.worst_pixel())?;
+        dict.set_item("seconds", report::seconds(py, &report.seconds)?)?;
+        report::report("SculptReport", dict)
     }
 
     fn __repr__(&self) -> String {

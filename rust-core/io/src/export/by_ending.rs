@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DAffine3;
 
 use super::{
-    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Up, ending_for, write_glb, write_obj,
-    write_ply, write_stl,
+    GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_glb,
+    write_obj, write_ply, write_stl,
 };
 use base::error::{Error, Result};
 use base::params::{choice, ratio};
@@ -32,13 +32,13 @@ impl From<Encoding> for PlyOptions {
             Encoding::BinaryDouble => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
             Encoding::Ascii => (PlyEncoding::Ascii, PositionType::Auto),
         };
-        PlyOptions { encoding, positions }
+        PlyOptions { encoding, positions, provenance: None }
     }
 }
 
 base::params! {
     /// How a mesh is written.
-    #[derive(Clone, Copy, Debug, PartialEq)]
+    #[derive(Clone, Debug, PartialEq)]
     pub struct WriteOptions of "write" {
         /// Metres a unit of the mesh, for glTF, which is in metres: 0.001 for millimetres. Other formats keep the unit.
         metres_per_unit: f64 = ratio("Metres per unit").default(1.0).above(0.0),
@@ -46,6 +46,10 @@ base::params! {
         up: Up = choice("Up", Up::CHOICES),
         /// How the numbers of PLY files are written; other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),
+    }
+    besides {
+        /// What the file says of where it is from, if its format has a place for it.
+        provenance: Option<Provenance>,
     }
 }
 
@@ -71,12 +75,15 @@ pub fn write_mesh(
         return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", path.display())));
     }
     match ending {
-        "ply" => write_ply(path, mesh, options.encoding, progress),
+        "ply" => {
+            let provenance = options.provenance.clone();
+            write_ply(path, mesh, PlyOptions { provenance, ..options.encoding.into() }, progress)
+        }
         "glb" => {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser };
-            let WriteOptions { up, metres_per_unit, .. } = *options;
-            write_glb(path, &[node], &GlbOptions { up, metres_per_unit }, progress)
+            let WriteOptions { up, metres_per_unit, provenance, .. } = options.clone();
+            write_glb(path, &[node], &GlbOptions { up, metres_per_unit, provenance }, progress)
         }
         "obj" => write_obj(path, mesh, progress),
         "stl" => write_stl(path, mesh, progress),

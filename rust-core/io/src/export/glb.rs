@@ -6,6 +6,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
+use super::Provenance;
 use super::atomic::{Output, write_atomically};
 use base::error::{Error, Result};
 use base::memory;
@@ -35,17 +36,19 @@ base::choices! {
 }
 
 /// What [`write_glb`] needs to know of the coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct GlbOptions {
     /// The vertical.
     pub up: Up,
     /// Metres a unit, as glTF counts in metres: 0.001 for millimetres. Put into the node above all others.
     pub metres_per_unit: f64,
+    /// What the file says of where it is from.
+    pub provenance: Option<Provenance>,
 }
 
 impl Default for GlbOptions {
     fn default() -> Self {
-        GlbOptions { up: Up::Y, metres_per_unit: 1.0 }
+        GlbOptions { up: Up::Y, metres_per_unit: 1.0, provenance: None }
     }
 }
 
@@ -298,7 +301,8 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
     // Coarser levels belong to no scene: they take their node's place.
     let roots = parts.iter().enumerate().filter(|(_, part)| part.level == 0);
     let mut roots: Vec<String> = roots.map(|(i, _)| i.to_string()).collect();
-    if !nodes.is_empty() && *options != GlbOptions::default() {
+    let as_gltf_has_it = options.up == Up::Y && options.metres_per_unit == 1.0;
+    if !nodes.is_empty() && !as_gltf_has_it {
         let mut root = format!("{{\"name\":\"world\",\"children\":[{}]", roots.join(","));
         if options.up == Up::Z {
             let half = std::f64::consts::FRAC_1_SQRT_2;
@@ -311,8 +315,9 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
         roots = vec![nodes.len().to_string()];
         nodes.push(root + "}");
     }
-    let mut json =
-        format!("{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"surfrecon {}\"}}", env!("CARGO_PKG_VERSION"));
+    let extras = options.provenance.as_ref().map(|from| format!(",\"extras\":{}", from.extras())).unwrap_or_default();
+    let version = env!("CARGO_PKG_VERSION");
+    let mut json = format!("{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"surfrecon {version}\"{extras}}}");
     let mut list = |name: &str, items: &[String]| {
         if !items.is_empty() {
             let _ = write!(json, ",\"{name}\":[{}]", items.join(","));

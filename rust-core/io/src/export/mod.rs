@@ -10,6 +10,7 @@
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | which formats hold what, and their endings |
+//! | `provenance` | what results say of where they are from |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary`, `crate::memory_folder` | what it is until then, and what killed writers have left |
 //! | `names` | what Windows calls no file |
@@ -24,6 +25,7 @@ mod names;
 mod obj;
 mod ply;
 mod poses;
+mod provenance;
 mod scans;
 mod stl;
 mod temporary;
@@ -38,5 +40,6 @@ pub use ply::{
     write_range_grid_ply,
 };
 pub use poses::write_poses;
+pub use provenance::Provenance;
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;

@@ -3,6 +3,7 @@
 //! `.xf`, `.tf` and `.pose.txt` hold the 16 numbers of the matrix that places the scan, row by row. A matrix whose last
 //! column, not row, is 0 0 0 1 is one written column by column.
 
+use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -33,11 +34,16 @@ pub(super) fn beside(scan: &mut Scan) -> Result<Option<String>> {
 /// The files that could hold the pose of a scan.
 fn candidates(path: &Path) -> Vec<PathBuf> {
     let Some(stem) = path.file_stem() else { return Vec::new() };
-    let stem = stem.to_string_lossy();
+    // Names need not be UTF-8.
+    let named = |stem: &OsStr, ending: &str| {
+        let mut name = stem.to_owned();
+        name.push(ending);
+        path.with_file_name(name)
+    };
     // The frames of 7-Scenes: frame-000000.depth.png, frame-000000.pose.txt.
-    let bare = stem.strip_suffix(".depth").unwrap_or(&stem);
-    let named = |ending: &str| path.with_file_name(format!("{bare}{ending}"));
-    vec![path.with_file_name(format!("{stem}.xf")), named(".xf"), named(".tf"), named(".pose.txt")]
+    let is_depth = Path::new(stem).extension().is_some_and(|ending| ending == "depth");
+    let bare = if is_depth { Path::new(stem).file_stem().unwrap_or(stem) } else { stem };
+    vec![named(stem, ".xf"), named(bare, ".xf"), named(bare, ".tf"), named(bare, ".pose.txt")]
 }
 
 /// The pose that a text of 16 numbers holds.

@@ -179,6 +179,8 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
             continue;
         }
         match super::format_of(&path).map(|format| &format.role) {
+            // Programs keep notes of their own as JSON: only what it holds makes it a list.
+            Ok(Role::List(_)) if name.ends_with(".json") && !super::registry::is_known_by_content(&path)? => {}
             Ok(Role::List(_)) => lists.push(path),
             Ok(role) => {
                 any_scan |= matches!(role, Role::Scans { .. } | Role::Recording(_));
@@ -240,6 +242,15 @@ mod tests {
                 let _ = open(&path);
             }
         }
+    }
+
+    #[test]
+    fn notes_of_other_programs_are_no_lists() {
+        let folder = folder();
+        std::fs::write(folder.path().join("a.ply.json"), "{\"program\": \"another\", \"frames\": []}").unwrap();
+        assert_eq!(open(folder.path()).unwrap().scans.len(), 1);
+        let error = open(&folder.path().join("a.ply.json")).unwrap_err().to_string();
+        assert!(error.contains("a.ply.json"), "{error}");
     }
 
     #[test]

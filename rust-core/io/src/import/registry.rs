@@ -191,6 +191,12 @@ pub fn ending_for(path: &Path, holding: Holding) -> Result<&'static str> {
     Err(Error::input(format!("{}: the name must end in {list}", path.display())))
 }
 
+/// Whether what a file holds says what it is, whatever its name.
+pub(super) fn is_known_by_content(path: &Path) -> Result<bool> {
+    let (start, _) = file::read_start(path, SNIFFED)?;
+    Ok(FORMATS.iter().any(|format| (format.sniff)(&start)))
+}
+
 /// The format of a file: by its content, else by the ending of its name, so that its reader can say what is wrong.
 pub(super) fn format_of(path: &Path) -> Result<&'static Format> {
     let (start, length) = file::read_start(path, SNIFFED)?;

@@ -111,6 +111,19 @@ fn a_strict_reader_gets_back_what_was_written() {
 }
 
 #[test]
+fn where_it_is_from_stands_beside_who_wrote_it_and_changes_nothing_else() {
+    let nodes = [still("ring", decorated())];
+    let provenance = Some(Provenance::from_json("{\"command\": \"merge\"}").unwrap());
+    let bytes = written(&nodes, &GlbOptions { provenance, ..GlbOptions::default() });
+    let (with, without) = (gltf::Gltf::from_slice(&bytes).unwrap(), written(&nodes, &GlbOptions::default()));
+    let without = gltf::Gltf::from_slice(&without).unwrap();
+    let text = String::from_utf8_lossy(&bytes);
+    assert!(text.contains("\"extras\":{\"surfrecon\":{\"command\":\"merge\"}}},\"nodes\""), "{text}");
+    assert_eq!(with.blob, without.blob);
+    assert_eq!(with.nodes().count(), without.nodes().count());
+}
+
+#[test]
 fn every_node_has_its_place_even_far_from_the_origin() {
     let near = leaked(Shape::Sphere { radius: 1.0 }.mesh(3));
     let mut far = Shape::Cuboid { half: DVec3::ONE }.mesh(2);
@@ -121,7 +134,7 @@ fn every_node_has_its_place_even_far_from_the_origin() {
     for (options, world) in [
         (GlbOptions::default(), DAffine3::IDENTITY),
         (
-            GlbOptions { up: Up::Z, metres_per_unit: 0.001 },
+            GlbOptions { up: Up::Z, metres_per_unit: 0.001, ..GlbOptions::default() },
             DAffine3::from_scale(DVec3::splat(0.001))
                 * DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y)),
         ),
@@ -222,7 +235,10 @@ fn levels() -> [&'static TriMesh; 3] {
 fn levels_of_detail_stand_behind_their_node() {
     let [finest, coarser @ ..] = levels();
     let chain = GlbNode { coarser: &coarser, ..still("ring", finest) };
-    let bytes = written(&[still("before", decorated()), chain], &GlbOptions { up: Up::Z, metres_per_unit: 0.001 });
+    let bytes = written(
+        &[still("before", decorated()), chain],
+        &GlbOptions { up: Up::Z, metres_per_unit: 0.001, ..GlbOptions::default() },
+    );
     let json: serde_json::Value =
         serde_json::from_slice(&bytes[20..20 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize])
             .unwrap();
@@ -265,11 +281,14 @@ fn the_khronos_validator_finds_nothing_wrong() {
         GlbNode { coarser: &coarser, ..still("chain", finest) },
     ];
     let folder = tempfile::tempdir().unwrap();
-    let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001 };
+    let provenance = Some(Provenance::from_json("{\"command\": \"merge\", \"inputs\": [{\"name\": \"ä\"}]}").unwrap());
+    let up = GlbOptions { up: Up::Z, metres_per_unit: 0.001, provenance };
     let mut files = Vec::new();
-    for (file, nodes, options) in
-        [("plain.glb", &nodes[..], GlbOptions::default()), ("turned.glb", &nodes[..], up), ("none.glb", &[], up)]
-    {
+    for (file, nodes, options) in [
+        ("plain.glb", &nodes[..], GlbOptions::default()),
+        ("turned.glb", &nodes[..], up.clone()),
+        ("none.glb", &[], up),
+    ] {
         files.push(folder.path().join(file));
         write_glb(&files[files.len() - 1], nodes, &options, &Progress::none()).unwrap();
     }

@@ -12,6 +12,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use self::rows::{Column, Data, Element, NO_VERTEX};
+use super::Provenance;
 use super::atomic::{Staged, stage};
 use base::error::{Error, Result};
 use base::memory;
@@ -50,17 +51,19 @@ pub enum PositionType {
 }
 
 /// How a file is written; a [`PlyEncoding`] alone converts to it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PlyOptions {
     /// How numbers are written.
     pub encoding: PlyEncoding,
     /// Precision of coordinates.
     pub positions: PositionType,
+    /// What the file says of where it is from.
+    pub provenance: Option<Provenance>,
 }
 
 impl From<PlyEncoding> for PlyOptions {
     fn from(encoding: PlyEncoding) -> Self {
-        PlyOptions { encoding, positions: PositionType::Auto }
+        PlyOptions { encoding, ..PlyOptions::default() }
     }
 }
 
@@ -367,7 +370,8 @@ fn write(
         PlyEncoding::BinaryLittleEndian => "binary_little_endian",
         PlyEncoding::BinaryBigEndian => "binary_big_endian",
     };
-    let mut header = format!("ply\nformat {encoding} 1.0\n{info}");
+    let comments = options.provenance.as_ref().map(Provenance::comments).unwrap_or_default();
+    let mut header = format!("ply\nformat {encoding} 1.0\n{comments}{info}");
     for element in elements {
         element.declare(&mut header);
     }

@@ -40,13 +40,20 @@ fn meshes_survive_and_write_the_same_bytes_again() {
     let (first, second) = (folder.path().join("first.ply"), folder.path().join("second.ply"));
     for vertices in [3, 100, 60_000] {
         let mut mesh = mesh(vertices);
+        let provenance = Some(Provenance::from_json("{\"command\": \"merge\", \"inputs\": [1, 2]}").unwrap());
         for positions in [PositionType::Auto, PositionType::Double] {
             if positions == PositionType::Double {
                 mesh.positions.iter_mut().for_each(|p| *p += DVec3::new(1e7, 0.1, -3e-9));
             }
             for encoding in ENCODINGS {
-                let options = PlyOptions { encoding, positions };
-                write_ply(&first, &mesh, options, &Progress::none()).unwrap();
+                let options = PlyOptions { encoding, positions, provenance: provenance.clone() };
+                write_ply(&first, &mesh, options.clone(), &Progress::none()).unwrap();
+                let start = String::from_utf8_lossy(&std::fs::read(&first).unwrap()[..200]).into_owned();
+                assert!(
+                    start.contains(
+                        "1.0\ncomment surfrecon {\"command\":\"merge\"}\ncomment surfrecon {\"inputs\":[1]}\n"
+                    )
+                );
                 let read = read_mesh(&first);
                 assert!(read == mesh, "{encoding:?} {positions:?} {vertices}");
                 write_ply(&second, &read, options, &Progress::none()).unwrap();

@@ -1,0 +1,79 @@
+"""A report: figures by name and by key. ``report.voxel`` is ``report["voxel"]``."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+__all__ = ["Report", "jsonable"]
+
+
+class Report(dict[str, Any]):
+    """Figures of a call: a dictionary whose keys are attributes as well."""
+
+    # Without a dictionary of its own an attribute can't be set to anything that the key is not.
+    __slots__ = ()
+
+    def __getattr__(self, name: str) -> Any:
+        """The figure of that name."""
+        try:
+            return self[name]
+        except KeyError:
+            known = ", ".join(self)
+            raise AttributeError(
+                f"{type(self).__name__} has no {name!r}: there are {known}", name=name, obj=self
+            ) from None
+
+    def __dir__(self) -> list[str]:
+        """Names of figures and methods."""
+        return sorted({*super().__dir__(), *self})
+
+    def __repr__(self) -> str:
+        """The figures in one line; of arrays and lists of reports how many there are."""
+        return f"{type(self).__name__}({', '.join(f'{name}={_short(value)}' for name, value in self.items())})"
+
+    def __str__(self) -> str:
+        """A figure a line."""
+        return "\n".join(f"{name}: {_short(value)}" for name, value in self.items())
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain dictionaries all the way down."""
+        plain = _plain(self)
+        assert isinstance(plain, dict)
+        return plain
+
+    def json(self, *, indent: int | None = None) -> str:
+        """As JSON: arrays are lists, numbers that aren't finite ``null``."""
+        import json
+
+        return json.dumps(jsonable(self), indent=indent, allow_nan=False)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_plain(entry) for entry in value]
+    return value
+
+
+def _short(value: Any) -> str:
+    if hasattr(value, "shape"):
+        return f"<array {' x '.join(map(str, value.shape))}>"
+    if isinstance(value, list) and value and isinstance(value[0], Report):
+        return f"<{len(value)} {type(value[0]).__name__}>"
+    return repr(value)
+
+
+def jsonable(value: Any) -> Any:
+    """What JSON can hold of a value: arrays as lists, numbers that aren't finite as ``None``."""
+    if isinstance(value, dict):
+        return {str(name): jsonable(entry) for name, entry in value.items()}
+    # Arrays of NumPy and their numbers; NumPy is not loaded before it is needed.
+    if hasattr(value, "tolist"):
+        return jsonable(value.tolist())
+    if isinstance(value, list | tuple):
+        return [jsonable(entry) for entry in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

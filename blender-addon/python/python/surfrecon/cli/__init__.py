@@ -1,0 +1,34 @@
+"""The command line: ``surfrecon --help``.
+
+======================== =======================================================================
+``program``              runs a command; exit codes
+``parser``, ``options``  the command line; options out of the table of parameters
+``commands``             what each command takes and writes
+``operations``           what each command does
+``contents``             what scans hold
+``work``, ``requests``   one run: what is asked, the files that it reads, how it is stopped
+``batch``, ``manifest``  many jobs
+``inputs``               which files are read, and their hashes
+``record``               what is kept of a run: its report and the provenance of its result
+``files``                text files that appear whole
+``streams``              closed pipes, full disks, names that are not UTF-8
+``stops``                Ctrl-C
+``progress``             bars
+``completion``           shells
+======================== =======================================================================
+"""
+
+import signal
+import sys
+
+__all__ = ["main"]
+
+
+def main() -> None:
+    """Runs the command of ``sys.argv`` and ends the program with its exit code."""
+    # Until all is loaded nothing has begun: an interrupt ends the program as the system does, without a traceback.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from .program import run
+
+    sys.exit(run(sys.argv[1:]))

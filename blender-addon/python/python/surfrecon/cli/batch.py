@@ -1,0 +1,147 @@
+"""Many jobs: those that are done are left as they are, each of the others leaves a report."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import time
+from collections import Counter
+from typing import Any
+
+from .. import _native
+from .._errors import SurfreconError
+from . import inputs, record, streams
+from .files import is_same, write_text
+from .manifest import Job, read_jobs
+from .program import DONE, FAILED, perform, problem_of, show
+from .progress import Shown
+from .requests import UsageError
+from .stops import Stops
+from .work import Work
+
+__all__ = ["run_batch"]
+
+# What has no say in a result: it is the same for any number of threads.
+_INDIFFERENT = {"threads"}
+
+
+def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
+    """Runs the jobs of a manifest; returns the exit code.
+
+    Raises:
+        UsageError: the manifest is wrong. Nothing has run then.
+        Stopped: that was asked for; jobs before are done.
+    """
+    began, found, changed = time.monotonic(), [], set[str]()
+    for job in read_jobs(given.manifest, given.only):
+        entry: dict[str, Any] = {"name": job.name, "report": job.report}
+        reason = "asked for" if given.force else _reason(job, given, shown, stops, changed)
+        if reason is None:
+            entry["state"] = "up to date"
+        elif given.dry_run:
+            entry |= {"state": "to do", "reason": reason}
+        else:
+            entry |= _ran(job, given, shown, stops)
+        if reason is not None:
+            changed.update(map(os.path.abspath, filter(None, [job.request.output])))
+        found.append(entry)
+        if not given.quiet:
+            rest = entry.get("error") or entry.get("reason")
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['state']}{f': {rest}' if rest else ''}")
+        elif "error" in entry:
+            streams.tell(f"surfrecon: batch: {job.name}: {entry['error']}")
+        if given.stop and entry["state"] == "failed":
+            break
+    counts = Counter(entry["state"] for entry in found)
+    seconds = round(time.monotonic() - began, 3)
+    show(given, {"program": "surfrecon", "version": _native.__version__, "jobs": found, "seconds": seconds})
+    if not given.quiet and not given.json:
+        streams.say(f"{len(found)} jobs: {', '.join(f'{count} {state}' for state, count in counts.items())}")
+    return FAILED if counts["failed"] else DONE
+
+
+def _ran(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops) -> dict[str, Any]:
+    """Runs a job and writes its report."""
+    work = Work(job.request, shown, stops, not given.no_provenance, [job.report])
+    try:
+        document, _ = perform(work)
+        entry = {"state": "done", "seconds": document["seconds"]}
+    except (SurfreconError, UsageError, OSError, MemoryError) as problem:
+        document = record.failed(job.request, problem_of(problem))
+        entry = {"state": "failed", "error": document["error"]}
+    stops.defer()
+    # Without its report a job is not done: it will run again.
+    if any(is_same(job.report, file) for file in [*job.request.inputs, *work.files]):
+        entry = {"state": "failed", "error": f"{job.report} is read: give the report another name"}
+    else:
+        try:
+            write_text(job.report, record.text(document) + "\n")
+        except SurfreconError as problem:
+            entry = {"state": "failed", "error": problem_of(problem)}
+    stops.resume()
+    return entry
+
+
+def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, changed: set[str]) -> str | None:
+    """Why a job is to run; ``None`` where its report says that it would make again what is there."""
+    try:
+        with open(job.report, encoding="utf-8") as file:
+            report = json.load(file)
+    except (OSError, ValueError):
+        return "there is no report of it"
+    if not isinstance(report, dict) or report.get("state") != "done":
+        return "it failed"
+    if given.dry_run and any(_is_within(path, changed) for path in job.request.inputs):
+        return "what it reads is made by a job before"
+    if report.get("version") != _native.__version__:
+        return f"it was made by version {report.get('version')}"
+    if report.get("command") != job.request.command or _settings(report) != _settings(_as_written(job)):
+        return "its parameters have changed"
+    try:
+        return _changed_files(job, report, Work(job.request, shown, stops, True, [job.report]))
+    except (SurfreconError, OSError, KeyError, TypeError, ValueError):
+        return "its files can't be compared"
+
+
+def _changed_files(job: Job, report: dict[str, Any], work: Work) -> str | None:
+    """Which files are no more what a report says. Where their folders lie does not matter."""
+    given = job.request.inputs
+    for paths in [given[:1], given[1:]] if job.request.command == "measure" else [given]:
+        work.open(paths)
+    if not report["inputs"]:
+        return "its report has no hashes"
+    if _contents(report["inputs"]) != _contents(work.known):
+        return "its inputs have changed"
+    output = job.request.output
+    if output is None:
+        return None
+    for known in report["outputs"]:
+        path = os.path.join(os.path.dirname(output), _base(known))
+        if _contents([inputs.hashed(path, work.stops)]) != _contents([known]):
+            return "its output has changed"
+    return None if report["outputs"] else "its output is missing"
+
+
+def _contents(files: list[dict[str, Any]]) -> list[tuple[str, str]]:
+    return [(_base(file), file["sha256"]) for file in files]
+
+
+def _base(file: dict[str, Any]) -> str:
+    return os.path.basename(os.fsdecode(bytes.fromhex(file["path_hex"])) if "path_hex" in file else file["path"])
+
+
+def _is_within(path: str, changed: set[str]) -> bool:
+    whole = os.path.abspath(path)
+    return any(one == whole or one.startswith(whole + os.sep) for one in changed)
+
+
+def _as_written(job: Job) -> dict[str, Any]:
+    """What a report of the job would say now, as it is read back."""
+    written: dict[str, Any] = json.loads(record.text({"parameters": job.request.parameters}))
+    return written
+
+
+def _settings(report: dict[str, Any]) -> dict[str, Any]:
+    given = report.get("parameters", {})
+    return {name: value for name, value in given.items() if name not in _INDIFFERENT}

@@ -1,0 +1,183 @@
+"""The commands, each with what it takes and what it writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from .. import _native
+from . import operations
+from .options import Own, Row, rows
+from .requests import UsageError
+from .work import Made, Work
+
+__all__ = ["COMMANDS", "Command"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command."""
+
+    name: str
+    # In a line, and in full.
+    summary: str
+    text: str
+    # What its files are called.
+    inputs: str
+    run: Callable[[Work], Made]
+    # Operations of the core whose parameters it takes.
+    takes: tuple[str, ...] = ()
+    # Options that are none of the core's table.
+    own: tuple[Row, ...] = ()
+    # Endings of what it writes; without any it writes nothing.
+    endings: tuple[str, ...] = ()
+    # Whether the options of writing meshes are its own, too.
+    meshes: bool = False
+    # Whether it may leave its output out.
+    output_is_optional: bool = False
+
+    def groups(self) -> list[tuple[str, list[Row]]]:
+        """Its options: a title and rows, for each group."""
+        groups: list[tuple[str, list[Row]]] = [(self.name, [*rows(*self.takes), *self.own])]
+        groups.append(("reading files", [*rows("open"), _CAMERA]))
+        groups.append(("writing meshes", [*rows("write")] if self.meshes else []))
+        return [(title, options) for title, options in groups if options]
+
+    @property
+    def written(self) -> str:
+        """What it writes, in words."""
+        *most, last = (f".{ending}" for ending in self.endings)
+        return f"{', '.join(most)} or {last}" if most else last
+
+    def check_output(self, output: str) -> None:
+        """Refuses before hours of work what could not be written after them.
+
+        Raises:
+            UsageError: another ending.
+        """
+        if not output.lower().endswith(tuple(f".{ending}" for ending in self.endings)):
+            raise UsageError(f"{output}: the name of the output must end in {self.written}")
+
+    def options(self) -> dict[str, Row]:
+        """All its options by name."""
+        return {row.name: row for _, options in self.groups() for row in options}
+
+
+def _written(*kinds: str) -> tuple[str, ...]:
+    formats = [_native.formats(written=kind) for kind in kinds]  # type: ignore[arg-type]
+    every = [ending for known in formats for endings in known.values() for ending in endings]
+    return tuple(dict.fromkeys(every))
+
+
+_MESHES = _written("mesh")
+_SCAN = Own("scan", "text", "Which scan of the files: its name, or its number counted from 0.", "SCAN")
+_CAMERA = Own("camera", "numbers", "Focal lengths and centre in pixels: makes images depth images.", "FX,FY,CX,CY", 4)
+_THREADS = [row for row in rows("merge") if row.name == "threads"]
+
+COMMANDS = {
+    command.name: command
+    for command in (
+        Command(
+            "info",
+            "what files hold",
+            "Lists the scans of files: kind, size, extent, attributes.",
+            "FILE",
+            operations.info,
+            own=(
+                Own("list", "flag", "Names alone: no sample is read."),
+                Own("check", "flag", "Checks meshes: manifold, closed, borders, parts."),
+            ),
+        ),
+        Command(
+            "convert",
+            "write scans and meshes in another format",
+            "Reads files and writes what they hold in the format that the name of the output asks for: a mesh, placed "
+            "in the world, a point cloud, a range image, or several with their poses.",
+            "FILE",
+            operations.convert,
+            ("triangulate",),
+            (_SCAN, Own("mesh", "flag", "A range image becomes a mesh of triangles.")),
+            _written("mesh", "points", "images"),
+            meshes=True,
+        ),
+        Command(
+            "align",
+            "scans without poses to one frame",
+            "Finds where scans lie that have no poses, and writes a list that places their files. What could lie in "
+            "several places, or nowhere, is left out and named with the reason; that is no error.",
+            "SCANS",
+            operations.align,
+            ("align",),
+            (
+                Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
+                Own("angles", "numbers", "Angles of the turntable at each scan, in radians.", "ANGLE,ANGLE,..."),
+            ),
+            ("conf", "mlp", "aln", "tum"),
+            output_is_optional=True,
+        ),
+        Command(
+            "merge",
+            "placed scans to one surface",
+            "Merges scans that have their poses into one welded surface, with colours and confidence.",
+            "SCANS",
+            operations.merge,
+            ("merge", "triangulate"),
+            (Own("measure", "flag", "Measures how far the surface lies from the scans."),),
+            _MESHES,
+            meshes=True,
+        ),
+        Command(
+            "sculpt",
+            "a range image to few triangles within a tolerance",
+            "Makes a mesh of few triangles of one range image, which stays within a tolerance of every sample.",
+            "SCAN",
+            operations.sculpt,
+            ("sculpt", "triangulate"),
+            (_SCAN,),
+            _MESHES,
+            meshes=True,
+        ),
+        Command(
+            "quads",
+            "a range image to a regular grid of quads",
+            "Makes a regular grid of quads of one range image, dense where the surface bends.",
+            "SCAN",
+            operations.quads,
+            ("quads",),
+            (_SCAN,),
+            _written("quads"),
+        ),
+        Command(
+            "reconstruct",
+            "a surface through scattered points",
+            "Makes a surface through scattered points, closed or open. Of a mesh the vertices are taken, of a "
+            "range image the samples.",
+            "POINTS",
+            operations.reconstruct,
+            ("reconstruct",),
+            (_SCAN,),
+            _MESHES,
+            meshes=True,
+        ),
+        Command(
+            "cluster",
+            "a dense mesh, or points, to few well-shaped triangles",
+            "Replaces a dense mesh by a coarse one of well-shaped triangles, or by a chain of levels of detail.",
+            "MESH",
+            operations.cluster,
+            ("cluster",),
+            (_SCAN, Own("levels", "counts", "Vertices of each level of detail, most first: all go into one .glb.")),
+            _MESHES,
+            meshes=True,
+        ),
+        Command(
+            "measure",
+            "how far a surface, or points, lie from another",
+            "Measures how far the first file lies from all others: of two meshes with a bound that holds between "
+            "the vertices too, else from points to a mesh or to scans.",
+            "FILE",
+            operations.measure,
+            own=(_SCAN, Own("signed", "flag", "Distances behind the reference are negative."), *_THREADS),
+        ),
+    )
+}

@@ -1,0 +1,138 @@
+"""What scans hold, once they are read."""
+
+from __future__ import annotations
+
+import os
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .. import _native
+from .._errors import InputError
+from .work import Work
+
+__all__ = [
+    "Content",
+    "chosen",
+    "described",
+    "image",
+    "kind",
+    "line",
+    "one",
+    "placed",
+    "points",
+    "points_in_world",
+    "read",
+]
+
+Content: TypeAlias = _native.RangeImage | _native.Mesh | _native.PointCloud
+_POSE = np.eye(4)
+
+
+def read(scan: _native.Scan, work: Work) -> Content:
+    """Reads a scan."""
+    with work.showing() as shown:
+        return scan.read(progress=shown)
+
+
+def chosen(scans: _native.ScanSet, name: str | None) -> _native.Scan:
+    """The scan of a name or number, or the only one.
+
+    Raises:
+        InputError: there is none, or more than one and no name.
+    """
+    if name is None:
+        if len(scans) != 1:
+            raise InputError(f"there are {len(scans)} scans: choose one with --scan, by its name or its number from 0")
+        return scans[0]
+    for scan in scans:
+        if scan.name == name:
+            return scan
+    if name.isdecimal() and int(name) < len(scans):
+        return scans[int(name)]
+    raise InputError(f"there is no scan {name!r}: give a name, or a number from 0 to {len(scans) - 1}")
+
+
+def one(work: Work) -> tuple[_native.Scan, Content]:
+    """The scan that was chosen, or the only one there is."""
+    scan = chosen(work.open(), work.request.parameters.get("scan"))
+    return scan, read(scan, work)
+
+
+def image(work: Work) -> _native.RangeImage:
+    """The range image that was chosen, or the only one there is.
+
+    Raises:
+        InputError: it is something else.
+    """
+    scan, content = one(work)
+    if not isinstance(content, _native.RangeImage):
+        raise InputError(f"{scan.name} is a {kind(content)}: {work.request.command} takes a range image")
+    return content
+
+
+def kind(content: Content) -> str:
+    """What it is, in words."""
+    kinds = {_native.RangeImage: "range image", _native.Mesh: "mesh", _native.PointCloud: "point cloud"}
+    return kinds[type(content)]
+
+
+def placed(mesh: _native.Mesh, pose: Any) -> _native.Mesh:
+    """A mesh in the world. One that is there already stays as it is, to the last bit."""
+    return mesh if is_placed(pose) else mesh.transformed(_native.Similarity(pose))
+
+
+def is_placed(pose: Any) -> bool:
+    """Whether a pose moves nothing."""
+    return bool(np.array_equal(pose, _POSE))
+
+
+def points(scan: _native.Scan, content: Content) -> tuple[Any, Any]:
+    """Points as `reconstruct` takes them, and the pose that places what is made of them."""
+    if isinstance(content, _native.PointCloud):
+        return content, content.world_from_cloud
+    if isinstance(content, _native.RangeImage):
+        return content.world_points()[content.valid], _POSE
+    return content.positions, scan.world_from_sensor
+
+
+def points_in_world(scan: _native.Scan, content: Content) -> Any:
+    """(n, 3): samples, points or vertices."""
+    found, pose = points(scan, content)
+    found = found.positions if isinstance(found, _native.PointCloud) else found
+    return found if is_placed(pose) else found @ pose[:3, :3].T + pose[:3, 3]
+
+
+def described(scan: _native.Scan, content: Content) -> dict[str, Any]:
+    """What people want to know of a scan, by name."""
+    known: dict[str, Any] = {"name": scan.name, "path": os.fspath(scan.path), "part": scan.part, "kind": kind(content)}
+    if isinstance(content, _native.RangeImage):
+        known |= {"rows": content.rows, "cols": content.cols, "samples": int(content.valid.sum())}
+        known["projection"] = content.projection["kind"]
+        attributes = [name for name in ("colour", "intensity", "confidence") if getattr(content, name) is not None]
+    elif isinstance(content, _native.PointCloud):
+        known["points"] = len(content.positions)
+        attributes = [name for name in ("normals", "colour", "intensity") if getattr(content, name) is not None]
+    else:
+        known |= {"vertices": len(content.positions), "triangles": len(content.triangles)}
+        attributes = [*content.vertex_attributes, *content.face_attributes]
+    found = points_in_world(scan, content)
+    found = found[np.isfinite(found).all(axis=1)]
+    known["attributes"] = attributes
+    known["bounds"] = np.array([found.min(0), found.max(0)]) if len(found) else None
+    known["world_from_sensor"] = getattr(content, "world_from_sensor", scan.world_from_sensor)
+    return known
+
+
+def line(known: dict[str, Any]) -> str:
+    """What is known of a scan in a line."""
+    if known["kind"] == "range image":
+        counts = f"{known['rows']} x {known['cols']} pixels, {known['samples']:,} samples"
+    elif known["kind"] == "point cloud":
+        counts = f"{known['points']:,} points"
+    else:
+        counts = f"{known['vertices']:,} vertices, {known['triangles']:,} triangles"
+    text = f"{known['name']}: {known['kind']}, {counts}"
+    if known["bounds"] is not None:
+        text += ", extent " + " x ".join(f"{side:.4g}" for side in known["bounds"][1] - known["bounds"][0])
+    return text + "".join(f", {name}" for name in known["attributes"])

@@ -1,0 +1,124 @@
+"""Manifests: many jobs in a file in TOML."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .._errors import ParameterError
+from .commands import COMMANDS, Command
+from .options import parsed
+from .requests import Request, UsageError
+
+__all__ = ["Job", "read_jobs"]
+
+_KEYS = ("name", "command", "inputs", "output", "report", "parameters")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job: what is asked of a command, and where its report lies."""
+
+    name: str
+    request: Request
+    report: str
+
+
+def read_jobs(path: str, only: Sequence[str] | None) -> list[Job]:
+    """The jobs of a manifest, or some of them, in its order. Its files are named from its own folder.
+
+    Raises:
+        UsageError: it is no manifest; the text names job and key.
+        OSError: it can't be read.
+    """
+    with open(path, "rb") as file:
+        try:
+            whole = tomllib.load(file)
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+            raise UsageError(f"{path}: {problem}") from None
+    try:
+        jobs = _jobs(whole, os.path.dirname(path))
+    except (UsageError, ParameterError) as problem:
+        raise UsageError(f"{path}: {problem}") from None
+    unknown = [name for name in only or () if name not in {job.name for job in jobs}]
+    if unknown:
+        raise UsageError(f"{path}: there is no job {unknown[0]!r}")
+    return [job for job in jobs if not only or job.name in only]
+
+
+def _jobs(whole: dict[str, Any], folder: str) -> list[Job]:
+    unknown = set(whole) - {"defaults", "job"}
+    if unknown:
+        raise UsageError(f"there is no key {min(unknown)!r}: a manifest has [defaults] and [[job]]")
+    defaults, tables = whole.get("defaults", {}), whole.get("job", [])
+    if not isinstance(defaults, dict) or not isinstance(tables, list) or not tables:
+        raise UsageError("a manifest has a table [[job]] for each job, and a table [defaults] at most")
+    for name, value in defaults.items():
+        if name not in COMMANDS and not any(name in command.options() for command in COMMANDS.values()):
+            raise UsageError(f"defaults: there is no command and no parameter {name!r}")
+        if isinstance(value, dict) != (name in COMMANDS):
+            raise UsageError(f"defaults: {name!r} must be a {'table' if name in COMMANDS else 'value'}")
+    jobs = [_job(table, k, defaults, folder) for k, table in enumerate(tables)]
+    for what in ("name", "report"):
+        seen: set[str] = set()
+        for job in jobs:
+            value = os.path.abspath(job.report) if what == "report" else job.name
+            if value in seen:
+                raise UsageError(f"job {job.name!r}: another has the same {'output' if what == 'report' else what}")
+            seen.add(value)
+    return jobs
+
+
+def _job(table: Any, number: int, defaults: dict[str, Any], folder: str) -> Job:
+    if not isinstance(table, dict):
+        raise UsageError(f"job {number} must be a table")
+    name = table.get("name") or table.get("output") or table.get("report") or f"number {number}"
+    try:
+        return _checked(str(name), table, defaults, folder)
+    except (UsageError, ParameterError) as problem:
+        raise UsageError(f"job {name!r}: {problem}") from None
+
+
+def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder: str) -> Job:
+    for key in table:
+        if key not in _KEYS:
+            raise UsageError(f"there is no key {key!r}: a job has {', '.join(_KEYS)}")
+    command = COMMANDS.get(str(table.get("command")))
+    if command is None:
+        raise UsageError(f"command must be one of {', '.join(COMMANDS)}, got {table.get('command')!r}")
+    inputs, output, report = table.get("inputs"), table.get("output"), table.get("report")
+    if not isinstance(inputs, list) or not inputs or not all(isinstance(path, str) for path in inputs):
+        raise UsageError("inputs must be a list of files and folders")
+    for key, value in (("name", table.get("name")), ("output", output), ("report", report)):
+        if value is not None and not isinstance(value, str):
+            raise UsageError(f"{key} must be text, got {value!r}")
+    if output is not None and not command.endings:
+        raise UsageError(f"{command.name} writes nothing: give report instead of output")
+    if output is not None:
+        command.check_output(output)
+    elif command.endings and not command.output_is_optional:
+        raise UsageError(f"{command.name} needs an output")
+    if output is None and report is None:
+        raise UsageError(f"{command.name} needs a report, the file that is to have what it finds")
+    request = Request(
+        command.name,
+        [os.path.join(folder, path) for path in inputs],
+        None if output is None else os.path.join(folder, output),
+        _parameters(command, table.get("parameters", {}), defaults),
+    )
+    return Job(name, request, os.path.join(folder, report or f"{output}.json"))
+
+
+def _parameters(command: Command, own: Any, defaults: dict[str, Any]) -> dict[str, Any]:
+    """Those of the job, else of its command's defaults, else the defaults of all that the command has."""
+    if not isinstance(own, dict):
+        raise UsageError(f"parameters must be a table, got {own!r}")
+    options, for_command = command.options(), defaults.get(command.name, {})
+    for name in [*own, *for_command]:
+        if name not in options:
+            raise UsageError(f"{command.name} has no parameter {name!r}")
+    shared = {name: value for name, value in defaults.items() if name in options}
+    return {name: parsed(options[name], value) for name, value in {**shared, **for_command, **own}.items()}

@@ -1,0 +1,218 @@
+"""What each command does: from scans in files to a result that is still to be written, and a report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .. import _native
+from .._errors import InputError
+from .._report import Report
+from . import contents
+from .progress import Shown
+from .requests import UsageError
+from .work import Made, Work, Write
+
+__all__ = ["align", "cluster", "convert", "info", "measure", "merge", "quads", "reconstruct", "sculpt"]
+
+
+def info(work: Work) -> Made:
+    """Lists what files hold."""
+    given, found, lines = work.request.parameters, [], []
+    for scan in work.open():
+        if given.get("list"):
+            known: dict[str, Any] = {"name": scan.name, "path": os.fspath(scan.path), "part": scan.part}
+            lines.append(scan.name)
+        else:
+            content = contents.read(scan, work)
+            known = contents.described(scan, content)
+            lines.append(contents.line(known))
+            if given.get("check") and isinstance(content, _native.Mesh):
+                known["check"] = content.check()
+                lines += [f"  {line}" for line in str(known["check"]).splitlines()]
+        found.append(Report(known))
+    return Made(Report(scans=found), lines)
+
+
+def convert(work: Work) -> Made:
+    """Reads and writes."""
+    scans = work.open()
+    name = work.request.parameters.get("scan")
+    taken = scans if name is None else [contents.chosen(scans, name)]
+    held = [(scan, contents.read(scan, work)) for scan in taken]
+    known = [contents.described(scan, content) for scan, content in held]
+    made = [_converted(work, scan, content) for scan, content in held]
+    if len(made) > 1 and not all(isinstance(one, _native.RangeImage) for one in made):
+        raise InputError(f"there are {len(made)} scans, and only range images share a file: choose one with --scan")
+    content: Any = made[0] if len(made) == 1 else made
+    pose = getattr(content, "world_from_sensor", getattr(content, "world_from_cloud", None))
+    if pose is not None and not contents.is_placed(pose) and str(work.request.output).lower().endswith(".ply"):
+        work.notes.append("the pose is left out, which .ply has no place for")
+    if isinstance(content, _native.Mesh):
+        return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content))
+
+    def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
+        _native.write(path, content, provenance=provenance, progress=shown)
+
+    def beside(path: str) -> list[str]:
+        if not path.lower().endswith(".conf"):
+            return []
+        return [os.path.join(os.path.dirname(path), f"{scan.name}.ply") for scan, _ in held]
+
+    return Made(_of_scans(known), [contents.line(one) for one in known], write, beside)
+
+
+def _of_scans(known: list[dict[str, Any]]) -> Report:
+    return Report(scans=[Report(one) for one in known])
+
+
+def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> contents.Content:
+    if isinstance(content, _native.Mesh):
+        return contents.placed(content, scan.world_from_sensor)
+    if not work.request.parameters.get("mesh"):
+        return content
+    if not isinstance(content, _native.RangeImage):
+        raise InputError(f"{scan.name} is a point cloud: surfrecon reconstruct makes a mesh of it")
+    return contents.placed(content.triangulate(**work.given("triangulate")), content.world_from_sensor)
+
+
+def align(work: Work) -> Made:
+    """Finds where scans lie."""
+    scans = work.open()
+    with work.showing() as shown:
+        found = _native.align(scans, progress=shown, **work.given("align"), **work.request.of("fixed", "angles"))
+
+    def write(path: str, _: Shown, __: dict[str, Any] | None) -> None:
+        found.write(path)
+
+    return Made(found.report, list(found.report.summary), write)
+
+
+def merge(work: Work) -> Made:
+    """Merges scans to one surface."""
+    scans = work.open()
+    options = work.given("merge", "triangulate") | work.request.of("measure")
+    with work.showing() as shown:
+        result = _native.merge(scans, progress=shown, **options)
+    report: Report = result.report
+    lines = [_counts(result.mesh), f"{report.scans} scans, cells of {report.voxel:.4g}: {report.voxel_reason}"]
+    if result.distances is not None:
+        distances = _summary(result.distances)
+        report = Report(report | {"distances": distances})
+        lines.append(f"distances of the vertices from the scans: {_figures(distances)}")
+    return Made(report, lines, _writer(work, result.mesh))
+
+
+def sculpt(work: Work) -> Made:
+    """Makes a mesh of few triangles of a range image."""
+    image = contents.image(work)
+    with work.showing() as shown:
+        found = _native.sculpt(image, progress=shown, **work.given("sculpt", "triangulate"))
+    report = found.report
+    off = f"of {report.full_triangles:,}; {report.max_error:.4g} off at most, tolerance {report.tolerance:.4g}"
+    mesh = contents.placed(found.mesh, image.world_from_sensor)
+    return Made(report, [_counts(mesh), off], _writer(work, mesh))
+
+
+def quads(work: Work) -> Made:
+    """Makes a grid of quads of a range image."""
+    image = contents.image(work)
+    with work.showing() as shown:
+        grid = _native.adaptive_quads(image, progress=shown, **work.given("quads"))
+    report = grid.report
+    if not contents.is_placed(image.world_from_sensor):
+        work.notes.append("the quads are in the sensor's frame: its pose is not applied")
+
+    def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
+        grid.write(path, provenance=provenance)
+
+    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {report.max_error:.4g} off at most"
+    return Made(report, [counts], write)
+
+
+def reconstruct(work: Work) -> Made:
+    """Makes a surface through points."""
+    points, pose = contents.points(*contents.one(work))
+    with work.showing() as shown:
+        found = _native.reconstruct(points, progress=shown, **work.given("reconstruct"))
+    report = found.report
+    used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"
+    mesh = contents.placed(found.mesh, pose)
+    return Made(report, [_counts(mesh), used], _writer(work, mesh))
+
+
+def cluster(work: Work) -> Made:
+    """Makes a coarse mesh of well-shaped triangles, or a chain of levels."""
+    scan, content = contents.one(work)
+    options, levels = work.given("cluster"), work.request.parameters.get("levels")
+    for name in ("vertices", "patches", "max_error"):
+        if levels is not None and name in options:
+            raise UsageError(f"give levels or {name}, not both")
+    is_mesh = isinstance(content, _native.Mesh)
+    dense: Any
+    dense, pose = (content, scan.world_from_sensor) if is_mesh else contents.points(scan, content)
+    with work.showing() as shown:
+        if levels is None:
+            found = [_native.cluster(dense, progress=shown, **options)]
+        else:
+            found = _native.cluster_levels(dense, levels, progress=shown, **options)
+    finest, *coarser = [contents.placed(level.mesh, pose) for level in found]
+    report = found[0].report if levels is None else Report(levels=[level.report for level in found])
+    return Made(report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser))
+
+
+def measure(work: Work) -> Made:
+    """Measures how far something lies from a surface."""
+    first, *others = work.request.inputs
+    if not others:
+        raise UsageError("measure takes what is measured, and what it is measured against: two files at least")
+    scan = contents.chosen(work.open([first]), work.request.parameters.get("scan"))
+    against = work.open(others)
+    content, options = contents.read(scan, work), work.request.of("signed", "threads")
+    reference = contents.read(against[0], work) if len(against) == 1 else None
+    if isinstance(content, _native.Mesh) and isinstance(reference, _native.Mesh):
+        meshes = [contents.placed(content, scan.world_from_sensor)]
+        meshes.append(contents.placed(reference, against[0].world_from_sensor))
+        with work.showing() as shown:
+            found = _native.surface_distance(*meshes, progress=shown, **options)
+        report = Report({name: value for name, value in found.items() if name != "distances"})
+        return Made(report, [_figures(report), f"no point of the surface is farther than {report.bound:.6g}"])
+    with work.showing() as shown:
+        points = contents.points_in_world(scan, content)
+        report = _summary(_native.distances(points, against, progress=shown, **options))
+    return Made(report, [_figures(report)])
+
+
+def _writer(work: Work, mesh: _native.Mesh, coarser: Sequence[_native.Mesh] = ()) -> Write:
+    options = work.given("write")
+
+    def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
+        mesh.write(path, provenance=provenance, coarser=coarser, progress=shown, **options)
+
+    return write
+
+
+def _counts(mesh: _native.Mesh) -> str:
+    return f"{len(mesh.positions):,} vertices, {len(mesh.triangles):,} triangles"
+
+
+def _summary(distances: Any) -> Report:
+    """Figures of distances, by the names that `DistanceReport` has for them."""
+    sizes = np.abs(distances)
+    if len(sizes) == 0:
+        raise InputError("there is no point to measure")
+    return Report(
+        count=len(sizes),
+        mean=float(sizes.mean()),
+        rms=float(np.sqrt((sizes**2).mean())),
+        p95=float(np.quantile(sizes, 0.95)),
+        max=float(sizes.max()),
+        bias=float(distances.mean()),
+    )
+
+
+def _figures(report: Report) -> str:
+    return ", ".join(f"{name} {report[name]:.6g}" for name in ("mean", "rms", "p95", "max", "bias"))

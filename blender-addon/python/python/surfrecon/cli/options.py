@@ -1,0 +1,177 @@
+"""Options of commands: those of the core's table of parameters, and the few that a command has besides."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+from .. import _native
+from .._errors import ParameterError
+
+__all__ = ["Own", "Row", "add", "parsed", "read", "rows"]
+
+
+class Row(Protocol):
+    """What the command line needs to know of an option; `surfrecon.Parameter` has it."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def kind(self) -> str: ...  # noqa: D102
+    @property
+    def text(self) -> str: ...  # noqa: D102
+    @property
+    def choices(self) -> list[tuple[str, str, str]]: ...  # noqa: D102
+    def check(self, value: object) -> None: ...  # noqa: D102
+
+
+@dataclass(frozen=True)
+class Own:
+    """An option that is no parameter of the core: ``kind`` is ``"flag"``, ``"text"``, ``"counts"`` or ``"numbers"``.
+
+    Of the last two ``length`` is how many, or 0 for any number.
+    """
+
+    name: str
+    kind: str
+    text: str
+    metavar: str = ""
+    length: int = 0
+    choices: list[tuple[str, str, str]] = field(default_factory=list)
+
+    def check(self, value: object) -> None:
+        """Checks a value.
+
+        Raises:
+            ParameterError: it is none of this kind.
+        """
+        known = {"flag": isinstance(value, bool), "text": isinstance(value, str)}
+        if not known.get(self.kind, isinstance(value, list) and all(map(self._is_number, value))):
+            raise ParameterError(f"{self.name} must be {self.allowed}, got {value!r}")
+        if isinstance(value, list) and len(value) != (self.length or len(value)) or value == []:
+            raise ParameterError(f"{self.name} must be {self.allowed}, got {len(value)}")
+
+    def _is_number(self, value: object) -> bool:
+        if isinstance(value, bool):
+            return False
+        if self.kind == "counts":
+            return isinstance(value, int) and value >= 0
+        return isinstance(value, int | float) and math.isfinite(value)
+
+    @property
+    def allowed(self) -> str:
+        """What it may be, in words."""
+        many = f"{self.length} " if self.length else ""
+        words = {
+            "flag": "on or off",
+            "text": "text",
+            "counts": f"{many}whole numbers >= 0",
+            "numbers": f"{many}numbers",
+        }
+        return words[self.kind]
+
+
+def rows(*operations: str) -> list[_native.Parameter]:
+    """The parameters of operations."""
+    return [row for operation in operations for row in _native.parameters(operation)]
+
+
+def read(row: Row, text: str) -> Any:
+    """The value of an option as the command line has it.
+
+    Raises:
+        ParameterError: it lies outside of the range, or is none of this kind; the text names option and range.
+    """
+    if row.kind in ("choice", "text"):
+        value: Any = text
+    elif row.kind in ("counts", "numbers"):
+        number = int if row.kind == "counts" else float
+        value = [_number(row, part, number) for part in text.split(",")]
+    elif row.kind == "angle" and text.endswith("deg"):
+        value = math.radians(_number(row, text.removesuffix("deg"), float))
+    else:
+        value = _number(row, text, int if row.kind == "count" else float)
+    row.check(value)
+    return value
+
+
+def _number(row: Row, text: str, number: Callable[[str], Any]) -> Any:
+    try:
+        return number(text)
+    except ValueError:
+        allowed = getattr(row, "allowed", "a number")
+        whole = "a whole number " if row.kind == "count" else ""
+        raise ParameterError(f"{row.name} must be {whole}{allowed}, got {text!r}") from None
+
+
+def parsed(row: Row, value: Any) -> Any:
+    """The value of an option as a manifest has it: as in TOML, or, for angles in degrees, as on the command line.
+
+    Raises:
+        ParameterError: it lies outside of the range, or is none of this kind.
+    """
+    if isinstance(value, str) and row.kind == "angle":
+        return read(row, value)
+    try:
+        row.check(value)
+    except TypeError:
+        raise ParameterError(f"{row.name} must be {getattr(row, 'allowed', '')}, got {value!r}") from None
+    return value
+
+
+def add(group: argparse._ArgumentGroup, row: Row) -> None:
+    """Adds an option; what is not given leaves nothing behind, so that the core's own default holds."""
+    flag = f"--{row.name.replace('_', '-')}"
+    given: dict[str, Any] = {"dest": row.name, "default": argparse.SUPPRESS, "help": _help(row)}
+    if row.kind == "flag":
+        # A flag of ours is off unless it is given, one of the core may be on.
+        action = "store_true" if isinstance(row, Own) else argparse.BooleanOptionalAction
+        group.add_argument(flag, action=action, **given)
+        return
+
+    def value(text: str) -> Any:
+        try:
+            return read(row, text)
+        except ParameterError as problem:
+            raise argparse.ArgumentTypeError(str(problem)) from None
+
+    if row.kind == "choice":
+        given["choices"] = [name for name, _, _ in row.choices]
+    group.add_argument(flag, type=value, metavar=_metavar(row), **given)
+
+
+_METAVARS = {"length": "LENGTH", "angle": "ANGLE", "ratio": "NUMBER", "count": "N", "counts": "N,N,...", "text": "TEXT"}
+
+
+def _metavar(row: Row) -> str:
+    if row.kind == "choice":
+        return "{" + ",".join(name for name, _, _ in row.choices) + "}"
+    return getattr(row, "metavar", "") or _METAVARS[row.kind]
+
+
+def _help(row: Row) -> str:
+    """The text, what each choice means, the range and the default, all as the core has them."""
+    parts = [row.text]
+    if isinstance(row, _native.Parameter):
+        if row.off:
+            parts.append(f"{'Off' if row.kind == 'flag' else '0'}: {row.off}.")
+        parts += [f"{name}: {text}" for name, _, text in row.choices]
+        if row.kind in ("length", "angle", "ratio", "count") and math.isfinite(row.minimum):
+            parts.append(f"Allowed: {row.allowed.removeprefix('a finite number ')}{_UNITS.get(row.kind, '')}.")
+        parts.append(f"Default: {_default(row)}.")
+    # argparse takes a percent sign for a mark of its own.
+    return " ".join(parts).replace("%", "%%")
+
+
+_UNITS = {"length": ", in the unit of the scans", "angle": ", in radians, or in degrees as 80deg"}
+
+
+def _default(row: _native.Parameter) -> str:
+    if row.default is None:
+        return str(row.default_from)
+    if isinstance(row.default, bool):
+        return "on" if row.default else "off"
+    return f"{row.default:.10g}" if isinstance(row.default, float) else str(row.default)

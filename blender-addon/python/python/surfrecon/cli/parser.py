@@ -1,0 +1,127 @@
+"""The command line's options and help."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import NoReturn
+
+from .. import _native
+from .commands import COMMANDS, Command
+from .options import add
+from .requests import Request, UsageError
+from .streams import say
+
+__all__ = ["SHELLS", "BadCommandLine", "parser", "requested"]
+
+SHELLS = ("bash", "zsh", "fish")
+_EXIT_CODES = """exit codes:
+  0    done
+  1    a file can't be read or written, or what it holds can't be used
+  2    a wrong command line or manifest
+  130  stopped by Ctrl-C (128 + the number of any signal); nothing is left behind
+  141  nobody reads the output any more
+
+An output that exists is replaced, at once and only if all went well.
+"""
+_UNITS = {"": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+
+
+class BadCommandLine(UsageError):
+    """A command line that can't be understood; ``command`` is the one that says more with --help."""
+
+    def __init__(self, command: str, text: str) -> None:
+        super().__init__(f"{text}; {command} --help says more")
+        self.command = command
+
+
+class _Parser(argparse.ArgumentParser):
+    def _print_message(self, message: str, file: object = None) -> None:
+        # Of --help and --version; argparse itself would not tell of a full disk.
+        say(message.rstrip("\n"))
+
+    def error(self, message: str) -> NoReturn:
+        raise BadCommandLine(self.prog, message)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    whole = _Parser(
+        prog="surfrecon",
+        description="Surfaces from range scans.",
+        epilog=_EXIT_CODES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    whole.add_argument("--version", action="version", version=f"surfrecon {_native.__version__}")
+    commands = whole.add_subparsers(dest="command", metavar="COMMAND", required=True, parser_class=_Parser)
+    for command in COMMANDS.values():
+        _add_command(
+            commands.add_parser(command.name, help=command.summary, description=command.text, allow_abbrev=False),
+            command,
+        )
+    text = "Runs those jobs of a manifest that are not done yet, one after the other. One that fails stops no other."
+    _add_batch(
+        commands.add_parser(
+            "batch", help="many jobs, resumed where they were stopped", description=text, allow_abbrev=False
+        )
+    )
+    text = 'Prints a script that completes what is typed. For bash: eval "$(surfrecon completion bash)" in ~/.bashrc.'
+    completion = commands.add_parser("completion", help="completion for shells", description=text, allow_abbrev=False)
+    completion.add_argument("shell", choices=SHELLS)
+    return whole
+
+
+def _add_command(to: argparse.ArgumentParser, command: Command) -> None:
+    output = "" if not command.endings else " [-o FILE]" if command.output_is_optional else " -o FILE"
+    to.usage = f"surfrecon {command.name} [options] {command.inputs} [{command.inputs} ...]{output}"
+    to.add_argument("inputs", nargs="+", metavar=command.inputs, help="files or folders")
+    if command.endings:
+        required = not command.output_is_optional
+        to.add_argument("-o", "--output", required=required, metavar="FILE", help=f"what is written: {command.written}")
+    for title, rows in command.groups():
+        group = to.add_argument_group(title)
+        for row in rows:
+            add(group, row)
+    _add_common(to, "the report")
+
+
+def _add_batch(to: argparse.ArgumentParser) -> None:
+    to.add_argument("manifest", metavar="MANIFEST", help="a file in TOML; README.md has an example")
+    to.add_argument("--dry-run", action="store_true", help="say what would run, and run nothing")
+    to.add_argument("--force", action="store_true", help="run all jobs, those that are done too")
+    to.add_argument("--stop", action="store_true", help="stop at the first job that fails")
+    to.add_argument("--only", action="append", metavar="NAME", help="run this job alone; may be given again")
+    _add_common(to, "the summary")
+
+
+def _add_common(to: argparse.ArgumentParser, what: str) -> None:
+    group = to.add_argument_group("running")
+    group.add_argument("--json", action="store_true", help=f"{what} as JSON on standard output")
+    group.add_argument("--report", metavar="FILE", help=f"{what} as JSON in a file")
+    group.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
+    group.add_argument(
+        "--max-memory", type=_size, metavar="SIZE", help="most memory to take, for example 4GB or 512MiB"
+    )
+    group.add_argument(
+        "--no-provenance",
+        action="store_true",
+        help="hash no files: the result and the report do not say what they were made of",
+    )
+
+
+def _size(text: str) -> int:
+    found = re.fullmatch(r"(\d+(?:\.\d+)?) ?([A-Za-z]*)", text)
+    if found is None or found[2] not in _UNITS:
+        known = ", ".join(filter(None, _UNITS))
+        raise argparse.ArgumentTypeError(f"must be bytes, or a number with one of {known}, got {text!r}")
+    return int(float(found[1]) * _UNITS[found[2]])
+
+
+def requested(given: argparse.Namespace) -> Request:
+    """What the command line asks of a command."""
+    known = vars(given)
+    parameters = {name: known[name] for name in COMMANDS[given.command].options() if name in known}
+    # A flag of a command alone is on or was not given.
+    parameters = {name: value for name, value in parameters.items() if value is not None}
+    return Request(given.command, given.inputs, known.get("output"), parameters)

@@ -1,0 +1,151 @@
+"""Runs a command; what becomes of errors, and exit codes."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from .. import _native
+from .._errors import Cancelled, InputError, ParameterError, SurfreconError
+from . import inputs, record, streams
+from .commands import COMMANDS
+from .files import write_text
+from .parser import BadCommandLine, parser, requested
+from .progress import Shown
+from .requests import UsageError
+from .stops import Stopped, Stops
+from .work import Made, Work, missing_folder
+
+__all__ = ["perform", "problem_of", "run"]
+
+DONE, FAILED, WRONG_USE, CLOSED_PIPE = 0, 1, 2, 141
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Runs a command line; returns its exit code."""
+    streams.prepare()
+    try:
+        code = _run(arguments)
+        streams.finish()
+    except streams.ClosedPipe:
+        code = CLOSED_PIPE
+    except streams.OutputError as problem:
+        streams.tell(f"surfrecon: {problem}")
+        code = FAILED
+    streams.drop()
+    return code
+
+
+def _run(arguments: Sequence[str]) -> int:
+    try:
+        given = parser().parse_args(arguments)
+    except BadCommandLine as problem:
+        streams.tell(_line(problem.command, problem))
+        return WRONG_USE
+    except SystemExit as done:
+        # Of --help and --version.
+        return int(done.code or 0)
+    with Stops() as stops:
+        try:
+            return _dispatch(given, stops)
+        except Stopped as stopped:
+            streams.tell(_line(f"surfrecon {given.command}", "stopped"))
+            return stopped.exit_code
+        except (UsageError, ParameterError) as problem:
+            streams.tell(_line(f"surfrecon {given.command}", problem))
+            return WRONG_USE
+        except (SurfreconError, OSError, MemoryError) as problem:
+            streams.tell(_line(f"surfrecon {given.command}", problem_of(problem)))
+            return FAILED
+
+
+def _line(command: str, problem: object) -> str:
+    """An error as one line: ``surfrecon: merge: ...``."""
+    return f"{': '.join(command.split())}: {' '.join(str(problem).split(chr(10)))}"
+
+
+def problem_of(problem: BaseException) -> str:
+    """What an error says, with the file's name where that is not in its text."""
+    if isinstance(problem, OSError) and not isinstance(problem, SurfreconError):
+        return f"{os.fsdecode(problem.filename or '')}: {problem.strerror}".removeprefix(": ")
+    return str(problem) or "out of memory"
+
+
+def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
+    if given.command == "completion":
+        from .completion import script
+
+        streams.say(script(given.shell))
+        return DONE
+    if given.max_memory is not None:
+        _native.set_memory_limit(given.max_memory)
+    if given.report is not None:
+        _refuse_missing_folder(given.report)
+    shown = Shown(stops, given.quiet)
+    if given.command == "batch":
+        from .batch import run_batch
+
+        return run_batch(given, shown, stops)
+    also = [given.report] if given.report is not None else []
+    request = requested(given)
+    hashes = not given.no_provenance and (given.json or bool(also) or request.output is not None)
+    work = Work(request, shown, stops, hashes, also)
+    document, made = perform(work)
+    show(given, document)
+    if not given.quiet:
+        for note in work.notes:
+            streams.tell(f"surfrecon: {given.command}: {note}")
+        if not given.json:
+            for k, line in enumerate(made.lines):
+                streams.say(f"{request.output}: {line}" if k == 0 and request.output else line)
+    return DONE
+
+
+def show(given: argparse.Namespace, document: dict[str, Any]) -> None:
+    """Hands out a report, where that was asked for."""
+    if given.report is not None:
+        write_text(given.report, record.text(document) + "\n")
+    if given.json:
+        streams.say(record.text(document))
+
+
+def perform(work: Work) -> tuple[dict[str, Any], Made]:
+    """Runs what is asked, from reading to writing; returns the report.
+
+    From when its result is written on, signals are deferred: a command that was stopped has left nothing.
+
+    Raises:
+        UsageError, ParameterError: it can't be asked.
+        SurfreconError, OSError: a file, or what it holds, can't be used.
+        Stopped: that was asked for.
+    """
+    request, began = work.request, time.monotonic()
+    command = COMMANDS[request.command]
+    if request.output is not None:
+        command.check_output(request.output)
+        _refuse_missing_folder(request.output)
+    made = command.run(work)
+    written: list[str] = []
+    if request.output is not None and made.write is not None:
+        written = [request.output, *made.beside(request.output)]
+        work.refuse(written)
+    work.stops.check()
+    work.stops.defer()
+    if request.output is not None and made.write is not None:
+        try:
+            with work.showing() as shown:
+                made.write(request.output, shown, record.provenance(work))
+        except Cancelled:
+            work.stops.resume()
+            raise
+    outputs = [inputs.hashed(path) for path in written] if work.hashes else [inputs.named(path) for path in written]
+    return record.finished(work, made, outputs, time.monotonic() - began), made
+
+
+def _refuse_missing_folder(path: str) -> None:
+    folder = missing_folder(path)
+    if folder is not None:
+        raise InputError(f"{path}: there is no folder {folder}")

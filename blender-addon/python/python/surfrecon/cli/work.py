@@ -1,0 +1,111 @@
+"""One run of a command: what it was asked, the files that it reads, and how it is stopped."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+from .. import _native
+from .._errors import FileError, InputError
+from .._report import Report
+from . import inputs
+from .files import is_same
+from .options import rows
+from .progress import Shown
+from .requests import Request
+from .stops import Stops
+
+__all__ = ["Made", "Work"]
+
+# Writes a result into a file: its name, progress, and what is to be said in it of where it is from.
+Write = Callable[[str, Shown, dict[str, Any] | None], None]
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a command made, before it is written."""
+
+    report: Report
+    # For people, a line each.
+    lines: list[str]
+    write: Write | None = None
+    # The files that `write` writes besides the one it is told.
+    beside: Callable[[str], list[str]] = lambda path: []
+
+
+@dataclass
+class Work:
+    """A run of a command."""
+
+    request: Request
+    shown: Shown
+    stops: Stops
+    # Whether files are hashed, for provenance and report.
+    hashes: bool
+    # Other files that the run will write, besides its output.
+    also: Sequence[str] = ()
+    # What people should know.
+    notes: list[str] = field(default_factory=list)
+    # The files that are read, and what is known of each.
+    files: list[str] = field(default_factory=list)
+    known: list[dict[str, Any]] = field(default_factory=list)
+
+    def open(self, paths: Sequence[str] | None = None) -> _native.ScanSet:
+        """The scans of files, not read yet: of all that were given, or of some.
+
+        Raises:
+            InputError: a file would be read and written.
+            SurfreconError: they can't be opened.
+        """
+        paths = list(self.request.inputs if paths is None else paths)
+        scans = _native.open(paths, **self.given("open"), **self.request.of("camera"))
+        self.notes += scans.notes
+        read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
+        self.refuse(written, read)
+        # What this run writes into a folder is no scan of it, or it would have been refused.
+        found = [path for path in inputs.in_folders(paths) if not any(is_same(path, other) for other in written)]
+        files = [path for path in inputs.ordered([*read, *found]) if path not in self.files]
+        self.files += files
+        if self.hashes:
+            with self.showing():
+                for k, path in enumerate(files):
+                    self.shown("hashing", k / len(files))
+                    self.known.append(_hashed(path, self.stops))
+        return scans
+
+    def refuse(self, written: Sequence[str], files: Sequence[str] | None = None) -> None:
+        """Refuses to write over what is read.
+
+        Raises:
+            InputError: a file is among both.
+        """
+        for path in written:
+            for file in self.files if files is None else files:
+                if is_same(path, file):
+                    raise InputError(f"{path} is read: give the output another name")
+
+    def given(self, *operations: str) -> dict[str, Any]:
+        """The parameters of operations that were given."""
+        return self.request.of(*(row.name for row in rows(*operations)))
+
+    @contextmanager
+    def showing(self) -> Iterator[Shown]:
+        """A call whose progress is shown."""
+        with self.shown as shown:
+            yield shown
+
+
+def _hashed(path: str, stops: Stops) -> dict[str, Any]:
+    try:
+        return inputs.hashed(path, stops)
+    except OSError as problem:
+        raise FileError(f"{path}: {problem.strerror}") from None
+
+
+def missing_folder(path: str) -> str | None:
+    """The folder of a file that is to be written, if there is none."""
+    folder = os.path.dirname(path) or "."
+    return None if os.path.isdir(folder) else folder

@@ -1,0 +1,308 @@
+"""Each command of the command line, what it says of what can't be, and exit codes."""
+
+import hashlib
+import json
+import math
+import os
+import re
+import shlex
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pytest
+import surfrecon
+from command_line import ENVIRONMENT, data, run
+from heaps import look
+from shapes import torus
+from surfrecon.cli.commands import COMMANDS
+
+VOXEL = 0.1
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return data(tmp_path_factory.mktemp("data"))
+
+
+def test_info(folder):
+    done = run("info", folder / "ring.conf", folder / "torus.ply", folder / "points.xyz", "--check")
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("scan00: range image, ") and "torus: mesh, 1,152 vertices" in done.stdout
+    assert "  is_closed: True" in lines and "points: point cloud, 512 points" in done.stdout
+    scans = json.loads(run("info", folder / "ring.conf", "--json", "--quiet").stdout)["report"]["scans"]
+    expected = surfrecon.open(folder / "ring.conf")
+    assert [scan["name"] for scan in scans] == [scan.name for scan in expected]
+    assert scans[3]["samples"] == expected[3].read().valid.sum()
+    assert np.allclose(scans[3]["world_from_sensor"], expected[3].read().world_from_sensor)
+    points = np.concatenate([scan.read().world_points()[scan.read().valid] for scan in expected])
+    assert np.allclose(np.min([scan["bounds"][0] for scan in scans], axis=0), points.min(0))
+    assert run("info", "--list", folder / "ring.conf").stdout.split() == [scan["name"] for scan in scans]
+
+
+def test_merge_is_that_of_the_library(folder, tmp_path):
+    out, report = tmp_path / "out.ply", tmp_path / "report.json"
+    done = run("merge", folder / "ring.conf", "-o", out, "--voxel", str(VOXEL), "--report", report)
+    assert done.returncode == 0, done.stderr
+    result = surfrecon.merge(surfrecon.open(folder / "ring.conf"), voxel=VOXEL)
+    assert np.array_equal(surfrecon.read(out).triangles, result.mesh.triangles)
+    found = json.loads(report.read_text())
+    assert (found["state"], found["command"], found["version"]) == ("done", "merge", surfrecon.__version__)
+    assert found["parameters"] == {"voxel": VOXEL} and found["notes"] == surfrecon.open(folder / "ring.conf").notes
+    assert {k: v for k, v in found["report"].items() if k != "seconds"} == json.loads(
+        surfrecon.Report({k: v for k, v in result.report.items() if k != "seconds"}).json()
+    )
+    # All files that were read, not only the list.
+    scans = sorted(folder.glob("scan*.ply"))
+    assert [file["path"] for file in found["inputs"]] == [str(folder / "ring.conf"), *map(str, scans)]
+    for file in found["inputs"] + found["outputs"]:
+        with open(file["path"], "rb") as content:
+            assert hashlib.file_digest(content, "sha256").hexdigest() == file["sha256"]
+        assert os.path.getsize(file["path"]) == file["bytes"]
+    assert [file["path"] for file in found["outputs"]] == [str(out)]
+    assert f"{out}: {len(result.mesh.positions):,} vertices" in done.stdout
+
+
+def test_merge_measures(folder, tmp_path):
+    done = run("merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.1", "--measure", "--json")
+    distances = json.loads(done.stdout)["report"]["distances"]
+    assert 0 < distances["mean"] <= distances["rms"] <= distances["max"] < VOXEL
+
+
+def test_align_writes_a_list_that_places_the_scans(tmp_path):
+    surfrecon.write_scans(tmp_path / "truth.conf", look())
+    scans = sorted(tmp_path.glob("view*.ply"))
+    done = run("align", *scans, "-o", tmp_path / "placed.conf", "--fixed", "0", "--threads", "2", "--json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)["report"]
+    states = [scan["state"] for scan in report["scans"]]
+    assert states == ["kept"] + ["placed"] * 5, report["summary"]
+    assert [scan.name for scan in surfrecon.open(tmp_path / "placed.conf")] == [path.stem for path in scans]
+    done = run("align", *scans[:2], "--fixed", "0")
+    assert done.returncode == 0 and "of 2 scans placed" in done.stdout
+
+
+@pytest.mark.parametrize("ending", ["ply", "glb", "obj", "stl"])
+def test_convert_meshes(folder, tmp_path, ending):
+    out = tmp_path / f"out.{ending}"
+    done = run("convert", folder / "torus.ply", "-o", out)
+    assert done.returncode == 0, done.stderr
+    assert len(surfrecon.read(out).triangles) == len(torus(24).triangles)
+
+
+def test_convert_scans(folder, tmp_path):
+    depths = np.add.outer(np.arange(30.0), np.arange(40.0)) / 100 + 2
+    images = [surfrecon.RangeImage.pinhole(depths, focal=(40, 40), centre=(20, 15), name=f"s{k}") for k in range(2)]
+    images[1].world_from_sensor = np.array([[0, -1, 0, 5], [1, 0, 0, 6], [0, 0, 1, 7], [0, 0, 0, 1.0]])
+    surfrecon.write_scans(tmp_path / "two.e57", images)
+    for name in ("all.e57", "all.ptx", "all.conf"):
+        out = tmp_path / name
+        done = run("convert", tmp_path / "two.e57", "-o", out, "--json")
+        assert done.returncode == 0, done.stderr
+        for scan, image in zip(surfrecon.open(out), images, strict=True):
+            assert np.allclose(scan.read().world_points(), image.world_points(), atol=1e-5, equal_nan=True)
+        written = {os.path.basename(file["path"]) for file in json.loads(done.stdout)["outputs"]}
+        assert written == {name} | ({"s0.ply", "s1.ply"} if name.endswith("conf") else set())
+    done = run("convert", folder / "ring.conf", "--scan", "scan03", "--mesh", "-o", tmp_path / "one.stl")
+    assert done.returncode == 0, done.stderr
+    image = surfrecon.open(folder / "ring.conf")[3].read()
+    mesh = surfrecon.read(tmp_path / "one.stl")
+    assert len(mesh.triangles) == len(image.triangulate().triangles)
+    points = image.world_points()[image.valid]
+    assert np.abs(mesh.bounds - [points.min(0), points.max(0)]).max() < 0.2
+    done = run("convert", folder / "ring.conf", "--scan", "3", "-o", tmp_path / "one.ply")
+    assert "the pose is left out" in done.stderr and isinstance(
+        surfrecon.read(tmp_path / "one.ply"), surfrecon.RangeImage
+    )
+    done = run("convert", folder / "points.xyz", "-o", tmp_path / "points.ply")
+    assert len(surfrecon.read(tmp_path / "points.ply").positions) == 512
+
+
+def test_sculpt(folder, tmp_path):
+    done = run("sculpt", folder / "ring.conf", "--scan", "8", "-o", tmp_path / "a.ply", "--tolerance", "0.01", "--json")
+    report = json.loads(done.stdout)["report"]
+    image = surfrecon.open(folder / "ring.conf")[8].read()
+    mesh = surfrecon.read(tmp_path / "a.ply")
+    assert report["triangles"] == len(mesh.triangles) < report["full_triangles"] and report["max_error"] <= 0.01
+    # In the world, where the scans are.
+    points = image.world_points()[image.valid]
+    assert np.abs(mesh.bounds - [points.min(0), points.max(0)]).max() < 0.1
+
+
+def test_quads(folder, tmp_path):
+    done = run("quads", folder / "ring.conf", "--scan", "8", "-o", tmp_path / "a.obj", "--rows", "5", "--columns", "5")
+    assert done.returncode == 0 and (tmp_path / "a.obj").read_text().count("\nf ") > 0, done.stderr
+    assert "5 x 5 vertices" in done.stdout and "sensor's frame" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["points.xyz", "ball.ply"])
+def test_reconstruct(folder, tmp_path, name):
+    done = run("reconstruct", folder / name, "-o", tmp_path / "a.glb", "--closure", "closed", "--json")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["report"]["closed"] and surfrecon.read(tmp_path / "a.glb").check().is_closed
+
+
+def test_cluster(folder, tmp_path):
+    done = run("cluster", folder / "torus.ply", "-o", tmp_path / "a.ply", "--vertices", "150", "--json")
+    report = json.loads(done.stdout)["report"]
+    assert report["vertices"] == len(surfrecon.read(tmp_path / "a.ply").positions) <= 200
+    done = run("cluster", folder / "points.xyz", "-o", tmp_path / "a.glb", "--levels", "200,60", "--json")
+    first, second = json.loads(done.stdout)["report"]["levels"]
+    assert first["vertices"] > second["vertices"] and b"MSFT_lod" in (tmp_path / "a.glb").read_bytes()
+    done = run("cluster", folder / "torus.ply", "-o", tmp_path / "b.glb", "--levels", "200,60", "--patches", "9")
+    assert done.returncode == 2 and "give levels or patches, not both" in done.stderr
+
+
+def test_measure(folder, tmp_path):
+    mesh = torus(24)
+    moved = surfrecon.Mesh(mesh.positions + (0, 0, 0.01), mesh.triangles)
+    moved.write(tmp_path / "moved.ply", encoding="binary_double")
+    found = json.loads(run("measure", tmp_path / "moved.ply", folder / "torus.ply", "--json").stdout)
+    expected = surfrecon.surface_distance(moved, surfrecon.read(folder / "torus.ply"))
+    assert found["report"] == {k: v for k, v in expected.items() if k != "distances"}
+    assert len(found["inputs"]) == 2
+    found = json.loads(run("measure", folder / "points.xyz", folder / "ring.conf", "--json").stdout)["report"]
+    cloud = surfrecon.read(folder / "points.xyz").positions
+    assert math.isclose(found["max"], surfrecon.distances(cloud, surfrecon.open(folder / "ring.conf")).max())
+    said = run("measure", folder / "torus.ply", folder / "torus.ply").stdout
+    assert said.startswith("mean 0, ")
+    assert run("measure", folder / "torus.ply").returncode == 2
+
+
+def test_completion():
+    pytest.importorskip("shtab")
+    for shell in ("bash", "zsh", "fish"):
+        done = run("completion", shell)
+        assert done.returncode == 0 and "merge" in done.stdout and "max-hole-length" in done.stdout, done.stderr
+    assert run("completion", "csh").returncode == 2
+
+
+def test_completion_without_shtab_says_what_to_install(tmp_path):
+    (tmp_path / "shtab.py").write_text("raise ImportError")
+    program = (
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from surfrecon.cli.program import run; run(sys.argv[1:])"
+    )
+    done = subprocess.run([sys.executable, "-c", program, "completion", "bash"], env=ENVIRONMENT, capture_output=True)
+    assert done.stderr.decode().strip() == "surfrecon: completion: completion needs shtab: pip install 'surfrecon[cli]'"
+
+
+def test_the_program_is_installed_with_the_package():
+    (script,) = (one for one in entry_points(group="console_scripts") if one.name == "surfrecon")
+    assert script.load() is surfrecon.cli.main
+
+
+def test_help_and_version():
+    assert run("--version").stdout == f"surfrecon {surfrecon.__version__}\n"
+    whole = run("--help").stdout
+    assert all(f"\n    {name}" in whole for name in COMMANDS) and "130" in whole
+    for name, command in COMMANDS.items():
+        said = " ".join(run(name, "--help").stdout.split())
+        for row in command.options().values():
+            assert f"--{row.name.replace('_', '-')}" in said
+            assert " ".join(row.text.split())[:25] in said, row.name
+
+
+def test_the_readme_does_what_it_says(tmp_path):
+    readme = Path(__file__).parents[2] / "README.md"
+    section = readme.read_text("utf-8").partition("## On the command line")[2].partition("\n## ")[0]
+    blocks = {kind: text for kind, text in re.findall(r"```(sh|toml)\n(.*?)```", section, re.S)}
+    (tmp_path / "scans").mkdir()
+    for image in look():
+        image.write(tmp_path / "scans" / f"{image.name}.ply")
+    (tmp_path / "jobs.toml").write_text(blocks["toml"], "utf-8")
+    lines = [shlex.split(line, comments=True) for line in blocks["sh"].splitlines() if line.startswith("surfrecon ")]
+    assert {line[1] for line in lines} >= {"info", "align", "merge", "cluster", "sculpt", "measure", "batch"}
+    for _, *arguments in lines:
+        done = run(*arguments, cwd=tmp_path)
+        assert done.returncode == 0, (arguments, done.stderr)
+    made = {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"}
+    assert made <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ([], "surfrecon: the following arguments are required: COMMAND"),
+        (["melt"], "surfrecon: argument COMMAND: invalid choice: 'melt'"),
+        (["merge", "a.ply"], "surfrecon: merge: the following arguments are required: -o/--output"),
+        (["merge", "a.ply", "-o", "b.ply", "--voxel", "0"], "surfrecon: merge: argument --voxel: voxel must be "),
+        (["merge", "a.ply", "-o", "b.ply", "--voxels", "1"], "surfrecon: unrecognized arguments: --voxels"),
+        (["merge", "a.ply", "-o", "b.docx"], "b.docx: the name of the output must end in .ply, "),
+        (
+            ["merge", "a.ply", "-o", "b.ply", "--max-memory", "4 apples"],
+            "--max-memory: must be bytes, or a number with",
+        ),
+        (["align", "a.ply", "-o", "b.ply"], "must end in .conf, .mlp, .aln or .tum"),
+        (["batch", "a.toml", "--onl", "b"], "unrecognized arguments: --onl"),
+    ],
+)
+def test_wrong_use_is_exit_code_2_and_one_line(arguments, said, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr and done.stdout == ""
+    assert done.stderr.startswith("surfrecon: ") and done.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_that_cannot_be_used_are_exit_code_1_and_one_line(folder, tmp_path):
+    (tmp_path / "cut.ply").write_bytes((folder / "torus.ply").read_bytes()[:2000])
+    (tmp_path / "no.txt").write_bytes(b"MZ\0\0")
+    cases = [
+        (["info", "missing.ply"], "missing.ply"),
+        (["info", "cut.ply"], "cut.ply"),
+        (["info", "no.txt"], "no.txt"),
+        (["merge", folder / "points.xyz", "-o", "a.ply"], "points"),
+        (["merge", folder / "ring.conf", "-o", "no/a.ply"], "no/a.ply: there is no folder no"),
+        (["info", folder / "ring.conf", "--report", "no/a.json"], "no/a.json: there is no folder no"),
+        (["sculpt", folder / "ring.conf", "-o", "a.ply"], "there are 12 scans: choose one with --scan"),
+        (["sculpt", folder / "ring.conf", "--scan", "x", "-o", "a.ply"], "there is no scan 'x'"),
+        (["sculpt", folder / "torus.ply", "-o", "a.ply"], "torus is a mesh: sculpt takes a range image"),
+        (["convert", folder / "torus.ply", folder / "ring.conf", "-o", "a.e57"], "only range images share a file"),
+        (["convert", folder / "points.xyz", "--mesh", "-o", "a.stl"], "surfrecon reconstruct makes a mesh of it"),
+        (["merge", folder / "ring.conf", "-o", "a.ply", "--voxel", "1e-5", "--max-memory", "40MB"], "a voxel of"),
+        (["batch", "missing.toml"], "missing.toml: No such file or directory"),
+    ]
+    before = sorted(tmp_path.iterdir())
+    for arguments, said in cases:
+        done = run(*arguments, cwd=tmp_path)
+        assert done.returncode == 1 and said in done.stderr, (arguments, done.stderr)
+        problems = [line for line in done.stderr.splitlines() if "quaternions" not in line]
+        assert len(problems) == 1 and problems[0].startswith(f"surfrecon: {arguments[0]}: "), done.stderr
+        assert sorted(tmp_path.iterdir()) == before
+
+
+def test_what_is_read_is_not_written_over(folder, tmp_path):
+    for name in ["ring.conf", *(f"scan{k:02}.ply" for k in range(12))]:
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    before = {path: path.read_bytes() for path in tmp_path.iterdir()}
+    for arguments in (
+        ["merge", "ring.conf", "-o", "scan03.ply"],
+        ["merge", "ring.conf", "-o", "./scan03.ply"],
+        # The grids of the list have the names of the scans.
+        ["convert", "ring.conf", "-o", "other.conf"],
+        ["info", "ring.conf", "--report", "ring.conf"],
+    ):
+        done = run(*arguments, cwd=tmp_path)
+        assert done.returncode == 1 and "is read: give the output another name" in done.stderr, done.stderr
+        assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_what_is_there_is_replaced(folder, tmp_path):
+    (tmp_path / "a.ply").write_text("old")
+    (tmp_path / "a.json").write_text("old")
+    done = run("convert", folder / "torus.ply", "-o", tmp_path / "a.ply", "--report", tmp_path / "a.json")
+    assert done.returncode == 0
+    assert len(surfrecon.read(tmp_path / "a.ply").triangles) == len(torus(24).triangles)
+    assert json.loads((tmp_path / "a.json").read_text())["state"] == "done"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "a.ply"]
+
+
+def test_quiet_says_nothing_and_provenance_may_be_left_out(folder, tmp_path):
+    done = run(
+        "merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "-q", "--no-provenance", "--report", tmp_path / "a"
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    report = json.loads((tmp_path / "a").read_text())
+    assert report["inputs"] == [] and report["outputs"] == [{"path": str(tmp_path / "a.ply")}]
