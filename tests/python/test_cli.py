@@ -237,6 +237,8 @@ def test_the_readme_does_what_it_says(tmp_path):
         ),
         (["align", "a.ply", "-o", "b.ply"], "must end in .conf, .mlp, .aln or .tum"),
         (["batch", "a.toml", "--onl", "b"], "unrecognized arguments: --onl"),
+        (["merge", "a.ply", "-o", "b.ply", "--report", "./b.ply"], "./b.ply: the report needs a name of its own"),
+        (["batch", "a.toml", "--report", "a.toml"], "a.toml: the report needs a name of its own"),
     ],
 )
 def test_wrong_use_is_exit_code_2_and_one_line(arguments, said, tmp_path):

@@ -179,6 +179,8 @@ def test_failures_stop_others_only_if_asked(folder):
         ),
         ('report = "distance.json"', "", "measure needs a report"),
         ('output = "levels.glb"', 'output = "./surface.ply"', "another has the same output"),
+        ('report = "distance.json"', 'report = "jobs.toml"', "job 'distance': "),
+        ('output = "levels.glb"', 'output = "levels.glb"\nreport = "levels.glb"', "the report needs a name of its own"),
         ('name = "broken"', 'name = "surface"', "job 'surface': another has the same name"),
         ("[[job]]", "[[jobs]]", "there is no key 'jobs': a manifest has [defaults] and [[job]]"),
         ("[[job]]", "[[job", "jobs.toml: "),

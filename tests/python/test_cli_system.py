@@ -136,12 +136,17 @@ def a_full_disk_leaves_what_was_there(folder, tmp_path, ending):
         assert done.returncode == 1 and "/dev/full: No space left on device" in done.stderr
 
 
-# Says a dot when all but the program itself is loaded: from then on nothing of Python's own can be interrupted.
+# Says a dot once the program itself cares for signals: what Python loads before that answers Ctrl-C as in any program.
 BEGUN = """
-import os, sys
+import os, signal
 from surfrecon.cli import main
-sys.argv[0] = "surfrecon"
-os.write(1, b".")
+first = signal.signal
+def told(*arguments):
+    signal.signal = first
+    before = first(*arguments)
+    os.write(1, b".")
+    return before
+signal.signal = told
 main()
 """
 
@@ -217,34 +222,49 @@ def ctrl_c_at_any_time_leaves_nothing_or_all(folder, tmp_path, name):
     assert any(code != 0 for code in codes)
 
 
-# Interrupts itself where a function of a module is called.
+# Interrupts itself where a function of a module is called; or while a class is made there, when Python makes an error
+# of its own of what is raised; or at the end of an object, when nothing can be raised.
 AT_A_PLACE = """
 import importlib, os, signal, sys
 from surfrecon.cli import main
-module = importlib.import_module("surfrecon.cli." + sys.argv.pop(1))
-name = sys.argv.pop(1)
+how, module, name = (sys.argv.pop(1) for _ in range(3))
+module = importlib.import_module("surfrecon.cli." + module)
 called = getattr(module, name)
+class Late:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), signal.SIGINT)
+class Ending:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
 def interrupted(*arguments):
-    os.kill(os.getpid(), signal.SIGINT)
+    if how == "class":
+        type("Made", (), {"late": Late()})
+    elif how == "end":
+        Ending()
+    else:
+        os.kill(os.getpid(), signal.SIGINT)
     return called(*arguments)
 setattr(module, name, interrupted)
 main()
 """
 
 
-def ctrl_c_once_writing_has_begun(folder, tmp_path):
+def ctrl_c_at_certain_places(folder, tmp_path):
     """Before the result has its name the writer stops, afterwards the report is written as well."""
     out, report = tmp_path / "a.ply", tmp_path / "a.json"
     arguments = ["merge", folder / "ring.conf", "-o", out, "--voxel", "0.1", "--report", report]
-    for module, name, code in (
-        ("inputs", "of_scans", 130),
-        ("record", "provenance", 130),
-        ("record", "finished", 0),
-        ("files", "_write", 0),
+    for how, module, name, code in (
+        ("function", "inputs", "of_scans", 130),
+        ("class", "inputs", "of_scans", 130),
+        ("end", "inputs", "of_scans", 130),
+        ("function", "record", "provenance", 130),
+        ("function", "record", "finished", 0),
+        ("function", "files", "_write", 0),
     ):
-        program = [sys.executable, "-c", AT_A_PLACE, module, name, *arguments]
+        program = [sys.executable, "-c", AT_A_PLACE, how, module, name, *arguments]
         done = subprocess.run(program, env=ENVIRONMENT, capture_output=True, timeout=100)
-        assert done.returncode == code, done.stderr
+        assert done.returncode == code and (b"stopped" in done.stderr) == (code == 130), done.stderr
+        assert b"Traceback" not in done.stderr and b"Exception" not in done.stderr, done.stderr
         left = sorted(path.name for path in tmp_path.iterdir())
         assert left == ([] if code else ["a.json", "a.ply"])
         for path in tmp_path.iterdir():
@@ -339,6 +359,13 @@ def progress_is_shown_on_terminals_alone(folder, tmp_path):
         os.close(own)
         assert program.wait(100) == 0
         assert (b"%" in said) == (not quiet), said
+    # Without tqdm there is none.
+    (tmp_path / "tqdm.py").write_text("raise ImportError")
+    own, terminal = pty.openpty()
+    path = os.pathsep.join([os.fspath(tmp_path), ENVIRONMENT["PYTHONPATH"]])
+    assert run(*arguments, stdout=terminal, stderr=terminal, env=ENVIRONMENT | {"PYTHONPATH": path}).returncode == 0
+    os.close(terminal)
+    os.close(own)
     # A terminal that goes away ends nothing.
     own, terminal = pty.openpty()
     program = start(*arguments, stderr=terminal, stdout=subprocess.DEVNULL, start_new_session=True)
@@ -358,7 +385,7 @@ STREAMS = [
 ]
 SIGNALS = [
     *((ctrl_c_at_any_time_leaves_nothing_or_all, name) for name in ("merge", "convert", "align", "measure", "batch")),
-    (ctrl_c_once_writing_has_begun,),
+    (ctrl_c_at_certain_places,),
     (signals_as_programs_take_them,),
 ]
 

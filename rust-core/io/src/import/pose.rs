@@ -126,6 +126,17 @@ mod tests {
         }
     }
 
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn names_need_not_be_utf_8() {
+        use std::os::unix::ffi::OsStrExt;
+        let named = |bytes: &[u8]| PathBuf::from(OsStr::from_bytes(bytes));
+        let expected: [&[u8]; 4] = [b"a/\xff.b.xf", b"a/\xff.b.xf", b"a/\xff.b.tf", b"a/\xff.b.pose.txt"];
+        assert_eq!(candidates(&named(b"a/\xff.b.ply")), expected.map(named));
+        let expected: [&[u8]; 4] = [b"\xff.depth.xf", b"\xff.xf", b"\xff.tf", b"\xff.pose.txt"];
+        assert_eq!(candidates(&named(b"\xff.depth.png")), expected.map(named));
+    }
+
     #[test]
     fn a_pose_beside_its_scan() {
         let folder = tempfile::tempdir().unwrap();

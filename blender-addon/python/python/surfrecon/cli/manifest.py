@@ -40,7 +40,7 @@ def read_jobs(path: str, only: Sequence[str] | None) -> list[Job]:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
             raise UsageError(f"{path}: {problem}") from None
     try:
-        jobs = _jobs(whole, os.path.dirname(path))
+        jobs = _jobs(whole, path)
     except (UsageError, ParameterError) as problem:
         raise UsageError(f"{path}: {problem}") from None
     unknown = [name for name in only or () if name not in {job.name for job in jobs}]
@@ -49,7 +49,7 @@ def read_jobs(path: str, only: Sequence[str] | None) -> list[Job]:
     return [job for job in jobs if not only or job.name in only]
 
 
-def _jobs(whole: dict[str, Any], folder: str) -> list[Job]:
+def _jobs(whole: dict[str, Any], manifest: str) -> list[Job]:
     unknown = set(whole) - {"defaults", "job"}
     if unknown:
         raise UsageError(f"there is no key {min(unknown)!r}: a manifest has [defaults] and [[job]]")
@@ -61,7 +61,10 @@ def _jobs(whole: dict[str, Any], folder: str) -> list[Job]:
             raise UsageError(f"defaults: there is no command and no parameter {name!r}")
         if isinstance(value, dict) != (name in COMMANDS):
             raise UsageError(f"defaults: {name!r} must be a {'table' if name in COMMANDS else 'value'}")
-    jobs = [_job(table, k, defaults, folder) for k, table in enumerate(tables)]
+    jobs = [_job(table, k, defaults, os.path.dirname(manifest)) for k, table in enumerate(tables)]
+    for job in jobs:
+        if any(os.path.abspath(job.report) == os.path.abspath(other or "") for other in (manifest, job.request.output)):
+            raise UsageError(f"job {job.name!r}: {job.report}: the report needs a name of its own")
     for what in ("name", "report"):
         seen: set[str] = set()
         for job in jobs:

@@ -10,7 +10,7 @@ from typing import Any
 
 from .. import _native
 from .._errors import Cancelled, InputError, ParameterError, SurfreconError
-from . import inputs, record, streams
+from . import inputs, progress, record, streams
 from .commands import COMMANDS
 from .files import write_text
 from .parser import BadCommandLine, parser, requested
@@ -48,18 +48,45 @@ def _run(arguments: Sequence[str]) -> int:
     except SystemExit as done:
         # Of --help and --version.
         return int(done.code or 0)
-    with Stops() as stops:
-        try:
-            return _dispatch(given, stops)
-        except Stopped as stopped:
-            streams.tell(_line(f"surfrecon {given.command}", "stopped"))
-            return stopped.exit_code
-        except (UsageError, ParameterError) as problem:
-            streams.tell(_line(f"surfrecon {given.command}", problem))
-            return WRONG_USE
-        except (SurfreconError, OSError, MemoryError) as problem:
-            streams.tell(_line(f"surfrecon {given.command}", problem_of(problem)))
-            return FAILED
+    _load_all(given)
+    try:
+        with Stops() as stops:
+            return _guarded(given, stops)
+    except Stopped as stopped:
+        streams.tell(_line(f"surfrecon {given.command}", "stopped"))
+        return stopped.exit_code
+
+
+def _guarded(given: argparse.Namespace, stops: Stops) -> int:
+    command = f"surfrecon {given.command}"
+    try:
+        stops.resume()
+        return _dispatch(given, stops)
+    except (UsageError, ParameterError) as problem:
+        streams.tell(_line(command, problem))
+        return WRONG_USE
+    except (SurfreconError, OSError, MemoryError) as problem:
+        streams.tell(_line(command, problem_of(problem)))
+        return FAILED
+    except Exception:
+        # Python makes errors of its own of what is raised while it makes a class of a module that is loaded late.
+        if stops.asked:
+            raise Stopped(stops.asked) from None
+        raise
+
+
+def _load_all(given: argparse.Namespace) -> None:
+    """Loads what is else loaded when it is first needed: some modules do not bear to be interrupted meanwhile."""
+    import pathlib  # noqa: F401
+
+    import numpy as np
+
+    # The compiled module gets NumPy's functions when it makes an array.
+    _native.linear_colours(np.zeros((1, 4), np.uint8))
+    if given.command == "batch":
+        from . import batch  # noqa: F401
+    if not getattr(given, "quiet", True):
+        progress.load()
 
 
 def _line(command: str, problem: object) -> str:
@@ -84,6 +111,9 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
         _native.set_memory_limit(given.max_memory)
     if given.report is not None:
         _refuse_missing_folder(given.report)
+        for other in (getattr(given, "output", None), getattr(given, "manifest", None)):
+            if other is not None and os.path.abspath(other) == os.path.abspath(given.report):
+                raise UsageError(f"{given.report}: the report needs a name of its own")
     shown = Shown(stops, given.quiet)
     if given.command == "batch":
         from .batch import run_batch
@@ -122,6 +152,15 @@ def perform(work: Work) -> tuple[dict[str, Any], Made]:
         SurfreconError, OSError: a file, or what it holds, can't be used.
         Stopped: that was asked for.
     """
+    try:
+        return _performed(work)
+    except Cancelled:
+        # By progress, which knows that a signal came.
+        work.stops.resume()
+        raise
+
+
+def _performed(work: Work) -> tuple[dict[str, Any], Made]:
     request, began = work.request, time.monotonic()
     command = COMMANDS[request.command]
     if request.output is not None:
@@ -135,12 +174,8 @@ def perform(work: Work) -> tuple[dict[str, Any], Made]:
     work.stops.check()
     work.stops.defer()
     if request.output is not None and made.write is not None:
-        try:
-            with work.showing() as shown:
-                made.write(request.output, shown, record.provenance(work))
-        except Cancelled:
-            work.stops.resume()
-            raise
+        with work.showing() as shown:
+            made.write(request.output, shown, record.provenance(work))
     outputs = [inputs.hashed(path) for path in written] if work.hashes else [inputs.named(path) for path in written]
     return record.finished(work, made, outputs, time.monotonic() - began), made
 

@@ -9,7 +9,14 @@ from typing import Any
 
 from .stops import Stops
 
-__all__ = ["Shown"]
+__all__ = ["Shown", "load"]
+
+
+def load() -> None:
+    """Loads what bars need, where there will be any."""
+    if is_terminal():
+        with contextlib.suppress(ImportError):
+            import tqdm.auto  # noqa: F401
 
 
 class Shown:
@@ -17,7 +24,7 @@ class Shown:
 
     def __init__(self, stops: Stops, quiet: bool) -> None:
         self._stops = stops
-        self._wanted = not quiet and _is_terminal()
+        self._wanted = not quiet and is_terminal()
         self._bar: Any = None
 
     def __call__(self, stage: str, fraction: float) -> bool:
@@ -47,7 +54,8 @@ class Shown:
                 bar.__exit__(kind, problem, trace)
 
 
-def _is_terminal() -> bool:
+def is_terminal() -> bool:
+    """Whether standard error is one."""
     try:
         return sys.stderr.isatty()
     except (AttributeError, ValueError):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from types import FrameType
 from typing import Any
 
@@ -25,19 +26,20 @@ class Stopped(BaseException):
 
 
 class Stops:
-    """Turns signals into `Stopped` while a command works.
+    """Turns signals into `Stopped` while a command works; once, so that nothing interrupts what is done about it.
 
-    Once a result is being written a signal only sets `asked`, and the writer's progress cancels: then either the
-    command was stopped and has left nothing, or all that it writes is there, its report too.
+    While it is deferred a signal only sets `asked`, and progress cancels: once a result is being written either the
+    command was stopped and has left nothing, or all that it writes is there, its report too. It begins deferred.
     """
 
     def __init__(self) -> None:
         self.asked = 0
-        self._deferred = False
+        self._deferred = True
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Stops:
         """Begins to listen, but not for signals that the caller ignores: those of programs in the background."""
+        sys.unraisablehook = self._not_raised
         for number in (getattr(signal, name, None) for name in _NAMES):
             if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
                 self._before[number] = signal.signal(number, self._hear)
@@ -45,13 +47,22 @@ class Stops:
 
     def __exit__(self, *_: object) -> None:
         """Leaves signals to the system: what is left of the program may be ended at any time."""
+        self._deferred = True
         for number in self._before:
             signal.signal(number, signal.SIG_DFL)
 
     def _hear(self, number: int, _: FrameType | None) -> None:
         self.asked = number
         if not self._deferred:
+            self._deferred = True
             raise Stopped(number)
+
+    def _not_raised(self, problem: Any) -> None:
+        """What Python does where nothing can be raised: a stop waits for where it can."""
+        if problem.exc_type is Stopped:
+            self._deferred = False
+        else:
+            sys.__unraisablehook__(problem)
 
     def defer(self) -> None:
         """From now on only progress stops what runs."""
@@ -73,4 +84,5 @@ class Stops:
             Stopped: it was.
         """
         if self.asked and not self._deferred:
+            self._deferred = True
             raise Stopped(self.asked)
