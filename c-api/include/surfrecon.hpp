@@ -1059,18 +1059,19 @@ public:
     struct Result {
         Mesh mesh;
         ReconstructReport report;
-        // Of each point a value of srf_dropped: why it is not on the surface.
-        std::vector<std::uint8_t> dropped;
     };
 
-    Result surface(const ReconstructParams &params = {}, const ProgressFunction &progress = {}) const
+    // Of each point a value of srf_dropped, why it is not on the surface, goes to `dropped`, if given.
+    Result surface(const ReconstructParams &params = {}, const ProgressFunction &progress = {},
+                   std::vector<std::uint8_t> *dropped = nullptr) const
     {
         srf_mesh *mesh = nullptr;
         ReconstructReport report;
-        std::vector<std::uint8_t> dropped(points_);
+        if (dropped != nullptr) dropped->assign(points_, SRF_DROPPED_USED);
         detail::Watcher watcher(progress);
-        watcher.check(srf_reconstructor_surface(get(), &params, watcher.get(), &mesh, &report, dropped.data()));
-        return Result{Mesh(mesh), report, std::move(dropped)};
+        watcher.check(srf_reconstructor_surface(get(), &params, watcher.get(), &mesh, &report,
+                                                dropped != nullptr ? dropped->data() : nullptr));
+        return Result{Mesh(mesh), report};
     }
 
 private:

@@ -233,8 +233,9 @@ try {
     const Cloud cloud_of_four = Cloud::create(corners, {}, {}, Pose(), View<float>(strengths.data(), 4));
     must(cloud_of_four.intensities().size() == 4 && cloud_of_four.intensities()[3][0] == 0.5F, "intensities");
     const std::vector<double> eye{10, 10, 10};
-    const auto through = Reconstructor(cloud_of_four, View<double, 3>(eye.data(), 1)).surface();
-    must(through.dropped.size() == 4 && through.dropped[0] == SRF_DROPPED_USED, "no point is dropped");
+    std::vector<std::uint8_t> dropped;
+    const auto [skin, told_of] = Reconstructor(cloud_of_four, View<double, 3>(eye.data(), 1)).surface({}, {}, &dropped);
+    must(dropped.size() == 4 && dropped[0] == SRF_DROPPED_USED && skin.positions().size() == 4 && told_of.points == 4, "none is dropped");
 
     Image coloured = wall();
     must(coloured.colours().size() == 900 && coloured.intensities().empty() && coloured.values().size() == 900, "what pixels have");
