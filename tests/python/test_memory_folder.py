@@ -1,8 +1,11 @@
 """Files that never see a disk: folders in memory, file objects, functions; with the bytes that files have."""
 
+import gc
 import gzip
 import io
 import os
+import subprocess
+import sys
 import threading
 import zipfile
 from pathlib import Path
@@ -272,3 +275,115 @@ def test_a_cancelled_writer_leaves_nothing_in_memory():
     with pytest.raises(surfrecon.Cancelled):
         mesh().write(folder / "mesh.ply", progress=lambda stage, share: False)
     assert not list(folder)
+
+
+ENDS = {
+    "a job that reads": """
+job = surfrecon.Job.read(surfrecon.open(folder))
+""",
+    "a thread that writes to a function": """
+threading.Thread(target=lambda: mesh.write(surfrecon.MemoryFolder(slow_sink) / "a.stl"), daemon=True).start()
+""",
+    "a thread that writes to a file object": """
+class Slow(io.BytesIO):
+    name = "a.stl"
+    def write(self, data):
+        time.sleep(0.02)
+        return super().write(data)
+threading.Thread(target=lambda: mesh.write(Slow()), daemon=True).start()
+""",
+}
+
+
+@pytest.mark.parametrize("what", ENDS)
+def test_python_may_end_while_its_functions_are_called(tmp_path, what):
+    shapes.torus(40).write(tmp_path / "mesh.stl")
+    program = f"""
+import io, threading, time, surfrecon
+mesh = surfrecon.read({str(tmp_path / "mesh.stl")!r})
+content = open({str(tmp_path / "mesh.stl")!r}, "rb").read()
+folder = surfrecon.MemoryFolder()
+def slow(at, count):
+    time.sleep(0.01)
+    return content[at : at + min(count, 8192)]
+def slow_sink(name, piece):
+    time.sleep(0.02)
+folder.put_source("mesh.stl", len(content), slow)
+{ENDS[what]}
+time.sleep(0.05)
+"""
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    assert ended.returncode == 0 and "Fatal" not in ended.stderr, ended.stderr
+
+
+class Raw(io.RawIOBase):
+    name = "mesh.ply"
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def writable(self):
+        return True
+
+    def write(self, data):
+        return self.answer(len(data))
+
+
+def test_file_objects_that_take_less_than_they_should_are_told():
+    with pytest.raises(BlockingIOError, match=r"takes no bytes now"):
+        mesh().write(Raw(lambda count: None))
+    for wrong in (
+        (lambda count: 0),
+        (lambda count: -1),
+        (lambda count: count + 1),
+        (lambda count: 0.5),
+        (lambda count: "x"),
+    ):
+        with pytest.raises(ValueError, match=r"write\(\) took .* of \d+ bytes"):
+            mesh().write(Raw(wrong))
+
+    class Silent:
+        name = b"mesh.ply"
+        taken = b""
+
+        def write(self, data):
+            self.taken += data
+
+    silent, folder = Silent(), surfrecon.MemoryFolder()
+    mesh().write(silent)
+    mesh().write(folder / "mesh.ply")
+    assert silent.taken == folder["mesh.ply"]
+
+
+def test_whatever_opens_a_folder_keeps_it():
+    for opened in (lambda folder: folder / "mesh.ply"), (lambda folder: folder):
+        folder = surfrecon.MemoryFolder()
+        mesh().write(folder / "mesh.ply")
+        job = surfrecon.Job.open(opened(folder))
+        del folder
+        gc.collect()
+        assert len(job.result()) == 1
+
+
+def test_lists_of_poses_name_no_files_that_they_can_not_find(tmp_path):
+    folder = surfrecon.MemoryFolder()
+    surfrecon.write_scans(folder / "set.conf", shapes.torus_scans(40))
+    aligned = surfrecon.align(surfrecon.open(folder), fixed=[0])
+    for place in tmp_path / "o.conf", surfrecon.MemoryFolder() / "o.mlp", folder / "deep/o.aln":
+        with pytest.raises(surfrecon.InputError, match="lies in memory, where only a list in its own folder finds it"):
+            aligned.write(place)
+    assert not list(tmp_path.iterdir())
+    aligned.write(tmp_path / "poses.tum")
+
+
+def test_folders_and_files_do_not_share_names():
+    folder = surfrecon.MemoryFolder()
+    folder["a/b.xyz"] = b"0 0 0\n"
+    with pytest.raises(surfrecon.InputError, match="this is a folder"):
+        folder["a"] = b""
+    with pytest.raises(surfrecon.InputError, match=r"a/b\.xyz is a file, not a folder"):
+        mesh().write(folder / "a/b.xyz/mesh.ply")
+    assert folder.get("a") is None and folder.get("a", 3) == 3 and folder.get("a/b.xyz") == b"0 0 0\n"
+    assert folder.items() == [("a/b.xyz", b"0 0 0\n")] and folder.values() == [b"0 0 0\n"]
+    with pytest.raises(UnicodeEncodeError):
+        folder / "\ud800"

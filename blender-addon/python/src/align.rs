@@ -9,6 +9,7 @@ use pyo3::types::{PyDict, PyList};
 use surfrecon::Progress;
 use surfrecon::align::{AlignParams, Alignment as Core, Constraints};
 use surfrecon::export::{PlacedFile, write_poses};
+use surfrecon::memory_folder::MemoryFolder;
 
 use crate::align_report::{self, align_report};
 use crate::arrays;
@@ -243,6 +244,12 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, i
         Source::File(scan) if scan.part == 0 => {
             let folder = list.parent().unwrap_or(std::path::Path::new(""));
             let inside = scan.path.strip_prefix(folder).unwrap_or(&scan.path);
+            if is_list && inside == scan.path && MemoryFolder::of(&scan.path).is_some() {
+                return Err(input_error(format!(
+                    "{:?} lies in memory, where only a list in its own folder finds it: write the list there, or the poses as .tum",
+                    scan.name
+                )));
+            }
             let Some(inside) = inside.to_str() else {
                 return Err(input_error(format!(
                     "{}: a list of poses is UTF-8, which this name is not: rename the file",

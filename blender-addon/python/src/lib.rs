@@ -34,6 +34,7 @@ mod align_report;
 mod allocator;
 mod arrays;
 mod background;
+mod calling;
 mod cluster;
 mod constraints;
 mod edit;
@@ -118,6 +119,7 @@ mod _native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::calling::watch_the_end(module.py())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -4,12 +4,13 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyBlockingIOError, PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyIterator, PyList, PyMemoryView};
 use surfrecon::memory_folder::{self, Sink, Source};
 
+use crate::calling;
 use crate::errors::{reworded, to_python};
 
 /// A folder whose files lie in memory: ``folder / "scan.ply"`` is a path for whatever takes one, the folder itself too.
@@ -27,7 +28,9 @@ use crate::errors::{reworded, to_python};
 ///
 /// Args:
 ///     sink: called with the name of a file and its next bytes, or ``None`` once it is complete, instead of keeping what is written. On any
-///         thread, never on two at once; what it raises comes out of the call that writes, and no file is complete then.
+///         thread, never on two at once, so that it must not write into the folder itself; what it raises comes out of the call that
+///         writes, and the file is not complete then, nor the list of a set, which is told last. It is kept as long as the folder,
+///         which it must not be what keeps.
 #[pyclass(frozen, mapping, module = "surfrecon")]
 pub struct MemoryFolder {
     folder: memory_folder::MemoryFolder,
@@ -53,8 +56,8 @@ impl MemoryFolder {
     ///
     /// Raises:
     ///     InputError: a name that is no file's within the folder.
-    fn __truediv__(&self, name: &str) -> PyResult<MemoryPath> {
-        self.at(name)
+    fn __truediv__(&self, name: &Bound<'_, PyAny>) -> PyResult<MemoryPath> {
+        self.at(name.extract()?)
     }
 
     fn __fspath__(&self) -> String {
@@ -86,14 +89,29 @@ impl MemoryFolder {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyBytes>> {
-        if let Some(bytes) = self.folder.bytes(name) {
-            return Ok(PyBytes::new(py, &bytes));
-        }
-        if !self.has(name) {
-            return Err(PyKeyError::new_err(name.to_owned()));
-        }
-        let whole = py.detach(|| self.folder.read(name)).map_err(|error| to_python(&error))?;
-        Ok(PyBytes::new(py, &whole))
+        self.content(py, name)?.ok_or_else(|| PyKeyError::new_err(name.to_owned()))
+    }
+
+    /// The bytes of a file, or ``default`` if it is not there.
+    #[pyo3(signature = (name, default = None))]
+    fn get<'py>(
+        &self,
+        py: Python<'py>,
+        name: &str,
+        default: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(self.content(py, name)?.map(Bound::into_any).or(default))
+    }
+
+    /// Names and bytes of all files, in the order of names.
+    fn items<'py>(&self, py: Python<'py>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
+        let one = |name: String| Ok(self.content(py, &name)?.map(|bytes| (name, bytes)));
+        self.folder.names().into_iter().filter_map(|name| one(name).transpose()).collect()
+    }
+
+    /// The bytes of all files, in the order of names.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        Ok(self.items(py)?.into_iter().map(|(_, bytes)| bytes).collect())
     }
 
     fn __delitem__(&self, name: &str) -> PyResult<()> {
@@ -126,6 +144,17 @@ impl MemoryFolder {
     fn at(&self, name: &str) -> PyResult<MemoryPath> {
         self.folder.path(name).map_err(|error| to_python(&error))?;
         Ok(MemoryPath { folder: self.folder.clone(), name: name.to_owned() })
+    }
+
+    fn content<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {
+        if let Some(bytes) = self.folder.bytes(name) {
+            return Ok(Some(PyBytes::new(py, &bytes)));
+        }
+        if !self.has(name) {
+            return Ok(None);
+        }
+        let whole = py.detach(|| self.folder.read(name)).map_err(|error| to_python(&error))?;
+        Ok(Some(PyBytes::new(py, &whole)))
     }
 
     fn has(&self, name: &str) -> bool {
@@ -216,7 +245,7 @@ impl Place {
         make: impl FnOnce(&memory_folder::MemoryFolder, &str) -> PyResult<PathBuf>,
     ) -> PyResult<Self> {
         match given.extract::<PathBuf>() {
-            Ok(path) => return Ok(Place { path, _folder: None }),
+            Ok(path) => return Ok(Place { _folder: memory_folder::MemoryFolder::of(&path), path }),
             Err(error) if error.is_instance_of::<PyTypeError>(given.py()) => {}
             Err(error) => return Err(error),
         }
@@ -249,8 +278,10 @@ impl<'py> FromPyObject<'_, 'py> for Place {
 
 /// What the name of a file object ends with: it says the format where the content does not.
 fn name_of(file: &Bound<'_, PyAny>) -> PyResult<String> {
-    let given = file.getattr("name").ok().and_then(|name| name.extract::<PathBuf>().ok());
-    let name = given.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    let decoded =
+        |name: Bound<'_, PyAny>| file.py().import("os")?.call_method1("fsdecode", (name,))?.extract::<PathBuf>();
+    let given = file.getattr("name").and_then(decoded).ok();
+    let name = given.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().replace('\\', "_"));
     name.filter(|name| !name.is_empty()).ok_or_else(|| {
         PyValueError::new_err(format!(
             "{file} has no name that says the format: give it one, file.name = \"mesh.ply\", or use a surfrecon.MemoryFolder"
@@ -290,7 +321,7 @@ impl Source for Reader {
             buffer[..count].copy_from_slice(&bytes);
             Ok(count)
         };
-        Python::attach(read).map_err(std::io::Error::other)
+        calling::attached(read)
     }
 }
 
@@ -299,8 +330,7 @@ struct Callable(Py<PyAny>);
 
 impl Callable {
     fn call(&self, name: &str, bytes: Option<&[u8]>) -> std::io::Result<()> {
-        let call = |py: Python<'_>| self.0.bind(py).call1((name, bytes.map(|bytes| PyBytes::new(py, bytes)))).map(drop);
-        Python::attach(call).map_err(std::io::Error::other)
+        calling::attached(|py| self.0.bind(py).call1((name, bytes.map(|bytes| PyBytes::new(py, bytes)))).map(drop))
     }
 }
 
@@ -331,17 +361,27 @@ impl Sink for FileObject {
             }
             let mut rest = bytes;
             while !rest.is_empty() {
-                let written = self.file.bind(py).call_method1("write", (PyBytes::new(py, rest),))?;
-                // Unbuffered files say how much they took; others take all, and some say nothing.
-                let count = written.extract::<usize>().unwrap_or(rest.len()).min(rest.len());
-                if count == 0 {
-                    return Err(PyValueError::new_err(format!("{} takes no more bytes", self.name)));
+                let file = self.file.bind(py);
+                let written = file.call_method1("write", (PyBytes::new(py, rest),))?;
+                let is_raw = || file.is_instance(&py.import("io")?.getattr("RawIOBase")?);
+                if written.is_none() {
+                    // Unbuffered files take nothing now; some that are no files say nothing and take all.
+                    if is_raw()? {
+                        let words =
+                            format!("{} takes no bytes now: it must not be in the non-blocking mode", self.name);
+                        return Err(PyBlockingIOError::new_err(words));
+                    }
+                    return Ok(());
                 }
-                rest = &rest[count..];
+                let count = written.extract::<usize>().ok().filter(|count| (1..=rest.len()).contains(count));
+                let wrong = || {
+                    PyValueError::new_err(format!("{}: write() took {written:?} of {} bytes", self.name, rest.len()))
+                };
+                rest = &rest[count.ok_or_else(wrong)?..];
             }
             Ok(())
         };
-        Python::attach(write).map_err(std::io::Error::other)
+        calling::attached(write)
     }
 
     fn complete(&mut self, _: &str) -> std::io::Result<()> {

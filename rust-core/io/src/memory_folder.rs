@@ -52,7 +52,8 @@ pub trait Sink: Send {
     /// The next bytes of a file; those of several files may take turns.
     ///
     /// # Errors
-    /// Whatever keeps it from taking them: the writer ends with it, and no file is complete.
+    /// Whatever keeps it from taking them: the writer ends with it, and the file is not complete. Nor is the list of a set then, which is
+    /// told last.
     fn piece(&mut self, name: &str, bytes: &[u8]) -> std::io::Result<()>;
 
     /// All of a file was handed over. What has had pieces and is not complete when its writer has ended is to be discarded.
@@ -119,6 +120,11 @@ impl MemoryFolder {
         MemoryFolder(inner)
     }
 
+    /// The folder that a path leads into; `None` for paths of the system, and for folders that have gone.
+    pub fn of(path: &Path) -> Option<Self> {
+        place_of(path).map(|place| place.folder)
+    }
+
     /// The path of the folder.
     pub fn root(&self) -> PathBuf {
         Path::new(ROOT).join(self.0.number.to_string())
@@ -156,7 +162,13 @@ impl MemoryFolder {
 
     fn hold(&self, name: &str, held: Held) -> Result<PathBuf> {
         let path = self.path(name)?;
-        self.files().insert(name.to_owned(), held);
+        let replaced = {
+            let mut files = self.files();
+            refuse_within(&files, name)?;
+            files.insert(name.to_owned(), held)
+        };
+        // Only now: letting go of a source may call its owner, who may look into the folder.
+        drop(replaced);
         Ok(path)
     }
 
@@ -184,7 +196,8 @@ impl MemoryFolder {
 
     /// Takes a file away; whether it was there. Who reads it just then reads on.
     pub fn remove(&self, name: &str) -> bool {
-        self.files().remove(name).is_some()
+        let removed = self.files().remove(name);
+        removed.is_some()
     }
 
     /// The names of all files, in order.
@@ -194,6 +207,18 @@ impl MemoryFolder {
 
     fn files(&self) -> MutexGuard<'_, BTreeMap<String, Held>> {
         self.0.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Refuses a file where a folder is, and one within a file.
+fn refuse_within(files: &BTreeMap<String, Held>, name: &str) -> Result<()> {
+    let below = format!("{name}/");
+    if files.range(below.clone()..).next().is_some_and(|(other, _)| other.starts_with(&below)) {
+        return Err(Error::input(format!("{name}: this is a folder, not the name of a file")));
+    }
+    match name.match_indices('/').map(|(at, _)| &name[..at]).find(|above| files.contains_key(*above)) {
+        Some(above) => Err(Error::input(format!("{name}: {above} is a file, not a folder"))),
+        None => Ok(()),
     }
 }
 
@@ -224,6 +249,7 @@ pub(crate) fn place_of(path: &Path) -> Option<Place> {
     for part in parts {
         match part {
             Component::Normal(name) => names.push(name.to_str()?),
+            Component::ParentDir => drop(names.pop()?),
             Component::CurDir => {}
             _ => return None,
         }
@@ -231,19 +257,20 @@ pub(crate) fn place_of(path: &Path) -> Option<Place> {
     Some(Place { name: names.join("/"), folder })
 }
 
-/// Why nothing is found at a path: a folder in memory goes with its last user.
+/// Why nothing is found at a path: a folder in memory goes with its last user, and no path leads out of one.
 pub(crate) fn explained(path: &Path, error: std::io::Error) -> std::io::Error {
     match path.components().next() {
         Some(Component::Normal(root)) if root == ROOT => {
-            std::io::Error::new(error.kind(), "this folder in memory has gone: keep it as long as its paths are used")
+            let is_there = path.ancestors().any(|above| place_of(above).is_some());
+            let words = if is_there {
+                "this path leads out of its folder in memory"
+            } else {
+                "this folder in memory has gone: keep it as long as its paths are used"
+            };
+            std::io::Error::new(error.kind(), words)
         }
         _ => error,
     }
-}
-
-/// The folder that a path leads into; `None` for paths of the system.
-pub(crate) fn of(path: &Path) -> Option<MemoryFolder> {
-    place_of(path).map(|place| place.folder)
 }
 
 impl Place {
@@ -276,9 +303,10 @@ impl Place {
     }
 
     /// The file, to be written. Pieces are handed to a sink at once, unless the writer goes back in what it has written.
-    pub(crate) fn write(self, goes_back: bool) -> Writing {
+    pub(crate) fn write(self, goes_back: bool) -> Result<Writing> {
+        refuse_within(&self.folder.files(), &self.name)?;
         let hands_on = self.folder.0.sink.is_some() && !goes_back;
-        Writing { place: self, bytes: Cursor::default(), hands_on }
+        Ok(Writing { place: self, bytes: Cursor::default(), hands_on })
     }
 }
 
@@ -349,7 +377,8 @@ impl Writing {
         let bytes = self.bytes.into_inner();
         match &folder.0.sink {
             None => {
-                folder.files().insert(name, Held::Bytes(bytes.into()));
+                let replaced = folder.files().insert(name, Held::Bytes(bytes.into()));
+                drop(replaced);
                 Ok(())
             }
             Some(sink) => {

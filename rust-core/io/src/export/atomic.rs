@@ -148,7 +148,7 @@ fn staged(
         if place.is_dir() {
             return Err(is_folder(path));
         }
-        let mut file = place.write(goes_back);
+        let mut file = place.write(goes_back)?;
         progress.watch(|| write(&mut Output::InMemory(&mut file)))?;
         return Ok(Staged { file: Unnamed::InMemory(file), path: path.to_owned() });
     }

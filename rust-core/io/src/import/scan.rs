@@ -10,7 +10,7 @@ use super::ReadOptions;
 use super::edits::Edits;
 use super::frames::Recording;
 use super::registry::{Role, format_of};
-use crate::memory_folder::{self, MemoryFolder};
+use crate::memory_folder::MemoryFolder;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
@@ -76,7 +76,7 @@ impl Scan {
             begin: Begin::default(),
             recording: None,
             edits: Edits::default(),
-            _memory: memory_folder::of(path),
+            _memory: MemoryFolder::of(path),
         }
     }
 

@@ -214,9 +214,64 @@ fn names_are_those_of_files_within() {
     for path in ["memory:", "memory:/", "memory:/x", "memory:/99999999999/a", "a/memory:/1", "/memory:/1", "memory/1"] {
         assert!(place_of(Path::new(path)).is_none(), "{path}");
     }
-    assert!(place_of(&root.join("..").join(folder.0.number.to_string())).is_none());
+    let outside = root.join("..").join(folder.0.number.to_string());
+    assert!(place_of(&outside).is_none());
+    let text = import::open(&outside).unwrap_err().to_string();
+    assert!(text.ends_with("this path leads out of its folder in memory"), "{text}");
+    assert!(place_of(&root.join("ä/../a")).unwrap().is_file());
+    // A name is a file's or a folder's.
+    for (name, words) in [("ä", "is a folder, not"), ("a/b", "a is a file, not"), ("a/b/c", "a is a file, not")] {
+        let text = folder.put(name, Vec::new()).unwrap_err().to_string();
+        assert!(text.contains(words), "{text}");
+        let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);
+        let text =
+            crate::export::write_stl(&folder.path(name).unwrap(), &mesh, &Progress::none()).unwrap_err().to_string();
+        assert!(text.contains(words), "{text}");
+    }
     let text = import::open(&root.join("ä")).map(drop).unwrap_err().to_string();
     assert!(text.contains("ä"), "{text}");
+}
+
+/// Who lets go of a source may look into its folder.
+#[test]
+fn sources_are_let_go_of_without_the_lock() {
+    struct Looks(MemoryFolder, Arc<AtomicU64>);
+    impl Source for Looks {
+        fn length(&self) -> u64 {
+            0
+        }
+
+        fn read_at(&self, _: u64, _: &mut [u8]) -> std::io::Result<usize> {
+            Ok(0)
+        }
+    }
+    impl Drop for Looks {
+        fn drop(&mut self) {
+            self.1.fetch_add(self.0.names().len() as u64 + 1, Ordering::Relaxed);
+        }
+    }
+    let (folder, seen) = (MemoryFolder::new(), Arc::new(AtomicU64::new(0)));
+    let put = || drop(folder.put_source("a.stl", Arc::new(Looks(folder.clone(), seen.clone()))).unwrap());
+    put();
+    assert!(folder.remove("a.stl"));
+    put();
+    folder.put("a.stl", Vec::new()).unwrap();
+    put();
+    let mesh = mesh::shapes::Shape::Sphere { radius: 1.0 }.mesh(4);
+    crate::export::write_stl(&folder.path("a.stl").unwrap(), &mesh, &Progress::none()).unwrap();
+    assert_eq!(seen.load(Ordering::Relaxed), 1 + 2 + 2);
+}
+
+/// What options allow leads out of folders within, not out of the memory.
+#[test]
+fn files_above_a_list_are_found_where_that_is_allowed() {
+    let folder = MemoryFolder::new();
+    folder.put("a.ply", POINT.to_vec()).unwrap();
+    let list = folder.put("deep/s.conf", b"bmesh ../a.ply 0 0 0 0 0 0 1\n".to_vec()).unwrap();
+    assert!(import::open(&list).is_err());
+    let options = import::ReadOptions { allow_outside: true, ..Default::default() };
+    let set = import::open_with(&[&list], &options, &Progress::none()).unwrap();
+    assert!(set.scans[0].read().is_ok());
 }
 
 /// Theorem: a list names files of its own folder alone, wherever the two lie.
