@@ -89,20 +89,26 @@ def test_bad_scanners_are_refused():
 
 def test_no_camera_follows_a_cancel_that_came_as_the_one_before_was_done():
     mesh = surfrecon.sculpture(cell=4.0)
-    cameras = surfrecon.turntable(mesh, around=3, above=0, below=0, pixels=1000)
-    answered = []
 
-    def late(stage, fraction):
-        if fraction > 0 and not answered:
-            # Meanwhile the first image is made, and nobody looks any more whether to go on with it.
-            time.sleep(2.0)
-            answered.append(fraction)
-            return False
-        return True
+    def asked_at(pixels):
+        """The share that was done when the cancel was asked for."""
+        cameras = surfrecon.turntable(mesh, around=3, above=0, below=0, pixels=pixels)
+        answered = []
 
-    with pytest.raises(surfrecon.Cancelled):
-        surfrecon.virtual_scan(mesh, cameras, threads=1, progress=late)
-    assert answered[0] < 1 / 3
+        def late(stage, fraction):
+            if fraction > 0 and not answered:
+                # Meanwhile the first image is made, and nobody looks any more whether to go on with it.
+                time.sleep(2.0)
+                answered.append(fraction)
+                return False
+            return True
+
+        with pytest.raises(surfrecon.Cancelled):
+            surfrecon.virtual_scan(mesh, cameras, threads=1, progress=late)
+        return answered[0]
+
+    # On a fast or a busy machine the first image may be done before anybody is asked.
+    assert any(asked_at(pixels) < 1 / 3 for pixels in (1000, 1000, 2000, 4000))
 
 
 def test_scanning_reports_and_cancels():
