@@ -110,7 +110,13 @@ COMMANDS = {
             ("align",),
             (
                 Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
-                Own("angles", "numbers", "Angles of the turntable at each scan, in radians.", "ANGLE,ANGLE,..."),
+                Own(
+                    "angles",
+                    "numbers",
+                    "Angles of the turntable at each scan, in radians, or in degrees as 80deg.",
+                    "ANGLE,ANGLE,...",
+                    angles=True,
+                ),
             ),
             ("conf", "mlp", "aln", "tum"),
             output_is_optional=True,
