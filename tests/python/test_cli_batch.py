@@ -5,13 +5,15 @@ import json
 import os
 import shutil
 import struct
+import subprocess
+import sys
 import time
 import zlib
 
 import numpy as np
 import pytest
 import surfrecon
-from command_line import run, start
+from command_line import ENVIRONMENT, run, start
 from shapes import torus, torus_scans
 
 MANIFEST = """
@@ -557,3 +559,50 @@ def test_large_whole_numbers_are_numbers(sources):
         + job("info", ["x.ply"], report="r.json")
     )
     assert states(sources) == {"far": "failed", "r.json": "done"}
+
+
+def test_grids_beside_lists_are_not_those_of_other_jobs(sources):
+    """Which these are is known once the scans are read."""
+    (sources / "a").mkdir()
+    shutil.copy(sources / "scan05.ply", sources / "a/scan05.ply")
+    first = job("convert", ["ring.conf"], output="a/first.conf")
+    cases = [
+        (job("convert", ["ring.conf"], output="a/second.conf"), "scan00.ply"),
+        (job("info", ["x.ply"], name="two", report="a/scan04.ply"), "scan04.ply"),
+        (job("info", ["a/scan05.ply"], name="two", report="two.json"), "scan05.ply"),
+    ]
+    for k, (other, name) in enumerate(cases):
+        # In the first case the second job is refused what the first has made.
+        (sources / "jobs.toml").write_text(first + other if k == 0 else other + first)
+        before = (sources / "a/scan05.ply").read_bytes()
+        done = run("batch", sources / "jobs.toml", "--json")
+        assert [one["state"] for one in json.loads(done.stdout)["jobs"]] == ["done", "failed"], done.stdout
+        assert f"{name}, which is written beside the output, is another job's" in done.stderr
+        if k:
+            assert (sources / "a/scan05.ply").read_bytes() == before
+        for path in (sources / "a").iterdir():
+            path.unlink()
+        shutil.copy(sources / "scan05.ply", sources / "a/scan05.ply")
+
+
+def test_a_mistake_of_ours_stops_no_other_job(sources):
+    program = """
+import sys
+from surfrecon.cli import commands, main
+def info(work):
+    if "x.ply" in work.request.inputs[0]:
+        raise TypeError("a mistake")
+    return before(work)
+before = commands.operations.info
+object.__setattr__(commands.COMMANDS["info"], "run", info)
+main()
+"""
+    (sources / "jobs.toml").write_text(
+        job("info", ["x.ply"], report="x.json") + job("info", ["m.gltf"], report="m.json")
+    )
+    command = [sys.executable, "-c", program, "batch", sources / "jobs.toml", "--json"]
+    done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, timeout=100)
+    jobs = json.loads(done.stdout)["jobs"]
+    assert done.returncode == 1 and [one["state"] for one in jobs] == ["failed", "done"]
+    assert jobs[0]["error"] == "TypeError: a mistake"
+    assert json.loads((sources / "x.json").read_text())["state"] == "failed"

@@ -89,6 +89,21 @@ def test_links_to_the_result_are_its_names(folder):
     assert (folder / "two.json").read_text() == "one"
 
 
+@pytest.mark.skipif(not POSIX, reason="links and permissions of POSIX")
+def test_a_folder_in_which_no_file_can_be_made(folder):
+    (folder / UNREADABLE).write_bytes((folder / "torus.ply").read_bytes()[:2000])
+    os.symlink("no/a.ply", folder / "soft.ply")
+    (folder / "closed").mkdir()
+    os.chmod(folder / "closed", 0o555)
+    cases = [("soft.ply", "soft.ply: there is no folder ")]
+    # The administrator may write everywhere.
+    if not os.access(folder / "closed", os.W_OK):
+        cases.append(("closed/a.ply", "closed/a.ply: no file can be made in the folder closed"))
+    for output, said in cases:
+        done = run("cluster", UNREADABLE, "-o", output, cwd=folder)
+        assert done.returncode == 1 and said in done.stderr, done.stderr
+
+
 def test_a_report_is_no_grid_that_a_list_takes_with_it(given, tmp_path):
     done = run("convert", given / "ring.conf", "-o", "a.conf", "--report", "scan03.ply", cwd=tmp_path)
     assert done.returncode == 1 and "scan03.ply: the report needs a name of its own" in done.stderr

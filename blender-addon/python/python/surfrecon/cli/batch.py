@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import time
@@ -12,7 +13,7 @@ from typing import Any
 from .. import _native
 from .._errors import SurfreconError
 from . import inputs, record, streams
-from .conflicts import refuse_conflicts
+from .conflicts import of_others, refuse_conflicts
 from .files import refuse_unwritable, write_text
 from .manifest import Job, read_jobs
 from .program import DONE, FAILED, perform, problem_of, show
@@ -35,7 +36,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         Stopped: that was asked for; jobs before are done.
     """
     began, found, changed = time.monotonic(), [], set[str]()
-    for job in _jobs(given):
+    every = read_jobs(given.manifest)
+    for job in _chosen(every, given):
         entry: dict[str, Any] = {"name": job.name, "report": job.report}
         reason = "asked for" if given.force else _reason(job, given, shown, stops, changed)
         if reason is None:
@@ -43,7 +45,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         elif given.dry_run:
             entry |= {"state": "to do", "reason": reason}
         else:
-            entry |= _ran(job, given, shown, stops)
+            kept = functools.partial(of_others, every, job, given.manifest, given.report)
+            entry |= _ran(Work(job.request, shown, stops, not given.no_provenance, [job.report], kept), job)
         if reason is not None:
             changed.update(map(os.path.abspath, filter(None, [job.request.output])))
         found.append(entry)
@@ -62,9 +65,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
     return FAILED if counts["failed"] else DONE
 
 
-def _jobs(given: argparse.Namespace) -> list[Job]:
+def _chosen(jobs: list[Job], given: argparse.Namespace) -> list[Job]:
     """The jobs that were asked for; all of a manifest must be right, whichever run."""
-    jobs = read_jobs(given.manifest)
     try:
         refuse_conflicts(jobs, given.manifest, given.report)
     except UsageError as problem:
@@ -75,15 +77,21 @@ def _jobs(given: argparse.Namespace) -> list[Job]:
     return [job for job in jobs if not given.only or job.name in given.only]
 
 
-def _ran(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops) -> dict[str, Any]:
+def _ran(work: Work, job: Job) -> dict[str, Any]:
     """Runs a job and writes its report."""
-    work = Work(job.request, shown, stops, not given.no_provenance, [job.report])
+    stops = work.stops
     try:
         refuse_unwritable(job.report, devices=True)
         document, _ = perform(work)
         entry = {"state": "done", "seconds": document["seconds"]}
     except (SurfreconError, UsageError, OSError, MemoryError) as problem:
         document = record.failed(job.request, problem_of(problem))
+        entry = {"state": "failed", "error": document["error"]}
+    except Exception as problem:
+        # One that fails stops no other, even if it is our mistake. Of a stop Python may have made this.
+        if stops.asked:
+            raise
+        document = record.failed(job.request, f"{type(problem).__name__}: {problem}")
         entry = {"state": "failed", "error": document["error"]}
     stops.defer()
     # Without its report a job is not done: it will run again.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Sequence
 
@@ -10,7 +11,7 @@ from .files import identity, is_report
 from .manifest import Job
 from .requests import UsageError
 
-__all__ = ["refuse_conflicts"]
+__all__ = ["of_others", "refuse_conflicts"]
 
 
 def refuse_conflicts(jobs: Sequence[Job], manifest: str, summary: str | None) -> None:
@@ -42,6 +43,30 @@ def refuse_conflicts(jobs: Sequence[Job], manifest: str, summary: str | None) ->
             inside = any(_is_inside(path, folder) for folder in folders)
             if identity(path) in read or inside and os.path.isfile(path) and not is_report(path):
                 raise UsageError(f"{whose}{path} is read by job {reader.name!r}: give the report another name")
+
+
+def of_others(jobs: Sequence[Job], one: Job, manifest: str, summary: str | None) -> list[str]:
+    """What a job may not write beside its output: what is another's, and what those before it read."""
+    found = [manifest, *filter(None, [summary])]
+    before = True
+    for job in jobs:
+        if job is one:
+            before = False
+            continue
+        found += [*filter(None, [job.request.output]), job.report, *_made(job)]
+        if before:
+            found += inputs.of_names(job.request.inputs)
+    return found
+
+
+def _made(job: Job) -> list[str]:
+    """What a job's report says that it wrote, wherever its folder lies now."""
+    try:
+        with open(job.report, encoding="utf-8") as file:
+            names = [os.path.basename(inputs.path_of(known)) for known in json.load(file)["outputs"]]
+    except (OSError, ValueError, RecursionError, TypeError, KeyError, AttributeError):
+        return []
+    return [os.path.join(os.path.dirname(job.request.output or ""), name) for name in names]
 
 
 def _take(taken: dict[tuple[int, int] | str, str], path: str | None, what: str, job: Job | None) -> None:

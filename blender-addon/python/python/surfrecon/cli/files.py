@@ -19,7 +19,8 @@ def is_report(path: str) -> bool:
     """Whether a file is a report of this program, by how it begins."""
     try:
         with open(path, "rb") as file:
-            return b'"program": "surfrecon"' in file.read(100)
+            start = file.read(100)
+            return start.startswith(b"{") and b'"program": "surfrecon"' in start
     except OSError:
         return False
 
@@ -129,16 +130,20 @@ def refuse_unwritable(path: str, devices: bool = False) -> None:
 
     Raises:
         InputError: it is a folder, a device or one of several names of a file, or its folder is missing.
-        FileError: it is read-only.
+        FileError: it or its folder is read-only.
     """
     if os.path.isdir(path) or not os.path.basename(path):
         raise InputError(f"{path}: this is a folder, not the name of a file")
-    folder = os.path.dirname(path) or "."
+    folder = os.path.dirname(os.path.realpath(path) if os.path.islink(path) else path) or "."
     if not os.path.isdir(folder):
         raise InputError(f"{path}: there is no folder {folder}")
     try:
         known = os.stat(path)
     except OSError:
+        known = None
+    if (known is None or stat.S_ISREG(known.st_mode)) and not os.access(folder, os.W_OK | os.X_OK):
+        raise FileError(f"{path}: no file can be made in the folder {folder}")
+    if known is None:
         return
     if not stat.S_ISREG(known.st_mode):
         if devices:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .. import _native
-from .._errors import Cancelled, InputError, ParameterError, SurfreconError
+from .._errors import Cancelled, ParameterError, SurfreconError
 from . import inputs, progress, record, streams
 from .commands import COMMANDS
 from .files import is_same, refuse_unwritable, write_text
@@ -173,10 +173,7 @@ def _performed(work: Work) -> tuple[dict[str, Any], Made]:
     if request.output is not None and made.write is not None:
         written = [request.output, *made.beside(request.output)]
         work.refuse(written)
-        for path in written:
-            if any(is_same(path, other) for other in work.also):
-                raise InputError(f"{path}: the report needs a name of its own")
-            refuse_unwritable(path)
+        work.refuse_beside(written[1:])
     work.stops.check()
     work.stops.defer()
     if request.output is not None and made.write is not None:

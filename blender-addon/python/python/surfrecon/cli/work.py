@@ -11,7 +11,7 @@ from .. import _native
 from .._errors import FileError, InputError
 from .._report import Report
 from . import inputs
-from .files import identity, is_report
+from .files import identity, is_report, is_same, refuse_unwritable
 from .options import rows
 from .progress import Shown
 from .requests import Request
@@ -46,6 +46,8 @@ class Work:
     hashes: bool
     # Other files that the run will write, besides its output.
     also: Sequence[str] = ()
+    # Files of others, which the run may not write besides its output.
+    kept: Callable[[], Sequence[str]] = lambda: ()
     # What people should know.
     notes: list[str] = field(default_factory=list)
     # The files that are read, and what is known of each.
@@ -89,6 +91,23 @@ class Work:
         for path in written:
             if identity(path) in read:
                 raise InputError(f"{path} is read: give the output another name")
+
+    def refuse_beside(self, beside: Sequence[str]) -> None:
+        """Refuses to write, besides the output, what is not to be replaced.
+
+        Raises:
+            InputError: one is the report, or another job's.
+            FileError: one is read-only.
+        """
+        kept = {identity(path) for path in self.kept()} if beside else set()
+        for path in beside:
+            if any(is_same(path, other) for other in self.also):
+                raise InputError(f"{path}: the report needs a name of its own")
+            if identity(path) in kept:
+                raise InputError(
+                    f"{path}, which is written beside the output, is another job's: write to another folder"
+                )
+            refuse_unwritable(path)
 
     def given(self, *operations: str) -> dict[str, Any]:
         """The parameters of operations that were given."""
