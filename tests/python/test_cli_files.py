@@ -104,6 +104,13 @@ def test_a_folder_in_which_no_file_can_be_made(folder):
         assert done.returncode == 1 and said in done.stderr, done.stderr
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/stderr"), reason="this system has no such names of streams")
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_report_may_go_into_a_stream(folder, stream):
+    done = run("info", "torus.ply", "--quiet", "--report", f"/dev/{stream}", cwd=folder, timeout=60)
+    assert done.returncode == 0 and json.loads(getattr(done, stream))["state"] == "done"
+
+
 def test_a_report_is_no_grid_that_a_list_takes_with_it(given, tmp_path):
     done = run("convert", given / "ring.conf", "-o", "a.conf", "--report", "scan03.ply", cwd=tmp_path)
     assert done.returncode == 1 and "scan03.ply: the report needs a name of its own" in done.stderr

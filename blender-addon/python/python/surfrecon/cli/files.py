@@ -18,6 +18,9 @@ _OPEN_FILES = "/proc/self/fd"
 def is_report(path: str) -> bool:
     """Whether a file is a report of this program, by how it begins."""
     try:
+        # A pipe would be waited for.
+        if not os.path.isfile(path):
+            return False
         with open(path, "rb") as file:
             start = file.read(100)
             return start.startswith(b"{") and b'"program": "surfrecon"' in start
