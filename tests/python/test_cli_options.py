@@ -98,3 +98,45 @@ def test_angles_are_radians_or_degrees():
     for wrong in ("91deg", "xdeg", "0deg"):
         with pytest.raises(surfrecon.ParameterError, match="grazing_limit must be > 0 and <= 1.57"):
             options.read(row, wrong)
+
+
+def test_numbers_may_begin_with_a_sign():
+    """As a word of their own, too, where argparse takes few of them for numbers."""
+    given = asked("info", "x", "--offset", "-1e5", "--invalid", "-3.4e38", "--camera", "-1,2,3,4")
+    assert given.parameters == {"offset": -1e5, "invalid": -3.4e38, "camera": [-1, 2, 3, 4]}
+    assert asked("info", "x", "--offset", "-.5").parameters == {"offset": -0.5}
+    assert asked("info", "-1.ply").inputs == ["-1.ply"]
+    for value in ("-5deg", "-inf", "-nan"):
+        with pytest.raises(requests.UsageError, match="grazing_limit must be > 0 and <= 1.57"):
+            asked("merge", "x", "-o", "a.ply", "--grazing-limit", value)
+    with pytest.raises(requests.UsageError, match="expected one argument"):
+        asked("info", "x", "--offset", "--json")
+
+
+def test_angles_of_a_turntable_may_be_degrees():
+    row = COMMANDS["align"].options()["angles"]
+    given = asked("align", "x", "-o", "a.conf", "--angles", "0deg,90deg,-1.5")
+    assert given.parameters == {"angles": [0, math.pi / 2, -1.5]}
+    assert options.parsed(row, ["0deg", "90deg", 1]) == [0, math.pi / 2, 1]
+    for wrong in (["90°"], ["1rad"], [None], "", [True], 10**400, [10**400]):
+        with pytest.raises(surfrecon.ParameterError, match="angles must be numbers"):
+            options.parsed(row, wrong)
+
+
+@pytest.mark.parametrize("value", ["80°", "0.5rad", "80DEG", "80 degrees", ""])
+def test_what_is_no_angle_is_told_the_unit(value):
+    (row,) = [row for row in surfrecon.parameters("triangulate") if row.kind == "angle"]
+    for read in (options.read, options.parsed):
+        with pytest.raises(surfrecon.ParameterError, match="in radians or in degrees as 80deg, got"):
+            read(row, value)
+
+
+@pytest.mark.parametrize("size", ["9999999999GB", "9" * 400, "9223372036854775808", "8589934592GiB"])
+def test_memory_that_no_computer_has(size):
+    with pytest.raises(requests.UsageError, match="must be less than 9223372036854775808 bytes, 8 EiB"):
+        asked("info", "x", "--max-memory", size)
+
+
+@pytest.mark.parametrize("size, expected", [("1.5kB", 1500), ("0.1GB", 10**8), ("9223372036854775807", 2**63 - 1)])
+def test_memory_is_counted_exactly(size, expected):
+    assert parser().parse_args(["info", "x", "--max-memory", size]).max_memory == expected

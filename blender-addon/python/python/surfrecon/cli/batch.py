@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import time
@@ -12,7 +13,8 @@ from typing import Any
 from .. import _native
 from .._errors import SurfreconError
 from . import inputs, record, streams
-from .files import is_same, write_text
+from .conflicts import of_others, refuse_conflicts
+from .files import refuse_unwritable, write_text
 from .manifest import Job, read_jobs
 from .program import DONE, FAILED, perform, problem_of, show
 from .progress import Shown
@@ -34,7 +36,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         Stopped: that was asked for; jobs before are done.
     """
     began, found, changed = time.monotonic(), [], set[str]()
-    for job in read_jobs(given.manifest, given.only):
+    every = read_jobs(given.manifest)
+    for job in _chosen(every, given):
         entry: dict[str, Any] = {"name": job.name, "report": job.report}
         reason = "asked for" if given.force else _reason(job, given, shown, stops, changed)
         if reason is None:
@@ -42,7 +45,8 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
         elif given.dry_run:
             entry |= {"state": "to do", "reason": reason}
         else:
-            entry |= _ran(job, given, shown, stops)
+            kept = functools.partial(of_others, every, job, given.manifest, given.report)
+            entry |= _ran(Work(job.request, shown, stops, not given.no_provenance, [job.report], kept), job)
         if reason is not None:
             changed.update(map(os.path.abspath, filter(None, [job.request.output])))
         found.append(entry)
@@ -61,24 +65,41 @@ def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
     return FAILED if counts["failed"] else DONE
 
 
-def _ran(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops) -> dict[str, Any]:
-    """Runs a job and writes its report."""
-    work = Work(job.request, shown, stops, not given.no_provenance, [job.report])
+def _chosen(jobs: list[Job], given: argparse.Namespace) -> list[Job]:
+    """The jobs that were asked for; all of a manifest must be right, whichever run."""
     try:
+        refuse_conflicts(jobs, given.manifest, given.report)
+    except UsageError as problem:
+        raise UsageError(f"{given.manifest}: {problem}") from None
+    for name in given.only or ():
+        if not any(job.name == name for job in jobs):
+            raise UsageError(f"{given.manifest}: there is no job {name!r}")
+    return [job for job in jobs if not given.only or job.name in given.only]
+
+
+def _ran(work: Work, job: Job) -> dict[str, Any]:
+    """Runs a job and writes its report."""
+    stops = work.stops
+    try:
+        refuse_unwritable(job.report, devices=True)
         document, _ = perform(work)
         entry = {"state": "done", "seconds": document["seconds"]}
     except (SurfreconError, UsageError, OSError, MemoryError) as problem:
         document = record.failed(job.request, problem_of(problem))
         entry = {"state": "failed", "error": document["error"]}
+    except Exception as problem:
+        # One that fails stops no other, even if it is our mistake. Of a stop Python may have made this.
+        if stops.asked:
+            raise
+        document = record.failed(job.request, f"{type(problem).__name__}: {problem}")
+        entry = {"state": "failed", "error": document["error"]}
     stops.defer()
     # Without its report a job is not done: it will run again.
-    if any(is_same(job.report, file) for file in [*job.request.inputs, *work.files]):
-        entry = {"state": "failed", "error": f"{job.report} is read: give the report another name"}
-    else:
-        try:
-            write_text(job.report, record.text(document) + "\n")
-        except SurfreconError as problem:
-            entry = {"state": "failed", "error": problem_of(problem)}
+    try:
+        work.refuse([job.report])
+        write_text(job.report, record.text(document) + "\n")
+    except SurfreconError as problem:
+        entry = {"state": "failed", "error": problem_of(problem)}
     stops.resume()
     return entry
 
@@ -88,9 +109,11 @@ def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, cha
     try:
         with open(job.report, encoding="utf-8") as file:
             report = json.load(file)
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return "there is no report of it"
-    if not isinstance(report, dict) or report.get("state") != "done":
+    if not isinstance(report, dict) or not isinstance(report.get("parameters"), dict):
+        return "there is no report of it"
+    if report.get("state") != "done":
         return "it failed"
     if given.dry_run and any(_is_within(path, changed) for path in job.request.inputs):
         return "what it reads is made by a job before"
@@ -100,7 +123,7 @@ def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, cha
         return "its parameters have changed"
     try:
         return _changed_files(job, report, Work(job.request, shown, stops, True, [job.report]))
-    except (SurfreconError, OSError, KeyError, TypeError, ValueError):
+    except (SurfreconError, OSError, AttributeError, KeyError, TypeError, ValueError):
         return "its files can't be compared"
 
 
@@ -111,16 +134,22 @@ def _changed_files(job: Job, report: dict[str, Any], work: Work) -> str | None:
         work.open(paths)
     if not report["inputs"]:
         return "its report has no hashes"
-    if _contents(report["inputs"]) != _contents(work.known):
+    if _contents(report["inputs"]) != _contents(work.known) or report["given"] != record.given(work):
         return "its inputs have changed"
     output = job.request.output
     if output is None:
         return None
+    if not report["outputs"]:
+        return "its output is missing"
+    if _base(report["outputs"][0]) != os.path.basename(output):
+        return "its output has another name now"
     for known in report["outputs"]:
         path = os.path.join(os.path.dirname(output), _base(known))
+        if not os.path.exists(path):
+            return "its output is missing"
         if _contents([inputs.hashed(path, work.stops)]) != _contents([known]):
             return "its output has changed"
-    return None if report["outputs"] else "its output is missing"
+    return None
 
 
 def _contents(files: list[dict[str, Any]]) -> list[tuple[str, str]]:
@@ -128,7 +157,7 @@ def _contents(files: list[dict[str, Any]]) -> list[tuple[str, str]]:
 
 
 def _base(file: dict[str, Any]) -> str:
-    return os.path.basename(os.fsdecode(bytes.fromhex(file["path_hex"])) if "path_hex" in file else file["path"])
+    return os.path.basename(inputs.path_of(file))
 
 
 def _is_within(path: str, changed: set[str]) -> bool:
@@ -143,5 +172,4 @@ def _as_written(job: Job) -> dict[str, Any]:
 
 
 def _settings(report: dict[str, Any]) -> dict[str, Any]:
-    given = report.get("parameters", {})
-    return {name: value for name, value in given.items() if name not in _INDIFFERENT}
+    return {name: value for name, value in report["parameters"].items() if name not in _INDIFFERENT}

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from .. import _native
 from . import operations
 from .options import Own, Row, rows
-from .requests import UsageError
+from .requests import Request, UsageError
 from .work import Made, Work
 
 __all__ = ["COMMANDS", "Command"]
@@ -49,14 +51,27 @@ class Command:
         *most, last = (f".{ending}" for ending in self.endings)
         return f"{', '.join(most)} or {last}" if most else last
 
-    def check_output(self, output: str) -> None:
-        """Refuses before hours of work what could not be written after them.
+    def check(self, request: Request) -> None:
+        """Refuses before hours of work what could not be made or written after them.
 
         Raises:
-            UsageError: another ending.
+            UsageError: another ending, or parameters that do not go together.
         """
-        if not output.lower().endswith(tuple(f".{ending}" for ending in self.endings)):
-            raise UsageError(f"{output}: the name of the output must end in {self.written}")
+        output = request.output
+        if output is not None:
+            ending = os.path.splitext(output)[1].lower()
+            if ending.removeprefix(".") not in self.endings or not ending:
+                raise UsageError(f"{output}: the name of the output must end in {self.written}")
+        levels = request.parameters.get("levels")
+        if levels is None:
+            return
+        for name in ("vertices", "patches", "max_error"):
+            if name in request.parameters:
+                raise UsageError(f"give levels or {name}, not both")
+        if any(more <= less for more, less in itertools.pairwise(levels)) or levels[-1] < 1:
+            raise UsageError(f"levels must fall, and be 1 at least, got {','.join(map(str, levels))}")
+        if output is not None and len(levels) > 1 and not output.lower().endswith(".glb"):
+            raise UsageError(f"{output}: several levels of detail go into a .glb alone")
 
     def options(self) -> dict[str, Row]:
         """All its options by name."""
@@ -110,7 +125,13 @@ COMMANDS = {
             ("align",),
             (
                 Own("fixed", "counts", "Numbers of the scans whose poses stay, counted from 0."),
-                Own("angles", "numbers", "Angles of the turntable at each scan, in radians.", "ANGLE,ANGLE,..."),
+                Own(
+                    "angles",
+                    "numbers",
+                    "Angles of the turntable at each scan, in radians, or in degrees as 80deg.",
+                    "ANGLE,ANGLE,...",
+                    angles=True,
+                ),
             ),
             ("conf", "mlp", "aln", "tum"),
             output_is_optional=True,

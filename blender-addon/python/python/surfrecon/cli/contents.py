@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _native
 from .._errors import InputError
+from .inputs import named
 from .work import Work
 
 __all__ = [
@@ -105,7 +106,7 @@ def points_in_world(scan: _native.Scan, content: Content) -> Any:
 
 def described(scan: _native.Scan, content: Content) -> dict[str, Any]:
     """What people want to know of a scan, by name."""
-    known: dict[str, Any] = {"name": scan.name, "path": os.fspath(scan.path), "part": scan.part, "kind": kind(content)}
+    known: dict[str, Any] = {"name": scan.name, **named(os.fspath(scan.path)), "part": scan.part, "kind": kind(content)}
     if isinstance(content, _native.RangeImage):
         known |= {"rows": content.rows, "cols": content.cols, "samples": int(content.valid.sum())}
         known["projection"] = content.projection["kind"]

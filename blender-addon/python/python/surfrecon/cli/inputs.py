@@ -5,30 +5,43 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
 
 from .. import _native
+from .members import with_members
 from .stops import Stops
 
-__all__ = ["hashed", "in_folders", "named", "of_scans", "ordered"]
+__all__ = ["hashed", "in_folders", "named", "of_names", "of_scans", "ordered", "path_of", "readable"]
 
 # Files beside a scan that place it: NAME.xf, NAME.ENDING.xf and so on.
 _POSES = (".xf", ".tf", ".pose.txt")
+# Endings of files that name others.
+_NAMING = (".gltf", ".glb", ".json", ".conf", ".mlp", ".aln")
 _CHUNK = 1 << 20
 
 
 def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
-    """The files that were given, those that hold scans, and those beside them that place these."""
+    """The files that were given, those that hold scans or that files name, and those beside them that place these."""
     found = {path for path in given if not os.path.isdir(path)}
     for scan in scans:
         path = os.fspath(scan.path)
         beside = [os.path.splitext(path)[0] + ending for ending in _POSES] + [path + ending for ending in _POSES]
         found.update(file for file in [path, *beside] if os.path.isfile(file))
-    return ordered(found)
+    return ordered(with_members(found))
+
+
+def of_names(given: Sequence[str]) -> list[str]:
+    """As `of_scans`, as far as it is known before anything is opened; without what folders hold."""
+    found = with_members(path for path in given if not os.path.isdir(path))
+    beside = [name + ending for path in found for name in (path, os.path.splitext(path)[0]) for ending in _POSES]
+    return found + [path for path in beside if os.path.isfile(path)]
 
 
 def in_folders(given: Sequence[str]) -> list[str]:
     """All files in the folders that were given: recordings and lists have files of their own there."""
-    return ordered(file for path in given if os.path.isdir(path) for file in _in_folder(path))
+    found = [file for path in given if os.path.isdir(path) for file in _in_folder(path)]
+    # Not each image of thousands is opened for what it may name.
+    return ordered([*found, *with_members(file for file in found if file.lower().endswith(_NAMING))])
 
 
 def ordered(files: Iterable[str]) -> list[str]:
@@ -45,8 +58,21 @@ def _in_folder(folder: str) -> Iterator[str]:
 
 def named(path: str) -> dict[str, str]:
     """A file's name as JSON has it: one that is not UTF-8 is no text, and is followed by its bytes in hexadecimal."""
-    readable = os.fsencode(path).decode("utf-8", "replace")
-    return {"path": readable} if readable == path else {"path": readable, "path_hex": os.fsencode(path).hex()}
+    text = readable(path)
+    return {"path": text} if text == path else {"path": text, "path_hex": os.fsencode(path).hex()}
+
+
+def path_of(file: dict[str, Any]) -> str:
+    """What `named` has made of a name, backwards."""
+    return os.fsdecode(bytes.fromhex(file["path_hex"])) if "path_hex" in file else file["path"]
+
+
+def readable(text: str) -> str:
+    """Text as JSON can have it: U+FFFD for each byte of a name that is not UTF-8."""
+    try:
+        return os.fsencode(text).decode("utf-8", "replace")
+    except UnicodeError:
+        return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def hashed(path: str, stops: Stops | None = None) -> dict[str, str | int]:

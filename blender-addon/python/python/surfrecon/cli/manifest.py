@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Sequence
+from collections import Counter
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,8 +27,8 @@ class Job:
     report: str
 
 
-def read_jobs(path: str, only: Sequence[str] | None) -> list[Job]:
-    """The jobs of a manifest, or some of them, in its order. Its files are named from its own folder.
+def read_jobs(path: str) -> list[Job]:
+    """The jobs of a manifest in its order. Its files are named from its own folder.
 
     Raises:
         UsageError: it is no manifest; the text names job and key.
@@ -37,16 +37,15 @@ def read_jobs(path: str, only: Sequence[str] | None) -> list[Job]:
     with open(path, "rb") as file:
         try:
             whole = tomllib.load(file)
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        except ValueError as problem:
+            # Also of numbers with thousands of digits, which Python does not read.
             raise UsageError(f"{path}: {problem}") from None
+        except RecursionError:
+            raise UsageError(f"{path}: lists or tables are nested too deeply") from None
     try:
-        jobs = _jobs(whole, path)
+        return _jobs(whole, path)
     except (UsageError, ParameterError) as problem:
         raise UsageError(f"{path}: {problem}") from None
-    unknown = [name for name in only or () if name not in {job.name for job in jobs}]
-    if unknown:
-        raise UsageError(f"{path}: there is no job {unknown[0]!r}")
-    return [job for job in jobs if not only or job.name in only]
 
 
 def _jobs(whole: dict[str, Any], manifest: str) -> list[Job]:
@@ -61,18 +60,33 @@ def _jobs(whole: dict[str, Any], manifest: str) -> list[Job]:
             raise UsageError(f"defaults: there is no command and no parameter {name!r}")
         if isinstance(value, dict) != (name in COMMANDS):
             raise UsageError(f"defaults: {name!r} must be a {'table' if name in COMMANDS else 'value'}")
+        _check_default(name, value)
     jobs = [_job(table, k, defaults, os.path.dirname(manifest)) for k, table in enumerate(tables)]
-    for job in jobs:
-        if any(os.path.abspath(job.report) == os.path.abspath(other or "") for other in (manifest, job.request.output)):
-            raise UsageError(f"job {job.name!r}: {job.report}: the report needs a name of its own")
-    for what in ("name", "report"):
-        seen: set[str] = set()
-        for job in jobs:
-            value = os.path.abspath(job.report) if what == "report" else job.name
-            if value in seen:
-                raise UsageError(f"job {job.name!r}: another has the same {'output' if what == 'report' else what}")
-            seen.add(value)
+    names = Counter(job.name for job in jobs)
+    for name, count in names.items():
+        if count > 1:
+            raise UsageError(f"job {name!r}: another has the same name")
     return jobs
+
+
+def _check_default(name: str, value: Any) -> None:
+    """Checks a default of all commands or those of one, be there a job that has them or not."""
+    if name in COMMANDS:
+        try:
+            _parameters(COMMANDS[name], value, {})
+        except (UsageError, ParameterError) as problem:
+            raise UsageError(f"defaults.{name}: {problem}") from None
+        return
+    problems = []
+    for row in (command.options()[name] for command in COMMANDS.values() if name in command.options()):
+        try:
+            parsed(row, value)
+        except ParameterError as problem:
+            problems.append(problem)
+        else:
+            # Commands may allow different values; jobs of theirs are checked with it.
+            return
+    raise UsageError(f"defaults: {problems[0]}")
 
 
 def _job(table: Any, number: int, defaults: dict[str, Any], folder: str) -> Job:
@@ -98,11 +112,12 @@ def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder:
     for key, value in (("name", table.get("name")), ("output", output), ("report", report)):
         if value is not None and not isinstance(value, str):
             raise UsageError(f"{key} must be text, got {value!r}")
+    for path in filter(lambda path: path is not None, (*inputs, output, report)):
+        if not path or "\0" in path:
+            raise UsageError(f"{path!r} is no name of a file")
     if output is not None and not command.endings:
         raise UsageError(f"{command.name} writes nothing: give report instead of output")
-    if output is not None:
-        command.check_output(output)
-    elif command.endings and not command.output_is_optional:
+    if output is None and command.endings and not command.output_is_optional:
         raise UsageError(f"{command.name} needs an output")
     if output is None and report is None:
         raise UsageError(f"{command.name} needs a report, the file that is to have what it finds")
@@ -112,6 +127,7 @@ def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder:
         None if output is None else os.path.join(folder, output),
         _parameters(command, table.get("parameters", {}), defaults),
     )
+    command.check(request)
     return Job(name, request, os.path.join(folder, report or f"{output}.json"))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from .. import _native
 from .._errors import InputError
 from .._report import Report
-from . import contents
+from . import contents, inputs
 from .progress import Shown
 from .requests import UsageError
 from .work import Made, Work, Write
@@ -25,7 +25,7 @@ def info(work: Work) -> Made:
     given, found, lines = work.request.parameters, [], []
     for scan in work.open():
         if given.get("list"):
-            known: dict[str, Any] = {"name": scan.name, "path": os.fspath(scan.path), "part": scan.part}
+            known: dict[str, Any] = {"name": scan.name, **inputs.named(os.fspath(scan.path)), "part": scan.part}
             lines.append(scan.name)
         else:
             content = contents.read(scan, work)
@@ -149,9 +149,6 @@ def cluster(work: Work) -> Made:
     """Makes a coarse mesh of well-shaped triangles, or a chain of levels."""
     scan, content = contents.one(work)
     options, levels = work.given("cluster"), work.request.parameters.get("levels")
-    for name in ("vertices", "patches", "max_error"):
-        if levels is not None and name in options:
-            raise UsageError(f"give levels or {name}, not both")
     is_mesh = isinstance(content, _native.Mesh)
     dense: Any
     dense, pose = (content, scan.world_from_sensor) if is_mesh else contents.points(scan, content)

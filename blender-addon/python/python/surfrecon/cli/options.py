@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -32,7 +31,7 @@ class Row(Protocol):
 class Own:
     """An option that is no parameter of the core: ``kind`` is ``"flag"``, ``"text"``, ``"counts"`` or ``"numbers"``.
 
-    Of the last two ``length`` is how many, or 0 for any number.
+    Of the last two ``length`` is how many, or 0 for any number; numbers that are ``angles`` may be degrees.
     """
 
     name: str
@@ -40,6 +39,7 @@ class Own:
     text: str
     metavar: str = ""
     length: int = 0
+    angles: bool = False
     choices: list[tuple[str, str, str]] = field(default_factory=list)
 
     def check(self, value: object) -> None:
@@ -50,7 +50,7 @@ class Own:
         """
         known = {"flag": isinstance(value, bool), "text": isinstance(value, str)}
         if not known.get(self.kind, isinstance(value, list) and all(map(self._is_number, value))):
-            raise ParameterError(f"{self.name} must be {self.allowed}, got {value!r}")
+            raise ParameterError(f"{self.name} must be {self.allowed}, got {_shown(value)}")
         if isinstance(value, list) and len(value) != (self.length or len(value)) or value == []:
             raise ParameterError(f"{self.name} must be {self.allowed}, got {len(value)}")
 
@@ -58,8 +58,8 @@ class Own:
         if isinstance(value, bool):
             return False
         if self.kind == "counts":
-            return isinstance(value, int) and value >= 0
-        return isinstance(value, int | float) and math.isfinite(value)
+            return isinstance(value, int) and 0 <= value <= _MOST
+        return isinstance(value, int | float) and _is_finite(value)
 
     @property
     def allowed(self) -> str:
@@ -68,10 +68,33 @@ class Own:
         words = {
             "flag": "on or off",
             "text": "text",
-            "counts": f"{many}whole numbers >= 0",
+            "counts": f"{many}whole numbers >= 0 and <= {_MOST}",
             "numbers": f"{many}numbers",
         }
         return words[self.kind]
+
+
+# Nothing has more scans or vertices.
+_MOST = 2**32 - 1
+
+
+def _is_finite(value: float) -> bool:
+    try:
+        return math.isfinite(value)
+    except OverflowError:
+        return False
+
+
+def _shown(value: object) -> str:
+    """A value in an error: not all of its digits."""
+    try:
+        text = repr(value)
+    except ValueError:
+        return "a number of thousands of digits"
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."
+
+
+_LONGEST_SHOWN = 200
 
 
 def rows(*operations: str) -> list[_native.Parameter]:
@@ -88,23 +111,33 @@ def read(row: Row, text: str) -> Any:
     if row.kind in ("choice", "text"):
         value: Any = text
     elif row.kind in ("counts", "numbers"):
-        number = int if row.kind == "counts" else float
-        value = [_number(row, part, number) for part in text.split(",")]
-    elif row.kind == "angle" and text.endswith("deg"):
-        value = math.radians(_number(row, text.removesuffix("deg"), float))
+        value = [_number(row, part) for part in text.split(",")]
     else:
-        value = _number(row, text, int if row.kind == "count" else float)
+        value = _number(row, text)
     row.check(value)
     return value
 
 
-def _number(row: Row, text: str, number: Callable[[str], Any]) -> Any:
+def _number(row: Row, text: str) -> Any:
     try:
-        return number(text)
+        if row.kind in ("count", "counts"):
+            return int(text)
+        if _is_angle(row) and text.endswith("deg"):
+            return math.radians(float(text.removesuffix("deg")))
+        return float(text)
     except ValueError:
-        allowed = getattr(row, "allowed", "a number")
-        whole = "a whole number " if row.kind == "count" else ""
-        raise ParameterError(f"{row.name} must be {whole}{allowed}, got {text!r}") from None
+        raise _refused(row, text) from None
+
+
+def _is_angle(row: Row) -> bool:
+    return row.kind == "angle" or getattr(row, "angles", False)
+
+
+def _refused(row: Row, value: object) -> ParameterError:
+    allowed = getattr(row, "allowed", "a number")
+    whole = "a whole number " if row.kind == "count" else ""
+    unit = ", in radians or in degrees as 80deg" if _is_angle(row) else ""
+    return ParameterError(f"{row.name} must be {whole}{allowed}{unit}, got {_shown(value)}")
 
 
 def parsed(row: Row, value: Any) -> Any:
@@ -113,12 +146,20 @@ def parsed(row: Row, value: Any) -> Any:
     Raises:
         ParameterError: it lies outside of the range, or is none of this kind.
     """
-    if isinstance(value, str) and row.kind == "angle":
-        return read(row, value)
+    if _is_angle(row):
+        if isinstance(value, str):
+            return read(row, value)
+        if isinstance(value, list):
+            value = [_number(row, part) if isinstance(part, str) else part for part in value]
+    # Where a number is asked for, the core takes true for 1.
+    if isinstance(value, bool) and row.kind != "flag":
+        raise _refused(row, value)
     try:
         row.check(value)
-    except TypeError:
-        raise ParameterError(f"{row.name} must be {getattr(row, 'allowed', '')}, got {value!r}") from None
+    except (TypeError, OverflowError):
+        raise _refused(row, value) from None
+    if row.kind == "numbers":
+        return [float(number) for number in value]
     return value
 
 

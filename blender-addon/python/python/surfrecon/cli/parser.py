@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import re
-from typing import NoReturn
+from decimal import Decimal
+from typing import Any, NoReturn
 
 from .. import _native
 from .commands import COMMANDS, Command
@@ -19,12 +20,17 @@ _EXIT_CODES = """exit codes:
   0    done
   1    a file can't be read or written, or what it holds can't be used
   2    a wrong command line or manifest
-  130  stopped by Ctrl-C (128 + the number of any signal); nothing is left behind
+  130  stopped by Ctrl-C (128 + the number of any signal): nothing is left behind, or, where all was written
+       by then, all
   141  nobody reads the output any more
 
 An output that exists is replaced, at once and only if all went well.
 """
 _UNITS = {"": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+
+
+# Of a memory limit.
+_LARGEST = 2**63 - 1
 
 
 class BadCommandLine(UsageError):
@@ -36,6 +42,11 @@ class BadCommandLine(UsageError):
 
 
 class _Parser(argparse.ArgumentParser):
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        # What begins like a number is a value, not only what argparse takes for one: -1e5, -5deg, -1,2,3,4.
+        self._negative_number_matcher = re.compile(r"-\.?\d|-inf|-nan")
+
     def _print_message(self, message: str, file: object = None) -> None:
         # Of --help and --version; argparse itself would not tell of a full disk.
         say(message.rstrip("\n"))
@@ -115,7 +126,10 @@ def _size(text: str) -> int:
     if found is None or found[2] not in _UNITS:
         known = ", ".join(filter(None, _UNITS))
         raise argparse.ArgumentTypeError(f"must be bytes, or a number with one of {known}, got {text!r}")
-    return int(float(found[1]) * _UNITS[found[2]])
+    size = int(Decimal(found[1]) * _UNITS[found[2]])
+    if size > _LARGEST:
+        raise argparse.ArgumentTypeError(f"must be less than {_LARGEST + 1} bytes, 8 EiB")
+    return size
 
 
 def requested(given: argparse.Namespace) -> Request:

@@ -9,15 +9,15 @@ from collections.abc import Sequence
 from typing import Any
 
 from .. import _native
-from .._errors import Cancelled, InputError, ParameterError, SurfreconError
+from .._errors import Cancelled, ParameterError, SurfreconError
 from . import inputs, progress, record, streams
 from .commands import COMMANDS
-from .files import write_text
+from .files import is_same, refuse_unwritable, write_text
 from .parser import BadCommandLine, parser, requested
 from .progress import Shown
 from .requests import UsageError
 from .stops import Stopped, Stops
-from .work import Made, Work, missing_folder
+from .work import Made, Work
 
 __all__ = ["perform", "problem_of", "run"]
 
@@ -110,10 +110,12 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     if given.max_memory is not None:
         _native.set_memory_limit(given.max_memory)
     if given.report is not None:
-        _refuse_missing_folder(given.report)
+        if not given.report:
+            raise UsageError("the report has an empty name")
         for other in (getattr(given, "output", None), getattr(given, "manifest", None)):
-            if other is not None and os.path.abspath(other) == os.path.abspath(given.report):
+            if other is not None and is_same(other, given.report):
                 raise UsageError(f"{given.report}: the report needs a name of its own")
+        refuse_unwritable(given.report, devices=True)
     shown = Shown(stops, given.quiet)
     if given.command == "batch":
         from .batch import run_batch
@@ -163,14 +165,15 @@ def perform(work: Work) -> tuple[dict[str, Any], Made]:
 def _performed(work: Work) -> tuple[dict[str, Any], Made]:
     request, began = work.request, time.monotonic()
     command = COMMANDS[request.command]
+    command.check(request)
     if request.output is not None:
-        command.check_output(request.output)
-        _refuse_missing_folder(request.output)
+        refuse_unwritable(request.output)
     made = command.run(work)
     written: list[str] = []
     if request.output is not None and made.write is not None:
         written = [request.output, *made.beside(request.output)]
         work.refuse(written)
+        work.refuse_beside(written[1:])
     work.stops.check()
     work.stops.defer()
     if request.output is not None and made.write is not None:
@@ -178,9 +181,3 @@ def _performed(work: Work) -> tuple[dict[str, Any], Made]:
             made.write(request.output, shown, record.provenance(work))
     outputs = [inputs.hashed(path) for path in written] if work.hashes else [inputs.named(path) for path in written]
     return record.finished(work, made, outputs, time.monotonic() - began), made
-
-
-def _refuse_missing_folder(path: str) -> None:
-    folder = missing_folder(path)
-    if folder is not None:
-        raise InputError(f"{path}: there is no folder {folder}")

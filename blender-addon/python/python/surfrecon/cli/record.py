@@ -9,10 +9,11 @@ from typing import Any
 
 from .. import _native
 from .._report import jsonable
+from . import inputs
 from .requests import Request
 from .work import Made, Work
 
-__all__ = ["failed", "finished", "provenance", "text"]
+__all__ = ["failed", "finished", "given", "provenance", "text"]
 
 # More are not named in a result one by one, as the frames of a recording.
 _MOST_FILES = 100
@@ -34,9 +35,25 @@ def provenance(work: Work) -> dict[str, Any] | None:
     return asked | {"inputs": files}
 
 
+def given(work: Work) -> list[str]:
+    """A hash of each file or folder in the order in which they were given, which results may depend on.
+
+    A folder's is of the names and hashes of its files. The names of folders don't count.
+    """
+    hashes = {os.path.abspath(inputs.path_of(file)): file["sha256"] for file in work.known}
+    found = []
+    for path in work.request.inputs if work.hashes else []:
+        whole = os.path.abspath(path)
+        inside = os.path.join(whole, "")
+        lines = [f"{hashes[file]}  {file[len(inside) :]}" for file in sorted(hashes) if file.startswith(inside)]
+        digest = hashlib.sha256("\n".join(lines).encode("utf-8", "surrogateescape")).hexdigest()
+        found.append(hashes.get(whole, digest))
+    return found
+
+
 def finished(work: Work, made: Made, outputs: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
     """The report of a run that went well."""
-    found = {"inputs": work.known, "outputs": outputs, "notes": work.notes, "report": made.report}
+    found = {"given": given(work), "inputs": work.known, "outputs": outputs, "notes": work.notes, "report": made.report}
     return {"state": "done", **_asked(work.request), **found, "seconds": round(seconds, 3)}
 
 
@@ -51,7 +68,7 @@ def _asked(request: Request) -> dict[str, Any]:
 
 
 def text(document: Any) -> str:
-    """A document as JSON, in ASCII: numbers that aren't finite are ``null``, bytes that aren't UTF-8 question marks."""
+    """A document as JSON, in ASCII: numbers that aren't finite are ``null``, bytes that aren't UTF-8 are U+FFFD."""
     return json.dumps(_readable(jsonable(document)), indent=2, allow_nan=False)
 
 
@@ -61,4 +78,4 @@ def _readable(value: Any) -> Any:
     if isinstance(value, list):
         return [_readable(entry) for entry in value]
     # Halves of surrogate pairs, which Python has for such bytes, are no text in JSON.
-    return value.encode("utf-8", "replace").decode("utf-8") if isinstance(value, str) else value
+    return inputs.readable(value) if isinstance(value, str) else value

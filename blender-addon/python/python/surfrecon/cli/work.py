@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ from .. import _native
 from .._errors import FileError, InputError
 from .._report import Report
 from . import inputs
-from .files import is_same
+from .files import identity, is_report, is_same, refuse_unwritable
 from .options import rows
 from .progress import Shown
 from .requests import Request
@@ -47,6 +46,8 @@ class Work:
     hashes: bool
     # Other files that the run will write, besides its output.
     also: Sequence[str] = ()
+    # Files of others, which the run may not write besides its output.
+    kept: Callable[[], Sequence[str]] = lambda: ()
     # What people should know.
     notes: list[str] = field(default_factory=list)
     # The files that are read, and what is known of each.
@@ -65,8 +66,12 @@ class Work:
         self.notes += scans.notes
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)
+        held = inputs.in_folders(paths)
+        # Of a recording that is read more than its scans is, so that there reports replace reports alone.
+        self.refuse([path for path in self.also if not is_report(path)], held)
         # What this run writes into a folder is no scan of it, or it would have been refused.
-        found = [path for path in inputs.in_folders(paths) if not any(is_same(path, other) for other in written)]
+        own = {identity(path) for path in written}
+        found = [path for path in held if identity(path) not in own]
         files = [path for path in inputs.ordered([*read, *found]) if path not in self.files]
         self.files += files
         if self.hashes:
@@ -82,10 +87,27 @@ class Work:
         Raises:
             InputError: a file is among both.
         """
+        read = {identity(file) for file in (self.files if files is None else files)}
         for path in written:
-            for file in self.files if files is None else files:
-                if is_same(path, file):
-                    raise InputError(f"{path} is read: give the output another name")
+            if identity(path) in read:
+                raise InputError(f"{path} is read: give the output another name")
+
+    def refuse_beside(self, beside: Sequence[str]) -> None:
+        """Refuses to write, besides the output, what is not to be replaced.
+
+        Raises:
+            InputError: one is the report, or another job's.
+            FileError: one is read-only.
+        """
+        kept = {identity(path) for path in self.kept()} if beside else set()
+        for path in beside:
+            if any(is_same(path, other) for other in self.also):
+                raise InputError(f"{path}: the report needs a name of its own")
+            if identity(path) in kept:
+                raise InputError(
+                    f"{path}, which is written beside the output, is another job's: write to another folder"
+                )
+            refuse_unwritable(path)
 
     def given(self, *operations: str) -> dict[str, Any]:
         """The parameters of operations that were given."""
@@ -103,9 +125,3 @@ def _hashed(path: str, stops: Stops) -> dict[str, Any]:
         return inputs.hashed(path, stops)
     except OSError as problem:
         raise FileError(f"{path}: {problem.strerror}") from None
-
-
-def missing_folder(path: str) -> str | None:
-    """The folder of a file that is to be written, if there is none."""
-    folder = os.path.dirname(path) or "."
-    return None if os.path.isdir(folder) else folder
