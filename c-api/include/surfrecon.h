@@ -548,8 +548,8 @@ typedef struct {
 } srf_grid_camera;
 
 // Takes what is written into a folder: user, as given in srf_file_sink; name, of the file within the folder; bytes, the next ones, or
-// NULL: the file is complete; count, how many. Files of a set may take turns; a file whose call ended with an error is not complete, and
-// what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn, as is what it must not
+// NULL: the file is complete; count, how many. Files of a set may take turns, and its list is complete last; a file whose call ended with an
+// error is not complete, and what came of it is to be discarded. Called on any thread, never on two at once. Answers are those of srf_read_fn, as is what it must not
 // do; nor must it write into its own folder.
 typedef int32_t (*srf_write_fn)(void *user, const char *name, const void *bytes, size_t count);
 
