@@ -1,5 +1,6 @@
 """The command line as a program of its own."""
 
+import json
 import math
 import os
 import subprocess
@@ -42,3 +43,10 @@ def data(folder):
     np.savetxt(folder / "points.xyz", np.stack([ring * np.cos(turn), ring * np.sin(turn), height], 1), fmt="%.6f")
     surfrecon.reconstruct(np.loadtxt(folder / "points.xyz")).mesh.write(folder / "ball.ply")
     return folder
+
+
+def states(folder, *options, code=1):
+    """What became of each job."""
+    done = run("batch", folder / "jobs.toml", "--json", *options)
+    assert done.returncode == code, done.stderr
+    return {job["name"]: job["state"] for job in json.loads(done.stdout)["jobs"]}
