@@ -159,7 +159,7 @@ class Library:
             numbers = (*described["focal"], *described["centre"])
             kind = "SRF_PROJECTION_PINHOLE_DEPTH" if described["depth"] == "planar" else "SRF_PROJECTION_PINHOLE_RANGE"
         else:
-            numbers, kind = (*described["first"], *described["step"]), f"SRF_{kind.upper()}"
+            numbers, kind = (*described["first"], *described["step"]), f"SRF_PROJECTION_{kind.upper()}"
         four = (ctypes.c_double * 4)(*numbers)
         return self.structs["srf_projection"](self.constants[kind], 0, four)
 

@@ -206,7 +206,7 @@ def test_a_surface_through_points(c):
     mesh, report = c.reconstructor_surface(handle, params, out_dropped=dropped)
     same_mesh(c, mesh, result.mesh)
     same_report(report, result.report, 12)
-    numbers = {name.lower().removeprefix("srf_"): value for name, value in c.constants.items()}
+    numbers = {name.lower().removeprefix("srf_dropped_"): value for name, value in c.constants.items()}
     assert set(result.dropped) >= {"not_finite", "duplicate"}
     for reason, indices in result.dropped.items():
         same(np.flatnonzero(dropped == numbers[reason]), indices.astype(np.int64))
