@@ -31,6 +31,7 @@ const UNSAFE_FILES: &[&str] = &[
     "rust-core/tests/refused.rs",
     "tests/rust/c/calls/aligning.rs",
     "tests/rust/c/calls/files.rs",
+    "tests/rust/c/calls/folders.rs",
     "tests/rust/c/calls/frames.rs",
     "tests/rust/c/calls/mod.rs",
     "tests/rust/c/calls/objects.rs",

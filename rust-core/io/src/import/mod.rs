@@ -69,7 +69,7 @@ use base::progress::Progress;
 pub use image::frame::Camera;
 pub use options::{PixelMeaning, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
-use registry::{Role, format_of};
+use registry::{Role, format_of, is_known_by_content};
 pub(crate) use scan::Begin;
 pub use scan::{Content, Scan};
 

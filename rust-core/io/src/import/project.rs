@@ -180,7 +180,7 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
         }
         match super::format_of(&path).map(|format| &format.role) {
             // Programs keep notes of their own as JSON: only what it holds makes it a list.
-            Ok(Role::List(_)) if name.ends_with(".json") && !super::registry::is_known_by_content(&path)? => {}
+            Ok(Role::List(_)) if name.ends_with(".json") && !super::is_known_by_content(&path)? => {}
             Ok(Role::List(_)) => lists.push(path),
             Ok(role) => {
                 any_scan |= matches!(role, Role::Scans { .. } | Role::Recording(_));
