@@ -208,8 +208,44 @@ type Write = unsafe extern "C" fn(Handle, Text, *const c_void, *const c_void) ->
 type Open = unsafe extern "C" fn(*const Text, usize, *const c_void, *const c_void, *mut Handle) -> i32;
 type Read = unsafe extern "C" fn(Handle, usize, *const c_void, *mut u32, *mut Handle, *mut Handle, *mut Handle) -> i32;
 
-/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside one in memory, with
-/// copying it out of and into the folder.
+#[repr(C)]
+struct FileSource {
+    length: u64,
+    read: unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32,
+    release: Option<unsafe extern "C" fn(*mut c_void)>,
+    user: *mut c_void,
+}
+
+#[repr(C)]
+struct FileSink {
+    write: unsafe extern "C" fn(*mut c_void, Text, *const c_void, usize) -> i32,
+    release: Option<unsafe extern "C" fn(*mut c_void)>,
+    user: *mut c_void,
+}
+
+/// Reads what lies in a buffer.
+unsafe extern "C" fn read_buffer(user: *mut c_void, at: u64, to: *mut c_void, count: usize, out: *mut usize) -> i32 {
+    // SAFETY: the buffer handed in, and room for as many bytes.
+    unsafe {
+        let from = &(&*user.cast::<Vec<u8>>())[at as usize..];
+        let some = count.min(from.len());
+        to.cast::<u8>().copy_from_nonoverlapping(from.as_ptr(), some);
+        *out = some;
+    }
+    0
+}
+
+/// Appends to a buffer.
+unsafe extern "C" fn write_buffer(user: *mut c_void, _: Text, bytes: *const c_void, count: usize) -> i32 {
+    if !bytes.is_null() {
+        // SAFETY: the buffer handed in, and as many bytes.
+        unsafe { (*user.cast::<Vec<u8>>()).extend_from_slice(std::slice::from_raw_parts(bytes.cast(), count)) };
+    }
+    0
+}
+
+/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside bytes in memory; once
+/// those of a buffer of the program's, by functions, and once copied out of and into a folder that keeps them.
 fn files(library: &Library, repeats: usize) {
     macro_rules! function {
         ($name:literal, $t:ty) => {
@@ -221,6 +257,7 @@ fn files(library: &Library, repeats: usize) {
     let (free, free_scans) = (function!(b"srf_mesh_free", Free), function!(b"srf_scans_free", Free));
     let (create_folder, path_in) =
         (function!(b"srf_folder_create", CreateFolder), function!(b"srf_folder_path", PathIn));
+    let put_source = function!(b"srf_folder_put_source", unsafe extern "C" fn(Handle, Text, *const FileSource) -> i32);
     let (put, bytes_of) = (function!(b"srf_folder_put", Put), function!(b"srf_folder_bytes", BytesOf));
     let (write, open, read) =
         (function!(b"srf_mesh_write", Write), function!(b"srf_scans_open", Open), function!(b"srf_scans_read", Read));
@@ -272,7 +309,28 @@ fn files(library: &Library, repeats: usize) {
                 std::hint::black_box(held(in_memory.as_ptr()));
             },
         );
+        let mut buffer = held(in_memory.as_ptr());
+        let user: *mut c_void = (&raw mut buffer).cast();
+        let (mut sink, mut written_to) = (std::ptr::null_mut(), std::ptr::null());
+        let takes = FileSink { write: write_buffer, release: None, user };
+        // SAFETY: as above; the buffer outlives the folder.
+        unsafe {
+            assert_eq!(create_folder((&raw const takes).cast(), &mut sink), 0);
+            assert_eq!(path_in(sink, in_memory.as_ptr(), &mut written_to), 0);
+        }
+        compare_as(
+            names,
+            &format!("write {name} to a function"),
+            repeats,
+            || write_to(on_disk.as_ptr()),
+            || {
+                // SAFETY: nobody is writing.
+                unsafe { (*user.cast::<Vec<u8>>()).clear() };
+                write_to(written_to);
+            },
+        );
         let bytes = held(in_memory.as_ptr());
+        assert_eq!(buffer, bytes);
         assert_eq!(bytes, std::fs::read(disk.path().join(name)).unwrap());
         compare_as(
             names,
@@ -285,5 +343,17 @@ fn files(library: &Library, repeats: usize) {
                 read_from(path);
             },
         );
+        let source = FileSource { length: buffer.len() as u64, read: read_buffer, release: None, user };
+        // SAFETY: as above; the buffer outlives what is read of it.
+        assert_eq!(unsafe { put_source(folder, in_memory.as_ptr(), &source) }, 0);
+        compare_as(
+            names,
+            &format!("read {name} by a function"),
+            repeats,
+            || read_from(on_disk.as_ptr()),
+            || read_from(path),
+        );
+        // SAFETY: as above: nothing reads the buffer any more.
+        assert_eq!(unsafe { put(folder, in_memory.as_ptr(), null, 0) }, 0);
     }
 }
