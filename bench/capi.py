@@ -21,7 +21,8 @@ def main(wanted, record):
             row = json.loads(line) | {"tool": "surfrecon"}
             if wanted.takes(row["case"]):
                 first, second = ("core_s", "c_s") if "core_s" in row else ("file_s", "memory_s")
-                record.put(row | {"overhead_pct": 100 * (row[second] / row[first] - 1)})
+                overhead = 100 * (row[second] / row[first] - 1)
+                record.put(dict.fromkeys(COLUMNS) | row | {"overhead_pct": overhead})
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, program)
     columns = {
