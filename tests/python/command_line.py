@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -50,3 +51,20 @@ def states(folder, *options, code=1):
     done = run("batch", folder / "jobs.toml", "--json", *options)
     assert done.returncode == code, done.stderr
     return {job["name"]: job["state"] for job in json.loads(done.stdout)["jobs"]}
+
+
+def buffer_outside(folder, name):
+    """A triangle as glTF whose buffer is a file of its own."""
+    buffer = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
+    (folder / f"{name} 1.bin").write_bytes(buffer)
+    whole = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "buffers": [{"byteLength": 36, "uri": f"{name}%201.bin"}],
+    }
+    (folder / f"{name}.gltf").write_text(json.dumps(whole))

@@ -11,7 +11,7 @@ import zlib
 import numpy as np
 import pytest
 import surfrecon
-from command_line import ENVIRONMENT, run, states
+from command_line import ENVIRONMENT, buffer_outside, run, states
 from shapes import torus, torus_scans
 
 
@@ -33,23 +33,6 @@ def job(command, inputs, **keys):
     """A job as a manifest has it."""
     lines = [f"{key} = {json.dumps(value)}" for key, value in {"command": command, "inputs": inputs, **keys}.items()]
     return "\n".join(["[[job]]", *lines, ""])
-
-
-def buffer_outside(folder, name):
-    """A triangle as glTF whose buffer is a file of its own."""
-    buffer = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
-    (folder / f"{name} 1.bin").write_bytes(buffer)
-    whole = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
-        "bufferViews": [{"buffer": 0, "byteLength": 36}],
-        "buffers": [{"byteLength": 36, "uri": f"{name}%201.bin"}],
-    }
-    (folder / f"{name}.gltf").write_text(json.dumps(whole))
 
 
 def recording(folder):
@@ -313,3 +296,12 @@ main()
     assert done.returncode == 1 and [one["state"] for one in jobs] == ["failed", "done"]
     assert jobs[0]["error"] == "TypeError: a mistake"
     assert json.loads((sources / "x.json").read_text())["state"] == "failed"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_report_that_is_a_pipe_is_not_waited_for(sources):
+    os.mkfifo(sources / "r.json")
+    (sources / "jobs.toml").write_text(job("cluster", ["x.ply"], name="a", output="o.ply", report="r.json"))
+    done = run("batch", sources / "jobs.toml", "--dry-run", "--json", timeout=30)
+    (entry,) = json.loads(done.stdout)["jobs"]
+    assert done.returncode == 0 and entry["reason"] == "there is no report of it"

@@ -6,10 +6,9 @@ import shutil
 import stat
 import sys
 
-import numpy as np
 import pytest
 import surfrecon
-from command_line import data, run
+from command_line import buffer_outside, data, run
 
 POSIX = os.name == "posix"
 
@@ -131,26 +130,15 @@ def test_reports_keep_permissions_as_results_do(folder, mode):
 
 
 def test_what_names_of_files_in_a_recording_or_gltf_lead_to_is_read(given, tmp_path):
-    (tmp_path / "m.bin").write_bytes(np.array([0, 0, 0, 1, 0, 0, 0, 1, 0], "<f4").tobytes())
-    whole = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
-        "bufferViews": [{"buffer": 0, "byteLength": 36}],
-        "buffers": [{"byteLength": 36, "uri": "m.bin"}],
-    }
-    (tmp_path / "m.gltf").write_text(json.dumps(whole))
+    buffer_outside(tmp_path, "m")
     (tmp_path / "list.conf").write_text("bmesh m.gltf 0 0 0 0 0 0 1\n")
-    before = (tmp_path / "m.bin").read_bytes()
+    before = (tmp_path / "m 1.bin").read_bytes()
     for name in ("m.gltf", "list.conf"):
-        done = run("info", name, "--report", "m.bin", cwd=tmp_path)
-        assert done.returncode == 1 and "m.bin is read" in done.stderr
-        assert (tmp_path / "m.bin").read_bytes() == before
+        done = run("info", name, "--report", "m 1.bin", cwd=tmp_path)
+        assert done.returncode == 1 and "m 1.bin is read" in done.stderr
+        assert (tmp_path / "m 1.bin").read_bytes() == before
     found = json.loads(run("info", "list.conf", "--json", cwd=tmp_path).stdout)
-    assert [file["path"] for file in found["inputs"]] == ["list.conf", "m.bin", "m.gltf"]
+    assert [file["path"] for file in found["inputs"]] == ["list.conf", "m 1.bin", "m.gltf"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names that are not UTF-8 are Linux's")

@@ -106,6 +106,9 @@ def _ran(work: Work, job: Job) -> dict[str, Any]:
 
 def _reason(job: Job, given: argparse.Namespace, shown: Shown, stops: Stops, changed: set[str]) -> str | None:
     """Why a job is to run; ``None`` where its report says that it would make again what is there."""
+    # A pipe would be waited for.
+    if not os.path.isfile(job.report):
+        return "there is no report of it"
     try:
         with open(job.report, encoding="utf-8") as file:
             report = json.load(file)

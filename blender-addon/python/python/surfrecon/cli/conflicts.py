@@ -61,6 +61,9 @@ def of_others(jobs: Sequence[Job], one: Job, manifest: str, summary: str | None)
 
 def _made(job: Job) -> list[str]:
     """What a job's report says that it wrote, wherever its folder lies now."""
+    # A pipe would be waited for.
+    if not os.path.isfile(job.report):
+        return []
     try:
         with open(job.report, encoding="utf-8") as file:
             names = [os.path.basename(inputs.path_of(known)) for known in json.load(file)["outputs"]]
