@@ -222,6 +222,32 @@ def ctrl_c_at_any_time_leaves_nothing_or_all(folder, tmp_path, name):
     assert any(code != 0 for code in codes)
 
 
+# What is installed as the program.
+INSTALLED = "import sys\nfrom surfrecon.cli import main\nif __name__ == '__main__':\n    sys.exit(main())\n"
+
+
+def ctrl_c_from_the_start(folder, tmp_path, how):
+    """Python itself takes a hundredth of a second to begin; from when it loads the package on nothing is traced."""
+    (tmp_path / "surfrecon").write_text(INSTALLED, "utf-8")
+    program = PROGRAM if how == "module" else [sys.executable, tmp_path / "surfrecon"]
+    arguments = ["merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.004"]
+    package = os.path.dirname(surfrecon.__file__)
+    for wait in (*(k / 250 for k in range(50)), *(k / 20 for k in range(4, 21))):
+        options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+        began = subprocess.Popen([*program, *arguments], env=ENVIRONMENT, **options)
+        time.sleep(wait)
+        began.send_signal(signal.SIGINT)
+        said = began.communicate(timeout=100)[1].decode()
+        if "Traceback" in said:
+            # Of Python's beginning, which no package has a say in, and of finding the first module of this one.
+            frames = [line for line in said.splitlines() if f'File "{package}' in line]
+            assert all(f'{package}{os.sep}__init__.py", line' in line for line in frames[:1]) and len(frames) < 2, said
+            assert "_interrupts" in said or not frames, said
+        else:
+            assert began.returncode in (130, -signal.SIGINT) and len(said.splitlines()) < 2, said
+        assert [path.name for path in tmp_path.iterdir()] == ["surfrecon"]
+
+
 # Interrupts itself where a function of a module is called; or while a class is made there, when Python makes an error
 # of its own of what is raised; or at the end of an object, when nothing can be raised.
 AT_A_PLACE = """
@@ -386,6 +412,7 @@ STREAMS = [
 SIGNALS = [
     *((ctrl_c_at_any_time_leaves_nothing_or_all, name) for name in ("merge", "convert", "align", "measure", "batch")),
     (ctrl_c_at_certain_places,),
+    *((ctrl_c_from_the_start, how) for how in ("module", "installed")),
     (signals_as_programs_take_them,),
 ]
 

@@ -6,9 +6,10 @@ scans, angles in radians; ``parameters()`` lists every option with default, rang
 >>> scans = surfrecon.open("folder of scans")
 >>> aligned = surfrecon.align(scans)
 >>> result = surfrecon.merge(aligned.scans)
->>> result.mesh.positions.shape
+>>> result.mesh.write("surface.ply")
 """
 
+from . import _interrupts  # noqa: F401 (before all that takes time to load)
 from ._errors import (
     Cancelled,
     FileError,

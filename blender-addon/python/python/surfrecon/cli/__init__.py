@@ -19,17 +19,17 @@
 ======================== =======================================================================
 """
 
-import signal
 import sys
+
+from .._interrupts import leave_to_system
 
 __all__ = ["main"]
 
 
 def main() -> None:
     """Runs the command of ``sys.argv`` and ends the program with its exit code."""
-    # Until all is loaded nothing has begun: an interrupt ends the program as the system does, without a traceback.
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Until all is loaded nothing has begun.
+    leave_to_system()
     from .program import run
 
     sys.exit(run(sys.argv[1:]))
