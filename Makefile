@@ -3,7 +3,7 @@
 
 SHELL := /usr/bin/env bash
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-gui test-windows test-arm64 release release-c check bench fuzz miri explore wheel extension meshlab-plugin install generate clean distclean
+.PHONY: help demo docs test test-gui test-windows test-arm64 release release-c check bench fuzz miri explore wheel extension meshlab-plugin install generate clean distclean
 
 # Real scans for tests and benchmarks; without them these say which cases they skipped.
 ifndef SURFRECON_DATA
@@ -19,6 +19,10 @@ help: ## List the targets
 
 demo: extension ## Scan a shape, merge the scans inside Blender, render: out/demo.*; SCANS=path/to/file.conf uses real scans, SHUFFLE=1 aligns them first, FRAMES=folder merges a phone's recording in its colours
 	@SHUFFLE=$(SHUFFLE) FRAMES=$(FRAMES) tools/demo.sh $(SCANS)
+
+docs: ## Build the documentation site, which needs no network: out/docs/index.html
+	@tools/build_wheel.sh >/dev/null
+	@tools/docs.sh out/docs
 
 test: ## Set up what is missing, then run all checks and tests (Rust, C, Python, Blender, MeshLab)
 	@tools/setup_apt.sh test

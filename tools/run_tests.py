@@ -227,7 +227,15 @@ def main():
     os.environ.setdefault("PROPTEST_RNG_SEED", "1")
 
     # Downloads and compiling don't compete: the environments are made while the compiler runs.
-    names = ["lint", "build", "python", "bench", *(f"blender-{v}" for v in BLENDER), *(f"meshlab-{v}" for v in MESHLAB)]
+    names = [
+        "lint",
+        "build",
+        "python",
+        "docs",
+        "bench",
+        *(f"blender-{v}" for v in BLENDER),
+        *(f"meshlab-{v}" for v in MESHLAB),
+    ]
     threading.Thread(target=prepare, args=(names,), daemon=True).start()
 
     total = Tally()
@@ -249,6 +257,7 @@ def main():
         python = environment("bench")
         peers = {"SURFRECON_PEERS": python} if python else {}
         total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": files} | library | peers))
+        total.add(pytest("site and examples", "docs", "tests/docs", {"PYTHONPATH": files} | library))
         extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
         total.add(extension)
         if extension.failed == 0:

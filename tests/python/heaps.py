@@ -13,10 +13,10 @@ def rigid(generator):
     return pose
 
 
-def look():
+def look(pixels=130):
     """Six views of the sculpture with the poses that they were taken from."""
     mesh = surfrecon.sculpture(cell=2.0)
-    scans = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=6, above=0, below=0, pixels=130))
+    scans = surfrecon.virtual_scan(mesh, surfrecon.turntable(mesh, around=6, above=0, below=0, pixels=pixels))
     for k, scan in enumerate(scans):
         scan.name = f"view{k}"
     return scans

@@ -4,12 +4,9 @@ import hashlib
 import json
 import math
 import os
-import re
-import shlex
 import subprocess
 import sys
 from importlib.metadata import entry_points
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -203,23 +200,6 @@ def test_help_and_version():
         for row in command.options().values():
             assert f"--{row.name.replace('_', '-')}" in said
             assert " ".join(row.text.split())[:25] in said, row.name
-
-
-def test_the_readme_does_what_it_says(tmp_path):
-    readme = Path(__file__).parents[2] / "README.md"
-    section = readme.read_text("utf-8").partition("## On the command line")[2].partition("\n## ")[0]
-    blocks = {kind: text for kind, text in re.findall(r"```(sh|toml)\n(.*?)```", section, re.S)}
-    (tmp_path / "scans").mkdir()
-    for image in look():
-        image.write(tmp_path / "scans" / f"{image.name}.ply")
-    (tmp_path / "jobs.toml").write_text(blocks["toml"], "utf-8")
-    lines = [shlex.split(line, comments=True) for line in blocks["sh"].splitlines() if line.startswith("surfrecon ")]
-    assert {line[1] for line in lines} >= {"info", "align", "merge", "cluster", "sculpt", "measure", "batch"}
-    for _, *arguments in lines:
-        done = run(*arguments, cwd=tmp_path)
-        assert done.returncode == 0, (arguments, done.stderr)
-    made = {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"}
-    assert made <= {path.name for path in tmp_path.iterdir()}
 
 
 @pytest.mark.parametrize(

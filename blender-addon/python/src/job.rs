@@ -56,7 +56,7 @@ impl Job {
     ///
     /// Raises:
     ///     ParameterError, TypeError: like ``align``, at once; InputError for arrays of another shape. Other errors are raised by
-    ///     ``result``.
+    ///         ``result``.
     #[staticmethod]
     // options: align
     #[pyo3(signature = (scans, *, fixed = None, picks = None, trusted = None, rejected = None, axis = None, angles = None, **options), text_signature = "(scans, *, start='unknown', reach=None, turntable='no', tolerance=None, min_overlap=0.03, use_colour=True, threads=0, fixed=None, picks=None, trusted=None, rejected=None, axis=None, angles=None)")]

@@ -88,13 +88,13 @@ __version__: str
 
 _Vector: TypeAlias = Sequence[float] | NDArray[np.floating[Any]]
 _Matrix: TypeAlias = NDArray[np.float64]
-_PathLike: TypeAlias = str | PathLike[str]
+_Path: TypeAlias = str | PathLike[str]
 # A path, or a binary file object with a name.
-_File: TypeAlias = _PathLike | IO[bytes]
+_File: TypeAlias = _Path | IO[bytes]
 _Viewing: TypeAlias = tuple[Literal["parallel", "from"], ArrayLike]
 _Attributes: TypeAlias = dict[str, NDArray[Any]]
 _Alignable: TypeAlias = Scan | RangeImage | PointCloud | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
-_Pick: TypeAlias = Pick | tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int, ArrayLike, ArrayLike, float]
+_Picked: TypeAlias = Pick | tuple[int, int, ArrayLike, ArrayLike] | tuple[int, int, ArrayLike, ArrayLike, float]
 _Poses: TypeAlias = Iterable[ArrayLike | None]
 _Mergeable: TypeAlias = Scan | RangeImage | Mesh | tuple[Mesh, ArrayLike] | tuple[Mesh, ArrayLike, str]
 _Region: TypeAlias = Box | Plane | ArrayLike
@@ -445,7 +445,7 @@ class Aligner:
         threads: int | None = 0,
         # end
         fixed: Iterable[int] | None = None,
-        picks: Iterable[_Pick] | None = None,
+        picks: Iterable[_Picked] | None = None,
         trusted: Iterable[tuple[int, int]] | None = None,
         rejected: Iterable[tuple[int, int]] | None = None,
         axis: tuple[ArrayLike, ArrayLike] | None = None,
@@ -536,7 +536,7 @@ class Job:
         threads: int | None = 0,
         # end
         fixed: Iterable[int] | None = None,
-        picks: Iterable[_Pick] | None = None,
+        picks: Iterable[_Picked] | None = None,
         trusted: Iterable[tuple[int, int]] | None = None,
         rejected: Iterable[tuple[int, int]] | None = None,
         axis: tuple[ArrayLike, ArrayLike] | None = None,
@@ -743,7 +743,7 @@ def open(
     camera: tuple[float, float, float, float] | None = None,
 ) -> ScanSet: ...
 def read(path: _File, **options: Any) -> _Content: ...
-def recording_of(path: _PathLike) -> Path | None: ...
+def recording_of(path: _Path) -> Path | None: ...
 def write(
     path: _File,
     content: _Content | Sequence[RangeImage],
@@ -819,7 +819,7 @@ def align(
     threads: int | None = 0,
     # end
     fixed: Iterable[int] | None = None,
-    picks: Iterable[_Pick] | None = None,
+    picks: Iterable[_Picked] | None = None,
     trusted: Iterable[tuple[int, int]] | None = None,
     rejected: Iterable[tuple[int, int]] | None = None,
     axis: tuple[ArrayLike, ArrayLike] | None = None,

@@ -1,0 +1,150 @@
+"""What the guides show of the command line, of C and of C++ runs; nothing is shown that no test runs.
+
+SURFRECON_LIBRARY names the built library.
+"""
+
+import os
+import re
+import shlex
+import subprocess
+from pathlib import Path
+
+import pytest
+from command_line import run
+from conftest import ROOT
+from heaps import look
+from pages import blocks_of, every_block
+
+LIBRARY = os.environ.get("SURFRECON_LIBRARY")
+INCLUDE = ROOT / "c-api" / "include"
+
+# Who runs the blocks of a language, besides this file and the one for Python.
+RUN_BY = {
+    "rust": "rust-core/src/lib.rs",
+    "": "rust-core/src/lib.rs",
+    "cmake": "tests/c/installed.sh",
+    "toml": "tests/docs/test_programs.py",
+}
+# Programs of lines that no test calls as they stand there: they take minutes, or what a user has.
+CALLED = {"cargo", "cmake", "perf", "pip"}
+
+# What the lines of README.md use and do not make.
+CPP = r"""
+#include <surfrecon.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+
+static const std::size_t ROWS = 40, COLS = 50;
+static bool show(std::string_view message) { return std::printf("%.*s\n", int(message.size()), message.data()) >= 0; }
+// A bent wall, a metre away.
+static std::vector<float> wall;
+static std::vector<std::uint8_t> paint(3 * ROWS * COLS, 200);
+static surfrecon::View<float> depths(int) { return {wall.data(), wall.size()}; }
+static surfrecon::View<std::uint8_t, 3> colours(int) { return {paint.data(), ROWS * COLS}; }
+
+int main()
+{
+    for (std::size_t i = 0; i < ROWS * COLS; ++i) wall.push_back(1 + 0.002f * float(i % COLS));
+    std::ifstream file("scan.ply", std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+    const surfrecon::Pose world_from_sensor;
+    const int k = 17;
+SHOWN
+    camera.rows = ROWS;
+    camera.cols = COLS;
+    camera.intrinsics[0] = camera.intrinsics[1] = 60;
+    camera.intrinsics[2] = 25;
+    camera.intrinsics[3] = 20;
+    return merger.run().report.scans == 8 && !folder.bytes("mesh.glb").empty() ? 0 : 1;
+}
+"""
+
+
+def test_the_readme_does_what_it_says(tmp_path):
+    lines, jobs = (blocks_of("README.md", kind, "On the command line") for kind in ("sh", "toml"))
+    (tmp_path / "scans").mkdir()
+    for image in look():
+        image.write(tmp_path / "scans" / f"{image.name}.ply")
+    (tmp_path / "jobs.toml").write_text(jobs, "utf-8")
+    commands = [shlex.split(line, comments=True) for line in lines.splitlines() if line.startswith("surfrecon ")]
+    assert {line[1] for line in commands} >= {"info", "align", "merge", "cluster", "sculpt", "measure", "batch"}
+    for _, *arguments in commands:
+        done = run(*arguments, cwd=tmp_path)
+        assert done.returncode == 0, (arguments, done.stderr)
+    made = {"placed.conf", "surface.ply", "surface.glb", "light.stl", "merged.ply", "merged.ply.json", "distance.json"}
+    assert made <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_completion_is_a_script_of_the_shell():
+    assert (
+        subprocess.run(["bash", "-n"], input=run("completion", "bash").stdout, text=True, check=False).returncode == 0
+    )
+
+
+def built(compiler, standard, source, folder):
+    """Compiles a program against the built library; returns it."""
+    assert LIBRARY, "SURFRECON_LIBRARY is not set"
+    library = Path(LIBRARY)
+    command = [compiler, f"-std={standard}", "-Wall", "-Werror", "-I", INCLUDE, source, "-o", folder / "program"]
+    command += ["-L", library.parent, f"-Wl,-rpath,{library.parent}", "-lsurfrecon"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "program"
+
+
+def started(*command, folder):
+    """Runs a program in a folder to its end."""
+    done = subprocess.run([*map(str, command)], cwd=folder, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_program_of_the_header_runs(scenes, tmp_path):
+    scenes.listed(tmp_path)
+    preface = (INCLUDE / "surfrecon.h").read_text("utf-8").partition("*/")[0]
+    text = "\n".join(re.findall(r"^ \*     (.*)$", preface, re.M))
+    (tmp_path / "program.c").write_text(text, "utf-8")
+    program = built("cc", "c99", tmp_path / "program.c", tmp_path)
+    started(program, "bun.conf", "out.ply", folder=tmp_path)
+    assert (tmp_path / "out.ply").stat().st_size > 10_000
+
+
+def test_the_lines_of_cpp_run(scenes, tmp_path):
+    scenes.listed(tmp_path / "bunny")
+    (tmp_path / "scan.ply").write_bytes((tmp_path / "bunny" / "view0.ply").read_bytes())
+    (tmp_path / "program.cpp").write_text(CPP.replace("SHOWN", blocks_of("README.md", "cpp", "In C and C++")), "utf-8")
+    started(built("c++", "c++17", tmp_path / "program.cpp", tmp_path), folder=tmp_path)
+    assert (tmp_path / "bunny.glb").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("block", list(every_block()), ids=lambda block: f"{block.path.name}:{block.number}")
+def test_every_block_is_run_by_a_test(block):
+    name = str(block.path.relative_to(ROOT))
+    if block.language in ("python", "text"):
+        # Those of Python test_python_examples.py finds by itself.
+        return
+    if block.language == "cpp":
+        assert (name, block.heading) == ("README.md", "In C and C++")
+    elif block.language == "sh":
+        for line in re.sub(r"\\\n", " ", block.text).splitlines():
+            assert is_known(line, name), f"no test runs: {line}"
+    elif block.language == "":
+        assert name == "rust-core/src/tour.md" or block.text.isascii() is False or name == "ARCHITECTURE.md"
+    else:
+        assert block.path.name in (ROOT / RUN_BY[block.language]).read_text("utf-8")
+
+
+def is_known(line, name):
+    """Whether a line of a shell is run, or calls what is there."""
+    words = shlex.split(line, comments=True)
+    if not words:
+        return True
+    if words[0] == "make":
+        return re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text("utf-8"), re.M) is not None
+    if words[0] == "cc":
+        return name == "README.md" and words[0] in (ROOT / "tests/c/installed.sh").read_text("utf-8")
+    if words[0] == "eval":
+        return words[1] == "$(surfrecon completion bash)"
+    if words[0] == "surfrecon":
+        return name == "README.md"
+    return words[0] in CALLED or words[0].startswith("target/")

@@ -1,0 +1,90 @@
+"""Every example in Python of the guides and of the docstrings runs, in the order in which it stands."""
+
+import contextlib
+import doctest
+import importlib
+import inspect
+
+import matplotlib
+import pytest
+import surfrecon
+from conftest import ROOT
+from pages import every_block
+from python_reference import named, public_names
+
+matplotlib.use("Agg")
+
+# What the examples below a heading find.
+FOUND = {
+    ("README.md", "In Python"): "python",
+    ("README.md", "Recordings"): "recording",
+    ("README.md", "What to keep, true size and ground"): "recording",
+    ("README.md", "Range images inside a host"): "host",
+    ("README.md", "Files in memory"): "memory",
+    ("blender-addon/python/README.md", "surfrecon"): "listed",
+    ("docs/site/index.md", "A first result"): "nothing",
+}
+# What those of docstrings find, where it is not a list of scans.
+DOCSTRINGS_FOUND = {"dominant_plane": "table", "remove": "table"}
+# It needs MeshLab, whose tests run it.
+ELSEWHERE = {("meshlab-plugin/README.md", "Align Scans"): "tests/meshlab/test_readme.py"}
+
+
+def examples():
+    """The examples of each heading of each page."""
+    made = {}
+    for block in every_block():
+        if block.language == "python":
+            made.setdefault((str(block.path.relative_to(ROOT)), block.heading), []).append(block)
+    return made
+
+
+EXAMPLES = examples()
+
+
+@pytest.mark.parametrize("where", sorted(EXAMPLES), ids=": ".join)
+def test_an_example_runs(where, scenes, tmp_path):
+    if where in ELSEWHERE:
+        assert "README.md" in (ROOT / ELSEWHERE[where]).read_text("utf-8")
+        return
+    assert where in FOUND, "say above what it finds"
+    names = {"surfrecon": surfrecon} | getattr(scenes, FOUND[where])(tmp_path)
+    with contextlib.chdir(tmp_path):
+        for block in EXAMPLES[where]:
+            # Lines of errors are those of the page.
+            source = "\n" * (block.number - 1) + block.text
+            exec(compile(source, str(block.path), "exec"), names)
+
+
+def test_what_examples_find_is_for_examples_that_are_there():
+    assert set(FOUND) | set(ELSEWHERE) == set(EXAMPLES)
+
+
+def docstrings():
+    """Every docstring of the package that has an example."""
+    modules = {name: importlib.import_module(f"surfrecon.{name}".rstrip(".")) for name in ("", "plot", "bar")}
+    for full, of in (modules | {name: named(name) for name in public_names()}).items():
+        found = [(full, of)]
+        if inspect.isclass(of):
+            found += [(f"{full}.{member}", getattr(of, member)) for member in dir(of) if not member.startswith("_")]
+        for title, one in found:
+            text = inspect.getdoc(one) if not isinstance(one, str) else ""
+            if text and ">>>" in text:
+                yield title, text
+
+
+DOCSTRINGS = dict(docstrings())
+
+
+@pytest.mark.parametrize("title", sorted(DOCSTRINGS), ids=lambda title: title or "surfrecon")
+def test_an_example_of_a_docstring_runs(title, scenes, tmp_path):
+    names = {"surfrecon": surfrecon, "Bar": importlib.import_module("surfrecon.bar").Bar}
+    names |= getattr(scenes, DOCSTRINGS_FOUND.get(title, "listed"))(tmp_path)
+    example = doctest.DocTestParser().get_doctest(DOCSTRINGS[title], names, title, None, 0)
+    with contextlib.chdir(tmp_path):
+        runner = doctest.DocTestRunner(verbose=False)
+        assert runner.run(example).failed == 0 and example.examples
+
+
+def test_docstrings_with_examples_are_found():
+    assert {"", "bar.Bar", *DOCSTRINGS_FOUND} <= set(DOCSTRINGS)

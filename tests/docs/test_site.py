@@ -1,0 +1,116 @@
+"""The site is built without a warning and has every name of every interface; what leads nowhere is said."""
+
+import inspect
+import shutil
+import zlib
+
+import build
+import links
+import pytest
+import python_reference
+import sections
+import surfrecon
+from conftest import ROOT
+from surfrecon.cli.commands import COMMANDS
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The built site without the pages that rustdoc makes."""
+    folder = tmp_path_factory.mktemp("site")
+    build.compose(folder / "sources")
+    assert build.build(folder / "sources", folder / "docs") == []
+    return folder / "docs"
+
+
+@pytest.fixture(scope="module")
+def names(site):
+    """What can be linked to: the names, by domain and kind."""
+    _, _, rest = (site / "objects.inv").read_bytes().partition(b"zlib.\n")
+    made = {}
+    for line in zlib.decompress(rest).decode().splitlines():
+        name, kind, *_ = line.rsplit(" ", 4)
+        made.setdefault(kind, set()).add(name)
+    return made
+
+
+def test_every_public_name_of_python_is_there_with_its_members(names):
+    there = {name for kind, some in names.items() if kind.startswith("py:") for name in some}
+    for full in python_reference.public_names():
+        assert f"surfrecon.{full}" in there
+        of = python_reference.named(full)
+        if inspect.isclass(of) and not issubclass(of, BaseException):
+            assert {f"surfrecon.{full}.{name}" for name in vars(of) if not name.startswith("_")} <= there
+
+
+def test_every_function_of_c_is_there(names):
+    symbols = (ROOT / "c-api" / "abi" / "symbols.txt").read_text("utf-8").split()
+    assert set(symbols) <= names["c:function"] and len(symbols) > 100
+    assert {"srf_merge_params", "srf_frame"} <= names["c:struct"] and "srf_merger_run" in names["c:function"]
+    assert "surfrecon::Merger" in names["cpp:class"]
+
+
+def test_every_command_and_parameter_is_there(names):
+    for name, command in COMMANDS.items():
+        assert {f"surfrecon-{name}.--{row.replace('_', '-')}" for row in command.options()} <= names["std:cmdoption"]
+    for parameter in surfrecon.parameters():
+        assert f"{parameter.operation}.{parameter.name}" in names["std:parameter"]
+
+
+def test_a_name_without_a_page_is_told(monkeypatch, tmp_path):
+    monkeypatch.setitem(python_reference.PAGES, "Merging", ["merge", "MergeReport", "unmerge"])
+    with pytest.raises(sections.SiteError) as told:
+        build.compose(tmp_path)
+    assert "MergeResult is in no page of the reference" in str(told.value)
+    assert "the reference has unmerge, which is no public name" in str(told.value)
+
+
+def test_a_link_to_nothing_is_told(site, tmp_path):
+    shutil.copytree(site, tmp_path / "site")
+    page = tmp_path / "site" / "install.html"
+    text = page.read_text("utf-8").replace('href="index.html"', 'href="index.html#nowhere"')
+    page.write_text(text.replace("</body>", MORE), "utf-8")
+    found = list(links.problems(tmp_path / "site", without=("rust",)))
+    assert {
+        "install.html: index.html#nowhere leads to no place of that page",
+        "install.html: gone.html leads nowhere",
+        "install.html fetches https://example.org/a.js",
+    } == set(found)
+
+
+MORE = '<a href="gone.html">gone</a><script src="https://example.org/a.js"></script></body>'
+
+
+@pytest.mark.parametrize(
+    "page, said",
+    [
+        ("<!-- from README.md: In Pascal -->", "README.md has no heading 'In Pascal'"),
+        ("<!-- from READ.md -->", "there is no READ.md"),
+    ],
+)
+def test_a_section_that_is_not_there_is_told(page, said, tmp_path):
+    (tmp_path / "pages").mkdir()
+    (tmp_path / "pages" / "a.md").write_text(f"# A\n\n{page}\n", "utf-8")
+    with pytest.raises(sections.SiteError, match=said):
+        sections.Composer(tmp_path / "pages", tmp_path / "made").compose()
+
+
+def test_sections_take_their_links_and_pictures_along(tmp_path):
+    (tmp_path / "pages" / "deep").mkdir(parents=True)
+    pages = {
+        "deep/a.md": "# A\n\n## B\n\n<!-- from README.md: In Blender -->\n",
+        "b.md": "# Blender\n\n<!-- from blender-addon/README.md -->\n",
+        "c.md": "# Tour\n\n<!-- from rust-core/src/tour.md -->\n",
+    }
+    for name, text in pages.items():
+        (tmp_path / "pages" / name).write_text(text, "utf-8")
+    sections.Composer(tmp_path / "pages", tmp_path / "made").compose()
+    made = (tmp_path / "made" / "deep" / "a.md").read_text("utf-8")
+    assert "](/pictures/blender-addon_pictures_gallery.webp)](/b.md)" in made
+    assert (tmp_path / "made" / "pictures" / "blender-addon_pictures_gallery.webp").is_file()
+    tour = (tmp_path / "made" / "c.md").read_text("utf-8")
+    assert (
+        "```rust\nuse surfrecon" in tour
+        and "\n# Ok::" not in tour
+        and "```rust" not in tour.replace("```rust\nuse", "")
+    )
