@@ -321,7 +321,8 @@ def c_examples(wine):
     for source in sorted(EXAMPLES.glob("*/*.c*")):
         if source.suffix not in (".c", ".cpp"):
             continue
-        compiler = "x86_64-w64-mingw32-gcc" if source.suffix == ".c" else "x86_64-w64-mingw32-g++"
+        # Debian's other compiler of C++ for Windows has no threads.
+        compiler = "x86_64-w64-mingw32-gcc" if source.suffix == ".c" else "x86_64-w64-mingw32-g++-posix"
         standard = "-std=c99" if source.suffix == ".c" else "-std=c++17"
         program = folder / "usr" / "bin" / f"{source.stem}.exe"
         flags = [
@@ -331,6 +332,8 @@ def c_examples(wine):
             "-lsurfrecon",
             "-static-libgcc",
             "-static-libstdc++",
+            "-lws2_32",
+            *("-Wl,-Bstatic", "-lwinpthread", "-Wl,-Bdynamic"),
         ]
         made = subprocess.run([compiler, standard, "-o", str(program), *flags], cwd=ROOT, check=False)
         ran = made.returncode == 0 and example_runs(wine, program)

@@ -4,8 +4,8 @@
 set -euo pipefail
 . "$(dirname "$0")/lib.sh"
 
-command -v wine >/dev/null && command -v x86_64-w64-mingw32-g++ >/dev/null ||
-    die "Windows programs need Wine and a compiler here: apt-get install --no-install-recommends wine wine64 g++-mingw-w64-x86-64-win32"
+command -v wine >/dev/null && command -v x86_64-w64-mingw32-g++-posix >/dev/null ||
+    die "Windows programs need Wine and a compiler here: apt-get install --no-install-recommends wine wine64 g++-mingw-w64-x86-64-win32 g++-mingw-w64-x86-64-posix"
 export WINEPREFIX=$cache/wine/prefix WINEDEBUG=-all WINEDLLOVERRIDES="mscoree,mshtml=" WINEARCH=win64
 if [ ! -e "$WINEPREFIX/.complete" ]; then
     lock wine

@@ -1908,8 +1908,8 @@ srf_status srf_scans_read(const srf_scans *scans,
 srf_status srf_write_options_init_sized(srf_write_options *options, size_t size);
 #define srf_write_options_init(options) srf_write_options_init_sized((options), sizeof(srf_write_options))
 
-// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, .obj with
-// colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
+// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL
 // options    NULL for the defaults

@@ -25,8 +25,8 @@ fn encoding_of(given: u32) -> Result<Encoding, Failure> {
     })
 }
 
-/// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, .obj with
-/// colours, .stl. A file of that name is replaced once all is written, or stays as it is.
+/// Writes a mesh by the ending of the file's name: .ply with all attributes, .glb (binary glTF) with those of vertices, its node
+/// named as the file without the ending, .obj with colours, .stl. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8; not NULL
 /// options    NULL for the defaults

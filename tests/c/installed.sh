@@ -41,6 +41,8 @@ by_pkg_config() {
         cc -std=c99 c-api/examples/c/align_scans.c -o "$scratch/align_scans" $flags &&
         cc -std=c99 c-api/examples/c/list_scans.c -o "$scratch/list_scans" $flags &&
         cc -std=c99 -static c-api/examples/c/list_scans.c -o "$scratch/list_scans_static" $static &&
+        c++ -std=c++17 -pthread c-api/examples/cpp/tracked_camera.cpp -o "$scratch/tracked_camera" $flags &&
+        c++ -std=c++17 -pthread c-api/examples/cpp/merge_server.cpp -o "$scratch/merge_server" $flags &&
         c++ -std=c++17 c-api/examples/cpp/live_tolerance.cpp -o "$scratch/live_tolerance" $flags
 }
 
@@ -65,7 +67,7 @@ asks_for_files() {
 says_how_to_use() {
     local said
     said=$("$1" 2>&1)
-    [[ $said == "usage: "*" OUT.glb SCANS..." ]]
+    [[ $said == "usage: "*" OUT SCANS..." ]]
 }
 
 lists_a_file() {
@@ -162,6 +164,7 @@ check "installs, and is moved" installs_and_moves
 export LD_LIBRARY_PATH=$prefix/lib
 check "examples build with CMake" by_cmake
 check "C example built by CMake runs" says_how_to_use "$scratch/build/merge_scans"
+check "C++ example with threads built by CMake runs" "$scratch/build/tracked_camera" "$scratch/frames.glb" 3
 check "C example that lists scans, built by CMake, reads LAZ" lists_a_file "$scratch/build/list_scans"
 check "C++ example built by CMake runs" "$scratch/build/live_tolerance"
 check "C++ example with the static library runs" env -u LD_LIBRARY_PATH "$scratch/build/live_tolerance_static"

@@ -1,6 +1,8 @@
 /*
- * Merges range scans into one surface: merge_scans OUT.glb SCANS...
- * A progress bar while it works; Ctrl-C cancels. C99.
+ * Merges range scans into one surface: merge_scans OUT SCANS...
+ * Scans in any format or a list that places them; OUT ends in .glb, .ply, .obj or .stl. How far it is stands on the terminal; Ctrl-C
+ * cancels within a tenth of a second and leaves no file, nor harms one that was there. Ends with 0, 1 for an error, 2 for wrong use, 130
+ * if cancelled. C99.
  */
 #include <signal.h>
 #include <stdio.h>
@@ -8,38 +10,38 @@
 
 #include <surfrecon.h>
 
+enum { WRONG_USE = 2, CANCELLED = 130 };
+
 static volatile sig_atomic_t interrupted = 0;
 
 static void interrupt(int signal_number)
 {
-    (void)signal_number;
     interrupted = 1;
+    /* Some systems forget the handler once it was called: a second Ctrl-C must not end the program halfway. */
+    signal(signal_number, interrupt);
 }
 
-/* Draws a bar; a non-zero answer cancels. */
+/* One line that is drawn over; a non-zero answer cancels. */
 static int32_t report(const char *stage, double fraction, const char *message, void *user)
 {
-    int done = (int)(40.0 * fraction);
-    int i;
-
-    (void)message;
+    (void)stage;
+    (void)fraction;
     (void)user;
-    fputs("\r[", stderr);
-    for (i = 0; i < 40; ++i) fputc(i < done ? '#' : ' ', stderr);
-    fprintf(stderr, "] %3.0f %% %-40s", 100.0 * fraction, stage);
+    fprintf(stderr, "\r%-78.78s", message);
     return interrupted;
 }
 
 static void tell(int32_t level, const char *text, void *user)
 {
     (void)user;
-    fprintf(stderr, "%s%s\n", level == SRF_LOG_LEVEL_WARNING ? "warning: " : "", text);
+    fprintf(stderr, "\r%-78s\r%s%s\n", "", level == SRF_LOG_LEVEL_WARNING ? "warning: " : "", text);
 }
 
-static int fail(const char *what)
+/* How the program ends after a call that failed. */
+static int failed(const char *what, srf_status status)
 {
-    fprintf(stderr, "\n%s: %s\n", what, srf_last_error_message());
-    return EXIT_FAILURE;
+    fprintf(stderr, "\r%-78s\r%s: %s\n", "", what, srf_last_error_message());
+    return status == SRF_ERR_CANCELLED ? CANCELLED : EXIT_FAILURE;
 }
 
 static int merge(const char *out, const char *const *paths, size_t count)
@@ -47,24 +49,22 @@ static int merge(const char *out, const char *const *paths, size_t count)
     srf_scans *scans = NULL;
     srf_merger *merger = NULL;
     srf_mesh *mesh = NULL;
-    srf_merge_params params;
     srf_merge_report figures;
     const srf_progress progress = {report, NULL};
-    int result = EXIT_FAILURE;
+    srf_status status;
+    int result;
 
-    if (srf_scans_open(paths, count, NULL, NULL, &scans) != SRF_OK) {
-        result = fail("opening");
-    } else if (srf_merge_params_init(&params) != SRF_OK || srf_merge_report_init(&figures) != SRF_OK) {
-        result = fail("preparing");
-    } else if (srf_merger_create(&merger) != SRF_OK || srf_merger_add_scans(merger, scans) != SRF_OK) {
-        result = fail("adding");
-    } else if (srf_merger_run(merger, &params, &progress, &mesh, &figures) != SRF_OK) {
-        result = fail("merging");
-    } else if (srf_mesh_write_glb(mesh, out, "merged scans", 1.0, 0, &progress) != SRF_OK) {
-        result = fail("writing");
+    if ((status = srf_scans_open(paths, count, NULL, &progress, &scans)) != SRF_OK) {
+        result = failed("opening", status);
+    } else if ((status = srf_merger_create(&merger)) != SRF_OK || (status = srf_merger_add_scans(merger, scans)) != SRF_OK
+               || (status = srf_merge_report_init(&figures)) != SRF_OK) {
+        result = failed("preparing", status);
+    } else if ((status = srf_merger_run(merger, NULL, &progress, &mesh, &figures)) != SRF_OK) {
+        result = failed("merging", status);
+    } else if ((status = srf_mesh_write(mesh, out, NULL, &progress)) != SRF_OK) {
+        result = failed("writing", status);
     } else {
-        report("done", 1.0, "", NULL);
-        fprintf(stderr, "\n");
+        fprintf(stderr, "\r%-78s\r", "");
         printf("%u scans, %llu triangles in, %llu out, voxel %g, %llu holes closed, %llu left open\n", (unsigned)figures.scans,
                (unsigned long long)figures.input_triangles,
                (unsigned long long)(figures.faces_direct + figures.faces_settled + figures.faces_filling), figures.voxel,
@@ -80,8 +80,8 @@ static int merge(const char *out, const char *const *paths, size_t count)
 int main(int argc, char **argv)
 {
     if (argc < 3) {
-        fprintf(stderr, "usage: %s OUT.glb SCANS...\n", argv[0]);
-        return EXIT_FAILURE;
+        fprintf(stderr, "usage: %s OUT SCANS...\n", argv[0]);
+        return WRONG_USE;
     }
     if (srf_abi_version() != SRF_ABI_VERSION) {
         fprintf(stderr, "built with another version of the header than the library %s\n", srf_version());

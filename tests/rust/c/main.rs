@@ -3,8 +3,10 @@
 #![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
 
 mod calls;
+mod examples;
 mod header;
 mod library;
 mod programs;
+mod server;
 mod structs;
 mod views;

@@ -6,13 +6,13 @@ use std::process::{Command, Output};
 
 use crate::library::*;
 
-struct Program {
-    folder: tempfile::TempDir,
+pub struct Program {
+    pub folder: tempfile::TempDir,
     file: PathBuf,
 }
 
 /// Compiles a program of the tree and links it to the library.
-fn compile(compiler: &str, options: &[&str], source: &str) -> Program {
+pub fn compile(compiler: &str, options: &[&str], source: &str) -> Program {
     let scratch = tempfile::tempdir().expect("a scratch folder");
     let file = scratch.path().join("program");
     let compiled = Command::new(compiler)
@@ -28,7 +28,7 @@ fn compile(compiler: &str, options: &[&str], source: &str) -> Program {
 }
 
 impl Program {
-    fn command(&self, through: &[&str]) -> Command {
+    pub fn command(&self, through: &[&str]) -> Command {
         let mut words: Vec<&OsStr> = through.iter().map(OsStr::new).collect();
         words.push(self.file.as_os_str());
         let mut command = Command::new(words[0]);
@@ -37,12 +37,12 @@ impl Program {
         command
     }
 
-    fn run(&self, arguments: &[&str]) -> String {
+    pub fn run(&self, arguments: &[&str]) -> String {
         told(&self.command(&[]).args(arguments).output().expect("the program runs"))
     }
 }
 
-fn told(output: &Output) -> String {
+pub fn told(output: &Output) -> String {
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}: {printed}{}", output.status, String::from_utf8_lossy(&output.stderr));
     printed
@@ -50,11 +50,17 @@ fn told(output: &Output) -> String {
 
 /// A scan file of a bumpy square, written into the folder of a program.
 fn scan_file(folder: &Path) -> String {
+    square(folder, "scan.ply", 50)
+}
+
+/// The same of any size and name: its bumps have the same number of pixels.
+pub fn square(folder: &Path, name: &str, side: u32) -> String {
     use surfrecon::range_image::{Projection, RangeImage};
-    let values = (0..2500).map(|i| 0.1 * (f64::from(i % 50) * 0.3).sin() * (f64::from(i / 50) * 0.2).cos()).collect();
+    let bump = |i: u32| 0.1 * (f64::from(i % side) * 0.3).sin() * (f64::from(i / side) * 0.2).cos();
+    let values = (0..side * side).map(bump).collect();
     let plane = Projection::Orthographic { first: [0.0; 2], step: [0.1, -0.1] };
-    let image = RangeImage::from_values(50, 50, values, plane).unwrap();
-    let path = folder.join("scan.ply");
+    let image = RangeImage::from_values(side as usize, side as usize, values, plane).unwrap();
+    let path = folder.join(name);
     surfrecon::export::write_range_grid_ply(
         &path,
         &image,
@@ -86,7 +92,8 @@ fn the_c_example_merges_a_scan() {
     assert!(printed.starts_with("1 scans, 4802 triangles in"), "{printed}");
     assert!(std::fs::metadata(program.folder.path().join("out.glb")).unwrap().len() > 1000);
     let failed = program.command(&[]).args(["out2.glb", "missing.ply"]).output().unwrap();
-    assert!(!failed.status.success() && String::from_utf8_lossy(&failed.stderr).contains("missing.ply: No such file"));
+    assert_eq!(failed.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&failed.stderr).contains("missing.ply: No such file"));
     assert!(!program.folder.path().join("out2.glb").exists());
 }
 
