@@ -1,14 +1,16 @@
-"""Calling through the C library beside calling the core, files in memory beside files: the same work both ways in turn.
+"""Calling through the C library beside calling the core, files in memory beside files; whole jobs beside peers.
 
-A small Rust program (capi_overhead.rs) loads the built library as a stranger would and links the core besides.
+A small Rust program (capi_overhead.rs) loads the built library as a stranger would and links the core besides: it does
+the same work both ways in turn. jobs.py has the jobs.
 """
 
 import json
 import subprocess
 
+import jobs
 import table
 
-COLUMNS = ["case", "tool", "core_s", "c_s", "overhead_pct", "file_s", "memory_s"]
+COLUMNS = ["case", "tool", "core_s", "c_s", "overhead_pct", "file_s", "memory_s", *jobs.COLUMNS]
 TURNS = 5  # runs both ways for each repeat asked for: what is looked for is less than one per cent
 
 
@@ -33,3 +35,7 @@ def main(wanted, record):
         "overhead %": "overhead_pct",
     }
     table.show(record.rows, {"case": "case"} | columns)
+    before = len(record.rows)
+    jobs.main(wanted, record, COLUMNS)
+    print("\nWhole jobs as programs: lines without blanks and comments, seconds of the clock, answers as alone")
+    table.show(record.rows[before:], {"case": "case", "tool": "tool"} | {column: column for column in jobs.COLUMNS})
