@@ -39,6 +39,7 @@ using Milliseconds = std::chrono::milliseconds;
 constexpr unsigned WORKERS = 4;
 constexpr Milliseconds LONGEST{60'000};        // that a request may take
 constexpr std::uint64_t MOST_BYTES = 1 << 30;  // of the files of a request
+constexpr std::size_t MOST_FILES = 10'000;
 constexpr std::size_t LONGEST_LINE = 1000, CHUNK = 1 << 16;
 
 std::atomic<bool> stopping{false};
@@ -207,8 +208,9 @@ std::string receive(Client &client, const Scratch &scratch, std::vector<std::str
     std::int64_t milliseconds = 0;
     std::size_t count = 0;
     std::uint64_t size = 0, left = MOST_BYTES;
-    if (!(client.line() >> verb >> ending >> milliseconds >> count) || verb != "merge" || milliseconds < 0 || count == 0)
-        throw std::runtime_error("a request begins with a line 'merge ENDING MILLISECONDS FILES'");
+    if (!(client.line() >> verb >> ending >> milliseconds >> count) || verb != "merge" || milliseconds < 0 || count == 0 ||
+        count > MOST_FILES)
+        throw std::runtime_error("a request begins with a line 'merge ENDING MILLISECONDS FILES', of at most " + std::to_string(MOST_FILES) + " files");
     client.allow(Milliseconds(milliseconds));
     for (std::size_t i = 0; i < count; ++i) {
         if (!(client.line() >> name >> size)) throw std::runtime_error("a file begins with a line 'NAME SIZE'");

@@ -182,10 +182,16 @@ fn bad_requests_are_told_what_is_wrong() {
     let program = threaded("merge_server.cpp", &ADDRESS);
     let request = requests(&program).swap_remove(0);
     let server = Server::start(program.command(&[]), 0);
-    let first = "a request begins with a line 'merge ENDING MILLISECONDS FILES'";
-    for bad in
-        ["GET / HTTP/1.1\n", "\n", "merge glb 1000\n", "merge glb 1000 0\n", "merge glb -1 1\n", "merge glb 1e99 x\n"]
-    {
+    let first = "a request begins with a line 'merge ENDING MILLISECONDS FILES', of at most 10000 files";
+    for bad in [
+        "GET / HTTP/1.1\n",
+        "\n",
+        "merge glb 1000\n",
+        "merge glb 1000 0\n",
+        "merge glb 1000 10001\n",
+        "merge glb -1 1\n",
+        "merge glb 1e99 x\n",
+    ] {
         assert_eq!(server.refused(bad.as_bytes()), first, "{bad}");
     }
     assert_eq!(server.refused(&[b'x'; 2000]), "a line of the request is too long");
