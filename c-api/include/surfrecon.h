@@ -2036,6 +2036,121 @@ srf_status srf_images_write_e57(const srf_image *const *images,
                                 const char *path,
                                 const srf_progress *progress);
 
+// The coordinate reference system that scans of files lie in, as their files name it: well-known text, or a code as EPSG:25832.
+// Nothing is transformed: scans of different systems, or in degrees, are not merged or aligned, and results keep the text.
+// scans       not NULL
+// index       less than the number of scans; SIZE_MAX for what all that name one agree on
+// out_text    receives the text with its zero byte, an empty one for none; NULL if not wanted
+// capacity    room there, in bytes
+// out_length  receives the length of the text without its zero byte; not NULL
+// returns     SRF_OK, SRF_ERR_INPUT where scans disagree or are in degrees, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO,
+//             SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_scans_crs(const srf_scans *scans,
+                         size_t index,
+                         char *out_text,
+                         size_t capacity,
+                         size_t *out_length);
+
+// Says which coordinate reference system scans lie in, whatever their files name.
+// scans      not NULL
+// index      less than the number of scans; SIZE_MAX for all of them
+// text       UTF-8; NULL or empty for none
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_scans_set_crs(srf_scans *scans,
+                             size_t index,
+                             const char *text);
+
+// The coordinate reference system of the world that an image lies in, which its pose places it in.
+// image       not NULL
+// out_text    as for srf_scans_crs()
+// capacity    room there, in bytes
+// out_length  receives the length of the text without its zero byte; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_image_crs(const srf_image *image, char *out_text, size_t capacity, size_t *out_length);
+
+// Says which coordinate reference system the world of an image is in. Views of the image are gone.
+// image      not NULL
+// text       UTF-8; NULL or empty for none
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_image_set_crs(srf_image *image,
+                             const char *text);
+
+// The coordinate reference system of the world that a cloud lies in, which its pose places it in.
+// cloud       not NULL
+// out_text    as for srf_scans_crs()
+// capacity    room there, in bytes
+// out_length  receives the length of the text without its zero byte; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_crs(const srf_cloud *cloud, char *out_text, size_t capacity, size_t *out_length);
+
+// Says which coordinate reference system the world of a cloud is in. Views of the cloud are gone.
+// cloud      not NULL
+// text       UTF-8; NULL or empty for none
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_cloud_set_crs(srf_cloud *cloud,
+                             const char *text);
+
+// The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they
+// are in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply,
+// .glb and .obj; what can't be said goes to the log.
+// mesh        not NULL
+// out_text    as for srf_scans_crs()
+// capacity    room there, in bytes
+// out_length  receives the length of the text without its zero byte; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_crs(const srf_mesh *mesh,
+                        char *out_text,
+                        size_t capacity,
+                        size_t *out_length);
+
+// Says which coordinate reference system the coordinates of a mesh are in. Views of the mesh are gone.
+// mesh       not NULL
+// text       UTF-8; NULL or empty for none
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+srf_status srf_mesh_set_crs(srf_mesh *mesh,
+                            const char *text);
+
+// Writes a mesh as srf_mesh_write() does, and says in the file where it is from.
+// mesh        not NULL
+// path        UTF-8; not NULL
+// options     NULL for the defaults
+// provenance  an object in JSON, as program, parameters and hashes of what was read: .ply and .obj have it as comments, .glb in
+//             asset.extras.surfrecon, .stl has no place for it; NULL for none
+// progress    NULL for none
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for another ending and for what is no such object, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
+//             SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_mesh_write_from(const srf_mesh *mesh,
+                               const char *path,
+                               const srf_write_options *options,
+                               const char *provenance,
+                               const srf_progress *progress);
+
+// Writes images as srf_images_write_e57() does, and says in the file where it is from: the text provenance of its root, in a namespace
+// of its own, which readers that do not know it pass over.
+// images      none of them NULL; not NULL
+// count       number of images, at least 1
+// path        UTF-8; not NULL
+// provenance  an object in JSON; NULL for none
+// progress    NULL for none
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT for what is no such object and for images of different systems, SRF_ERR_PARAMETER,
+//             SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_images_write_e57_from(const srf_image *const *images,
+                                     size_t count,
+                                     const char *path,
+                                     const char *provenance,
+                                     const srf_progress *progress);
+
+// What a file that this library wrote says of where it is from: .ply, .obj, .glb, .e57.
+// path        UTF-8; not NULL
+// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing; NULL if not wanted
+// capacity    room there, in bytes
+// out_length  receives the length of the text without its zero byte; not NULL
+// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_NULL. Since 0.2.
+srf_status srf_file_provenance(const char *path,
+                               char *out_text,
+                               size_t capacity,
+                               size_t *out_length);
+
 // Sets the defaults. Call srf_align_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_align_params): what of the struct this library does not know becomes 0

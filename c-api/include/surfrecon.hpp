@@ -130,6 +130,18 @@ private:
     std::unique_ptr<H, Deleter> handle_;
 };
 
+// A text that the library copies into our room, asked for its length first.
+template <typename Call>
+std::string text_of(Call call)
+{
+    std::size_t length = 0;
+    check(call(nullptr, std::size_t{0}, &length));
+    std::string text(length + 1, '\0');
+    check(call(&text[0], text.size(), &length));
+    text.resize(length);
+    return text;
+}
+
 }  // namespace detail
 
 // Where a long call stands.
@@ -539,6 +551,14 @@ public:
         watcher.check(srf_mesh_write(get(), path.c_str(), &options, watcher.get()));
     }
 
+    // And says in the file where it is from: an object in JSON.
+    void write_from(const std::string &path, const std::string &provenance, const WriteOptions &options = {},
+                    const ProgressFunction &progress = {}) const
+    {
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_write_from(get(), path.c_str(), &options, provenance.c_str(), watcher.get()));
+    }
+
     void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const ProgressFunction &progress = {}) const
     {
         detail::Watcher watcher(progress);
@@ -574,6 +594,15 @@ public:
     }
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_mesh_transform(get(), &similarity)); }
+
+    // The coordinate reference system of its coordinates: well-known text, or a code as EPSG:25832; empty for none.
+    std::string crs() const
+    {
+        return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
+            return srf_mesh_crs(get(), text, capacity, length);
+        });
+    }
+    void set_crs(const std::string &text) { check(srf_mesh_set_crs(get(), text.c_str())); }
 
 private:
     std::size_t select(const Region &region, std::uint32_t keep, const Pose &world_from_mesh, const ProgressFunction &progress)
@@ -681,6 +710,15 @@ public:
     std::size_t remove(const Region &region, const ProgressFunction &progress = {}) { return select(region, 0, progress); }
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_cloud_transform(get(), &similarity)); }
+
+    // The coordinate reference system of the world that it lies in: well-known text, or a code as EPSG:25832; empty for none.
+    std::string crs() const
+    {
+        return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
+            return srf_cloud_crs(get(), text, capacity, length);
+        });
+    }
+    void set_crs(const std::string &text) { check(srf_cloud_set_crs(get(), text.c_str())); }
 
 private:
     std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
@@ -876,6 +914,15 @@ public:
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_image_transform(get(), &similarity)); }
 
+    // The coordinate reference system of the world that it lies in: well-known text, or a code as EPSG:25832; empty for none.
+    std::string crs() const
+    {
+        return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
+            return srf_image_crs(get(), text, capacity, length);
+        });
+    }
+    void set_crs(const std::string &text) { check(srf_image_set_crs(get(), text.c_str())); }
+
 private:
     srf_array samples() const
     {
@@ -999,6 +1046,23 @@ inline void write_e57(const std::vector<const Image *> &images, const std::strin
     const auto handles = detail::handles(images);
     detail::Watcher watcher(progress);
     watcher.check(srf_images_write_e57(handles.data(), handles.size(), path.c_str(), watcher.get()));
+}
+
+// And says in the file where it is from: an object in JSON.
+inline void write_e57_from(const std::vector<const Image *> &images, const std::string &path, const std::string &provenance,
+                           const ProgressFunction &progress = {})
+{
+    const auto handles = detail::handles(images);
+    detail::Watcher watcher(progress);
+    watcher.check(srf_images_write_e57_from(handles.data(), handles.size(), path.c_str(), provenance.c_str(), watcher.get()));
+}
+
+// What a file that this library wrote says of where it is from: an object in JSON, or empty.
+inline std::string file_provenance(const std::string &path)
+{
+    return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
+        return srf_file_provenance(path.c_str(), text, capacity, length);
+    });
 }
 
 // A range image ready to be sculpted to one tolerance after the other.
@@ -1433,6 +1497,17 @@ public:
     void remove(std::size_t index, const Region &region) { check(srf_scans_select(get(), index, region.get(), 0)); }
     // Gives all another size and place: poses now, samples whenever they are read.
     void transform(const Pose &similarity) { check(srf_scans_transform(get(), &similarity)); }
+
+    // The coordinate reference system of a scan's world, or what all scans that name one agree on: well-known text, or a code as
+    // EPSG:25832; empty for none.
+    std::string crs(std::size_t index = SIZE_MAX) const
+    {
+        return detail::text_of([&](char *text, std::size_t capacity, std::size_t *length) {
+            return srf_scans_crs(get(), index, text, capacity, length);
+        });
+    }
+    // Of one scan, or of all, whatever their files name.
+    void set_crs(const std::string &text, std::size_t index = SIZE_MAX) { check(srf_scans_set_crs(get(), index, text.c_str())); }
 
     // What a scan holds; one of the three is there.
     struct Content {

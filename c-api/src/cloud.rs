@@ -56,7 +56,8 @@ pub unsafe extern "C" fn srf_cloud_create(
             one_a_point(name, count.unwrap_or(positions.len()), positions.len())?;
         }
         let world_from_cloud = pose::read("world_from_cloud", world_from_cloud)?;
-        handle::give("out_cloud", out_cloud, PointCloud { positions, normals, colour, intensity, world_from_cloud })
+        let cloud = PointCloud { positions, normals, colour, intensity, world_from_cloud, crs: None };
+        handle::give("out_cloud", out_cloud, cloud)
     })
 }
 

@@ -9,6 +9,7 @@
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `frame`, `cloud`, `mesh` | what there is |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
 //! | `vertices` | range images as vertices that hosts keep |
 //! | `region`, `select` | what of scans is kept or removed; their true size and ground |
 //! | `folder` | files in memory or behind functions of the caller |
@@ -37,6 +38,7 @@ mod alignment;
 mod array;
 mod cloud;
 mod cluster;
+mod crs;
 mod files;
 mod folder;
 mod fork;
@@ -54,6 +56,7 @@ mod params;
 mod pointer;
 mod pose;
 mod progress;
+mod provenance;
 mod quads;
 mod reconstruct;
 mod region;

@@ -241,7 +241,14 @@ pub unsafe extern "C" fn srf_quads_write_obj(
             AttributeData::Colour(colour) if a.name == "colour" => Some(&colour[..]),
             _ => None,
         });
-        let polygons = Polygons { positions: &mesh.positions, colour, quads: &mesh.quads, triangles: &[] };
+        let polygons = Polygons {
+            positions: &mesh.positions,
+            colour,
+            quads: &mesh.quads,
+            triangles: &[],
+            provenance: None,
+            crs: mesh.crs.as_ref(),
+        };
         Ok(write_obj_polygons(path, &polygons, &watched(progress))?)
     })
 }

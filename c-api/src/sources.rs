@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::mesh::Crs;
 use surfrecon::select::Places;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud, Progress, RangeImage};
@@ -113,6 +114,17 @@ impl ScanSource for Source {
             Source::Cloud { name, .. } => name,
             Source::Scan { set, index } => set.set.scans[*index].name(),
             Source::Made(scan) => &scan.name,
+        }
+    }
+
+    fn crs(&self) -> surfrecon::Result<Option<Crs>> {
+        match self {
+            Source::Image(image) => image.image.crs(),
+            Source::Mesh(mesh) => mesh.borrowed().crs(),
+            Source::Cloud { name, cloud } => placed(name, cloud).crs(),
+            Source::Scan { set, index } => ScanSource::crs(&set.set.scans[*index]),
+            // Its image alone could tell, which is made when it is needed.
+            Source::Made(_) => Ok(None),
         }
     }
 

@@ -4,10 +4,11 @@ use std::ffi::c_char;
 use std::path::Path;
 use std::sync::Arc;
 
-use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Up};
+use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Holding, Up};
 use surfrecon::range_image::RangeImage;
 
 use crate::cloud::srf_cloud;
+use crate::crs::tell_left_out;
 use crate::files::path_of;
 use crate::guard::guard;
 use crate::image::{Image, srf_image};
@@ -43,7 +44,9 @@ pub unsafe extern "C" fn srf_mesh_write(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         let options = params::read("options", options)?;
-        Ok(export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress))?)
+        export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress))?;
+        tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
+        Ok(())
     })
 }
 
@@ -161,7 +164,7 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_obj(path, &mesh.mesh, &watched(progress))?)
+        Ok(export::write_obj(path, &mesh.mesh, None, &watched(progress))?)
     })
 }
 
@@ -179,7 +182,9 @@ pub unsafe extern "C" fn srf_mesh_write_stl(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_stl(path, &mesh.mesh, &watched(progress))?)
+        export::write_stl(path, &mesh.mesh, &watched(progress))?;
+        tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
+        Ok(())
     })
 }
 
@@ -203,7 +208,8 @@ pub unsafe extern "C" fn srf_cloud_write_ply(
     })
 }
 
-fn write_images(
+/// Lets images behind handles be written.
+pub fn write_images(
     images: *const *const srf_image,
     count: usize,
     path: *const c_char,
@@ -220,7 +226,9 @@ fn write_images(
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no image to write: count is 0"));
     }
     let images: Vec<&RangeImage> = images.iter().map(|image| &image.image).collect();
-    Ok(write(path, &images)?)
+    write(path, &images)?;
+    tell_left_out(path, Holding::Images, images.iter().find_map(|image| image.crs.as_ref()));
+    Ok(())
 }
 
 /// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and
@@ -280,5 +288,7 @@ pub unsafe extern "C" fn srf_images_write_e57(
     path: *const c_char,
     progress: *const srf_progress,
 ) -> srf_status {
-    guard(|| write_images(images, count, path, |path, images| export::write_e57(path, images, &watched(progress))))
+    guard(|| {
+        write_images(images, count, path, |path, images| export::write_e57(path, images, None, &watched(progress)))
+    })
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::{DAffine3, DVec3};
 use surfrecon::export::{self, PlacedFile, PlyEncoding, PlyOptions, PositionType};
-use surfrecon::mesh::Attribute;
+use surfrecon::mesh::{Attribute, Crs};
 use surfrecon::range_image::Viewing;
 use surfrecon::{PointCloud, Progress, RangeImage, TriMesh};
 
@@ -47,6 +47,9 @@ fn seeds() -> BTreeMap<String, Vec<u8>> {
         export::write_points_ply(&path, &cloud, doubles, &none).unwrap();
         keep(format!("import_ply/points_{name}.ply"));
     }
+    mesh.crs = Some(Crs::new(UTM).unwrap());
+    export::write_ply(&path, &mesh, PlyEncoding::Ascii, &none).unwrap();
+    keep("import_ply/named.ply".to_owned());
     let strips = "ply\r\nformat ascii 1.0\r\ncomment odd in every way\r\nbye\r\nelement camera 1\r\n\
         property double k\r\nproperty list uchar float view\r\nelement vertex 5\r\nproperty short x\r\nproperty uint y\r\n\
         property char z\r\nproperty ushort red\r\nproperty float green\r\nproperty uchar blue\r\nelement tristrips 1\r\n\
@@ -93,12 +96,12 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     let mut keep = |name: &str, bytes: Vec<u8>| assert!(seeds.insert(format!("import_scan/{name}"), bytes).is_none());
     export::write_ptx(&path, &[&image, &plain], &none).unwrap();
     keep("two.ptx", std::fs::read(&path).unwrap());
-    export::write_e57(&path, &[&image, &plain], &none).unwrap();
+    export::write_e57(&path, &[&image, &plain], None, &none).unwrap();
     keep("two.e57", std::fs::read(&path).unwrap());
     keep("unbounded.e57", e57_without_bounds());
     let mut mesh = TriMesh::new(vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], vec![[0, 2, 1], [0, 1, 3]]);
     mesh.vertex_attributes = vec![Attribute::colour("colour", vec![[9, 8, 7, 255]; 4])];
-    export::write_obj(&path, &mesh, &none).unwrap();
+    export::write_obj(&path, &mesh, None, &none).unwrap();
     keep("mesh.obj", std::fs::read(&path).unwrap());
     keep("continued.obj", b"v 0 0 \\\r\n0\rv 1 0 0\nv 0 1 0\nf 1 \\\n\\\n2 3\n".to_vec());
     export::write_stl(&path, &mesh, &none).unwrap();
@@ -142,6 +145,18 @@ fn scan_seeds() -> BTreeMap<String, Vec<u8>> {
     keep("text.gltf", gltf.into_bytes());
     keep("points.las", las(false));
     keep("points.laz", las(true));
+    keep("named.las", named_las());
+    image.crs = Some(Crs::new(UTM).unwrap());
+    let made = export::Provenance::from_json("{\"by\":\"a seed\",\"of\":[1,2]}").unwrap();
+    export::write_e57(&path, &[&image], Some(&made), &none).unwrap();
+    keep("named.e57", std::fs::read(&path).unwrap());
+    mesh.crs = image.crs;
+    for name in ["named.obj", "named.glb"] {
+        let named = folder.path().join(name);
+        let options = export::WriteOptions { provenance: Some(made.clone()), ..Default::default() };
+        export::write_mesh(&named, &mesh, &[], &options, &none).unwrap();
+        keep(name, std::fs::read(&named).unwrap());
+    }
     seeds
 }
 
@@ -280,6 +295,27 @@ fn recordings_read() {
         assert_eq!(set.scans.len(), 2);
         set.scans.iter().for_each(|scan| drop(scan.read().unwrap_or_else(|error| panic!("{error}"))));
     }
+}
+
+const UTM: &str = "PROJCS[\"UTM\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"25832\"]]";
+
+/// The same with keys of GeoTIFF.
+fn named_las() -> Vec<u8> {
+    let plain = las(false);
+    let keys = [1_u16, 1, 0, 3, 1024, 0, 1, 1, 3072, 0, 1, 32767, 3073, 34737, 5, 0];
+    let keys: Vec<u8> = keys.iter().flat_map(|key| key.to_le_bytes()).collect();
+    let record = |id: u16, content: &[u8]| {
+        let mut record = vec![0; 54];
+        record[2..17].copy_from_slice(b"LASF_Projection");
+        record[18..20].copy_from_slice(&id.to_le_bytes());
+        record[20..22].copy_from_slice(&(content.len() as u16).to_le_bytes());
+        [record, content.to_vec()].concat()
+    };
+    let records = [record(34735, &keys), record(34737, b"Grid|")].concat();
+    let mut head = plain[..227].to_vec();
+    head[96..100].copy_from_slice(&(227 + records.len() as u32).to_le_bytes());
+    head[100] = 2;
+    [head, records, plain[227..].to_vec()].concat()
 }
 
 /// Eight points of format 2, version 1.2.

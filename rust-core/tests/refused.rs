@@ -228,10 +228,10 @@ fn writers(folder: &Path) {
             "write_points_ply",
             Box::new(|| export::write_points_ply(&path, &cloud, export::PlyOptions::default(), &progress)),
         ),
-        ("write_obj", Box::new(|| export::write_obj(&path, &sphere, &progress))),
+        ("write_obj", Box::new(|| export::write_obj(&path, &sphere, None, &progress))),
         ("write_stl", Box::new(|| export::write_stl(&path, &sphere, &progress))),
         ("write_glb", Box::new(|| export::write_glb(&path, &[node], &GlbOptions::default(), &progress))),
-        ("write_e57", Box::new(|| export::write_e57(&path, &[&seen], &progress))),
+        ("write_e57", Box::new(|| export::write_e57(&path, &[&seen], None, &progress))),
         ("write_ptx", Box::new(|| export::write_ptx(&path, &[&seen], &progress))),
         (
             "write_range_grid_ply",
@@ -265,7 +265,7 @@ fn seeds(written: &Path) -> Vec<PathBuf> {
         export::write_range_grid_ply(&written.join(format!("{encoding:?}_grid.ply")), &grid, encoding, &progress)
             .unwrap();
     }
-    export::write_obj(&written.join("large.obj"), &sphere, &progress).unwrap();
+    export::write_obj(&written.join("large.obj"), &sphere, None, &progress).unwrap();
     export::write_stl(&written.join("large.stl"), &sphere, &progress).unwrap();
     let node = GlbNode { name: "sphere", mesh: &sphere, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
     export::write_glb(&written.join("large.glb"), &[node], &GlbOptions::default(), &progress).unwrap();

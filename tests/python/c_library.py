@@ -25,6 +25,8 @@ SCALARS = {
     "size_t": ctypes.c_size_t,
     "double": ctypes.c_double,
 }
+# Room for a text that a call copies.
+TEXT = 1 << 17
 # srf_type.
 TYPES = {1: np.float32, 2: np.float64, 3: np.int32, 4: np.uint32, 5: np.uint8, 6: np.uint16}
 
@@ -170,6 +172,8 @@ class Library:
             return ctypes.c_char_p() if kind == "const char *" else ctypes.c_void_p()
         if kind in self.structs:
             return self.struct(kind.removeprefix("srf_"))
+        if kind == "char":
+            return ctypes.create_string_buffer(TEXT)
         # Of numbers, those of which there may be more than one are given by their names.
         assert kind not in ("double", "uint8_t"), f"srf_{name} wants {argument}=an array"
         return SCALARS[kind]()
@@ -182,6 +186,8 @@ class Library:
             return out
         if isinstance(out, self.structs["srf_pose"]):
             return np.array(out.matrix).reshape(4, 4).T
+        if kind == "char *":
+            return out.value.decode()
         if not isinstance(out, self.structs["srf_array"]):
             return out.value if hasattr(out, "value") else out
         if not out.count:

@@ -4,8 +4,10 @@ That C gives those of the core is tested in Rust. SURFRECON_LIBRARY names the bu
 """
 
 import ctypes
+import json
 import os
 
+import c_library
 import numpy as np
 import pytest
 import shapes
@@ -353,3 +355,29 @@ def test_files(c, tmp_path):
     content, found, _, _ = c.scans_read(opened, 0)
     assert content == c.constants["SRF_CONTENT_IMAGE"]
     same_image(c, found, scans[0].read())
+
+
+def test_systems_and_provenance(c, tmp_path):
+    """Files say the same, whoever writes and reads them."""
+    crs, made = "EPSG:25832+7837", {"by": "a test", "of": [1, {"two": "ä"}]}
+    mesh = shapes.torus(detail=12).with_crs(crs)
+    handle = c.mesh(mesh)
+    c.mesh_set_crs(handle, crs)
+    assert c.mesh_crs(handle, c_library.TEXT) == [crs, len(crs)]
+    for ending in "ply", "obj", "glb":
+        (tmp_path / ending).mkdir()
+        ours, theirs = tmp_path / f"a.{ending}", tmp_path / ending / f"a.{ending}"
+        mesh.write(ours, provenance=made)
+        c.mesh_write_from(handle, theirs, None, json.dumps(made))
+        assert ours.read_bytes() == theirs.read_bytes()
+        assert surfrecon.provenance(theirs) == json.loads(c.file_provenance(ours, c_library.TEXT)[0]) == made
+        opened = c.scans_open((ctypes.c_char_p * 1)(str(ours).encode()), 1, None)
+        assert c.scans_crs(opened, 0, c_library.TEXT)[0] == surfrecon.open(theirs)[0].crs == crs
+    image = hill("spherical")
+    image.crs = crs
+    surfrecon.write_scans(tmp_path / "a.e57", [image], provenance=made)
+    of_c = c.image(image)
+    c.image_set_crs(of_c, crs)
+    c.images_write_e57_from((ctypes.c_void_p * 1)(of_c.value), 1, tmp_path / "b.e57", json.dumps(made))
+    assert (tmp_path / "a.e57").read_bytes() == (tmp_path / "b.e57").read_bytes()
+    assert surfrecon.provenance(tmp_path / "b.e57") == made

@@ -30,6 +30,7 @@ const UNSAFE_FILES: &[&str] = &[
     "rust-core/tests/memory.rs",
     "rust-core/tests/refused.rs",
     "tests/rust/c/calls/aligning.rs",
+    "tests/rust/c/calls/crs.rs",
     "tests/rust/c/calls/files.rs",
     "tests/rust/c/calls/folders.rs",
     "tests/rust/c/calls/frames.rs",

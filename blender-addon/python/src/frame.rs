@@ -12,6 +12,7 @@ use surfrecon::range_image::DepthKind;
 use surfrecon::scan::Camera as Place;
 
 use crate::arrays;
+use crate::crs;
 use crate::edit::Edit;
 use crate::errors::to_python;
 use crate::mesh::Mesh;
@@ -52,6 +53,16 @@ impl Scan {
     #[getter]
     fn world_from_sensor<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::matrix(py, &self.scan.world_from_sensor)
+    }
+
+    /// The coordinate reference system of the world that the scan lies in, as its file names it, or ``open`` was told: well-known
+    /// text, or a code as ``EPSG:25832``; ``None`` where that is not known.
+    ///
+    /// Raises:
+    ///     FileError: the file can't be read.
+    #[getter]
+    fn crs(&self) -> PyResult<Option<String>> {
+        Ok(crs::text_of(self.scan.crs().map_err(|error| to_python(&error))?.as_ref()))
     }
 
     /// Reads the samples: a ``RangeImage`` (placed in the world), a ``Mesh`` or a ``PointCloud`` (in their own frames).

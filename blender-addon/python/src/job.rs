@@ -161,13 +161,14 @@ impl Job {
     ///     ParameterError, TypeError: like ``open``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: open
-    #[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
+    #[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None, crs=None)")]
     fn open(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
+        crs: Option<&str>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = OpenCall::new(paths, camera, options)?;
+        let call = OpenCall::new(paths, camera, crs, options)?;
         Job::of(Background::start(move |progress| {
             progress.plan(&[("opening", 1.0)]);
             made(call.run(progress)?, |py, set| Ok(Bound::new(py, ScanSet::new(py, set)?)?.into_any()))

@@ -37,6 +37,7 @@ mod background;
 mod calling;
 mod cluster;
 mod constraints;
+mod crs;
 mod edit;
 mod errors;
 mod frame;
@@ -105,7 +106,7 @@ mod _native {
     #[pymodule_export]
     use crate::scan::{Camera, sculpture, turntable, virtual_scan};
     #[pymodule_export]
-    use crate::scans::{ScanSet, formats, open, read, recording_of, write, write_scans};
+    use crate::scans::{ScanSet, crs_note, formats, open, provenance, read, recording_of, write, write_scans};
     #[pymodule_export]
     use crate::sculpt::{Sculpted, Sculptor, sculpt};
     #[pymodule_export]

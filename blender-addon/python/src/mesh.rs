@@ -12,6 +12,7 @@ use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
 use crate::arrays;
+use crate::crs;
 use crate::edit::Edit;
 use crate::errors::{detached, guarded, input_error, to_python};
 use crate::memory_folder::Place;
@@ -141,6 +142,29 @@ impl Mesh {
         guarded(|| self.rounded(DVec3::from_array(origin), scale)).map(|near| numpy::PyArray1::from_vec(py, near))
     }
 
+    /// The coordinate reference system that the coordinates are in, as files name it: well-known text, or a code as ``EPSG:25832``;
+    /// ``None`` where that is not known, and in a frame of one scan. Files say it where their format has a place for it.
+    #[getter]
+    fn crs(&self) -> Option<String> {
+        crs::text_of(self.mesh.crs.as_ref())
+    }
+
+    /// The same mesh in a coordinate reference system: nothing is moved.
+    ///
+    /// Args:
+    ///     crs: its text; ``None`` for none.
+    ///
+    /// Raises:
+    ///     InputError: what names none.
+    fn with_crs(&self, py: Python<'_>, crs: Option<&str>) -> PyResult<Self> {
+        let crs = crs::crs_of(crs)?;
+        if crs == self.mesh.crs {
+            return Ok(Mesh { mesh: self.mesh.clone() });
+        }
+        let mesh = detached(py, || Ok(TriMesh::clone(&self.mesh)))?;
+        Ok(TriMesh { crs, ..mesh }.into())
+    }
+
     /// Lowest and highest coordinates, (2, 3) float64; ``None`` without vertices.
     #[getter]
     fn bounds<'py>(&self, py: Python<'py>) -> Option<Bound<'py, numpy::PyArray2<f64>>> {
@@ -201,8 +225,9 @@ impl Mesh {
     /// Args:
     ///     path: its ending decides on the format.
     #[doc = include_str!("params/write.txt")]
-    ///     provenance: what the file says of where it is from, what ``json.dumps`` takes with keys of its own: ``.ply`` has it as
-    ///         comments, ``.glb`` in ``asset.extras.surfrecon``, other formats have no place for it.
+    ///     provenance: what the file says of where it is from, what ``json.dumps`` takes with keys of its own: ``.ply`` and ``.obj``
+    ///         have it as comments, ``.glb`` in ``asset.extras.surfrecon``, ``.stl`` has no place for it. The first three also
+    ///         say the mesh's ``crs``.
     ///     coarser: the same surface as meshes of fewer and fewer triangles, written into the ``.glb`` as its levels of detail
     ///         (``MSFT_lod``); programs that don't know the extension show the finest.
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
@@ -263,7 +288,8 @@ impl Mesh {
         self.selected(py, &Edit::select(region, false)?, world_from_mesh)
     }
 
-    /// The mesh with its vertices scaled, turned and shifted, and attributes that are lengths scaled.
+    /// The mesh with its vertices scaled, turned and shifted, and attributes that are lengths scaled. Then it is in no coordinate
+    /// reference system: ``with_crs`` says where one was reached.
     ///
     /// Raises:
     ///     InputError: coordinates that become too large.

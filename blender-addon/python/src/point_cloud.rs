@@ -5,6 +5,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 
 use crate::arrays;
+use crate::crs;
 use crate::edit::Edit;
 use crate::progress::Watch;
 use crate::similarity::Similarity;
@@ -56,6 +57,13 @@ impl PointCloud {
     #[getter]
     fn world_from_cloud<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::matrix(py, &self.cloud.world_from_cloud)
+    }
+
+    /// The coordinate reference system of the world that it is placed in, as files name it: well-known text, or a code as
+    /// ``EPSG:25832``; ``None`` where that is not known.
+    #[getter]
+    fn crs(&self) -> Option<String> {
+        crs::text_of(self.cloud.crs.as_ref())
     }
 
     /// The cloud with what a region holds: see ``surfrecon.keep``.

@@ -194,7 +194,7 @@ impl QuadGrid {
     ///
     /// Args:
     ///     path: its ending decides on the format.
-    ///     provenance: what a ``.ply`` says of where it is from: as for ``Mesh.write``.
+    ///     provenance: what the file says of where it is from: as for ``Mesh.write``.
     ///
     /// Raises:
     ///     InputError: another ending.
@@ -261,7 +261,9 @@ fn write_quads(py: Python<'_>, path: Place, mesh: Arc<QuadMesh>, provenance: Opt
             surfrecon::mesh::AttributeData::Colour(colour) if a.name == "colour" => Some(&colour[..]),
             _ => None,
         });
-        let polygons = Polygons { positions: &mesh.positions, colour, quads: &mesh.quads, triangles: &[] };
+        let (provenance, crs) = (provenance.as_ref(), mesh.crs.as_ref());
+        let polygons =
+            Polygons { positions: &mesh.positions, colour, quads: &mesh.quads, triangles: &[], provenance, crs };
         write_obj_polygons(&path, &polygons, progress)
     })
 }

@@ -7,17 +7,20 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
-use surfrecon::export::{Holding, PlyEncoding, write_e57, write_ptx, write_range_grid_ply, write_scan_list};
+use surfrecon::export::{
+    Holding, PlyEncoding, Provenance, write_e57, write_ptx, write_range_grid_ply, write_scan_list,
+};
 use surfrecon::memory;
 use surfrecon::range_image::{DepthKind, Projection, Samples};
 use surfrecon::triangulate::{TriangulateParams, triangulate};
 use surfrecon::vertices::{GridCamera as CoreCamera, to_mesh};
 
 use crate::arrays;
+use crate::crs;
 use crate::edit::Edit;
 use crate::errors::{guarded, input_error, parameter_error, to_python};
 use crate::memory_folder::Place;
-use crate::mesh::{Mesh, ending_of};
+use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
 use crate::progress::Watch;
 use crate::projection;
@@ -111,6 +114,7 @@ pub fn write_together(
     path: Place,
     ending: &str,
     images: &[Arc<Core>],
+    provenance: Option<Provenance>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     Watch::new(progress).run(py, move |progress| {
@@ -118,7 +122,7 @@ pub fn write_together(
         match ending {
             "ptx" => write_ptx(&path, &images, progress),
             "conf" => write_scan_list(&path, &images, PlyEncoding::default(), progress),
-            _ => write_e57(&path, &images, progress),
+            _ => write_e57(&path, &images, provenance.as_ref(), progress),
         }
     })
 }
@@ -283,6 +287,20 @@ impl RangeImage {
         self.change(|image| image.name = name);
     }
 
+    /// The coordinate reference system of the world that it is placed in, as files name it: well-known text, or a code as
+    /// ``EPSG:25832``; ``None`` where that is not known.
+    #[getter]
+    fn crs(&self) -> Option<String> {
+        crs::text_of(self.image().crs.as_ref())
+    }
+
+    #[setter]
+    fn set_crs(&self, crs: Option<&str>) -> PyResult<()> {
+        let crs = crs::crs_of(crs)?;
+        self.change(|image| image.crs = crs);
+        Ok(())
+    }
+
     /// Number of rows.
     #[getter]
     fn rows(&self) -> usize {
@@ -424,6 +442,7 @@ impl RangeImage {
     ///
     /// Args:
     ///     path: the file.
+    ///     provenance: what an ``.e57`` says of where it is from: as for ``write_scans``.
     ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
     ///
     /// Raises:
@@ -431,12 +450,18 @@ impl RangeImage {
     ///         others parallel rays.
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so; likewise.
-    #[pyo3(signature = (path, *, progress = None))]
-    fn write(&self, py: Python<'_>, path: Place, progress: Option<Py<PyAny>>) -> PyResult<()> {
+    #[pyo3(signature = (path, *, provenance = None, progress = None))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: Place,
+        provenance: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
         let image = self.image();
         let ending = ending_of(&path, Holding::Image)?;
         if ending != "ply" {
-            return write_together(py, path, ending, &[image], progress);
+            return write_together(py, path, ending, &[image], provenance_of(provenance)?, progress);
         }
         Watch::new(progress)
             .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))

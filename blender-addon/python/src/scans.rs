@@ -6,11 +6,13 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySequence, PySlice, PyTuple};
 use surfrecon::Progress;
-use surfrecon::export::{Holding, PlyOptions, write_points_ply};
+use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
+use surfrecon::merge::{ScanSource, common_crs};
 
+use crate::crs;
 use crate::edit::{Edit, edits};
-use crate::errors::{input_error, reworded};
+use crate::errors::{input_error, reworded, to_python};
 use crate::frame::{self, Scan};
 use crate::memory_folder::Place;
 use crate::mesh::{Mesh, ending_of, provenance_of};
@@ -34,6 +36,7 @@ use crate::similarity::Similarity;
 /// Args:
 ///     paths: a file - a scan, or a side file that places several (``.conf``) -, a folder, or a list of them.
 ///     camera: fx, fy, cx, cy in pixels: makes images depth images.
+///     crs: the coordinate reference system that all lie in, whatever the files name: well-known text, or a code as ``EPSG:25832``.
 #[doc = include_str!("params/open.txt")]
 ///
 /// Returns:
@@ -45,14 +48,15 @@ use crate::similarity::Similarity;
 ///     ParameterError: an option out of its range.
 #[pyfunction]
 // options: open
-#[pyo3(signature = (paths, *, camera = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None)")]
+#[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None, crs=None)")]
 pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
     camera: Option<&Bound<'_, PyAny>>,
+    crs: Option<&str>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
-    let call = OpenCall::new(paths, camera, options)?;
+    let call = OpenCall::new(paths, camera, crs, options)?;
     let set = Watch::new(None).run(py, |progress| call.run(progress))?;
     ScanSet::new(py, set)
 }
@@ -71,6 +75,7 @@ impl OpenCall {
     pub fn new(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
+        crs: Option<&str>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let paths = match (paths.extract::<PathBuf>(), paths.cast::<PySequence>()) {
@@ -80,7 +85,8 @@ impl OpenCall {
             _ => vec![Place::to_read(paths)?],
         };
         let camera = camera.map(of_four).transpose()?;
-        Ok(OpenCall { paths, options: ReadOptions { camera, ..params("open", options)? } })
+        let crs = crs::crs_of(crs)?;
+        Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? } })
     }
 
     /// Opens them.
@@ -144,23 +150,27 @@ pub fn read<'py>(
 /// Args:
 ///     path: ends in ``.conf`` (the grids go into its folder), ``.ptx`` or ``.e57``.
 ///     images: range images, for ``.conf`` with different names.
+///     provenance: what an ``.e57`` says of where it is from, as for ``Mesh.write``; the others have no place for it. An ``.e57`` also
+///         says the images' ``crs``.
 ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///
 /// Raises:
-///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere.
+///     InputError: a name that can't be a file's, or is there twice; rays that go round more than half a sphere; an ``.e57`` of images
+///         in different coordinate reference systems.
 ///     FileError: writing failed; no file is left, and those that were there are untouched.
 ///     Cancelled: the callback said so; likewise.
 #[pyfunction]
-#[pyo3(signature = (path, images, *, progress = None))]
+#[pyo3(signature = (path, images, *, provenance = None, progress = None))]
 pub fn write_scans(
     py: Python<'_>,
     path: Place,
     images: Vec<Bound<'_, RangeImage>>,
+    provenance: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<()> {
     let images: Vec<_> = images.iter().map(|image| image.get().image()).collect();
     let ending = ending_of(&path, Holding::Images)?;
-    write_together(py, path, ending, &images, progress)
+    write_together(py, path, ending, &images, provenance_of(provenance)?, progress)
 }
 
 /// Writes what ``read`` gives, by the ending of the name: a ``Mesh`` (``.ply``, ``.glb``, ``.obj``, ``.stl``), a
@@ -170,7 +180,7 @@ pub fn write_scans(
 /// Args:
 ///     path: the file.
 ///     content: what is written.
-///     provenance: what the file says of where it is from, as for ``Mesh.write``; range images have no place for it.
+///     provenance: what the file says of where it is from, as for ``Mesh.write``; of range images ``.e57`` has a place for it.
 ///     progress: called with the stage's name and the share of the call that is done; ``False`` cancels.
 ///     options: for a mesh the keyword arguments of ``Mesh.write``.
 ///
@@ -207,6 +217,7 @@ pub fn write(
     }
     if content.cast::<RangeImage>().is_ok() {
         let options = PyDict::new(py);
+        options.set_item("provenance", provenance)?;
         options.set_item("progress", progress)?;
         return content.call_method("write", (path,), Some(&options)).map(|_| ());
     }
@@ -216,7 +227,35 @@ pub fn write(
             PyTypeError::new_err(format!("content must be a Mesh, RangeImage(s) or PointCloud, got {given}"))
         })
     })?;
-    write_scans(py, path.extract()?, images, progress)
+    write_scans(py, path.extract()?, images, provenance, progress)
+}
+
+/// What a file that this library wrote says of where it is from: ``.ply``, ``.obj``, ``.glb``, ``.e57``; ``None`` where it says nothing.
+///
+/// Args:
+///     path: the file.
+///
+/// Raises:
+///     FileError: it can't be read.
+#[pyfunction]
+pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let path = Place::to_read(path)?;
+    let said = Watch::new(None).run(py, move |_| import::provenance(&path))?;
+    said.map(|said| py.import("json")?.call_method1("loads", (said.to_json(),))).transpose()
+}
+
+/// What of the coordinate reference system of a content a file of that name has no place for, in words; ``None`` where nothing is lost.
+///
+/// Args:
+///     path: the file.
+///     content: what is written: ``"mesh"``, ``"quads"``, ``"points"``, ``"image"`` or ``"images"``.
+///     crs: the system of the content, if it has one.
+///
+/// Raises:
+///     InputError: ``content`` is none of these; what names no system.
+#[pyfunction]
+pub fn crs_note(path: PathBuf, content: &str, crs: Option<&str>) -> PyResult<Option<String>> {
+    Ok(export::crs_note(&path, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
 }
 
 /// The endings of the names of files that can be read, without the dot, by the format's name.
@@ -237,16 +276,21 @@ pub fn formats<'py>(py: Python<'py>, written: Option<&str>) -> PyResult<Bound<'p
         }
         return Ok(dict);
     };
-    let Some(holding) = Holding::named(written) else {
-        let known: Vec<_> = Holding::CHOICES.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
-        return Err(input_error(format!("written must be one of {}, got {written:?}", known.join(", "))));
-    };
+    let holding = holding(written, "written")?;
     for format in import::formats() {
         if let Some((ending, _)) = format.written.filter(|(_, all)| all.contains(&holding)) {
             dict.set_item(format.name, [ending])?;
         }
     }
     Ok(dict)
+}
+
+/// What a word says that a file holds.
+fn holding(word: &str, argument: &str) -> PyResult<Holding> {
+    Holding::named(word).ok_or_else(|| {
+        let known: Vec<_> = Holding::CHOICES.iter().map(|choice| format!("\"{}\"", choice.name)).collect();
+        input_error(format!("{argument} must be one of {}, got {word:?}", known.join(", ")))
+    })
 }
 
 /// Scans opened together, in the order of the files: a sequence of ``Scan``.
@@ -287,6 +331,18 @@ impl ScanSet {
 
 #[pymethods]
 impl ScanSet {
+    /// The coordinate reference system that all scans which name one lie in: well-known text, or a code as ``EPSG:25832``; ``None``
+    /// where none does.
+    ///
+    /// Raises:
+    ///     InputError: scans of different systems, or in degrees, in which nothing can be measured.
+    ///     FileError: a file can't be read.
+    #[getter]
+    fn crs(&self) -> PyResult<Option<String>> {
+        let sources: Vec<&dyn ScanSource> = self.scans.iter().map(|scan| &scan.get().scan as &dyn ScanSource).collect();
+        Ok(crs::text_of(common_crs(&sources).map_err(|error| to_python(&error))?.as_ref()))
+    }
+
     /// The set with what a region holds of each scan, whenever it is read, merged or aligned: see ``surfrecon.keep``.
     ///
     /// Args:

@@ -8,6 +8,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
 use surfrecon::merge::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+use surfrecon::mesh::Crs;
 use surfrecon::select::Places;
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{PointCloud as CoreCloud, Progress, RangeImage as CoreImage, TriMesh, import};
@@ -45,6 +46,17 @@ impl ScanSource for Source {
             Source::File(scan) => &scan.name,
             Source::Image(image) => &image.name,
             Source::Mesh { name, .. } | Source::Cloud { name, .. } => name,
+        }
+    }
+
+    fn crs(&self) -> surfrecon::Result<Option<Crs>> {
+        match self {
+            Source::File(scan) => ScanSource::crs(scan),
+            Source::Image(image) => Ok(image.crs.clone()),
+            Source::Mesh { name, mesh, world_from_mesh } => {
+                PlacedMesh { name: name.clone(), mesh, world_from_mesh: *world_from_mesh }.crs()
+            }
+            Source::Cloud { cloud, .. } => Ok(cloud.crs.clone()),
         }
     }
 

@@ -56,6 +56,7 @@ use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::{Plan, Progress};
 use image::range_image::is_rigid;
+use image::source::common_crs;
 use view::{Reduced, View, coarse_cell};
 
 /// Stages with their shares of the time: of the whole, and of its parts by themselves.
@@ -101,7 +102,7 @@ impl Prepared {
     /// Reads scans. O(samples).
     ///
     /// # Errors
-    /// Fewer than two scans; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
+    /// Fewer than two scans; scans of different coordinate reference systems, or in degrees; a scan whose pose is not rigid; whatever loading a scan can meet; [`Error::Cancelled`].
     pub fn read(sources: &[&dyn ScanSource], threads: usize, progress: &Progress<'_>) -> Result<Self> {
         progress.plan(READING);
         Prepared::new(sources, threads, progress)
@@ -111,6 +112,7 @@ impl Prepared {
         if sources.len() < 2 {
             return Err(Error::input(format!("aligning takes at least two scans, got {}", sources.len())));
         }
+        common_crs(sources)?;
         base::memory::foresee(sources.len(), BYTES_A_SCAN, "aligning", "scans")?;
         let pool = base::threads::pool(threads)?;
         let read = progress.run(&pool, || {

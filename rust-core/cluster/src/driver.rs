@@ -15,11 +15,10 @@ use base::error::Result;
 use base::magnitude;
 use base::memory;
 use base::progress::{Plan, Progress};
-use mesh::AttributeData;
-use mesh::TriMesh;
 use mesh::dump::{self, Stage};
 use mesh::measure::{self, Summary};
 use mesh::point_cloud::PointCloud;
+use mesh::{AttributeData, Crs, TriMesh};
 use reconstruct::{self, ReconstructParams, Reconstructor};
 
 /// At the peak; measured.
@@ -82,6 +81,7 @@ pub fn levels(
 ) -> Result<Vec<Clustered>> {
     params.validate()?;
     resolutions.iter().try_for_each(|r| r.validate())?;
+    Crs::lengths(mesh.crs.as_ref())?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     progress.run(&pool, || chain(mesh, resolutions, params, 0, progress))

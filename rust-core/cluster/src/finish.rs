@@ -8,6 +8,7 @@ use mesh::{Attribute, AttributeData, TriMesh};
 /// corner.
 pub fn mesh(surface: &Surface, input: &TriMesh, net: Net) -> TriMesh {
     let mut mesh = TriMesh::new(net.points.iter().map(|&p| surface.frame.outward(p)).collect(), net.triangles);
+    mesh.crs = input.crs.clone();
     if input.vertex_attributes.is_empty() {
         return mesh;
     }

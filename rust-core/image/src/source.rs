@@ -18,7 +18,7 @@ use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, AttributeData, TriMesh};
+use mesh::{Attribute, AttributeData, Crs, TriMesh};
 
 /// What a scan is loaded for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -40,6 +40,14 @@ pub trait ScanSource: Sync {
     /// # Errors
     /// Whatever reading or triangulating can meet; [`Error::Cancelled`].
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface>;
+
+    /// The system of the world that it lies in, where it is known; cheap beside loading.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    fn crs(&self) -> Result<Option<Crs>> {
+        Ok(None)
+    }
 
     /// The range image that the scan is, as it was measured: its lines of sight tell where nothing is. `None` for a mesh.
     ///
@@ -94,6 +102,15 @@ pub trait ScanSource: Sync {
         content.add_some(surface.colour.as_deref());
         Ok(content.0.finish())
     }
+}
+
+/// The system that scans of one world lie in.
+///
+/// # Errors
+/// Scans of different systems, or in degrees, where nothing can be measured; a file that can't be read.
+pub fn common_crs(sources: &[&dyn ScanSource]) -> Result<Option<Crs>> {
+    let named: Vec<_> = sources.iter().map(|scan| Ok((scan.name(), scan.crs()?))).collect::<Result<_>>()?;
+    Crs::common(named)
 }
 
 /// What [`ScanSource::content`] is made of.
@@ -184,6 +201,10 @@ impl ScanSource for RangeImage {
         named(&self.name, OrientedSurface::from_range_image(self, loading, progress))
     }
 
+    fn crs(&self) -> Result<Option<Crs>> {
+        Ok(self.crs.clone())
+    }
+
     fn image(&self, _: &Progress<'_>) -> Result<Option<Cow<'_, RangeImage>>> {
         Ok(Some(Cow::Borrowed(self)))
     }
@@ -222,6 +243,10 @@ impl ScanSource for PlacedMesh<'_> {
         named(&self.name, OrientedSurface::from_mesh(self.mesh, self.world_from_mesh))
     }
 
+    fn crs(&self) -> Result<Option<Crs>> {
+        Ok(self.mesh.crs.clone().filter(|_| self.world_from_mesh == DAffine3::IDENTITY))
+    }
+
     fn content(&self, _: &TriangulateParams, _: &Progress<'_>) -> Result<u64> {
         let mut content = Content::of(&self.world_from_mesh);
         content.add(&self.mesh.positions);
@@ -258,6 +283,10 @@ impl ScanSource for PlacedCloud<'_> {
             &self.name,
             Err(Error::input("points without a grid or triangles can't be merged; reconstruct a surface first")),
         )
+    }
+
+    fn crs(&self) -> Result<Option<Crs>> {
+        Ok(self.cloud.crs.clone())
     }
 
     fn oriented_points(&self, _: &Progress<'_>) -> Result<OrientedPoints> {

@@ -86,7 +86,7 @@ use field::{BrickLabels, Vertices};
 use rustc_hash::FxHashMap;
 
 pub use deviation::deviation;
-pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource};
+pub use image::source::{Loading, OrientedSurface, PlacedMesh, ScanSource, common_crs};
 pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason};
 
 use base::error::{Error, Result, Shown};
@@ -107,7 +107,8 @@ base::stages! {
 /// Merges the scans into one surface.
 ///
 /// # Errors
-/// Parameters out of range; whatever loading a scan can meet; [`Error::Cancelled`].
+/// Parameters out of range; scans of different coordinate reference systems, or in degrees; whatever loading a scan can meet;
+/// [`Error::Cancelled`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     run_by(sources, params, &Setup::default(), progress)
 }
@@ -124,9 +125,13 @@ fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, prog
             crossing::MAX_SCANS
         )));
     }
+    let crs = common_crs(sources)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let merged = progress.run(&pool, || merge(sources, params, setup, progress));
+    let mut merged = progress.run(&pool, || merge(sources, params, setup, progress));
+    if let Ok(merged) = &mut merged {
+        merged.mesh.crs = crs;
+    }
     // Whatever else went wrong meanwhile, the caller asked for an end.
     if merged.is_err() {
         progress.check()?

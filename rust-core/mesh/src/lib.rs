@@ -2,6 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
+//! | `crs` | coordinate reference systems of surveys, by name |
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
 //! | `quads` | meshes of quads |
 //! | `certify` | a bound that holds everywhere between two surfaces |
@@ -13,6 +14,7 @@
 
 pub mod certify;
 pub mod check;
+pub mod crs;
 pub mod dump;
 pub mod measure;
 pub mod point_cloud;
@@ -21,6 +23,7 @@ pub mod shapes;
 pub mod srgb;
 
 pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};
+pub use crs::Crs;
 pub use point_cloud::PointCloud;
 pub use quads::QuadMesh;
 
@@ -43,6 +46,8 @@ pub struct TriMesh {
     /// unit of the coordinates; `None` where nothing was. Files that can hold double precision do where single precision
     /// would move a vertex farther.
     pub rounding_room: Option<f64>,
+    /// The system that the coordinates are in; `None` where that is not known, and where they are in a frame of their own.
+    pub crs: Option<Crs>,
 }
 
 /// A named attribute. Names in use: `colour` (sRGB with straight alpha), `confidence`, `intensity`, `error` (world units),

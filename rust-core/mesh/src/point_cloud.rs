@@ -2,6 +2,8 @@
 
 use glam::{DAffine3, DVec3};
 
+use crate::Crs;
+
 /// Scattered points with optional attributes; every present attribute has one entry a point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PointCloud {
@@ -15,4 +17,13 @@ pub struct PointCloud {
     pub intensity: Option<Vec<f32>>,
     /// Places the cloud in the world.
     pub world_from_cloud: DAffine3,
+    /// The system of the world that it is placed in; `None` where that is not known.
+    pub crs: Option<Crs>,
+}
+
+impl PointCloud {
+    /// The system that its own coordinates are in: the world's, where its pose is the identity.
+    pub fn crs_of_frame(&self) -> Option<Crs> {
+        self.crs.clone().filter(|_| self.world_from_cloud == DAffine3::IDENTITY)
+    }
 }

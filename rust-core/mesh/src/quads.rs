@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Attribute, TriMesh};
+use super::{Attribute, Crs, TriMesh};
 use base::error::{Error, Result};
 
 /// A mesh of quads; they turn counter-clockwise seen from outside.
@@ -18,6 +18,8 @@ pub struct QuadMesh {
     pub vertex_attributes: Vec<Attribute>,
     /// One entry a quad each.
     pub face_attributes: Vec<Attribute>,
+    /// The system that the coordinates are in, as of [`TriMesh`].
+    pub crs: Option<Crs>,
 }
 
 impl QuadMesh {
@@ -67,6 +69,7 @@ impl QuadMesh {
             vertex_attributes: self.vertex_attributes.clone(),
             face_attributes: self.face_attributes.iter().map(|a| a.gather(&twice)).collect(),
             rounding_room: None,
+            crs: self.crs.clone(),
         }
     }
 }

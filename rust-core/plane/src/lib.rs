@@ -20,7 +20,7 @@ pub use params::{PlaneParams, SCHEMA};
 use base::error::{Error, Result, Shown};
 use base::progress::{Plan, Progress};
 use image::select::Plane;
-use image::source::ScanSource;
+use image::source::{ScanSource, common_crs};
 use pool::Pool;
 
 const PLAN: Plan = &[("reading scans", 0.9), ("finding the plane", 0.1)];
@@ -47,6 +47,7 @@ pub struct DominantPlane {
 /// stands out; [`Error::Cancelled`].
 pub fn dominant(sources: &[&dyn ScanSource], params: &PlaneParams, progress: &Progress<'_>) -> Result<DominantPlane> {
     params.validate()?;
+    common_crs(sources)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     let found = progress.run(&pool, || {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::QuadReport;
 use image::range_image::{Projection, RangeImage, Viewing};
-use mesh::{Attribute, QuadMesh, TriMesh};
+use mesh::{Attribute, Crs, QuadMesh, TriMesh};
 
 /// A regular grid of quads over a range image: rows x cols vertices, row by row, each on a pixel.
 ///
@@ -34,6 +34,8 @@ pub struct QuadGrid {
     pub image_size: [usize; 2],
     /// Attributes of the vertices, taken from their pixels.
     pub attributes: Vec<Attribute>,
+    /// The system that the places are in; `None` where that is not known, and where the image has a pose.
+    pub crs: Option<Crs>,
     /// Figures of the run.
     pub report: QuadReport,
 }
@@ -102,6 +104,7 @@ impl QuadGrid {
             quads,
             vertex_attributes,
             face_attributes: vec![Attribute::f32("error", errors)],
+            crs: self.crs.clone(),
         }
     }
 

@@ -381,6 +381,7 @@ impl Source<'_> {
             mirrored,
             image_size: [self.image.rows(), self.image.cols()],
             attributes,
+            crs: self.image.crs_of_frame(),
             report,
         })
     }

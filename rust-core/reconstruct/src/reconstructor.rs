@@ -19,7 +19,7 @@ use base::memory;
 use base::progress::{Progress, Seconds};
 use geom::span;
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, TriMesh};
+use mesh::{Attribute, Crs, TriMesh};
 
 /// At the peak; measured, 350 on noisy surfaces, 660 on a sphere.
 const BYTES_A_POINT: f64 = 400.0;
@@ -74,6 +74,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     /// Attributes of another length than the points.
     pub fn new(cloud: C) -> Result<Self> {
         let points = cloud.borrow();
+        Crs::lengths(points.crs.as_ref())?;
         let count = points.positions.len();
         for (name, length) in [
             ("normals", points.normals.as_ref().map(Vec::len)),
@@ -292,6 +293,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         report.moved = (squares / used.len().max(1) as f64).sqrt() / samples.factor;
         progress.check()?;
         let mut mesh = TriMesh::new(positions, triangles);
+        mesh.crs = cloud.crs_of_frame();
         let attributes = &mut mesh.vertex_attributes;
         attributes.push(Attribute::i32("source_point", used.iter().map(|&point| point as i32).collect()));
         if let Some(colour) = &cloud.colour {

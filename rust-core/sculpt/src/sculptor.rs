@@ -345,6 +345,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
         // The bound leaves so much for rounding the coordinates in a file.
         let room = (bound.certified - certificate.max_error) / certificate.steepness;
         mesh.rounding_room = Some(room.max(0.0));
+        mesh.crs = image.crs_of_frame();
         progress.lap("certify");
         let report = SculptReport {
             tolerance: bound.tolerance,

@@ -7,6 +7,8 @@ use std::sync::OnceLock;
 
 use libloading::Library;
 
+use crate::arguments::Argument;
+
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -165,64 +167,6 @@ pub type ClusterReport = Sized<9>;
 pub type Distances = Sized<7>;
 pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
 
-/// What a function gets in a call that is wrong everywhere: zeros, or handles that never were.
-pub trait Argument {
-    const IS_HANDLE: bool = false;
-    fn zero() -> Self;
-    fn junk(scratch: *mut c_void) -> Self;
-}
-
-impl Argument for Handle {
-    const IS_HANDLE: bool = true;
-    fn zero() -> Self {
-        Handle::NULL
-    }
-    fn junk(_: *mut c_void) -> Self {
-        Handle(std::ptr::without_provenance_mut(0x1234))
-    }
-}
-
-impl<T> Argument for *mut T {
-    fn zero() -> Self {
-        std::ptr::null_mut()
-    }
-    fn junk(scratch: *mut c_void) -> Self {
-        scratch.cast()
-    }
-}
-
-impl<T> Argument for *const T {
-    fn zero() -> Self {
-        std::ptr::null()
-    }
-    fn junk(_: *mut c_void) -> Self {
-        std::ptr::null()
-    }
-}
-
-impl Argument for LogFn {
-    fn zero() -> Self {
-        None
-    }
-    fn junk(_: *mut c_void) -> Self {
-        None
-    }
-}
-
-macro_rules! numbers {
-    ($($t:ty),*) => {$(
-        impl Argument for $t {
-            fn zero() -> Self {
-                0 as $t
-            }
-            fn junk(_: *mut c_void) -> Self {
-                1 as $t
-            }
-        }
-    )*};
-}
-numbers!(u64, u32, i32, usize, f64);
-
 macro_rules! functions {
     ($($name:ident($($argument:ident: $t:ty),*) -> $r:ty;)*) => {
         /// Every function of the header.
@@ -363,6 +307,17 @@ functions! {
     srf_cloud_write_ply(cloud: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_images_write_conf(images: *const Handle, count: usize, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
     srf_images_write_ptx(images: *const Handle, count: usize, path: *const c_char, progress: *const Watch) -> i32;
+    srf_scans_crs(scans: Handle, index: usize, text: *mut c_char, capacity: usize, length: *mut usize) -> i32;
+    srf_scans_set_crs(scans: Handle, index: usize, text: *const c_char) -> i32;
+    srf_image_crs(image: Handle, text: *mut c_char, capacity: usize, length: *mut usize) -> i32;
+    srf_image_set_crs(image: Handle, text: *const c_char) -> i32;
+    srf_cloud_crs(cloud: Handle, text: *mut c_char, capacity: usize, length: *mut usize) -> i32;
+    srf_cloud_set_crs(cloud: Handle, text: *const c_char) -> i32;
+    srf_mesh_crs(mesh: Handle, text: *mut c_char, capacity: usize, length: *mut usize) -> i32;
+    srf_mesh_set_crs(mesh: Handle, text: *const c_char) -> i32;
+    srf_mesh_write_from(mesh: Handle, path: *const c_char, options: *const WriteOptions, provenance: *const c_char, progress: *const Watch) -> i32;
+    srf_images_write_e57_from(images: *const Handle, count: usize, path: *const c_char, provenance: *const c_char, progress: *const Watch) -> i32;
+    srf_file_provenance(path: *const c_char, text: *mut c_char, capacity: usize, length: *mut usize) -> i32;
     srf_images_write_e57(images: *const Handle, count: usize, path: *const c_char, progress: *const Watch) -> i32;
     srf_format_count(out: *mut usize) -> i32;
     srf_format(index: usize, name: *mut *const c_char, endings: *mut *const c_char, is_side_file: *mut u32) -> i32;

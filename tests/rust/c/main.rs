@@ -2,6 +2,7 @@
 //! header compiled, programs run under sanitizers.
 #![allow(unsafe_code, clippy::print_stdout, clippy::unwrap_used)]
 
+mod arguments;
 mod calls;
 mod examples;
 mod header;

@@ -24,6 +24,8 @@ const CHAPTERS: &[&str] = &[
     "files",
     "params/write",
     "write",
+    "crs",
+    "provenance",
     "params/align",
     "align",
     "alignment",

@@ -44,6 +44,7 @@ use glam::{DAffine3, DVec3};
 use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::progress::{Pace, Progress};
+use mesh::Crs;
 use mesh::point_cloud::PointCloud;
 
 use crate::rigid;
@@ -73,6 +74,8 @@ pub struct RangeImage {
     pub intensity: Option<Vec<f32>>,
     /// How far each sample can be trusted, >= 0; `None`: computed from the geometry when needed.
     pub confidence: Option<Vec<f32>>,
+    /// The system of the world that it is placed in; `None` where that is not known.
+    pub crs: Option<Crs>,
     rows: usize,
     cols: usize,
     projection: Projection,
@@ -148,6 +151,7 @@ impl RangeImage {
             colour: None,
             intensity: None,
             confidence: None,
+            crs: None,
             rows,
             cols,
             projection,
@@ -302,7 +306,13 @@ impl RangeImage {
             intensity: self.intensity.as_ref().map(|v| grid.pixels.iter().map(|&p| v[p as usize]).collect()),
             positions: grid.positions,
             world_from_cloud: self.world_from_sensor,
+            crs: self.crs.clone(),
         })
+    }
+
+    /// The system that its own coordinates are in: the world's, where its pose is the identity.
+    pub fn crs_of_frame(&self) -> Option<Crs> {
+        self.crs.clone().filter(|_| self.world_from_sensor == DAffine3::IDENTITY)
     }
 
     /// The measured point of pixel `index` in the world; NaN for an invalid pixel.

@@ -8,14 +8,14 @@ use base::error::{Error, Result, Shown};
 use base::magnitude;
 use base::memory;
 use mesh::point_cloud::PointCloud;
-use mesh::{AttributeData, TriMesh};
+use mesh::{AttributeData, Crs, TriMesh};
 
 use super::region::Plane;
 use crate::frame::Frame;
 use crate::range_image::{Projection, RangeImage, Samples, Viewing};
 use crate::rigid;
 
-/// Scales, then turns and shifts: takes the world to another.
+/// Scales, then turns and shifts: takes the world to another, which is in no coordinate reference system any more unless nothing changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Similarity {
     scale: f64,
@@ -161,6 +161,7 @@ impl Similarity {
         let pose = self.of_pose(image.world_from_sensor)?;
         scale_image(image, self.scale)?;
         image.world_from_sensor = pose;
+        image.crs = self.of_crs(image.crs.take());
         Ok(())
     }
 
@@ -172,6 +173,7 @@ impl Similarity {
         let pose = self.of_pose(cloud.world_from_cloud)?;
         scale_cloud(cloud, self.scale)?;
         cloud.world_from_cloud = pose;
+        cloud.crs = self.of_crs(cloud.crs.take());
         Ok(())
     }
 
@@ -185,7 +187,13 @@ impl Similarity {
             mesh.positions.iter_mut().for_each(|at| *at = self.turned.transform_point3(*at));
             finite("vertex", &mesh.positions)?;
         }
+        mesh.crs = self.of_crs(mesh.crs.take());
         Ok(())
+    }
+
+    /// The system that coordinates are in afterwards.
+    pub fn of_crs(&self, crs: Option<Crs>) -> Option<Crs> {
+        crs.filter(|_| *self == Similarity::IDENTITY)
     }
 }
 
@@ -260,6 +268,7 @@ pub fn scale_image(image: &mut RangeImage, scale: f64) -> Result<()> {
     scaled.colour = image.colour.take();
     scaled.intensity = image.intensity.take();
     scaled.confidence = image.confidence.take();
+    scaled.crs = image.crs.take();
     *image = scaled;
     Ok(())
 }

@@ -67,6 +67,7 @@ impl RangeSurface {
         attributes.push(Attribute::f32("confidence", self.confidence));
         let mut mesh = TriMesh::new(self.positions, self.triangles);
         mesh.vertex_attributes = attributes;
+        mesh.crs = image.crs_of_frame();
         Ok(mesh)
     }
 }

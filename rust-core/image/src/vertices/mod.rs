@@ -81,6 +81,7 @@ pub fn to_mesh(image: &RangeImage, faces: bool, progress: &Progress<'_>) -> Resu
         magnitude::points("sample", &positions)?;
         let mut mesh = TriMesh::new(positions, triangles);
         mesh.vertex_attributes = image.attributes_of(&pixels, progress)?;
+        mesh.crs = image.crs_of_frame();
         Ok(mesh)
     })
 }

@@ -85,7 +85,7 @@ pub fn write_mesh(
             let WriteOptions { up, metres_per_unit, provenance, .. } = options.clone();
             write_glb(path, &[node], &GlbOptions { up, metres_per_unit, provenance }, progress)
         }
-        "obj" => write_obj(path, mesh, progress),
+        "obj" => write_obj(path, mesh, options.provenance.as_ref(), progress),
         "stl" => write_stl(path, mesh, progress),
         other => unreachable!("{other} holds no mesh"),
     }

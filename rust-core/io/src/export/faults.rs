@@ -71,7 +71,7 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
         ));
     }
     let (first, second) = (mesh.clone(), mesh.clone());
-    writers.push(("mesh.obj", Box::new(move |path, progress| write_obj(path, &first, progress))));
+    writers.push(("mesh.obj", Box::new(move |path, progress| write_obj(path, &first, None, progress))));
     writers.push(("mesh.stl", Box::new(move |path, progress| write_stl(path, &second, progress))));
     writers.push((
         "mesh.glb",
@@ -88,7 +88,7 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     let both = images();
     writers.push((
         "scans.e57",
-        Box::new(move |path, progress| write_e57(path, &both.iter().collect::<Vec<_>>(), progress)),
+        Box::new(move |path, progress| write_e57(path, &both.iter().collect::<Vec<_>>(), None, progress)),
     ));
     writers
 }

@@ -11,7 +11,7 @@ use super::atomic::{Output, write_atomically};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
-use mesh::{AttributeData, TriMesh};
+use mesh::{AttributeData, Crs, TriMesh};
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
@@ -71,7 +71,8 @@ pub struct GlbNode<'a> {
 /// Written are positions (single precision, relative to an origin in the node's translation where they are far from
 /// zero), normals (mean of the faces by area), the vertex attribute `colour` as `COLOR_0`, converted from sRGB to linear
 /// in 16 bits, and every other vertex attribute in single precision under its name in capitals after an underscore:
-/// `confidence` is `_CONFIDENCE`. Attributes of faces have no place in glTF and are left out. Materials are matte, white
+/// `confidence` is `_CONFIDENCE`. The coordinate reference system of meshes that their nodes leave in place goes into
+/// `asset.extras` ([`Provenance`]): the nodes below `world` are in it. Attributes of faces have no place in glTF and are left out. Materials are matte, white
 /// and two-sided.
 ///
 /// With [`GlbNode::coarser`], the level of as many triangles a pixel as the finest has on half of the screen is the one to
@@ -103,7 +104,19 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
             parts.push(Part::new(node, mesh, level)?);
         }
     }
-    let (json, binary) = document(&parts, options);
+    // What its pose moves is in no system.
+    let in_place = nodes.iter().filter(|node| node.world_from_mesh == DAffine3::IDENTITY);
+    let crs =
+        if in_place.clone().count() == nodes.len() { in_place.flat_map(|node| &node.mesh.crs).next() } else { None };
+    if let Some(node) =
+        nodes.iter().find(|node| crs.is_some_and(|crs| node.mesh.crs.as_ref().is_some_and(|c| !c.is_same(crs))))
+    {
+        return Err(Error::input(format!(
+            "{}: it lies in another coordinate reference system than the others",
+            node.name
+        )));
+    }
+    let (json, binary) = document(&parts, options, crs);
     let json = pad(json.into_bytes(), b' ');
     let total = 12 + 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
     let Ok(length) = u32::try_from(total) else {
@@ -272,7 +285,7 @@ const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_BYTE: u32 = 5121;
 
 /// The JSON document, and the length of the binary buffer.
-fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
+fn document(parts: &[Part<'_>], options: &GlbOptions, crs: Option<&Crs>) -> (String, u64) {
     let mut buffer = Buffer::default();
     let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
     for (index, part) in parts.iter().enumerate() {
@@ -315,7 +328,8 @@ fn document(parts: &[Part<'_>], options: &GlbOptions) -> (String, u64) {
         roots = vec![nodes.len().to_string()];
         nodes.push(root + "}");
     }
-    let extras = options.provenance.as_ref().map(|from| format!(",\"extras\":{}", from.extras())).unwrap_or_default();
+    let said = Provenance::with_crs(options.provenance.as_ref(), crs);
+    let extras = said.map(|said| format!(",\"extras\":{}", said.extras())).unwrap_or_default();
     let version = env!("CARGO_PKG_VERSION");
     let mut json = format!("{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"surfrecon {version}\"{extras}}}");
     let mut list = |name: &str, items: &[String]| {

@@ -10,6 +10,7 @@
 //! | `by_ending` | any of these by the ending of the file's name |
 //! | `scans` | PTX and E57: range images seen from a point |
 //! | `import::registry` | which formats hold what, and their endings |
+//! | `crs` | what can't be said of the coordinate reference system |
 //! | `provenance` | what results say of where they are from |
 //! | `atomic` | every file appears whole or not at all |
 //! | `temporary`, `crate::memory_folder` | what it is until then, and what killed writers have left |
@@ -18,6 +19,7 @@
 pub(crate) mod atomic;
 mod by_ending;
 mod conf;
+mod crs;
 #[cfg(test)]
 pub(crate) mod faults;
 mod glb;
@@ -33,6 +35,7 @@ mod temporary;
 pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use by_ending::{Encoding, SCHEMA, WriteOptions, write_mesh};
 pub use conf::{PlacedFile, write_conf, write_scan_list};
+pub use crs::crs_note;
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{
@@ -40,6 +43,6 @@ pub use ply::{
     write_range_grid_ply,
 };
 pub use poses::write_poses;
-pub use provenance::Provenance;
+pub use provenance::{E57_NAMESPACE, Provenance};
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::Provenance;
 use super::atomic::write_atomically;
 use base::error::{Error, Result};
 use base::progress::Progress;
-use mesh::{AttributeData, TriMesh};
+use mesh::{AttributeData, Crs, TriMesh};
 
 /// Elements that are written between two looks at the progress.
 const CHUNK: usize = 1 << 14;
@@ -24,19 +25,25 @@ pub struct Polygons<'a> {
     pub quads: &'a [[u32; 4]],
     /// Faces of three.
     pub triangles: &'a [[u32; 3]],
+    /// What the file says of where it is from, as comments.
+    pub provenance: Option<&'a Provenance>,
+    /// The system that the coordinates are in, likewise.
+    pub crs: Option<&'a Crs>,
 }
 
-/// Writes a mesh; of its attributes `colour`, as three more numbers a vertex, which most programs read.
+/// Writes a mesh; of its attributes `colour`, as three more numbers a vertex, which most programs read. Its coordinate reference
+/// system is a comment.
 ///
 /// # Errors
 /// As [`write_obj_polygons`].
-pub fn write_obj(path: &Path, mesh: &TriMesh, progress: &Progress<'_>) -> Result<()> {
+pub fn write_obj(path: &Path, mesh: &TriMesh, provenance: Option<&Provenance>, progress: &Progress<'_>) -> Result<()> {
     mesh.validate()?;
     let colour = match mesh.vertex_attribute("colour") {
         Some(AttributeData::Colour(colours)) => Some(colours.as_slice()),
         _ => None,
     };
-    let polygons = Polygons { positions: &mesh.positions, colour, quads: &[], triangles: &mesh.triangles };
+    let (positions, triangles, crs) = (&mesh.positions, &mesh.triangles, mesh.crs.as_ref());
+    let polygons = Polygons { positions, colour, quads: &[], triangles, provenance, crs };
     write_obj_polygons(path, &polygons, progress)
 }
 
@@ -63,6 +70,9 @@ pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progr
     write_atomically(path, progress, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         let io = |e| Error::io(path, e);
+        if let Some(said) = Provenance::with_crs(polygons.provenance, polygons.crs) {
+            out.write_all(said.comments("#").as_bytes()).map_err(io)?;
+        }
         if polygons.positions.is_empty() {
             // A file without any statement would look like one that was cut off.
             out.write_all(b"o empty\n").map_err(io)?;
@@ -110,10 +120,10 @@ mod tests {
             vec![DVec3::new(4e6 + 0.125, -0.0, 1e-300), DVec3::X, DVec3::Y, DVec3::new(0.1, 1.0 / 3.0, 1e300)];
         let mut mesh = TriMesh::new(positions, vec![[0, 1, 2], [3, 2, 1]]);
         mesh.vertex_attributes.push(Attribute::colour("colour", (0..4).map(|i| [i * 85, 1, 254, 255]).collect()));
-        write_obj(&first, &mesh, &Progress::none()).unwrap();
+        write_obj(&first, &mesh, None, &Progress::none()).unwrap();
         let Content::Mesh(read) = import::open(&first).unwrap().scans[0].read().unwrap() else { panic!("no mesh") };
         assert_eq!(read, mesh);
-        write_obj(&second, &read, &Progress::none()).unwrap();
+        write_obj(&second, &read, None, &Progress::none()).unwrap();
         assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
     }
 
@@ -122,15 +132,21 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.obj");
         let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-        let polygons =
-            Polygons { positions: &positions, colour: None, quads: &[[0, 1, 2, 3]], triangles: &[[0, 1, 2]] };
+        let polygons = Polygons {
+            positions: &positions,
+            colour: None,
+            quads: &[[0, 1, 2, 3]],
+            triangles: &[[0, 1, 2]],
+            provenance: None,
+            crs: None,
+        };
         write_obj_polygons(&path, &polygons, &Progress::none()).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert_eq!(text, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3 4\nf 1 2 3\n");
         let bad = Polygons { quads: &[[0, 1, 2, 4]], ..polygons };
         let error = write_obj_polygons(&path, &bad, &Progress::none()).unwrap_err().to_string();
         assert_eq!(error, "a face names vertex 4, but there are only 4 vertices");
-        let bad = Polygons { positions: &[DVec3::NAN], quads: &[], triangles: &[], colour: None };
+        let bad = Polygons { positions: &[DVec3::NAN], quads: &[], triangles: &[], ..polygons };
         assert!(write_obj_polygons(&path, &bad, &Progress::none()).is_err());
         assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     }

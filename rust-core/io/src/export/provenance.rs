@@ -5,6 +5,10 @@ use std::sync::Arc;
 use serde_json::{Map, Value};
 
 use base::error::{Error, Result};
+use mesh::Crs;
+
+/// Namespace of what our E57 files have beside what the standard knows.
+pub const E57_NAMESPACE: &str = "https://github.com/surfrecon/surfrecon/e57";
 
 /// Letters of a line of a PLY file's header: some readers have room for 1024.
 const LINE: usize = 900;
@@ -12,8 +16,12 @@ const LINE: usize = 900;
 /// What makes a result again, as a JSON object: program, version, command, parameters, hashes of what was read.
 ///
 /// PLY files have it as comments: `comment surfrecon` and an object of one key, of lists and objects one of their entries; what is
-/// too long for a line goes on in those that begin `comment surfrecon +`. glTF has it in `asset.extras.surfrecon`. Other formats
-/// have no place for it.
+/// too long for a line goes on in those that begin `comment surfrecon +`. So has OBJ, in lines that begin `# surfrecon`. glTF has it in
+/// `asset.extras.surfrecon`, E57 as the text `provenance` of the root, in a namespace of its own ([`E57_NAMESPACE`]), which readers that
+/// don't know it pass over. Other formats have no place for it.
+///
+/// In PLY, OBJ and glTF the object also has the coordinate reference system: its text as `crs`, and `crs_unit` if that is `degree`. E57 has
+/// a place of its own for it, `coordinateMetadata`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(Arc<Map<String, Value>>);
 
@@ -30,15 +38,32 @@ impl Provenance {
         }
     }
 
-    /// Lines for the header of a PLY file.
-    pub(super) fn comments(&self) -> String {
+    /// The object as text.
+    pub fn to_json(&self) -> String {
+        Value::Object(Map::clone(&self.0)).to_string()
+    }
+
+    /// What a file says: this, and the system of its coordinates.
+    pub(super) fn with_crs(given: Option<&Provenance>, crs: Option<&Crs>) -> Option<Provenance> {
+        let Some(crs) = crs else { return given.cloned() };
+        let mut object = given.map_or_else(Map::new, |given| Map::clone(&given.0));
+        object.insert("crs".to_owned(), crs.text().into());
+        object.remove("crs_unit");
+        if crs.is_in_degrees() {
+            object.insert("crs_unit".to_owned(), "degree".into());
+        }
+        Some(Provenance(Arc::new(object)))
+    }
+
+    /// Lines for the header of a text, each after the mark of a comment there.
+    pub(super) fn comments(&self, comment: &str) -> String {
         let mut lines = String::new();
         let mut put = |key: &str, value: Value| {
             let text = ascii(&Value::Object(Map::from_iter([(key.to_owned(), value)])));
             let (mut rest, mut mark) = (text.as_str(), "");
             while !rest.is_empty() {
                 let (part, after) = rest.split_at(rest.len().min(LINE));
-                lines += &format!("comment surfrecon {mark}{part}\n");
+                lines += &format!("{comment} surfrecon {mark}{part}\n");
                 (rest, mark) = (after, "+ ");
             }
         };
@@ -54,9 +79,21 @@ impl Provenance {
         lines
     }
 
+    /// The element of E57, whose text may not end where it does not.
+    pub(super) fn e57_element(&self) -> String {
+        let text = ascii(&Value::Object(Map::clone(&self.0))).replace('>', "\\u003e");
+        format!("<surfrecon:provenance type=\"String\"><![CDATA[{text}]]></surfrecon:provenance>\n")
+    }
+
     /// For `extras` of glTF.
     pub(super) fn extras(&self) -> String {
         format!("{{\"surfrecon\":{}}}", ascii(&Value::Object(Map::clone(&self.0))))
+    }
+}
+
+impl From<Map<String, Value>> for Provenance {
+    fn from(object: Map<String, Value>) -> Self {
+        Provenance(Arc::new(object))
     }
 }
 
@@ -112,11 +149,11 @@ mod tests {
             "inputs": [{"name": "é.ply"}, {"name": long}, []],
         });
         let provenance = Provenance::from_json(&text.to_string()).unwrap();
-        assert_eq!(said(&provenance.comments()), text);
+        assert_eq!(said(&provenance.comments("comment")), text);
         let extras = provenance.extras();
         assert!(extras.is_ascii() && !extras.contains('\n'));
         assert_eq!(serde_json::from_str::<Value>(&extras).unwrap()["surfrecon"], text);
-        assert_eq!(Provenance::from_json("{}").unwrap().comments(), "");
+        assert_eq!(Provenance::from_json("{}").unwrap().comments("comment"), "");
     }
 
     #[test]

@@ -3,16 +3,23 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use ::e57::{E57Writer, Quaternion, Record, RecordDataType, RecordName, RecordValue, Transform, Translation};
+use ::e57::{
+    E57Writer, Extension, Quaternion, Record, RecordDataType, RecordName, RecordValue, Transform, Translation,
+};
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::atomic::{write_atomically, write_atomically_back_and_forth};
+use super::provenance::{E57_NAMESPACE, Provenance};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Viewing};
+use mesh::Crs;
 
 /// What a quaternion's entries are multiples of: 2^-48, a turn that moves a point by 4e-15 of its distance.
 const EXACT: f64 = (1_u64 << 48) as f64;
+
+/// What ends the root of E57's XML.
+const E57_END: &str = "</e57Root>";
 
 /// Where the rays start, in the image's frame.
 fn eye(image: &RangeImage) -> Result<DVec3> {
@@ -58,7 +65,7 @@ fn checked(images: &[&RangeImage]) -> Result<Vec<(DVec3, DAffine3)>> {
 
 /// Writes range images as PTX, one scan after the other, the frame of each moved to where its rays start. Points are in
 /// single precision with the fewest digits that read back as the same number, poses in double. Confidence has no place
-/// in the format; with colours but no intensities 0.5 is written for these.
+/// in the format, nor has a coordinate reference system; with colours but no intensities 0.5 is written for these.
 ///
 /// # Errors
 /// No image, an image without pixels, with parallel rays or attributes of the wrong length; [`Error::Io`];
@@ -106,18 +113,26 @@ pub fn write_ptx(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
 
 /// Writes range images as structured scans of an E57 file: valid pixels with their row and column, the frame of each
 /// moved to where its rays start, colours in 8 bits, intensities in single precision. Invalid pixels are left out; the
-/// bounds of the indices keep the grid's size. Confidence has no place in the format.
+/// bounds of the indices keep the grid's size. Confidence has no place in the format. The coordinate reference system of the
+/// images' world is the file's.
 ///
 /// # Errors
-/// As [`write_ptx`].
-pub fn write_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -> Result<()> {
+/// As [`write_ptx`]; images of different coordinate reference systems.
+pub fn write_e57(
+    path: &Path,
+    images: &[&RangeImage],
+    provenance: Option<&Provenance>,
+    progress: &Progress<'_>,
+) -> Result<()> {
     let places = checked(images)?;
+    let crs = Crs::common(images.iter().map(|image| (image.name.as_str(), image.crs.clone())))?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
     write_atomically_back_and_forth(path, progress, |file| {
         let failed = |e: ::e57::Error| Error::io(path, answer(&e));
         // Names, not random numbers: the same scans make the same file.
         let mut writer = E57Writer::new(file, "{surfrecon}").map_err(failed)?;
+        writer.set_coordinate_metadata(crs.as_ref().map(|crs| crs.text().to_owned()));
         for (part, (image, (eye, pose))) in images.iter().zip(&places).enumerate() {
             let index = |name, count: usize| Record {
                 name,
@@ -176,7 +191,16 @@ pub fn write_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -
             }
             scan.finalize().map_err(failed)?;
         }
-        writer.finalize().map_err(failed)
+        let Some(provenance) = provenance else { return writer.finalize().map_err(failed) };
+        writer.register_extension(Extension::new("surfrecon", E57_NAMESPACE)).map_err(failed)?;
+        let said = provenance.e57_element();
+        let with_it = |mut xml: String| {
+            // Names may have the words of it, too: the last is the root's.
+            let end = xml.rfind(E57_END).expect("what ends the root");
+            xml.insert_str(end, &said);
+            Ok(xml)
+        };
+        writer.finalize_customized_xml(with_it).map_err(failed)
     })
 }
 
@@ -186,6 +210,10 @@ mod tests {
     use crate::import::{self, Content};
 
     type Write = fn(&Path, &[&RangeImage], &Progress<'_>) -> Result<()>;
+
+    fn plain_e57(path: &Path, images: &[&RangeImage], progress: &Progress<'_>) -> Result<()> {
+        write_e57(path, images, None, progress)
+    }
 
     fn images() -> Vec<RangeImage> {
         let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_z(0.5), DVec3::new(4e6 + 0.25, 5e6, 100.0));
@@ -204,7 +232,7 @@ mod tests {
 
     #[test]
     fn written_read_written_is_the_same() {
-        for (ending, write) in [("ptx", write_ptx as Write), ("e57", write_e57)] {
+        for (ending, write) in [("ptx", write_ptx as Write), ("e57", plain_e57)] {
             let folder = tempfile::tempdir().unwrap();
             let [first, second] = ["a", "b"].map(|name| folder.path().join(format!("{name}.{ending}")));
             let images = images();
@@ -245,7 +273,7 @@ mod tests {
     fn what_has_no_eye_is_refused() {
         let path = std::env::temp_dir().join("never.ptx");
         let flat = RangeImage::from_points(1, 1, vec![[0.0; 3]], Viewing::ALONG_MINUS_Z).unwrap();
-        for write in [write_ptx as Write, write_e57] {
+        for write in [write_ptx as Write, plain_e57] {
             let error = write(&path, &[&flat], &Progress::none()).unwrap_err().to_string();
             assert!(error.contains("its rays are parallel"), "{error}");
             assert!(write(&path, &[], &Progress::none()).is_err() && !path.exists());

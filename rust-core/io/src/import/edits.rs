@@ -49,12 +49,16 @@ impl Scan {
         self.edits.0.push(Edit::Select(placed.into()));
     }
 
-    /// Gives the scan another size and place: its pose now, its samples whenever it is read from now on.
+    /// Gives the scan another size and place: its pose now, its samples whenever it is read from now on. Then it lies in no coordinate
+    /// reference system any more.
     ///
     /// # Errors
     /// A place that becomes too large.
     pub fn transform(&mut self, similarity: &Similarity) -> Result<()> {
         self.world_from_sensor = similarity.of_pose(self.world_from_sensor).map_err(|error| self.says(error))?;
+        if *similarity != Similarity::IDENTITY {
+            self.set_crs(None);
+        }
         if similarity.scale() != 1.0 {
             self.edits.0.push(Edit::Scale(similarity.scale()));
         }

@@ -3,6 +3,7 @@
 /// Checks what a PLY file in memory reads as.
 pub fn ply(bytes: &[u8]) {
     super::ply::examine(bytes);
+    named(bytes);
 }
 
 /// Checks what a file in memory reads as, in every format that its first bytes could be of, and as an SRTM tile and a
@@ -35,6 +36,19 @@ pub fn scan(bytes: &[u8]) {
             damage::sound(&damage::read(parse, bytes, &scan), &scan);
         }
     }
+    named(bytes);
+}
+
+/// Checks what a file is said to be in and from: a file in memory can always be read.
+fn named(bytes: &[u8]) {
+    use super::*;
+    let folder = crate::memory_folder::MemoryFolder::new();
+    let Ok(path) = folder.put("scan.bin", bytes.to_vec()) else { return };
+    let outcome = crs::of_file(&Scan::new(&path));
+    assert!(matches!(outcome, Ok(_) | Err(Error::Format { .. })), "{outcome:?}");
+    // UTF-16 is refused.
+    let outcome = provenance(&path);
+    assert!(matches!(outcome, Ok(_) | Err(Error::Format { .. })), "{outcome:?}");
 }
 
 /// Checks what lists, places or describes scans: read or refused with its name.

@@ -15,6 +15,7 @@
 //! | `frames` | recordings of depth cameras and phones: a module a layout |
 //! | `grid` | such grids while they are read |
 //! | `raster` | height maps and depth images: hgt, PNG, PGM, PFM, EXR, TIFF, ESRI grids, npy |
+//! | `crs` | the coordinate reference system that a file names, and what else our own say of where they are from |
 //! | `camera`, `trajectory`, `pose` | side files: intrinsics, poses of a sequence, the pose of one scan |
 //! | `options` | what the files don't say themselves |
 //! | `edits` | what is kept of a scan, and its true size and place |
@@ -24,6 +25,7 @@
 
 mod camera;
 mod conf;
+mod crs;
 mod e57;
 mod edits;
 mod file;
@@ -65,7 +67,10 @@ use std::sync::Arc;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
+use image::source::{ScanSource, common_crs};
+use mesh::Crs;
 
+pub use crs::provenance;
 pub use image::frame::Camera;
 pub use options::{PixelMeaning, ReadOptions, SCHEMA};
 pub use registry::{Format, formats};
@@ -80,6 +85,17 @@ pub struct ScanSet {
     pub scans: Vec<Scan>,
     /// What a person should know about how the files were understood, for example the quaternion convention used.
     pub notes: Vec<String>,
+}
+
+impl ScanSet {
+    /// The coordinate reference system that all scans which name one lie in.
+    ///
+    /// # Errors
+    /// Scans of different systems, or in degrees; a file that can't be read.
+    pub fn crs(&self) -> Result<Option<Crs>> {
+        let sources: Vec<&dyn ScanSource> = self.scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+        common_crs(&sources)
+    }
 }
 
 /// Opens a file: a single scan or a side file that places several (`.conf`). Reads headers and, for a side file, some
@@ -212,7 +228,34 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
         all.notes.extend(poses.place(&mut all.scans, path)?);
     }
     make_names_unique(&mut all.scans);
+    all.notes.extend(notes_on_crs(&all.scans, progress)?);
     Ok(all)
+}
+
+/// Which coordinate reference systems the files of scans name, and what of them can't be used.
+fn notes_on_crs(scans: &[Scan], progress: &Progress<'_>) -> Result<Vec<String>> {
+    let (mut notes, mut known) = (Vec::new(), Vec::<Crs>::new());
+    let mut last = None;
+    for scan in scans.iter().filter(|scan| !scan.is_frame()) {
+        progress.check()?;
+        // Several scans of a file lie in one system.
+        if last.replace(&scan.path) == Some(&scan.path) {
+            continue;
+        }
+        match scan.named_crs() {
+            Ok(Some(crs)) if !known.iter().any(|other| other.is_same(&crs)) => known.push(crs),
+            Ok(_) => {}
+            Err(error @ Error::Format { .. }) => notes.push(format!("{error}: it is left out")),
+            Err(error) => return Err(error),
+        }
+    }
+    let names: Vec<String> = known.iter().map(ToString::to_string).collect();
+    match names.as_slice() {
+        [] => {}
+        [name] => notes.push(format!("coordinates are in {name}")),
+        names => notes.push(format!("the scans are in different coordinate reference systems: {}", names.join(", "))),
+    }
+    Ok(notes)
 }
 
 /// What holds or lists scans.

@@ -4,6 +4,7 @@ use base::error::Result;
 use base::params::{choice, flag, length, ratio};
 use image::frame::Camera;
 use image::range_image::DepthKind;
+use mesh::Crs;
 
 base::choices! {
     /// How images store numbers.
@@ -44,6 +45,8 @@ base::params! {
     besides {
         /// Makes images depth images, seen by this camera; `None`: they are height maps seen from above.
         camera: Option<Camera>,
+        /// The coordinate reference system that all lie in, whatever the files name.
+        crs: Option<Crs>,
     }
     checked by camera_is_usable
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 
 use super::ReadOptions;
+use super::crs;
 use super::edits::Edits;
 use super::frames::Recording;
 use super::registry::{Role, format_of};
@@ -19,8 +20,8 @@ use image::places::Places;
 use image::range_image::RangeImage;
 use image::select::scale_frame;
 use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
-use mesh::TriMesh;
 use mesh::point_cloud::PointCloud;
+use mesh::{Crs, TriMesh};
 
 /// One scan of a [`ScanSet`](super::ScanSet): where it is and where it stands; its samples stay on disk until [`Scan::read`].
 #[derive(Clone, Debug)]
@@ -41,6 +42,8 @@ pub struct Scan {
     pub(crate) recording: Option<Arc<Recording>>,
     /// What becomes of its samples after they are read.
     pub(crate) edits: Edits,
+    /// Whether it was taken out of the system that its file names.
+    pub(crate) left_crs: bool,
     /// Where it lies in memory: stays there as long as the scan.
     pub(crate) _memory: Option<MemoryFolder>,
 }
@@ -76,6 +79,7 @@ impl Scan {
             begin: Begin::default(),
             recording: None,
             edits: Edits::default(),
+            left_crs: false,
             _memory: MemoryFolder::of(path),
         }
     }
@@ -98,11 +102,50 @@ impl Scan {
     /// # Errors
     /// As [`Scan::read`]; [`Error::Cancelled`].
     pub fn read_with(&self, progress: &Progress<'_>) -> Result<Content> {
-        if self.edits.is_empty() {
-            return self.whole(progress);
+        let mut content = if self.edits.is_empty() {
+            self.whole(progress)?
+        } else {
+            let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
+            self.edited(local.whole(progress)?, progress)?
+        };
+        let crs = self.crs()?;
+        match &mut content {
+            Content::RangeImage(image) => image.crs = crs,
+            Content::Points(cloud) => cloud.crs = crs,
+            Content::Mesh(mesh) => mesh.crs = crs.filter(|_| self.world_from_sensor == DAffine3::IDENTITY),
         }
-        let local = Scan { world_from_sensor: DAffine3::IDENTITY, edits: Edits::default(), ..self.clone() };
-        self.edited(local.whole(progress)?, progress)
+        Ok(content)
+    }
+
+    /// The coordinate reference system of the world that it lies in: what [`ReadOptions::crs`] or its file names. Looked up in
+    /// headers each time.
+    ///
+    /// # Errors
+    /// A file that can't be read.
+    pub fn crs(&self) -> Result<Option<Crs>> {
+        match self.named_crs() {
+            // Said when it was opened.
+            Err(Error::Format { .. }) => Ok(None),
+            named => named,
+        }
+    }
+
+    /// As [`Scan::crs`]; what is named and is none is an error.
+    pub(super) fn named_crs(&self) -> Result<Option<Crs>> {
+        if self.left_crs {
+            return Ok(None);
+        }
+        match &self.options.crs {
+            Some(crs) => Ok(Some(crs.clone())),
+            None if self.recording.is_some() => Ok(None),
+            None => crs::of_file(self),
+        }
+    }
+
+    /// Says which coordinate reference system it lies in, whatever its file names.
+    pub fn set_crs(&mut self, crs: Option<Crs>) {
+        self.left_crs = crs.is_none();
+        Arc::make_mut(&mut self.options).crs = crs;
     }
 
     /// Reads what the file holds. A frame's colours are looked up before anything is removed that may hide them from others.
@@ -212,6 +255,10 @@ impl Scan {
 impl ScanSource for Scan {
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn crs(&self) -> Result<Option<Crs>> {
+        Scan::crs(self)
     }
 
     fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {

@@ -2,6 +2,7 @@
 //! enums, after a cancel, and from eight threads at once.
 
 mod aligning;
+mod crs;
 mod files;
 mod folders;
 mod frames;

@@ -41,7 +41,7 @@ class Command:
     def groups(self) -> list[tuple[str, list[Row]]]:
         """Its options: a title and rows, for each group."""
         groups: list[tuple[str, list[Row]]] = [(self.name, [*rows(*self.takes), *self.own])]
-        groups.append(("reading files", [*rows("open"), _CAMERA]))
+        groups.append(("reading files", [*rows("open"), _CAMERA, _CRS]))
         groups.append(("writing meshes", [*rows("write")] if self.meshes else []))
         return [(title, options) for title, options in groups if options]
 
@@ -87,6 +87,12 @@ def _written(*kinds: str) -> tuple[str, ...]:
 _MESHES = _written("mesh")
 _SCAN = Own("scan", "text", "Which scan of the files: its name, or its number counted from 0.", "SCAN")
 _CAMERA = Own("camera", "numbers", "Focal lengths and centre in pixels: makes images depth images.", "FX,FY,CX,CY", 4)
+_CRS = Own(
+    "crs",
+    "text",
+    "The coordinate reference system that all lie in, whatever files name: well-known text, or a code as EPSG:25832.",
+    "CRS",
+)
 _THREADS = [row for row in rows("merge") if row.name == "threads"]
 
 COMMANDS = {

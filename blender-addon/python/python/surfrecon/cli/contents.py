@@ -78,9 +78,9 @@ def kind(content: Content) -> str:
     return kinds[type(content)]
 
 
-def placed(mesh: _native.Mesh, pose: Any) -> _native.Mesh:
-    """A mesh in the world. One that is there already stays as it is, to the last bit."""
-    return mesh if is_placed(pose) else mesh.transformed(_native.Similarity(pose))
+def placed(mesh: _native.Mesh, pose: Any, crs: str | None) -> _native.Mesh:
+    """A mesh in the world, and its coordinate reference system. One that is there already stays, to the last bit."""
+    return (mesh if is_placed(pose) else mesh.transformed(_native.Similarity(pose))).with_crs(crs)
 
 
 def is_placed(pose: Any) -> bool:
@@ -120,6 +120,8 @@ def described(scan: _native.Scan, content: Content) -> dict[str, Any]:
     found = points_in_world(scan, content)
     found = found[np.isfinite(found).all(axis=1)]
     known["attributes"] = attributes
+    if scan.crs is not None:
+        known["crs"] = scan.crs
     known["bounds"] = np.array([found.min(0), found.max(0)]) if len(found) else None
     known["world_from_sensor"] = getattr(content, "world_from_sensor", scan.world_from_sensor)
     return known
@@ -136,4 +138,7 @@ def line(known: dict[str, Any]) -> str:
     text = f"{known['name']}: {known['kind']}, {counts}"
     if known["bounds"] is not None:
         text += ", extent " + " x ".join(f"{side:.4g}" for side in known["bounds"][1] - known["bounds"][0])
+    if "crs" in known:
+        # Of well-known text its name alone.
+        text += f", in {known['crs'].split(chr(34))[1] if chr(34) in known['crs'] else known['crs']}"
     return text + "".join(f", {name}" for name in known["attributes"])

@@ -15,6 +15,8 @@ __all__ = ["hashed", "in_folders", "named", "of_names", "of_scans", "ordered", "
 
 # Files beside a scan that place it: NAME.xf, NAME.ENDING.xf and so on.
 _POSES = (".xf", ".tf", ".pose.txt")
+# Files beside a scan that name its coordinate reference system: NAME.prj.
+_SYSTEM = ".prj"
 # Endings of files that name others.
 _NAMING = (".gltf", ".glb", ".json", ".conf", ".mlp", ".aln")
 _CHUNK = 1 << 20
@@ -25,7 +27,7 @@ def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
     found = {path for path in given if not os.path.isdir(path)}
     for scan in scans:
         path = os.fspath(scan.path)
-        beside = [os.path.splitext(path)[0] + ending for ending in _POSES] + [path + ending for ending in _POSES]
+        beside = _beside(path)
         found.update(file for file in [path, *beside] if os.path.isfile(file))
     return ordered(with_members(found))
 
@@ -33,8 +35,13 @@ def of_scans(given: Sequence[str], scans: Iterable[_native.Scan]) -> list[str]:
 def of_names(given: Sequence[str]) -> list[str]:
     """As `of_scans`, as far as it is known before anything is opened; without what folders hold."""
     found = with_members(path for path in given if not os.path.isdir(path))
-    beside = [name + ending for path in found for name in (path, os.path.splitext(path)[0]) for ending in _POSES]
-    return found + [path for path in beside if os.path.isfile(path)]
+    return found + [beside for path in found for beside in _beside(path) if os.path.isfile(beside)]
+
+
+def _beside(path: str) -> list[str]:
+    """The names of files beside one that say more of it."""
+    stem = os.path.splitext(path)[0]
+    return [name + ending for name in (path, stem) for ending in _POSES] + [stem + _SYSTEM]
 
 
 def in_folders(given: Sequence[str]) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -51,9 +51,15 @@ def convert(work: Work) -> Made:
     content: Any = made[0] if len(made) == 1 else made
     pose = getattr(content, "world_from_sensor", getattr(content, "world_from_cloud", None))
     if pose is not None and not contents.is_placed(pose) and str(work.request.output).lower().endswith(".ply"):
-        work.notes.append("the pose is left out, which .ply has no place for")
+        system = ", and with it the coordinate reference system" if content.crs else ""
+        work.notes.append(f"the pose is left out, which .ply has no place for{system}")
     if isinstance(content, _native.Mesh):
         return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content))
+    if isinstance(content, _native.PointCloud):
+        _tell_left_out(work, "points", content.crs)
+    else:
+        crs = next((image.crs for image in made if image.crs), None)
+        _tell_left_out(work, "image" if len(made) == 1 else "images", crs)
 
     def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
         _native.write(path, content, provenance=provenance, progress=shown)
@@ -72,12 +78,12 @@ def _of_scans(known: list[dict[str, Any]]) -> Report:
 
 def _converted(work: Work, scan: _native.Scan, content: contents.Content) -> contents.Content:
     if isinstance(content, _native.Mesh):
-        return contents.placed(content, scan.world_from_sensor)
+        return contents.placed(content, scan.world_from_sensor, scan.crs)
     if not work.request.parameters.get("mesh"):
         return content
     if not isinstance(content, _native.RangeImage):
         raise InputError(f"{scan.name} is a point cloud: surfrecon reconstruct makes a mesh of it")
-    return contents.placed(content.triangulate(**work.given("triangulate")), content.world_from_sensor)
+    return contents.placed(content.triangulate(**work.given("triangulate")), content.world_from_sensor, content.crs)
 
 
 def align(work: Work) -> Made:
@@ -114,7 +120,7 @@ def sculpt(work: Work) -> Made:
         found = _native.sculpt(image, progress=shown, **work.given("sculpt", "triangulate"))
     report = found.report
     off = f"of {report.full_triangles:,}; {report.max_error:.4g} off at most, tolerance {report.tolerance:.4g}"
-    mesh = contents.placed(found.mesh, image.world_from_sensor)
+    mesh = contents.placed(found.mesh, image.world_from_sensor, image.crs)
     return Made(report, [_counts(mesh), off], _writer(work, mesh))
 
 
@@ -125,7 +131,8 @@ def quads(work: Work) -> Made:
         grid = _native.adaptive_quads(image, progress=shown, **work.given("quads"))
     report = grid.report
     if not contents.is_placed(image.world_from_sensor):
-        work.notes.append("the quads are in the sensor's frame: its pose is not applied")
+        left_out = "" if image.crs is None else ", and they are not in its coordinate reference system"
+        work.notes.append(f"the quads are in the sensor's frame: its pose is not applied{left_out}")
 
     def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
         grid.write(path, provenance=provenance)
@@ -136,12 +143,13 @@ def quads(work: Work) -> Made:
 
 def reconstruct(work: Work) -> Made:
     """Makes a surface through points."""
-    points, pose = contents.points(*contents.one(work))
+    scan, content = contents.one(work)
+    points, pose = contents.points(scan, content)
     with work.showing() as shown:
         found = _native.reconstruct(points, progress=shown, **work.given("reconstruct"))
     report = found.report
     used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"
-    mesh = contents.placed(found.mesh, pose)
+    mesh = contents.placed(found.mesh, pose, scan.crs)
     return Made(report, [_counts(mesh), used], _writer(work, mesh))
 
 
@@ -157,7 +165,7 @@ def cluster(work: Work) -> Made:
             found = [_native.cluster(dense, progress=shown, **options)]
         else:
             found = _native.cluster_levels(dense, levels, progress=shown, **options)
-    finest, *coarser = [contents.placed(level.mesh, pose) for level in found]
+    finest, *coarser = [contents.placed(level.mesh, pose, scan.crs) for level in found]
     report = found[0].report if levels is None else Report(levels=[level.report for level in found])
     return Made(report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser))
 
@@ -172,8 +180,8 @@ def measure(work: Work) -> Made:
     content, options = contents.read(scan, work), work.request.of("signed", "threads")
     reference = contents.read(against[0], work) if len(against) == 1 else None
     if isinstance(content, _native.Mesh) and isinstance(reference, _native.Mesh):
-        meshes = [contents.placed(content, scan.world_from_sensor)]
-        meshes.append(contents.placed(reference, against[0].world_from_sensor))
+        meshes = [contents.placed(content, scan.world_from_sensor, scan.crs)]
+        meshes.append(contents.placed(reference, against[0].world_from_sensor, against[0].crs))
         with work.showing() as shown:
             found = _native.surface_distance(*meshes, progress=shown, **options)
         report = Report({name: value for name, value in found.items() if name != "distances"})
@@ -184,8 +192,14 @@ def measure(work: Work) -> Made:
     return Made(report, [_figures(report)])
 
 
+def _tell_left_out(work: Work, content: Literal["mesh", "points", "image", "images"], crs: str | None) -> None:
+    note = _native.crs_note(work.request.output, content, crs) if work.request.output else None
+    work.notes += [note] if note else []
+
+
 def _writer(work: Work, mesh: _native.Mesh, coarser: Sequence[_native.Mesh] = ()) -> Write:
     options = work.given("write")
+    _tell_left_out(work, "mesh", mesh.crs)
 
     def write(path: str, shown: Shown, provenance: dict[str, Any] | None) -> None:
         mesh.write(path, provenance=provenance, coarser=coarser, progress=shown, **options)

@@ -62,7 +62,7 @@ class Work:
             SurfreconError: they can't be opened.
         """
         paths = list(self.request.inputs if paths is None else paths)
-        scans = _native.open(paths, **self.given("open"), **self.request.of("camera"))
+        scans = _native.open(paths, **self.given("open"), **self.request.of("camera", "crs"))
         self.notes += scans.notes
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)

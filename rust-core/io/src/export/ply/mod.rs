@@ -19,7 +19,7 @@ use base::memory;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, AttributeData, QuadMesh, TriMesh};
+use mesh::{Attribute, AttributeData, Crs, QuadMesh, TriMesh};
 
 /// Coordinates farther from the origin than this many times their extent are written in double precision: single
 /// precision would keep less than 2^-20 of the extent.
@@ -92,7 +92,7 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
     });
     attributes(&mut faces, &mesh.face_attributes)?;
     begin(progress, mesh.positions.len() + mesh.triangles.len());
-    write(path, "", &[vertices, faces], &options, progress)?.keep()
+    write(path, "", &[vertices, faces], &options, mesh.crs.as_ref(), progress)?.keep()
 }
 
 /// Writes a mesh of quads with all its attributes as [`write_ply`] does, texture coordinates as the properties s and t.
@@ -120,10 +120,11 @@ pub fn write_quads_ply(
     });
     attributes(&mut faces, &mesh.face_attributes)?;
     begin(progress, mesh.positions.len() + mesh.quads.len());
-    write(path, "", &[vertices, faces], &options, progress)?.keep()
+    write(path, "", &[vertices, faces], &options, mesh.crs.as_ref(), progress)?.keep()
 }
 
-/// Writes points with their normals, colours and intensities. The pose is not written: place them first, or write a `.conf`.
+/// Writes points with their normals, colours and intensities. The pose is not written: place them first, or write a `.conf`. Nor is
+/// the coordinate reference system of points with a pose, which is that of the world.
 ///
 /// # Errors
 /// An attribute of another length than the points, a coordinate that isn't finite or doesn't fit the precision;
@@ -159,7 +160,7 @@ pub fn write_points_ply(
         vertices.columns.push(Column { declaration: floats(&["intensity"]), data: Data::F32(intensity) });
     }
     begin(progress, count);
-    write(path, "", &[vertices], &options, progress)?.keep()
+    write(path, "", &[vertices], &options, cloud.crs_of_frame().as_ref(), progress)?.keep()
 }
 
 /// Writes a range image as a range grid in the layout of the Stanford archive: the points of the valid pixels in the
@@ -168,7 +169,7 @@ pub fn write_points_ply(
 ///
 /// Readers take such a grid to be seen along -z. The points are written in the frame of [`range_grid_frame`], where
 /// that is so; place the file with `image.world_from_sensor * range_grid_frame(image)?`. Coordinates are single
-/// precision.
+/// precision, and in no coordinate reference system.
 ///
 /// # Errors
 /// As [`range_grid_frame`]; an attribute of the wrong length; a coordinate beyond single precision; [`Error::Io`];
@@ -238,7 +239,7 @@ pub(super) fn stage_grid(
     grid.columns
         .push(Column { declaration: "property list uchar int vertex_indices\n".to_owned(), data: Data::Cell(&cells) });
     let size = format!("obj_info is_mesh 0\nobj_info num_cols {}\nobj_info num_rows {}\n", image.cols(), image.rows());
-    write(path, &size, &[vertices, grid], options, progress)
+    write(path, &size, &[vertices, grid], options, None, progress)
 }
 
 /// The frame a range grid is written in, as `sensor_from_grid`: the sensor's own, turned so that it looks along -z.
@@ -357,6 +358,7 @@ fn write(
     info: &str,
     elements: &[Element<'_>],
     options: &PlyOptions,
+    crs: Option<&Crs>,
     progress: &Progress<'_>,
 ) -> Result<Staged> {
     if let Some(element) = elements.iter().find(|e| e.count > i32::MAX as usize) {
@@ -370,7 +372,8 @@ fn write(
         PlyEncoding::BinaryLittleEndian => "binary_little_endian",
         PlyEncoding::BinaryBigEndian => "binary_big_endian",
     };
-    let comments = options.provenance.as_ref().map(Provenance::comments).unwrap_or_default();
+    let said = Provenance::with_crs(options.provenance.as_ref(), crs);
+    let comments = said.map(|said| said.comments("comment")).unwrap_or_default();
     let mut header = format!("ply\nformat {encoding} 1.0\n{comments}{info}");
     for element in elements {
         element.declare(&mut header);

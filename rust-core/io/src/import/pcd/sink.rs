@@ -87,6 +87,6 @@ impl Sink {
             intensity.iter_mut().for_each(|list| retain(list, &kept));
         }
         let world_from_cloud: DAffine3 = scan.world_from_sensor;
-        Ok(Content::Points(PointCloud { positions, normals, colour, intensity, world_from_cloud }))
+        Ok(Content::Points(PointCloud { positions, normals, colour, intensity, world_from_cloud, crs: None }))
     }
 }

@@ -313,6 +313,7 @@ fn mesh(parts: Parts<DVec3>, element: &Element) -> Parsed<Content> {
         vertex_attributes: parts.vertices.attributes.into_mesh_attributes(),
         face_attributes: parts.face_attributes.map(Attributes::into_mesh_attributes).unwrap_or_default(),
         rounding_room: None,
+        crs: None,
     }))
 }
 
@@ -324,6 +325,7 @@ fn point_cloud(vertices: Vertices<DVec3>, scan: &Scan) -> Content {
         normals: attributes.normals,
         colour: attributes.colour,
         world_from_cloud: scan.world_from_sensor,
+        crs: None,
     };
     if cloud.positions.iter().any(|p| !p.is_finite()) {
         let kept: Vec<bool> = cloud.positions.iter().map(|p| p.is_finite()).collect();

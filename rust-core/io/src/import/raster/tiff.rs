@@ -1,17 +1,19 @@
 //! TIFF: one channel of whole numbers or floats, in strips or tiles, plain, LZW or deflate. Of GeoTIFF the place
-//! (`ModelPixelScale` with `ModelTiepoint`), whether it is in degrees, and GDAL's no-data value are read.
+//! (`ModelPixelScale` with `ModelTiepoint`), its coordinate reference system, and GDAL's no-data value are read.
 
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek};
 
 use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 
-use super::super::file::{Input, Watched, decoding_error, reserve, watched};
+use super::super::crs::geo_keys::GeoKeys;
+use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
+use mesh::Crs;
 
 pub(in super::super) fn sniff(start: &[u8]) -> bool {
     matches!(start, [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..])
@@ -116,19 +118,39 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
 }
 
 /// Where a GeoTIFF lies, if it says so plainly.
-fn place<R: std::io::Read + std::io::Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place> {
+fn place<R: Read + Seek>(decoder: &mut Decoder<R>, scan: &Scan) -> Option<Place> {
     if scan.options.camera.is_some() {
         return None;
     }
     let scale = decoder.get_tag_f64_vec(Tag::ModelPixelScaleTag).ok()?;
     let tie = decoder.get_tag_f64_vec(Tag::ModelTiepointTag).ok()?;
     let (&[dx, dy, ..], &[col, row, _, x, y, ..]) = (scale.as_slice(), tie.as_slice()) else { return None };
-    let keys = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
-    let key = |id: u16| keys.chunks_exact(4).skip(1).find(|key| key[0] == id && key[1] == 0).map(|key| key[3]);
-    // GTModelType 2: latitude and longitude. GTRasterType 1: the tie point is a corner of a pixel, not its centre.
-    let half = if key(1025) == Some(2) { 0.0 } else { 0.5 };
+    let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
+    let keys = GeoKeys { directory: &directory, text: &[] };
+    // GTRasterType 1: the tie point is a corner of a pixel, not its centre.
+    let half = if keys.value(1025) == Some(2) { 0.0 } else { 0.5 };
     let place =
-        Place { first: [x + (half - col) * dx, y - (half - row) * dy], step: [dx, -dy], degrees: key(1024) == Some(2) };
+        Place { first: [x + (half - col) * dx, y - (half - row) * dy], step: [dx, -dy], degrees: keys.are_degrees() };
     let usable = dx > 0.0 && dy > 0.0 && dx.is_finite() && dy.is_finite() && place.first.iter().all(|x| x.is_finite());
     usable.then_some(place)
+}
+
+/// The coordinate reference system of a map that says where it lies.
+///
+/// # Errors
+/// The file can't be read.
+pub(in super::super) fn named(scan: &Scan) -> Result<std::result::Result<Option<Crs>, String>> {
+    watched(&mut file::open(&scan.path)?.0, &scan.path, |input| {
+        let Ok(mut decoder) = Decoder::new(input) else { return Ok(Ok(None)) };
+        let Some(place) = place(&mut decoder, scan) else { return Ok(Ok(None)) };
+        let directory = decoder.get_tag_u16_vec(Tag::GeoKeyDirectoryTag).unwrap_or_default();
+        let text = decoder.get_tag_ascii_string(Tag::GeoAsciiParamsTag).unwrap_or_default();
+        let keys = GeoKeys { directory: &directory, text: text.as_bytes() };
+        Ok(match keys.crs() {
+            Ok(Some(crs)) if place.degrees => Err(format!(
+                "places in degrees ({crs}) become metres from the corner of the map, which are in no system"
+            )),
+            named => named,
+        })
+    })
 }

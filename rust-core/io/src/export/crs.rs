@@ -1,0 +1,33 @@
+//! What files can't say of the coordinate reference system.
+
+use std::path::Path;
+
+use super::{Holding, ending_for};
+use mesh::Crs;
+
+/// The formats that say the system, of what they hold.
+fn saying(holding: Holding) -> &'static [&'static str] {
+    match holding {
+        Holding::Mesh => &["ply", "glb", "obj"],
+        Holding::Quads => &["ply", "obj"],
+        Holding::Points => &["ply"],
+        Holding::Image | Holding::Images => &["e57"],
+    }
+}
+
+/// A note for people where a file of that name would not say which coordinate reference system its content lies in; `None` where it
+/// does, or there is none.
+pub fn crs_note(path: &Path, holding: Holding, crs: Option<&Crs>) -> Option<String> {
+    let (crs, ending) = (crs?, ending_for(path, holding).ok()?);
+    let saying = saying(holding);
+    if saying.contains(&ending) {
+        return None;
+    }
+    let remedy = saying.join(", .");
+    Some(format!(
+        ".{ending} has no place for the coordinate reference system, {crs}, which is left out; .{remedy} keeps it"
+    ))
+}
+
+#[cfg(test)]
+mod tests;

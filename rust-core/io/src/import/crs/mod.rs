@@ -1,0 +1,103 @@
+//! The coordinate reference system that a file names, looked up in headers alone.
+//!
+//! | file | what |
+//! |---|---|
+//! | `geo_keys` | the keys of GeoTIFF, which LAS has too |
+//! | `las` | records of LAS |
+//! | `said` | what our own PLY, OBJ, glTF and E57 say of where they are from |
+//!
+//! Of a file that names none, and is no depth image, a file of its name with the ending `.prj` beside it is asked, which holds
+//! well-known text. What is damaged names none: its reader says what is wrong. What can't be taken for the text of a system is told.
+
+pub(super) mod geo_keys;
+mod las;
+mod said;
+
+use std::io::Read;
+use std::path::Path;
+
+use ::e57::E57Reader;
+use mesh::Crs;
+use mesh::crs::LONGEST;
+
+use super::file::watched;
+use super::raster::tiff;
+use super::{Scan, e57, file};
+use crate::export::Provenance;
+use base::error::{Error, Result};
+
+/// Bytes that tell a format.
+const START: usize = 64;
+
+/// A system, or none; what is wrong with one that is named.
+type Named = Result<Option<Crs>, String>;
+
+/// What the file of a scan names, or the file beside it.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Format`] for what can't be taken for the text of a system.
+pub(super) fn of_file(scan: &Scan) -> Result<Option<Crs>> {
+    let own = named(&scan.path, own(scan)?)?;
+    if own.is_some() || scan.options.camera.is_some() { Ok(own) } else { beside(&scan.path) }
+}
+
+fn named(path: &Path, named: Named) -> Result<Option<Crs>> {
+    named.map_err(|problem| Error::format(path, "coordinate reference system", problem))
+}
+
+fn own(scan: &Scan) -> Result<Named> {
+    let path = &scan.path;
+    let (start, _) = file::read_start(path, START)?;
+    if start.starts_with(b"LASF") {
+        let (mut file, length) = file::open(path)?;
+        return watched(&mut file, path, |mut input| Ok(las::named(&mut input, length).unwrap_or(Ok(None))));
+    }
+    if e57::sniff(&start) {
+        return watched(&mut file::open(path)?.0, path, |input| {
+            let Ok(reader) = E57Reader::new(input) else { return Ok(Ok(None)) };
+            let text = reader.coordinate_metadata().filter(|text| !text.trim().is_empty());
+            // Its coordinates are metres, whatever system they are said to be in.
+            Ok(text.map(|text| understood(text).map(|crs| crs.with_degrees(false))).transpose())
+        });
+    }
+    if tiff::sniff(&start) {
+        return if scan.options.camera.is_some() { Ok(Ok(None)) } else { tiff::named(scan) };
+    }
+    let Some(object) = said::object(path, &start)? else { return Ok(Ok(None)) };
+    let Some(text) = object.get("crs").and_then(|text| text.as_str()) else { return Ok(Ok(None)) };
+    let in_degrees = object.get("crs_unit").is_some_and(|unit| unit == "degree");
+    Ok(understood(text).map(|crs| Some(if in_degrees { crs.with_degrees(true) } else { crs })))
+}
+
+/// A system by a text that a file has in its place.
+fn understood(text: &str) -> Result<Crs, String> {
+    Crs::new(text).map_err(|error| error.to_string())
+}
+
+/// What a `.prj` beside a file names, if it is one of a system: other programs have projects of that ending.
+fn beside(path: &Path) -> Result<Option<Crs>> {
+    let path = path.with_extension("prj");
+    if !file::is_file(&path) {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    let (file, _) = file::open(&path)?;
+    file.take(LONGEST as u64 + 1).read_to_end(&mut bytes).map_err(|error| Error::io(&path, error))?;
+    let text = String::from_utf8_lossy(&bytes);
+    if Crs::is_well_known_text(&text) { named(&path, understood(&text).map(Some)) } else { Ok(None) }
+}
+
+/// What a file that this library wrote says of where it is from: of PLY, OBJ, glTF and E57. `None` where it says nothing.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] for a file that can't be opened.
+pub fn provenance(path: &Path) -> Result<Option<Provenance>> {
+    let (start, _) = file::read_start(path, START)?;
+    let Some(mut object) = said::object(path, &start)? else { return Ok(None) };
+    object.remove("crs");
+    object.remove("crs_unit");
+    Ok((!object.is_empty()).then(|| Provenance::from(object)))
+}
+
+#[cfg(test)]
+mod tests;

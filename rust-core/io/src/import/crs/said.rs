@@ -1,0 +1,99 @@
+//! What files of our own say of where they are from, as [`crate::export::Provenance`] writes it.
+
+use std::path::Path;
+
+use ::e57::E57Reader;
+use roxmltree::Document;
+use serde_json::{Map, Value};
+
+use super::super::file::watched;
+use super::super::{e57, file, ply};
+use crate::export::E57_NAMESPACE;
+use base::error::Result;
+
+/// Bytes of a file in which it is looked for, one after the other.
+const WITHIN: [usize; 3] = [1 << 12, 1 << 16, 1 << 22];
+/// What goes before each line in PLY, and in OBJ; each ends where the next line does not begin so.
+const IN_PLY: &str = "comment surfrecon ";
+const IN_OBJ: &str = "# surfrecon ";
+/// How a binary glTF of ours begins behind its header, and a text.
+const IN_GLTF: &[u8] = b"{\"asset\":";
+
+/// The object that a file says, which starts with these bytes.
+pub(super) fn object(path: &Path, start: &[u8]) -> Result<Option<Map<String, Value>>> {
+    if ply::sniff(start) {
+        return lines(path, IN_PLY, |line| line == "end_header");
+    }
+    if start.starts_with(IN_OBJ.as_bytes()) {
+        return lines(path, IN_OBJ, |line| !line.starts_with('#'));
+    }
+    if e57::sniff(start) {
+        return in_e57(path);
+    }
+    let at = if start.starts_with(b"glTF") { 20 } else { 0 };
+    let is_gltf = start.get(at..).is_some_and(|json| json.starts_with(IN_GLTF));
+    if is_gltf { in_gltf(path, at + IN_GLTF.len()) } else { Ok(None) }
+}
+
+/// The object that lines say which begin so, until a line is the last one.
+fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Option<Map<String, Value>>> {
+    for within in WITHIN {
+        let (start, length) = file::read_start(path, within)?;
+        let whole = start.len() as u64 == length;
+        let (mut texts, mut ended) = (Vec::<String>::new(), whole);
+        for line in start.split_inclusive(|byte| *byte == b'\n').filter(|line| whole || line.ends_with(b"\n")) {
+            let line = String::from_utf8_lossy(line);
+            let line = line.trim_end_matches(['\n', '\r']);
+            if is_last(line) {
+                ended = true;
+                break;
+            }
+            let Some(text) = line.strip_prefix(mark) else { continue };
+            match (text.strip_prefix("+ "), texts.last_mut()) {
+                (Some(more), Some(last)) => last.push_str(more),
+                _ => texts.push(text.to_owned()),
+            }
+        }
+        if ended {
+            return Ok(joined(&texts));
+        }
+    }
+    Ok(None)
+}
+
+/// The object whose entries lines have one by one.
+fn joined(lines: &[String]) -> Option<Map<String, Value>> {
+    let mut whole = Map::new();
+    for line in lines {
+        // What others have put there, or a line that was cut.
+        let Ok(Value::Object(object)) = serde_json::from_str(line) else { continue };
+        for (key, value) in object {
+            match (whole.get_mut(&key), value) {
+                (Some(Value::Array(all)), Value::Array(more)) => all.extend(more),
+                (Some(Value::Object(all)), Value::Object(more)) => all.extend(more),
+                (_, value) => drop(whole.insert(key, value)),
+            }
+        }
+    }
+    (!whole.is_empty()).then_some(whole)
+}
+
+/// What glTF has in `asset.extras.surfrecon`, whose `asset` is the first of all.
+fn in_gltf(path: &Path, at: usize) -> Result<Option<Map<String, Value>>> {
+    let (start, _) = file::read_start(path, WITHIN[2])?;
+    let mut values = serde_json::Deserializer::from_slice(start.get(at..).unwrap_or_default()).into_iter::<Value>();
+    let Some(Ok(asset)) = values.next() else { return Ok(None) };
+    let said = asset.get("extras").and_then(|extras| extras.get("surfrecon")?.as_object());
+    Ok(said.cloned())
+}
+
+fn in_e57(path: &Path) -> Result<Option<Map<String, Value>>> {
+    watched(&mut file::open(path)?.0, path, |input| {
+        let Ok(reader) = E57Reader::new(input) else { return Ok(None) };
+        let Ok(document) = Document::parse(reader.xml()) else { return Ok(None) };
+        let mut nodes = document.root_element().children();
+        let node = nodes.find(|node| node.has_tag_name((E57_NAMESPACE, "provenance")));
+        let text: String = node.iter().flat_map(|node| node.children()).filter_map(|child| child.text()).collect();
+        Ok(serde_json::from_str::<Value>(&text).ok().and_then(|said| said.as_object().cloned()))
+    })
+}
