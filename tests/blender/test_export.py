@@ -73,3 +73,21 @@ def test_an_origin_that_is_no_place_names_its_collection(tmp_path, imported, ori
     with pytest.raises(RuntimeError, match=f'"{collection.name}" has a world_origin that is no place'):
         export(tmp_path / "out.ptx", file_format="PTX")
     assert not list(tmp_path.glob("out*"))
+
+
+def test_the_coordinate_reference_system_stays(tmp_path, imported):
+    images = surfrecon.open(tmp_path / "in.ptx", crs="EPSG:25832")
+    surfrecon.write_scans(tmp_path / "in.e57", [scan.read() for scan in images])
+    for obj in bpy.context.selected_objects:
+        obj.select_set(False)
+    bpy.ops.surfrecon.import_scans(filepath=str(tmp_path / "in.e57"), unit="SCENE", axis_forward="Y", axis_up="Z")
+    collection = bpy.context.selected_objects[0].users_collection[0]
+    assert collection["crs"] == "EPSG:25832"
+    assert export(tmp_path / "out.e57", file_format="E57") == {"FINISHED"}
+    assert surfrecon.open(tmp_path / "out.e57").crs == "EPSG:25832"
+    # Of another size they lie in none.
+    assert export(tmp_path / "scaled.e57", file_format="E57", scale=2) == {"FINISHED"}
+    assert surfrecon.open(tmp_path / "scaled.e57").crs is None
+    collection["crs"] = 3
+    with pytest.raises(RuntimeError, match=f'"{collection.name}" has a crs that is no text'):
+        export(tmp_path / "no.e57", file_format="E57")

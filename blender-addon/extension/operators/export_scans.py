@@ -64,10 +64,14 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
                 raise Refused("No range scan is selected: those that File > Import > Range Scans made are")
             depsgraph = context.evaluated_depsgraph_get()
             path = os.path.splitext(self.filepath)[0] + "." + self.file_format.lower()
-            surfrecon.write_scans(path, [self.image(obj, depsgraph) for obj in objects])
+            images = [self.image(obj, depsgraph) for obj in objects]
+            surfrecon.write_scans(path, images)
+            note = surfrecon.crs_note(path, "images", next((image.crs for image in images if image.crs), None))
         except (Refused, surfrecon.SurfreconError) as problem:
             self.report({"ERROR"}, sentence(problem))
             return {"CANCELLED"}
+        if note:
+            self.report({"WARNING"}, sentence(note))
         self.report({"INFO"}, f"{len(objects)} scans written to {os.path.basename(path)}")
         return {"FINISHED"}
 
@@ -79,6 +83,7 @@ class SURFRECON_OT_export_scans(bpy.types.Operator, ExportHelper):
         pose = np.array(image.world_from_sensor)
         for collection in obj.users_collection:
             pose[:3, 3] += origin_of(collection)
+            image.crs = crs_of(collection) or image.crs
         image.world_from_sensor = pose
         if self.scale != 1.0:
             image = image.transformed(surfrecon.Similarity(np.diag([self.scale, self.scale, self.scale, 1.0])))
@@ -97,3 +102,13 @@ def origin_of(collection):
             " set its custom property to three numbers, or delete it"
         )
     return origin
+
+
+def crs_of(collection):
+    """The text of the coordinate reference system that importing found for the scans of a collection."""
+    crs = collection.get("crs")
+    if crs is not None and not isinstance(crs, str):
+        raise Refused(
+            f'The collection "{collection.name}" has a crs that is no text: set its custom property, or delete it'
+        )
+    return crs

@@ -26,7 +26,7 @@ from ..properties import option
 from ..running import Refused
 from ..scene import frame_selected, into_collection, select_only, show_colours, tint
 from ..translations import NAMES
-from ..words import number
+from ..words import number, sentence
 
 # A zip archive is of a recording's folder; anything else may be in one, so that the library names no ending.
 ENDINGS = sorted({"." + ending for endings in surfrecon.formats().values() for ending in endings} | {".zip"})
@@ -258,6 +258,7 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
                 self.report(
                     {"WARNING"}, "The scans lie far from the origin and were moved: see the collection's world_origin"
                 )
+        self.keep_crs(collection, factor)
         for i, obj in enumerate(objects):
             tint(obj, i)
             show_colours(obj)
@@ -275,6 +276,20 @@ class SURFRECON_OT_import_scans(JobOperator, bpy.types.Operator, ImportHelper):
         if blind:
             texts.append(f"{number(blind, 'frame has', 'frames have')} no sample to be trusted.")
         self.report({"INFO"}, " ".join([*texts, *self.opened.notes]))
+
+    def keep_crs(self, collection, factor):
+        """The coordinate reference system that the scans lie in, where they lie in one as they stand here."""
+        try:
+            crs = self.opened.crs
+        except surfrecon.SurfreconError as problem:
+            self.report({"WARNING"}, sentence(problem))
+            return
+        if crs is None:
+            return
+        if factor == 1.0 and np.array_equal(self.axes(), np.eye(4)):
+            collection["crs"] = crs
+        else:
+            self.report({"WARNING"}, "Scaled or turned, the scans are in no coordinate reference system any more")
 
     def stand_for_others(self, collection, factor, offset):
         """The object that stands for the frames that become none, in a list; an empty list if there are none."""
