@@ -112,7 +112,7 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.Reconstructor.surface)) == reconstruct | {"progress"}
     assert set(keyword_options(surfrecon.Job.surface)) == reconstruct
     assert set(keyword_options(surfrecon.RangeImage.triangulate)) == set(triangulate)
-    assert set(keyword_options(surfrecon.open)) == {p.name for p in surfrecon.parameters("open")} | {"camera"}
+    assert set(keyword_options(surfrecon.open)) == {p.name for p in surfrecon.parameters("open")} | {"camera", "crs"}
 
 
 @pytest.mark.parametrize(
