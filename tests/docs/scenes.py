@@ -56,6 +56,18 @@ class Scenes:
         shutil.copytree(self.phone, folder / "export of a phone")
         return {}
 
+    def survey(self, folder):
+        """`Surveys`: scans seen from points far from the origin, in a system."""
+        row, col = np.mgrid[-20:20, -20:20] / 20.0
+        points = np.stack([col, row, 3 + 0.1 * np.cos(3 * col)], axis=-1)
+        images = [surfrecon.RangeImage.from_points(points, viewing=("from", (0, 0, 0)), name=name) for name in "ab"]
+        for image in images:
+            pose = np.eye(4)
+            pose[:3, 3] = 500_000, 5_000_000, 300
+            image.world_from_sensor, image.crs = pose, "EPSG:25832"
+        surfrecon.write_scans(folder / "survey.e57", images)
+        return {}
+
     def host(self, folder):
         """`Range images inside a host`."""
         return {"image": look()[0]}

@@ -19,6 +19,7 @@ FOUND = {
     ("README.md", "In Python"): "python",
     ("README.md", "Recordings"): "recording",
     ("README.md", "What to keep, true size and ground"): "recording",
+    ("README.md", "Surveys"): "survey",
     ("README.md", "Range images inside a host"): "host",
     ("README.md", "Files in memory"): "memory",
     ("blender-addon/python/README.md", "surfrecon"): "listed",
