@@ -16,6 +16,10 @@ use image::source::OrientedSurface;
 const BYTES_A_CROSSING: [f64; 2] = [63.0, 73.0];
 /// Bytes a brick with a part of the surface takes.
 const BYTES_A_BRICK: f64 = 59.5e3;
+/// How much more a merge takes whose scans are kept for another: of a crossing, and of a brick. Measured.
+const KEPT: [f64; 2] = [28.0, 30e3];
+/// Bytes of it, by crossing, that are held between two merges; no more than that.
+const HELD: f64 = 100.0;
 /// Crossings of a brick that count: more are of the same edges, and added up. Ten times what a plane has; of a hundred frames
 /// of a room with a Kinect's noise 1.35 times the peak is foreseen with it.
 const CROSSINGS_A_BRICK: f32 = 20e3;
@@ -31,6 +35,8 @@ pub(super) struct Budget {
     scans: usize,
     /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
     available: (f64, &'static str),
+    /// Bytes that are held already of what is foreseen, where scans are kept for another merge.
+    kept: Option<f64>,
     seen: Mutex<Seen>,
 }
 
@@ -48,9 +54,10 @@ struct Seen {
 }
 
 impl Seen {
-    fn bytes(&self) -> f64 {
-        BYTES_A_CROSSING[usize::from(self.scans == 1)] * self.crossings
-            + BYTES_A_BRICK * (self.bricks.len() as f64 + self.more_bricks)
+    fn bytes(&self, are_kept: bool) -> f64 {
+        let [a_crossing, a_brick] = if are_kept { KEPT } else { [0.0; 2] };
+        (BYTES_A_CROSSING[usize::from(self.scans == 1)] + a_crossing) * self.crossings
+            + (BYTES_A_BRICK + a_brick) * (self.bricks.len() as f64 + self.more_bricks)
     }
 
     /// About how many lines of the grid meet the surface: along each axis as many as its shadow has cells; and which bricks
@@ -113,12 +120,26 @@ impl Budget {
     }
 
     fn within(voxel: f64, available: (f64, &'static str)) -> Self {
-        Budget { voxel, scans: 1, available, seen: Mutex::default() }
+        Budget { voxel, scans: 1, available, kept: None, seen: Mutex::default() }
     }
 
     /// A cell that will fit, where one of this size does not.
     pub(super) fn fits(&self) -> Option<f64> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner).fits
+    }
+
+    /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already.
+    pub(super) fn begin_keeping(&mut self, crossings: u64) {
+        self.kept = Some(HELD * crossings as f64);
+        let seen = self.seen.get_mut().unwrap_or_else(PoisonError::into_inner);
+        *seen = Seen { fits: seen.fits, ..Seen::default() };
+    }
+
+    /// Takes a scan into account that has so many crossings in each of these bricks, by world.
+    pub(super) fn know(&self, bricks: impl Iterator<Item = ([i64; 3], f64)>) {
+        let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.scans += 1;
+        bricks.for_each(|(brick, crossings)| seen.put(brick, crossings));
     }
 
     /// Takes a scan into account.
@@ -128,9 +149,10 @@ impl Budget {
     pub(super) fn expect(&self, surface: &OrientedSurface) -> Result<()> {
         let mut seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
         seen.add(surface, self.voxel);
-        let needed = seen.bytes();
+        let needed = seen.bytes(self.kept.is_some());
         memory::note(needed);
         let (available, there) = self.available;
+        let available = available + self.kept.unwrap_or(0.0);
         if needed <= available {
             return Ok(());
         }
@@ -187,7 +209,7 @@ mod tests {
         let bytes = |scans: usize| {
             let mut seen = Seen::default();
             (0..scans).for_each(|_| seen.add(&sphere(), 0.1));
-            seen.bytes()
+            seen.bytes(false)
         };
         let [few, many, more] = [2, 400, 800].map(bytes);
         assert!(many > 5.0 * few && more == many, "{few} {many} {more}");
@@ -204,7 +226,7 @@ mod tests {
             .unwrap_or_else(|| panic!("{text}"));
         let mut one = Seen::default();
         one.add(&sphere(), 0.1);
-        let scans = (1e7 / one.bytes()) as usize + 1;
+        let scans = (1e7 / one.bytes(false)) as usize + 1;
         let budget = Budget::within(voxel.parse().unwrap(), (1e7, "free"));
         (0..scans).for_each(|_| budget.expect(&sphere()).unwrap());
         let text = Budget::within(1e-9, (1e9, "free")).expect(&sphere()).unwrap_err().to_string();

@@ -143,6 +143,58 @@ pub fn in_sample(key: &BundleKey, crossing: &Crossing, scans: usize) -> bool {
     is_line && crossing.scan() as usize % scans.div_ceil(SAMPLED_PAIRS).max(2) < 2
 }
 
+/// The crossings of one scan, by bundle.
+#[derive(Default)]
+pub struct ScanCrossings {
+    /// In order.
+    lists: Vec<(BundleKey, Vec<Crossing>)>,
+}
+
+impl From<Buckets> for ScanCrossings {
+    /// Takes what was not added up.
+    fn from(mut buckets: Buckets) -> Self {
+        let mut take = |list: u32| std::mem::take(&mut buckets.lists[list as usize].chunks).concat();
+        let mut lists: Vec<_> = buckets.index.iter().map(|(&key, &list)| (key, take(list))).collect();
+        lists.sort_unstable_by_key(|list| list.0);
+        ScanCrossings { lists }
+    }
+}
+
+impl ScanCrossings {
+    /// How many there are.
+    pub fn len(&self) -> u64 {
+        self.lists.iter().map(|list| list.1.len() as u64).sum()
+    }
+
+    /// The bundles that have any.
+    pub fn keys(&self) -> impl Iterator<Item = BundleKey> {
+        self.lists.iter().map(|list| list.0)
+    }
+
+    /// Those of each bundle that has any.
+    pub fn iter(&self) -> impl Iterator<Item = (BundleKey, &[Crossing])> {
+        self.lists.iter().map(|(key, list)| (*key, &list[..]))
+    }
+
+    /// Those of a bundle, for a scan of this number.
+    pub fn of(&self, key: &BundleKey, scan: u32) -> Option<Vec<Crossing>> {
+        let place = self.lists.binary_search_by_key(key, |list| list.0).ok()?;
+        Some(self.lists[place].1.iter().map(|crossing| crossing.of_scan(scan)).collect())
+    }
+}
+
+/// Joins the crossings of scans, with their numbers, into bundles.
+pub fn join<'a>(scans: impl Iterator<Item = (u32, &'a ScanCrossings)>) -> Vec<RawBundle> {
+    let mut all: FxHashMap<BundleKey, Found> = FxHashMap::default();
+    for (number, crossings) in scans {
+        for (key, list) in crossings.iter() {
+            let chunk = list.iter().map(|crossing| crossing.of_scan(number)).collect();
+            all.entry(key).or_default().chunks.push(chunk);
+        }
+    }
+    in_order(all)
+}
+
 /// The crossings of one bundle, as several workers found them: in no particular order.
 pub struct RawBundle {
     /// Which row of bricks.
@@ -164,6 +216,10 @@ pub fn gather(workers: Vec<Buckets>) -> Vec<RawBundle> {
             all.entry(key).or_default().added = std::mem::take(&mut *lock(&added));
         }
     }
+    in_order(all)
+}
+
+fn in_order(all: FxHashMap<BundleKey, Found>) -> Vec<RawBundle> {
     let mut all: Vec<RawBundle> = all.into_iter().map(|(key, found)| RawBundle { key, found }).collect();
     all.sort_unstable_by_key(|bundle| bundle.key);
     all

@@ -45,6 +45,12 @@ impl Crossing {
         Crossing { packed, cell, fraction, normal, weight, colour, ..Crossing::default() }
     }
 
+    /// The same of a scan of another number.
+    pub fn of_scan(mut self, scan: u32) -> Self {
+        self.packed = self.packed & ((1 << SCAN_SHIFT) - 1) | scan << SCAN_SHIFT;
+        self
+    }
+
     /// Notes what noise does to it: where the surface lies further along the normal, and the standard deviation of the
     /// samples, both in cells.
     pub fn set_noise(&mut self, residual: f64, deviation: f64) {

@@ -1,9 +1,10 @@
 //! The cell from the data, where the caller gives none.
 
 use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::budget;
-use super::bundles::{Buckets, gather};
+use super::bundles::{Buckets, ScanCrossings, join};
 use super::discretize::discretize;
 use super::lattice::Lattice;
 use super::overlap::OverlapDistances;
@@ -36,7 +37,7 @@ const CROSSINGS_A_SAMPLE: f64 = 4.0;
 const OUTLIER: f64 = 10.0;
 
 /// What one scan tells.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Told {
     /// Sum of the distances of samples to their nearest neighbour, and their number.
     spacing: (f64, u64),
@@ -44,20 +45,47 @@ struct Told {
     noise: f64,
 }
 
-/// The size of a cell as given or, by default, as measured on the scans; what decided it.
+/// A grid to compare scans in.
+#[derive(Clone, Copy, PartialEq)]
+struct Trial {
+    lattice: Lattice,
+    /// Of the scan that it was made for.
+    spacing: f64,
+}
+
+/// What was found out of a scan.
+struct Tried {
+    told: Told,
+    /// The grid that it would have others compared in; `None` if it has no triangle or no spacing.
+    own: Option<Trial>,
+    /// Its crossings with the lines of a grid.
+    crossings: Option<(Trial, ScanCrossings)>,
+}
+
+/// What was found out of scans, by the versions that their owner gives them.
+#[derive(Default)]
+pub struct Known {
+    triangulation: TriangulateParams,
+    scans: FxHashMap<u64, Tried>,
+}
+
+/// The size of a cell as given or, by default, as measured on the scans; what decided it. What is `known` of scans of these
+/// `versions` is not found out again.
 ///
 /// # Errors
 /// As [`voxel`].
 pub fn choose_cell(
     sources: &[&dyn ScanSource],
+    versions: &[u64],
     params: &MergeParams,
+    known: &mut Known,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<()> {
     progress.stage(MEASURING, 1);
     (report.voxel, report.voxel_reason) = match params.voxel {
         Some(voxel) => (voxel, VoxelReason::Given),
-        None => voxel(sources, &params.triangulation, progress)?,
+        None => voxel(sources, versions, &params.triangulation, known, progress)?,
     };
     progress.lap("measure");
     Ok(())
@@ -70,59 +98,42 @@ pub fn choose_cell(
 /// A scan can't be loaded; no scan has a triangle; cancelled.
 pub fn voxel(
     sources: &[&dyn ScanSource],
+    versions: &[u64],
     triangulation: &TriangulateParams,
+    known: &mut Known,
     progress: &Progress<'_>,
 ) -> Result<(f64, VoxelReason)> {
+    if known.triangulation != *triangulation {
+        *known = Known { triangulation: *triangulation, ..Known::default() };
+    }
     let count = sources.len().min(SCANS);
     // The first of each pair lies where the list is cut into as many parts as there are pairs.
-    let numbers: Vec<usize> = (0..count).map(|i| i / 2 * 2 * sources.len() / count + i % 2).collect();
-    let load = |number: usize| {
-        progress.check()?;
-        sources[number].load(&Loading { triangulation: *triangulation, cell: 0.0 }, progress)
-    };
-    let mut told: Vec<Told> = Vec::new();
-    let mut trial = None;
+    let mut numbers: Vec<usize> = (0..count).map(|i| i / 2 * 2 * sources.len() / count + i % 2).collect();
+    let scans = Scans { sources, versions, triangulation, progress };
     // All before the first with a triangle are empty.
-    let mut start = 0;
-    let mut first = Buckets::default();
-    while trial.is_none() && start < count {
-        let surface = load(numbers[start])?;
-        told.push(Told::by(&surface));
-        if let Some((lattice, spacing)) = trial_grid(&surface, &told[start]) {
-            count_crossings(&surface, start, &lattice, &mut first, progress)?;
-            trial = Some((lattice, spacing));
+    let mut trial = None;
+    for &number in &numbers {
+        scans.find_out(&[number], trial, known)?;
+        trial = known.scans[&versions[number]].own;
+        if trial.is_some() {
+            break;
         }
-        start += 1;
     }
+    scans.find_out(&numbers, trial, known)?;
+    let is_empty = |known: &Known, number: usize| known.scans[&versions[number]].told.spacing.1 == 0;
     // Any other that isn't empty, where all of these are.
-    let mut others = (0..sources.len()).filter(|number| !numbers.contains(number));
+    let mut others = (0..sources.len()).filter(|number| !numbers.contains(number)).collect::<Vec<_>>().into_iter();
     while trial.is_none()
-        && told.iter().all(|told| told.spacing.1 == 0)
+        && numbers.iter().all(|&number| is_empty(known, number))
         && let Some(number) = others.next()
     {
-        told.push(Told::by(&load(number)?));
+        scans.find_out(&[number], None, known)?;
+        numbers.push(number);
     }
-    let rest = (start..count)
-        .into_par_iter()
-        .map(|i| {
-            let surface = load(numbers[i])?;
-            let (told, mut found) = (Told::by(&surface), Buckets::default());
-            if let Some((lattice, spacing)) = &trial
-                && told.mean_spacing().is_some_and(|own| own <= COARSER * spacing)
-            {
-                count_crossings(&surface, i, lattice, &mut found, progress)?;
-            }
-            Ok((told, found))
-        })
-        .collect::<Result<Vec<_>>>()?;
-    let mut buckets = vec![first];
-    for (of_scan, found) in rest {
-        told.push(of_scan);
-        buckets.push(found);
-    }
-    let samples: u64 = told.iter().map(|t| t.spacing.1).sum();
+    let found: Vec<&Tried> = numbers.iter().map(|&number| &known.scans[&versions[number]]).collect();
+    let samples: u64 = found.iter().map(|scan| scan.told.spacing.1).sum();
     let mean = |sum: f64| sum / samples as f64;
-    let spacing = mean(told.iter().map(|t| t.spacing.0).sum());
+    let spacing = mean(found.iter().map(|scan| scan.told.spacing.0).sum());
     if samples == 0 {
         return Err(super::nothing_to_merge());
     }
@@ -131,11 +142,15 @@ pub fn voxel(
             "the samples of the scans are so close to each other that their distance counts as 0: use a smaller unit",
         ));
     }
-    let noise = mean(told.iter().map(|t| t.noise * t.spacing.1 as f64).sum());
+    let noise = mean(found.iter().map(|scan| scan.told.noise * scan.told.spacing.1 as f64).sum());
     let distance = match &trial {
-        Some((lattice, _)) => {
-            let distances = OverlapDistances::measure(&gather(buckets), None, progress)?;
-            distances.quantile(0.5).map_or(0.0, |cells| cells * lattice.voxel)
+        Some(trial) => {
+            let crossings = found.iter().zip(0..).filter_map(|(scan, i)| {
+                let (grid, crossings) = scan.crossings.as_ref()?;
+                (grid == trial).then_some((i, crossings))
+            });
+            let distances = OverlapDistances::measure(&join(crossings), None, progress)?;
+            distances.quantile(0.5).map_or(0.0, |cells| cells * trial.lattice.voxel)
         }
         None => 0.0,
     };
@@ -147,18 +162,62 @@ pub fn voxel(
     Ok(wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three"))
 }
 
-/// A grid to compare scans in, and the spacing of the first; `None` if that has no triangle or no spacing.
-fn trial_grid(surface: &OrientedSurface, told: &Told) -> Option<(Lattice, f64)> {
-    let &[corner, ..] = surface.triangles.first()?;
-    let spacing = told.mean_spacing().filter(|spacing| *spacing > 0.0)?;
-    let near = surface.world_from_surface.transform_point3(surface.positions[corner as usize]);
-    // What can't be counted in these cells is said when it is counted in smaller ones.
-    Lattice::new(TRIAL * spacing, near, [0; 3]).ok().map(|lattice| (lattice, spacing))
+impl Known {
+    /// Forgets all but the scans of these versions.
+    pub fn keep(&mut self, versions: &FxHashSet<u64>) {
+        self.scans.retain(|version, _| versions.contains(version));
+    }
+}
+
+/// A list of scans to find something out of.
+struct Scans<'a, 'p> {
+    sources: &'a [&'a dyn ScanSource],
+    versions: &'a [u64],
+    triangulation: &'a TriangulateParams,
+    progress: &'a Progress<'p>,
+}
+
+impl Scans<'_, '_> {
+    /// Finds out what is not known of scans of these numbers; their crossings with a grid, or with their own where none is given.
+    fn find_out(&self, numbers: &[usize], trial: Option<Trial>, known: &mut Known) -> Result<()> {
+        let is_known = |number: &&usize| {
+            let scan = known.scans.get(&self.versions[**number]);
+            let is_in_grid = |scan: &Tried| scan.crossings.as_ref().is_some_and(|of| Some(of.0) == trial);
+            scan.is_some_and(|scan| trial.is_none() || scan.own.is_none() || is_in_grid(scan))
+        };
+        let missing: Vec<usize> = numbers.iter().filter(|number| !is_known(number)).copied().collect();
+        let found = missing.into_par_iter().map(|number| Ok((self.versions[number], self.try_scan(number, trial)?)));
+        known.scans.extend(found.collect::<Result<Vec<_>>>()?);
+        Ok(())
+    }
+
+    fn try_scan(&self, number: usize, trial: Option<Trial>) -> Result<Tried> {
+        self.progress.check()?;
+        let loading = Loading { triangulation: *self.triangulation, cell: 0.0 };
+        let surface = self.sources[number].load(&loading, self.progress)?;
+        let told = Told::by(&surface);
+        let own = Trial::of(&surface, &told);
+        let Some(trial) = own.and(trial.or(own)) else { return Ok(Tried { told, own, crossings: None }) };
+        let mut found = Buckets::default();
+        if told.mean_spacing().is_some_and(|own| own <= COARSER * trial.spacing) {
+            count_crossings(&surface, &trial.lattice, &mut found, self.progress)?;
+        }
+        Ok(Tried { told, own, crossings: Some((trial, found.into())) })
+    }
+}
+
+impl Trial {
+    fn of(surface: &OrientedSurface, told: &Told) -> Option<Self> {
+        let &[corner, ..] = surface.triangles.first()?;
+        let spacing = told.mean_spacing().filter(|spacing| *spacing > 0.0)?;
+        let near = surface.world_from_surface.transform_point3(surface.positions[corner as usize]);
+        // What can't be counted in these cells is said when it is counted in smaller ones.
+        Lattice::new(TRIAL * spacing, near, [0; 3]).ok().map(|lattice| Trial { lattice, spacing })
+    }
 }
 
 fn count_crossings(
     surface: &OrientedSurface,
-    number: usize,
     lattice: &Lattice,
     found: &mut Buckets,
     progress: &Progress<'_>,
@@ -167,7 +226,7 @@ fn count_crossings(
     if budget::crossings(surface, lattice.voxel) > CROSSINGS_A_SAMPLE * surface.positions.len() as f64 {
         return Ok(());
     }
-    match discretize(surface, "", number as u32, lattice, found, progress) {
+    match discretize(surface, "", 0, lattice, found, progress) {
         Err(Error::Input(_)) => Ok(()),
         other => other,
     }

@@ -10,6 +10,8 @@
 //! Where one clean scan is all that speaks of a node, the crossings of the node's edges label it, as in the paper; and where
 //! all crossings of clean scans nearby lie in one edge, its vertex is their mean. So a single clean scan is not resampled.
 
+use std::sync::Arc;
+
 use rustc_hash::FxHashMap;
 
 use super::colour::{Gains, Poll};
@@ -24,6 +26,7 @@ use super::tally::Tally;
 pub type Plane = [u32; ROWS];
 
 /// The labels that crossings give the nodes of a brick.
+#[derive(PartialEq, Eq)]
 pub struct BrickLabels {
     /// Nodes labelled inside.
     pub inside: Plane,
@@ -36,13 +39,13 @@ pub struct BrickLabels {
 /// All bundles with their index.
 pub struct Bundles<T = Tally> {
     /// Ordered by key.
-    pub list: Vec<SortedBundle<T>>,
+    pub list: Vec<Arc<SortedBundle<T>>>,
     index: FxHashMap<BundleKey, u32>,
 }
 
 impl<T: OnLine> Bundles<T> {
     /// Indexes the bundles.
-    pub fn new(list: Vec<SortedBundle<T>>) -> Self {
+    pub fn new(list: Vec<Arc<SortedBundle<T>>>) -> Self {
         let index = list.iter().enumerate().map(|(i, b)| (b.key, i as u32)).collect();
         Bundles { list, index }
     }
@@ -51,7 +54,7 @@ impl<T: OnLine> Bundles<T> {
     pub fn through(&self, axis: usize, brick: [i32; 3]) -> Option<&SortedBundle<T>> {
         let [u, v] = ACROSS[axis];
         let key = BundleKey { axis: axis as u8, across: [brick[u], brick[v]] };
-        self.index.get(&key).map(|&i| &self.list[i as usize])
+        self.index.get(&key).map(|&i| &*self.list[i as usize])
     }
 
     /// Every brick in which a crossing labels a node, in order.
@@ -98,7 +101,7 @@ pub struct Vertex {
 pub type Vertices = [Vec<Vertex>; 3];
 
 /// How far votes are heard.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule {
     /// How far from a crossing, in cells along its normal, it speaks of nodes.
     pub reach: f64,

@@ -67,7 +67,9 @@ pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Resu
         is_seen |= found.is_seen();
         logarithms.iter_mut().zip(&found.logarithms).for_each(|(of, &logarithm)| of[channel] = logarithm);
     }
-    let factors = || logarithms.iter().map(|of| of.map(f64::exp)).collect();
+    // In steps that nobody sees: so one scan more or less seldom changes the colours of others.
+    let factor = |logarithm: f64| ((logarithm / SEEN).round() * SEEN).exp();
+    let factors = || logarithms.iter().map(|of| of.map(factor)).collect();
     Ok(if is_seen { factors() } else { Vec::new() })
 }
 

@@ -38,9 +38,13 @@ pub struct Discretized {
 }
 
 /// What one worker found in scans that were counted from one base.
-struct Group {
-    scans: Vec<usize>,
-    found: Discretized,
+pub struct Group {
+    /// Their numbers.
+    pub scans: Vec<usize>,
+    /// What it found.
+    pub found: Discretized,
+    /// Where the first of them has its first triangle, in the world.
+    pub near: DVec3,
 }
 
 /// A scan that can't be merged, and the grid it can't be counted in where that is why.
@@ -51,15 +55,15 @@ struct Failure {
 }
 
 /// The work on a list of scans.
-struct Intake<'a, 'p, L> {
+pub struct Intake<'a, 'p> {
     sources: &'a [&'a dyn ScanSource],
     params: &'a MergeParams,
-    /// Crossings a worker keeps one by one.
-    kept: u64,
-    /// Where others are added up, by the grid they are counted in.
+    setup: &'a Setup,
+    /// Where crossings are added up, by the grid they are counted in.
     stores: Mutex<Vec<(Lattice, Arc<Store>)>>,
-    lattice_near: L,
     budget: &'a Budget,
+    /// Whether each scan is a group of its own, and its crossings are kept one by one.
+    are_apart: bool,
     /// The first scan known to have a triangle, and its grid.
     first: Mutex<Option<(usize, Lattice)>>,
     /// No scan after this one is worth loading.
@@ -70,7 +74,7 @@ struct Intake<'a, 'p, L> {
 /// Stage 1: the crossings of all scans with the grid, of larger cells where these were not given and would not fit into memory.
 ///
 /// # Errors
-/// As [`discretize_all`].
+/// As [`Intake::take_all`]; no scan has a triangle.
 pub fn find_crossings(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
@@ -78,111 +82,143 @@ pub fn find_crossings(
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
-    let scans = loop {
+    let scans = in_cells_that_fit(sources.len(), params, report, |budget| {
         progress.stage(DISCRETIZING, sources.len() as u64);
-        let budget = Budget::new(report.voxel, sources.len());
-        let lattice_near = |near| Lattice::new(report.voxel, near, setup.corner);
-        match discretize_all(sources, params, &budget, setup.kept, lattice_near, progress) {
+        let intake = Intake::new(sources, params, setup, budget, progress);
+        let (lattice, groups) = intake.take_all((0..sources.len()).collect())?;
+        let lattice = lattice.ok_or_else(super::nothing_to_merge)?;
+        Ok(groups.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
+            all.add(&group.found);
+            all.buckets.append(&mut group.found.buckets);
+            all
+        }))
+    })?;
+    scans.tell(report);
+    Ok(scans)
+}
+
+/// What `find` finds with a grid of cells as the report has them, or larger ones where these were not given and would not fit into
+/// memory.
+///
+/// # Errors
+/// Those of `find`.
+pub fn in_cells_that_fit<T>(
+    scans: usize,
+    params: &MergeParams,
+    report: &mut MergeReport,
+    mut find: impl FnMut(&mut Budget) -> Result<T>,
+) -> Result<T> {
+    loop {
+        let mut budget = Budget::new(report.voxel, scans);
+        match find(&mut budget) {
             Err(Error::OutOfMemory(_)) if params.voxel.is_none() && budget.fits().is_some_and(|v| v > report.voxel) => {
                 report.voxel = budget.fits().unwrap_or(report.voxel);
                 report.voxel_reason = VoxelReason::Memory;
             }
-            found => break found?,
+            found => return found,
         }
-    };
-    report.input_triangles = scans.triangles;
-    let over_images = |of_image: fn(&Noise) -> f64| {
-        let mut all: Vec<f64> = scans.images.iter().map(|(_, measured)| of_image(&measured.noise)).collect();
-        all.sort_by(f64::total_cmp);
-        all.get(all.len() / 2).copied()
-    };
-    report.noise_across = over_images(Noise::across).unwrap_or(0.0);
-    report.noise_step = over_images(Noise::typical_step).unwrap_or(0.0);
-    report.noise_correlation = over_images(Noise::correlation).unwrap_or(1.0);
-    Ok(scans)
-}
-
-/// Loads the scans and finds their crossings with a grid of the cells of `budget` that `lattice_near` makes for a place.
-/// Crossings are added up where a worker has more than `kept`.
-///
-/// # Errors
-/// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
-fn discretize_all(
-    sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    budget: &Budget,
-    kept: u64,
-    lattice_near: impl Fn(DVec3) -> Result<Lattice> + Sync,
-    progress: &Progress<'_>,
-) -> Result<Discretized> {
-    let intake = Intake {
-        sources,
-        params,
-        kept,
-        stores: Mutex::default(),
-        lattice_near,
-        budget,
-        first: Mutex::new(None),
-        last: AtomicUsize::new(usize::MAX),
-        progress,
-    };
-    let mut todo: BTreeSet<usize> = (0..sources.len()).collect();
-    let mut good: Vec<Group> = Vec::new();
-    let mut failure: Option<Failure> = None;
-    loop {
-        let list: Vec<usize> = todo.iter().copied().collect();
-        let is_again = list.len() < sources.len();
-        let next = AtomicUsize::new(0);
-        let workers = rayon::current_num_threads().min(list.len());
-        let found: Vec<_> =
-            (0..workers).into_par_iter().with_max_len(1).map(|_| intake.work(&list, &next, is_again)).collect();
-        progress.check()?;
-        // Of the scans before the first with a triangle none was passed over, so that this one is known now.
-        let lattice = intake.lattice();
-        for (groups, empty, failed) in found {
-            empty.iter().for_each(|scan| assert!(todo.remove(scan)));
-            for group in groups.into_iter().filter(|group| Some(group.found.lattice) == lattice) {
-                group.scans.iter().for_each(|scan| assert!(todo.remove(scan)));
-                good.push(group);
-            }
-            if let Some(failed) = failed
-                && (failed.lattice.is_none() || failed.lattice == lattice)
-                && failure.as_ref().is_none_or(|known| failed.scan < known.scan)
-            {
-                failure = Some(failed);
-            }
-        }
-        // Those before it may fail too, and then are the first.
-        let end = failure.as_ref().map_or(usize::MAX, |failure| failure.scan);
-        todo.retain(|scan| *scan < end);
-        intake.last.store(end, Ordering::Relaxed);
-        if !todo.is_empty() {
-            continue;
-        }
-        if let Some(failure) = failure {
-            return Err(failure.error);
-        }
-        let lattice = lattice.ok_or_else(super::nothing_to_merge)?;
-        let mut all = good.into_iter().fold(Discretized::none(lattice), |mut all, mut group| {
-            all.buckets.append(&mut group.found.buckets);
-            all.triangles += group.found.triangles;
-            all.full_trust = all.full_trust.max(group.found.full_trust);
-            all.coloured |= group.found.coloured;
-            all.images.append(&mut group.found.images);
-            all
-        });
-        all.images.sort_unstable_by_key(|image| image.0);
-        return Ok(all);
     }
 }
 
 impl Discretized {
-    fn none(lattice: Lattice) -> Self {
+    /// Nothing yet.
+    pub fn none(lattice: Lattice) -> Self {
         Discretized { lattice, buckets: Vec::new(), triangles: 0, full_trust: 0.0, coloured: false, images: Vec::new() }
+    }
+
+    /// Adds what is known of other scans; not their crossings.
+    pub fn add(&mut self, other: &Discretized) {
+        self.triangles += other.triangles;
+        self.full_trust = self.full_trust.max(other.full_trust);
+        self.coloured |= other.coloured;
+        self.images.extend_from_slice(&other.images);
+        self.images.sort_unstable_by_key(|image| image.0);
+    }
+
+    /// Says it in the report.
+    pub fn tell(&self, report: &mut MergeReport) {
+        report.input_triangles = self.triangles;
+        let over_images = |of_image: fn(&Noise) -> f64| {
+            let mut all: Vec<f64> = self.images.iter().map(|(_, measured)| of_image(&measured.noise)).collect();
+            all.sort_by(f64::total_cmp);
+            all.get(all.len() / 2).copied()
+        };
+        report.noise_across = over_images(Noise::across).unwrap_or(0.0);
+        report.noise_step = over_images(Noise::typical_step).unwrap_or(0.0);
+        report.noise_correlation = over_images(Noise::correlation).unwrap_or(1.0);
     }
 }
 
-impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
+impl<'a, 'p> Intake<'a, 'p> {
+    /// Of the cells of `budget`.
+    pub fn new(
+        sources: &'a [&'a dyn ScanSource],
+        params: &'a MergeParams,
+        setup: &'a Setup,
+        budget: &'a Budget,
+        progress: &'a Progress<'p>,
+    ) -> Self {
+        Intake {
+            sources,
+            params,
+            setup,
+            stores: Mutex::default(),
+            budget,
+            are_apart: false,
+            first: Mutex::new(None),
+            last: AtomicUsize::new(usize::MAX),
+            progress,
+        }
+    }
+
+    /// Of some scans of the list, each by itself; of the others `first` is the first that has a triangle, and the grid of that.
+    pub fn of_some(self, first: Option<(usize, Lattice)>) -> Self {
+        Intake { are_apart: true, first: Mutex::new(first), ..self }
+    }
+
+    /// Loads scans and finds their crossings: the grid they are counted in, `None` if no scan has a triangle, and what was
+    /// found.
+    ///
+    /// # Errors
+    /// That of the first scan that can't be loaded, or counted in cells; cancelled.
+    pub fn take_all(&self, mut todo: BTreeSet<usize>) -> Result<(Option<Lattice>, Vec<Group>)> {
+        let mut good: Vec<Group> = Vec::new();
+        let mut failure: Option<Failure> = None;
+        let mut is_again = false;
+        while !todo.is_empty() {
+            let list: Vec<usize> = todo.iter().copied().collect();
+            let next = AtomicUsize::new(0);
+            let workers = rayon::current_num_threads().min(list.len());
+            let found: Vec<_> =
+                (0..workers).into_par_iter().with_max_len(1).map(|_| self.work(&list, &next, is_again)).collect();
+            self.progress.check()?;
+            is_again = true;
+            // Of the scans before the first with a triangle none was passed over, so that this one is known now.
+            let lattice = self.lattice();
+            for (groups, empty, failed) in found {
+                empty.iter().for_each(|scan| assert!(todo.remove(scan)));
+                for group in groups.into_iter().filter(|group| Some(group.found.lattice) == lattice) {
+                    group.scans.iter().for_each(|scan| assert!(todo.remove(scan)));
+                    good.push(group);
+                }
+                if let Some(failed) = failed
+                    && (failed.lattice.is_none() || failed.lattice == lattice)
+                    && failure.as_ref().is_none_or(|known| failed.scan < known.scan)
+                {
+                    failure = Some(failed);
+                }
+            }
+            // Those before it may fail too, and then are the first.
+            let end = failure.as_ref().map_or(usize::MAX, |failure| failure.scan);
+            todo.retain(|scan| *scan < end);
+            self.last.store(end, Ordering::Relaxed);
+        }
+        match failure {
+            Some(failure) => Err(failure.error),
+            None => Ok((self.lattice(), good)),
+        }
+    }
+
     fn lattice(&self) -> Option<Lattice> {
         self.first.lock().unwrap_or_else(PoisonError::into_inner).map(|first| first.1)
     }
@@ -199,7 +235,7 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
 
     /// The grid to count a scan in whose first triangle lies near a place.
     fn lattice_for(&self, scan: usize, near: DVec3) -> Result<Lattice> {
-        let own = (self.lattice_near)(near)?;
+        let own = Lattice::new(self.budget.voxel, near, self.setup.corner)?;
         let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
         if first.is_none_or(|first| scan < first.0) {
             *first = Some((scan, own));
@@ -248,14 +284,16 @@ impl<L: Fn(DVec3) -> Result<Lattice> + Sync> Intake<'_, '_, L> {
         if !is_again {
             self.budget.expect(&surface)?;
         }
-        if groups.last().is_none_or(|group| group.found.lattice != lattice) {
+        if self.are_apart || groups.last().is_none_or(|group| group.found.lattice != lattice) {
             let buckets = vec![Buckets::with_store(self.store(lattice))];
             let found = Discretized { buckets, ..Discretized::none(lattice) };
-            groups.push(Group { scans: Vec::new(), found });
+            groups.push(Group { scans: Vec::new(), found, near });
         }
-        let Group { scans, found } = groups.last_mut().expect("one was just pushed");
+        let Group { scans, found, .. } = groups.last_mut().expect("one was just pushed");
         discretize(&surface, source.name(), scan as u32, &lattice, &mut found.buckets[0], self.progress)?;
-        found.buckets[0].add_up_many(self.kept, self.sources.len(), self.progress)?;
+        if !self.are_apart {
+            found.buckets[0].add_up_many(self.setup.kept, self.sources.len(), self.progress)?;
+        }
         scans.push(scan);
         found.triangles += surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(found.full_trust, |a, &b| a.max(b));

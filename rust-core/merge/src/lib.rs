@@ -82,6 +82,9 @@ mod dump;
 // what is asked for, and given
 mod types;
 
+// once more, where scans have changed
+pub mod again;
+
 use field::{BrickLabels, Vertices};
 use rustc_hash::FxHashMap;
 
@@ -114,6 +117,16 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
 }
 
 fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
+    started(sources, params, progress, || merge(sources, params, setup, progress))
+}
+
+/// Does the work of merging scans, if they can be merged.
+fn started(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    progress: &Progress<'_>,
+    work: impl FnOnce() -> Result<Merged> + Send,
+) -> Result<Merged> {
     params.validate()?;
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
@@ -128,7 +141,7 @@ fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, prog
     let crs = common_crs(sources)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let mut merged = progress.run(&pool, || merge(sources, params, setup, progress));
+    let mut merged = progress.run(&pool, work);
     if let Ok(merged) = &mut merged {
         merged.mesh.crs = crs;
     }
@@ -142,13 +155,28 @@ fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, prog
 /// The paper's list of steps.
 fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
-    let sources = numbers::in_order(sources, &params.triangulation, progress)?;
+    let content = |place: usize| sources[place].content(&params.triangulation, progress);
+    let order = numbers::in_order(sources, content, progress)?;
+    let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
+    let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
     report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
-    defaults::choose_cell(&sources, params, &mut report, progress)?;
+    defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
     let mut scans = intake::find_crossings(&sources, params, setup, &mut report, progress)?;
     let fused = fuse::fuse(&sources, &mut scans, params, setup, &mut report, progress)?;
     let reach = fused.reach;
     let tiles = tiles::build_all(fused, &scans.lattice, setup.block, &mut report, progress)?;
+    finish(tiles, reach, &scans, params, report, progress)
+}
+
+/// Steps 8 and 9: what is made of the surface.
+fn finish(
+    tiles: Vec<tiles::Tile>,
+    reach: f64,
+    scans: &intake::Discretized,
+    params: &MergeParams,
+    mut report: MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
     let mut kept = components::keep(tiles, reach, params.min_component_share, &mut report, progress)?;
     close::close(&mut kept, &scans.lattice, params, &mut report, progress)?;
     let mut surface = kept.surface;

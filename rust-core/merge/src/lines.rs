@@ -6,6 +6,7 @@ use super::remove::remove_fine_details;
 use super::tally::{self, Tally, tally_line};
 
 /// What there is on the lines of a row of bricks: by brick along the axis, then line, then place.
+#[derive(Clone)]
 pub struct SortedBundle<T = Tally> {
     /// Axis and place of the row of bricks.
     pub key: BundleKey,

@@ -4,35 +4,37 @@ use rayon::prelude::*;
 
 use base::{Progress, Result};
 use image::source::ScanSource;
-use image::triangulate::TriangulateParams;
 
-/// The scans in the order of their numbers: by name, then by content, so that the order of the list does not matter.
+/// The scans, as places in the list, in the order of their numbers: by name, then by `content`, so that the order of the list does
+/// not matter. That is asked for of scans that share a name.
 ///
 /// # Errors
-/// A scan that shares its name can't be loaded; cancelled.
-pub(super) fn in_order<'a>(
-    sources: &[&'a dyn ScanSource],
-    triangulation: &TriangulateParams,
+/// What `content` says; cancelled.
+pub(super) fn in_order(
+    sources: &[&dyn ScanSource],
+    content: impl Fn(usize) -> Result<u64> + Sync,
     progress: &Progress<'_>,
-) -> Result<Vec<&'a dyn ScanSource>> {
-    let mut sources = sources.to_vec();
-    sources.sort_by(|a, b| a.name().cmp(b.name()));
-    for namesakes in sources.chunk_by_mut(|a, b| a.name() == b.name()).filter(|namesakes| namesakes.len() > 1) {
-        let content = |source: &&'a dyn ScanSource| {
+) -> Result<Vec<usize>> {
+    let name = |place: usize| sources[place].name();
+    let mut order: Vec<usize> = (0..sources.len()).collect();
+    order.sort_by(|&a, &b| name(a).cmp(name(b)));
+    for namesakes in order.chunk_by_mut(|&a, &b| name(a) == name(b)).filter(|namesakes| namesakes.len() > 1) {
+        let content = |&place: &usize| {
             progress.check()?;
-            Ok((source.content(triangulation, progress)?, *source))
+            Ok((content(place)?, place))
         };
         let mut known = namesakes.par_iter().map(content).collect::<Result<Vec<_>>>()?;
         known.sort_by_key(|known| known.0);
         namesakes.iter_mut().zip(known).for_each(|(slot, known)| *slot = known.1);
     }
-    Ok(sources)
+    Ok(order)
 }
 
 #[cfg(test)]
 mod tests {
     use glam::DAffine3;
     use image::range_image::{Projection, RangeImage};
+    use image::triangulate::TriangulateParams;
     use mesh::{AttributeData, TriMesh};
 
     use super::*;

@@ -49,45 +49,50 @@ impl Counts {
     }
 }
 
+/// The same of one bundle: few distances are met in it.
+#[derive(Clone, Debug, Default)]
+pub struct BundleDistances {
+    /// Bins with their pairs.
+    pairs: Box<[(u16, f64)]>,
+    crossings: f64,
+}
+
+impl BundleDistances {
+    /// Measures a bundle; `sampled` as in [`OverlapDistances::measure`].
+    pub fn measure(raw: &RawBundle, sampled: Option<usize>) -> Self {
+        let mut counts = Counts::none();
+        counts.count(raw, sampled);
+        let pairs = (0..).zip(counts.pairs).filter(|bin| bin.1 > 0.0).collect();
+        BundleDistances { pairs, crossings: counts.crossings }
+    }
+}
+
 impl OverlapDistances {
+    /// Of no bundle.
+    pub fn none() -> Self {
+        OverlapDistances { of_axis: [0; 3].map(|_| Counts::none()) }
+    }
+
+    /// Adds those of a bundle of lines along an axis.
+    pub fn add(&mut self, axis: u8, bundle: &BundleDistances) {
+        let counts = &mut self.of_axis[axis as usize];
+        bundle.pairs.iter().for_each(|&(bin, pairs)| counts.pairs[bin as usize] += pairs);
+        counts.crossings += bundle.crossings;
+    }
+
     /// Measures all lines or, of so many scans that crossings were added up, the sample that was kept of them. O(crossings).
     ///
     /// # Errors
     /// Cancelled.
     pub fn measure(bundles: &[RawBundle], sampled: Option<usize>, progress: &Progress<'_>) -> Result<Self> {
-        let empty = || OverlapDistances { of_axis: [0; 3].map(|_| Counts::none()) };
         bundles
             .par_iter()
-            .try_fold(empty, |mut all, raw| {
+            .try_fold(Self::none, |mut all, raw| {
                 progress.check()?;
-                let counts = &mut all.of_axis[raw.key.axis as usize];
-                let sample;
-                let chunks = match sampled {
-                    None => &raw.found.chunks[..],
-                    Some(scans) => {
-                        let rest = raw.found.chunks.iter().flatten().copied();
-                        let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
-                        sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
-                        &sample[..]
-                    }
-                };
-                for_each_line(chunks, |_, line| {
-                    line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
-                    counts.crossings += line.len() as f64;
-                    // Stable: within a scan they stay in order along the line.
-                    line.sort_by_key(|c| (c.enters(), c.scan()));
-                    let of_scan: Vec<&[Crossing]> =
-                        line.chunk_by(|a, b| (a.enters(), a.scan()) == (b.enters(), b.scan())).collect();
-                    for pair in of_scan.windows(2).filter(|pair| pair[0][0].enters() == pair[1][0].enters()) {
-                        let nearest = pair[1].iter().map(|other| distance(&pair[0][0], other)).fold(REACH, f64::min);
-                        if let Some(count) = counts.pairs.get_mut((nearest * BINS_PER_CELL) as usize) {
-                            *count += 1.0;
-                        }
-                    }
-                });
+                all.of_axis[raw.key.axis as usize].count(raw, sampled);
                 Ok(all)
             })
-            .try_reduce(empty, |mut a, b| {
+            .try_reduce(Self::none, |mut a, b| {
                 a.of_axis.iter_mut().zip(&b.of_axis).for_each(|(a, b)| a.add(b));
                 Ok(a)
             })
@@ -110,6 +115,34 @@ impl OverlapDistances {
 }
 
 impl Counts {
+    /// Counts the pairs of a bundle.
+    fn count(&mut self, raw: &RawBundle, sampled: Option<usize>) {
+        let sample;
+        let chunks = match sampled {
+            None => &raw.found.chunks[..],
+            Some(scans) => {
+                let rest = raw.found.chunks.iter().flatten().copied();
+                let rest = rest.filter(|c| in_sample(&raw.key, c, scans));
+                sample = [raw.found.added.sample.iter().copied().chain(rest).collect()];
+                &sample[..]
+            }
+        };
+        for_each_line(chunks, |_, line| {
+            line.retain(|c| c.normal.abs() >= LEAST_NORMAL);
+            self.crossings += line.len() as f64;
+            // Stable: within a scan they stay in order along the line.
+            line.sort_by_key(|c| (c.enters(), c.scan()));
+            let of_scan: Vec<&[Crossing]> =
+                line.chunk_by(|a, b| (a.enters(), a.scan()) == (b.enters(), b.scan())).collect();
+            for pair in of_scan.windows(2).filter(|pair| pair[0][0].enters() == pair[1][0].enters()) {
+                let nearest = pair[1].iter().map(|other| distance(&pair[0][0], other)).fold(REACH, f64::min);
+                if let Some(count) = self.pairs.get_mut((nearest * BINS_PER_CELL) as usize) {
+                    *count += 1.0;
+                }
+            }
+        });
+    }
+
     /// Surfaces of other parts are met at any distance alike, the same surface near its own: what the emptiest part of the reach
     /// holds is taken off everywhere.
     fn quantile(&self, share: f64) -> Option<f64> {

@@ -5,6 +5,7 @@
 //! scans see through than have a surface there goes, before anything is made of it. Two at least have to, since a rod
 //! thinner than a pixel is missed now and then.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
 
 use glam::DVec3;
@@ -17,6 +18,7 @@ use super::lines::{SortedBundle, sort_tallies};
 use super::tally::Tally;
 use base::error::Result;
 use base::progress::Progress;
+use image::range_image::noise::Noise;
 use image::sight::{LinesOfSight, Seen};
 use image::source::{Measured, ScanSource};
 
@@ -34,8 +36,7 @@ struct Votes {
 
 impl Votes {
     fn is_through(&self) -> bool {
-        let [through, surface] = [&self.through, &self.surface].map(|votes| votes.load(Relaxed));
-        through >= LEAST_THROUGH && through > surface
+        is_through(self.through.load(Relaxed), self.surface.load(Relaxed))
     }
 }
 
@@ -52,48 +53,85 @@ pub fn drop_seen_through(
     tolerance: f64,
     progress: &Progress<'_>,
 ) -> Result<(Bundles, u64)> {
-    let noises: Vec<_> =
-        images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
-    // One has it, others see through.
-    if noises.len() <= usize::from(LEAST_THROUGH) {
+    let voters = voters(images);
+    if voters.is_empty() {
         return Ok((bundles, 0));
     }
-    let count = noises.len().min(MOST_VOTERS);
     let votes: Vec<Vec<Votes>> =
         bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
-    (0..count).into_par_iter().with_max_len(1).try_for_each(|i| {
+    voters.par_iter().with_max_len(1).try_for_each(|&(scan, noise)| {
         progress.advance(1)?;
-        let (scan, noise) = noises[i * noises.len() / count];
-        let Some(image) = sources[scan as usize].image(progress)? else { return Ok(()) };
-        let Some(sight) = LinesOfSight::new(&image, noise.clone(), progress)? else { return Ok(()) };
-        drop(image);
+        let Some(sight) = lines_of_sight(sources[scan as usize], noise, progress)? else { return Ok(()) };
         (bundles.list.iter().zip(&votes)).try_for_each(|(bundle, votes)| {
             progress.check()?;
-            vote(&sight, bundle, votes, lattice, tolerance);
+            look(&sight, bundle, lattice, tolerance, |tally, seen| {
+                let of_kind = if seen == Seen::Through { &votes[tally].through } else { &votes[tally].surface };
+                of_kind.fetch_add(1, Relaxed);
+            });
             Ok(())
         })
     })?;
     let mut dropped = 0;
     let list = (bundles.list.into_iter().zip(votes))
-        .map(|(mut bundle, votes)| {
+        .map(|(bundle, votes)| {
             if !votes.iter().any(Votes::is_through) {
                 return Ok(bundle);
             }
             progress.check()?;
-            let mut votes = votes.iter();
-            let before = bundle.list.len();
-            bundle.list.retain(|_| !votes.next().is_some_and(Votes::is_through));
-            dropped += (before - bundle.list.len()) as u64;
-            bundle.list.sort_unstable_by_key(Tally::key);
-            Ok(sort_tallies(bundle.key, bundle.list))
+            let left = without(Arc::unwrap_or_clone(bundle), votes.iter().map(Votes::is_through));
+            dropped += left.1;
+            Ok(Arc::new(left.0))
         })
         .filter(|bundle| bundle.as_ref().map_or(true, |bundle| !bundle.list.is_empty()))
         .collect::<Result<_>>()?;
     Ok((Bundles::new(list), dropped))
 }
 
-/// A scan's votes on the tallies of a bundle.
-fn vote(sight: &LinesOfSight, bundle: &SortedBundle, votes: &[Votes], lattice: &Lattice, tolerance: f64) {
+/// The numbers of the scans that vote, with their noise; none where they are too few.
+pub fn voters(images: &[(u32, Measured)]) -> Vec<(u32, &Noise)> {
+    let noises: Vec<_> =
+        images.iter().filter(|image| image.1.has_lines_of_sight).map(|(scan, image)| (*scan, &image.noise)).collect();
+    // One has it, others see through.
+    if noises.len() <= usize::from(LEAST_THROUGH) {
+        return Vec::new();
+    }
+    let count = noises.len().min(MOST_VOTERS);
+    (0..count).map(|i| noises[i * noises.len() / count]).collect()
+}
+
+/// A scan made to be asked what it sees.
+///
+/// # Errors
+/// It can't be loaded any more; cancelled.
+pub fn lines_of_sight(source: &dyn ScanSource, noise: &Noise, progress: &Progress<'_>) -> Result<Option<LinesOfSight>> {
+    match source.image(progress)? {
+        Some(image) => LinesOfSight::new(&image, noise.clone(), progress),
+        None => Ok(None),
+    }
+}
+
+/// Whether a tally goes that so many scans see through, and so many have a surface at.
+pub fn is_through(through: u16, surface: u16) -> bool {
+    through >= LEAST_THROUGH && through > surface
+}
+
+/// A bundle without the tallies that go, and how many these were.
+pub fn without(mut bundle: SortedBundle, mut goes: impl Iterator<Item = bool>) -> (SortedBundle, u64) {
+    let before = bundle.list.len();
+    bundle.list.retain(|_| !goes.next().is_some_and(|goes| goes));
+    let dropped = (before - bundle.list.len()) as u64;
+    bundle.list.sort_unstable_by_key(Tally::key);
+    (sort_tallies(bundle.key, bundle.list), dropped)
+}
+
+/// Calls `each` with the place in the list of each tally of a bundle that a scan votes on, and what it sees there.
+pub fn look(
+    sight: &LinesOfSight,
+    bundle: &SortedBundle,
+    lattice: &Lattice,
+    tolerance: f64,
+    mut each: impl FnMut(usize, Seen),
+) {
     let axis = bundle.key.axis as usize;
     let [u, v] = ACROSS[axis];
     let mut first_node = [0; 3];
@@ -106,19 +144,17 @@ fn vote(sight: &LinesOfSight, bundle: &SortedBundle, votes: &[Votes], lattice: &
             continue;
         }
         let (from, to) = (first as usize, bundle.bricks.get(i + 1).map_or(bundle.list.len(), |next| next.1 as usize));
-        for (tally, votes) in bundle.list[from..to].iter().zip(&votes[from..to]) {
+        for (place, tally) in (from..to).zip(&bundle.list[from..to]) {
             let line = tally.line() as i32;
             let mut node = first_node;
             node[u] += line & (BRICK - 1);
             node[v] += line >> BRICK_BITS;
             node[axis] = tally.cell;
-            let place = lattice.world(node, axis, tally.fraction());
-            let of_kind = match sight.see(place, tally.deviation() * lattice.voxel, tolerance) {
-                Seen::Nothing => continue,
-                Seen::Surface => &votes.surface,
-                Seen::Through => &votes.through,
-            };
-            of_kind.fetch_add(1, Relaxed);
+            let at = lattice.world(node, axis, tally.fraction());
+            match sight.see(at, tally.deviation() * lattice.voxel, tolerance) {
+                Seen::Nothing => {}
+                seen => each(place, seen),
+            }
         }
     }
 }

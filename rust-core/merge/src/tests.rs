@@ -40,7 +40,7 @@ fn clean_scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
     scans_with(shape, pixels, &ScanParams::default())
 }
 
-fn scans_with(shape: Shape, pixels: usize, params: &ScanParams) -> Vec<RangeImage> {
+pub(crate) fn scans_with(shape: Shape, pixels: usize, params: &ScanParams) -> Vec<RangeImage> {
     let mesh = shape.mesh(24);
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();
     let bounds = scan::bounds(&mesh.positions).unwrap();

@@ -132,7 +132,7 @@ impl Tile {
 }
 
 /// The bricks that may hold a cell or a vertex, in order: around labelled nodes others get labels too.
-fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
+pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
     let mut bricks: Vec<[i32; 3]> = Vec::new();
     for (brick, labels) in labels {
         let reach = labels.bounds.map(|[low, high]| {
@@ -163,44 +163,72 @@ pub fn build_all(
     let Fused { labels, vertices, .. } = fused;
     let blocks = blocks(&bricks(&labels), side);
     progress.stage(BUILDING, blocks.iter().map(|(_, near)| 2 * near.len() as u64).sum());
-    let build = |(block, near)| build(block, near, &labels, &vertices, lattice, progress);
+    let build = |(block, near)| {
+        let mut bricks: Vec<_> = analyse(near, &labels, progress)?.into_iter().flatten().collect();
+        bricks.iter_mut().for_each(|surface| clip(surface, block));
+        progress.lap("analyse");
+        build(block, &mut bricks, &vertices, lattice, progress)
+    };
     let tiles = blocks.into_iter().map(build).collect::<Result<Vec<_>>>()?;
-    report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
-    report.noise = typical_noise(&tiles);
+    tell(&tiles, report);
     Ok(tiles)
 }
 
-/// Makes the tile of a block; `near` are its bricks and those beside it, in order.
+/// The whole surface as one tile, of all bricks that have a part of it, in order.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_one(
+    bricks: &mut [Box<BrickSurface>],
+    vertices: &BrickVertices,
+    lattice: &Lattice,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Vec<Tile>> {
+    let tiles = vec![build(Block::ALL, bricks, vertices, lattice, progress)?];
+    tell(&tiles, report);
+    Ok(tiles)
+}
+
+fn tell(tiles: &[Tile], report: &mut MergeReport) {
+    report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
+    report.noise = typical_noise(tiles);
+}
+
+/// Makes the tile of a block of its bricks and those beside it, in order.
 ///
 /// # Errors
 /// Cancelled; more vertices than there are numbers for.
 fn build(
     block: Block,
-    near: Vec<[i32; 3]>,
-    labels: &Labels,
+    bricks: &mut [Box<BrickSurface>],
     vertices: &BrickVertices,
     lattice: &Lattice,
     progress: &Progress<'_>,
 ) -> Result<Tile> {
-    let mut bricks = analyse(near, labels, progress)?;
-    bricks.iter_mut().for_each(|surface| clip(surface, block));
-    progress.lap("analyse");
-    let Extracted { mut surface, artificial, at_nodes, sides } =
-        extract::extract(&mut bricks, vertices, lattice, progress)?;
+    let Extracted { mut surface, artificial, at_nodes, sides } = extract::extract(bricks, vertices, lattice, progress)?;
     progress.lap("reconstruct");
     artificial::place(&mut surface, &artificial, lattice, progress)?;
     artificial::separate_at_nodes(&mut surface, at_nodes, lattice);
     progress.lap("artificial");
     let copied = pinches::split(&mut surface, lattice, progress)?;
-    let window = Window { surface, copied, sides, bricks: &bricks };
+    let window = Window { surface, copied, sides, bricks };
     let artificial = artificial.iter().filter(|a| block.contains(a.node.map(|x| x >> BRICK_BITS))).count() as u64;
     let tile = window.cut(block, artificial);
     progress.lap("pinches");
     Ok(tile)
 }
 
-fn analyse(near: Vec<[i32; 3]>, labels: &Labels, progress: &Progress<'_>) -> Result<Vec<Box<BrickSurface>>> {
-    let found = near
+/// What reconstruction needs to know of bricks; nothing of those without a vertex or cell.
+///
+/// # Errors
+/// Cancelled.
+pub fn analyse(
+    bricks: Vec<[i32; 3]>,
+    labels: &Labels,
+    progress: &Progress<'_>,
+) -> Result<Vec<Option<Box<BrickSurface>>>> {
+    bricks
         .into_par_iter()
         .map_init(Analyser::default, |analyser, brick| {
             progress.advance(1)?;
@@ -209,8 +237,7 @@ fn analyse(near: Vec<[i32; 3]>, labels: &Labels, progress: &Progress<'_>) -> Res
                 Some([&label.inside, &label.outside])
             }))
         })
-        .collect::<Result<Vec<_>>>()?;
-    Ok(found.into_iter().flatten().collect())
+        .collect()
 }
 
 /// Leaves of a brick beside a block the cells that matter to it.

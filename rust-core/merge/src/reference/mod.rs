@@ -7,6 +7,8 @@
 mod classify;
 mod fuse;
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::bundles::RawBundle;
@@ -32,7 +34,7 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
 pub(super) fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
     let fuse = |raw| {
         progress.advance(1)?;
-        Ok(fuse::fuse(raw, rule))
+        Ok(Arc::new(fuse::fuse(raw, rule)))
     };
     let bundles = Bundles::new(raw.into_par_iter().map(fuse).collect::<Result<_>>()?);
     let bricks = bundles.labelled_bricks();

@@ -86,6 +86,7 @@ fn layers_far_apart_and_large_triangles_choose_no_fine_cell_and_no_endless_one()
         .extend([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(3e6 * x, 3e6 * y, -2.0)));
     mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     let scan = PlacedMesh { name: "ground".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-    let found = defaults::voxel(&[&scan], &Default::default(), &Progress::none()).unwrap();
+    let found =
+        defaults::voxel(&[&scan], &[0], &Default::default(), &mut Default::default(), &Progress::none()).unwrap();
     assert!(found.0 < 0.3, "{found:?}");
 }

@@ -1,0 +1,141 @@
+//! Stage 3 where scans have changed: what their crossings come to, bundle by bundle, and how far they lie from each other.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::scans::Scans;
+use crate::bundles::{Found, RawBundle};
+use crate::crossing::BundleKey;
+use crate::fuse::Reaches;
+use crate::lattice::Lattice;
+use crate::lines::SortedBundle;
+use crate::overlap::{BundleDistances, OverlapDistances};
+use crate::{FUSING, MergeParams, MergeReport, Setup, field, lines};
+use base::error::Result;
+use base::progress::Progress;
+
+/// What all scans come to.
+#[derive(Default)]
+pub struct Bundles {
+    /// The grid they are counted in.
+    lattice: Option<Lattice>,
+    /// Versions of the scans by their numbers.
+    versions: Vec<u64>,
+    /// Scans there were where distances are measured on a sample.
+    sampled: Option<usize>,
+    /// By key.
+    pub(super) all: FxHashMap<BundleKey, Bundle>,
+}
+
+/// What is kept of a bundle.
+pub(super) struct Bundle {
+    /// What its crossings come to.
+    pub all: Arc<SortedBundle>,
+    distances: BundleDistances,
+    /// Whether that is new to those who look at it.
+    pub is_new: bool,
+    /// The votes of those scans that see any of it, by version; two bits a tally.
+    pub votes: FxHashMap<u64, Box<[u8]>>,
+    /// What of it is left where scans see through.
+    pub shown: Arc<SortedBundle>,
+    /// How much isn't.
+    pub dropped: u64,
+}
+
+impl Bundles {
+    /// Brings all bundles up to date that scans have crossings in which have changed since, or their numbers.
+    ///
+    /// # Errors
+    /// Cancelled: nothing has changed then.
+    pub fn renew(
+        &mut self,
+        scans: &Scans,
+        versions: &[u64],
+        lattice: &Lattice,
+        setup: &Setup,
+        report: &mut MergeReport,
+        progress: &Progress<'_>,
+    ) -> Result<()> {
+        let sampled = (report.intersections > setup.kept).then_some(versions.len());
+        let is_known = |version: &u64| scans.get(*version).is_some();
+        if self.lattice != Some(*lattice) || !self.versions.iter().all(is_known) {
+            // Others may still show what was there.
+            self.all.values_mut().for_each(Bundle::clear);
+            self.versions.clear();
+            self.lattice = Some(*lattice);
+        }
+        let keys = self.changed(scans, versions, sampled);
+        progress.stage(FUSING, keys.len() as u64);
+        let renewed = keys.into_par_iter().map(|key| {
+            progress.advance(1)?;
+            let numbers = (0..).zip(versions);
+            let chunks =
+                numbers.filter_map(|(number, &version)| scans.get(version)?.crossings.of(&key, number)).collect();
+            let raw = RawBundle { key, found: Found { chunks, ..Found::default() } };
+            let distances = BundleDistances::measure(&raw, sampled);
+            Ok((key, distances, Arc::new(lines::sort(key, Vec::new(), raw.found.chunks))))
+        });
+        for (key, distances, sorted) in renewed.collect::<Result<Vec<_>>>()? {
+            self.all.entry(key).or_insert_with(|| Bundle::none(key)).set(sorted, distances);
+        }
+        (self.versions, self.sampled) = (versions.to_vec(), sampled);
+        report.working_bytes = report.intersections * size_of::<crate::crossing::Crossing>() as u64;
+        Ok(())
+    }
+
+    /// The bundles in which scans have crossings that have changed, or their numbers; all, where distances are measured on another
+    /// sample.
+    fn changed(&self, scans: &Scans, versions: &[u64], sampled: Option<usize>) -> BTreeSet<BundleKey> {
+        let numbered = |versions: &[u64]| -> FxHashSet<(usize, u64)> { versions.iter().copied().enumerate().collect() };
+        let (mut before, now) = (numbered(&self.versions), numbered(versions));
+        if self.sampled != sampled {
+            before = before.difference(&now).copied().collect();
+        }
+        let of_scan = |&(_, version): &(usize, u64)| scans.get(version).map(|scan| scan.crossings.keys());
+        before.symmetric_difference(&now).filter_map(of_scan).flatten().collect()
+    }
+
+    /// How far what is known of the scans is heard.
+    pub fn reaches(&self, params: &MergeParams, report: &mut MergeReport) -> Reaches {
+        let mut distances = OverlapDistances::none();
+        self.all.iter().for_each(|(key, bundle)| distances.add(key.axis, &bundle.distances));
+        Reaches::of(&distances, params, report)
+    }
+
+    /// What is left of all bundles.
+    pub fn shown(&self, report: &mut MergeReport) -> field::Bundles {
+        let mut list: Vec<_> =
+            self.all.values().map(|bundle| &bundle.shown).filter(|of| !of.list.is_empty()).cloned().collect();
+        list.sort_unstable_by_key(|bundle| bundle.key);
+        let bundles = field::Bundles::new(list);
+        report.seen_through = self.all.values().map(|bundle| bundle.dropped).sum();
+        report.count_tallies(&bundles);
+        bundles
+    }
+}
+
+impl Bundle {
+    fn none(key: BundleKey) -> Self {
+        let empty = Arc::new(lines::sort_tallies(key, Vec::new()));
+        Bundle {
+            all: empty.clone(),
+            distances: BundleDistances::default(),
+            is_new: true,
+            votes: FxHashMap::default(),
+            shown: empty,
+            dropped: 0,
+        }
+    }
+
+    fn set(&mut self, all: Arc<SortedBundle>, distances: BundleDistances) {
+        (self.all, self.distances, self.is_new) = (all, distances, true);
+        self.votes.clear();
+    }
+
+    fn clear(&mut self) {
+        self.set(Arc::new(lines::sort_tallies(self.all.key, Vec::new())), BundleDistances::default());
+    }
+}

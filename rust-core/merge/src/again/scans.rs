@@ -1,0 +1,157 @@
+//! Stage 1 of scans that are new: the crossings of each are kept by themselves.
+
+use std::collections::BTreeSet;
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::budget::Budget;
+use crate::bundles::ScanCrossings;
+use crate::crossing::OnLine;
+use crate::intake::{Discretized, Group, Intake, in_cells_that_fit};
+use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
+use crate::{DISCRETIZING, MergeParams, MergeReport, Setup, nothing_to_merge};
+use base::error::Result;
+use base::progress::Progress;
+use glam::DVec3;
+use image::source::{Measured, ScanSource};
+
+/// Scans by their versions.
+#[derive(Default)]
+pub struct Scans {
+    /// Size of the cells they were loaded for.
+    voxel: f64,
+    all: FxHashMap<u64, Scan>,
+}
+
+/// What is known of a scan.
+pub struct Scan {
+    /// Its crossings.
+    pub crossings: ScanCrossings,
+    /// Where its first triangle is, in the world; `None` if it has none.
+    near: Option<DVec3>,
+    /// Crossings by brick.
+    bricks: Vec<([i32; 3], u32)>,
+    /// What was measured of it, if it is a range image.
+    measured: Option<Measured>,
+    /// What else was found.
+    found: Option<Discretized>,
+}
+
+impl Scans {
+    /// What is known of scans: the new ones are loaded.
+    ///
+    /// # Errors
+    /// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; cancelled.
+    pub fn take(
+        &mut self,
+        sources: &[&dyn ScanSource],
+        versions: &[u64],
+        params: &MergeParams,
+        setup: &Setup,
+        report: &mut MergeReport,
+        progress: &Progress<'_>,
+    ) -> Result<Discretized> {
+        let list = List { sources, versions, params, setup };
+        let found = in_cells_that_fit(sources.len(), params, report, |budget| self.take_in(&list, budget, progress))?;
+        found.tell(report);
+        report.intersections = versions.iter().map(|version| self.all[version].crossings.len()).sum();
+        Ok(found)
+    }
+
+    fn take_in(&mut self, list: &List<'_>, budget: &mut Budget, progress: &Progress<'_>) -> Result<Discretized> {
+        if self.voxel != budget.voxel {
+            *self = Scans { voxel: budget.voxel, all: FxHashMap::default() };
+        }
+        loop {
+            budget.begin_keeping(self.all.values().map(|scan| scan.crossings.len()).sum());
+            let first = self.first(list)?;
+            let is_new = |version: &u64| match self.all.get(version) {
+                None => true,
+                Some(Scan { found: Some(found), .. }) => first.is_some_and(|(_, lattice)| found.lattice != lattice),
+                Some(_) => false,
+            };
+            let todo: BTreeSet<usize> = (0..list.versions.len()).filter(|&scan| is_new(&list.versions[scan])).collect();
+            let known = list.versions.iter().enumerate().filter(|(scan, _)| !todo.contains(scan));
+            known.for_each(|(_, version)| self.all[version].foresee(budget));
+            progress.stage(DISCRETIZING, todo.len() as u64);
+            let intake = Intake::new(list.sources, list.params, list.setup, budget, progress).of_some(first);
+            let (lattice, groups) = intake.take_all(todo.clone())?;
+            todo.iter().for_each(|&scan| {
+                self.all.insert(list.versions[scan], Scan::empty());
+            });
+            for group in groups {
+                self.all.insert(list.versions[group.scans[0]], group.into());
+            }
+            let lattice = lattice.ok_or_else(nothing_to_merge)?;
+            // Where a new scan comes before the others, these may have been counted from another base.
+            let mut all = Discretized::none(lattice);
+            let mut is_one = true;
+            for (number, version) in (0..).zip(list.versions) {
+                if let Some(found) = &self.all[version].found {
+                    is_one &= found.lattice == lattice;
+                    all.add(found);
+                    all.images.extend(self.all[version].measured.iter().map(|measured| (number, measured.clone())));
+                }
+            }
+            if is_one {
+                return Ok(all);
+            }
+        }
+    }
+
+    /// The first scan that is known to have a triangle, and the grid that it would have others counted in.
+    fn first(&self, list: &List<'_>) -> Result<Option<(usize, Lattice)>> {
+        let near = |(scan, version): (usize, &u64)| Some((scan, self.all.get(version)?.near?));
+        let Some((scan, near)) = list.versions.iter().enumerate().find_map(near) else { return Ok(None) };
+        Ok(Some((scan, Lattice::new(self.voxel, near, list.setup.corner)?)))
+    }
+
+    /// A scan, if it is known.
+    pub fn get(&self, version: u64) -> Option<&Scan> {
+        self.all.get(&version)
+    }
+
+    /// Forgets all scans but these.
+    pub fn keep(&mut self, versions: &FxHashSet<u64>) {
+        self.all.retain(|version, _| versions.contains(version));
+    }
+}
+
+/// The scans to merge, in the order of their numbers.
+struct List<'a> {
+    sources: &'a [&'a dyn ScanSource],
+    versions: &'a [u64],
+    params: &'a MergeParams,
+    setup: &'a Setup,
+}
+
+impl Scan {
+    fn empty() -> Self {
+        Scan { crossings: ScanCrossings::default(), near: None, bricks: Vec::new(), measured: None, found: None }
+    }
+
+    /// Takes it into account.
+    fn foresee(&self, budget: &Budget) {
+        let Some(found) = &self.found else { return };
+        let in_world = |brick: [i32; 3]| [0, 1, 2].map(|i| (found.lattice.base[i] >> BRICK_BITS) + i64::from(brick[i]));
+        budget.know(self.bricks.iter().map(|&(brick, count)| (in_world(brick), f64::from(count))));
+    }
+}
+
+impl From<Group> for Scan {
+    fn from(Group { mut found, near, .. }: Group) -> Self {
+        let crossings: ScanCrossings = found.buckets.remove(0).into();
+        let measured = found.images.pop().map(|image| image.1);
+        let mut counts: FxHashMap<[i32; 3], u32> = FxHashMap::default();
+        for (key, list) in crossings.iter() {
+            let [u, v] = ACROSS[key.axis as usize];
+            let mut brick = [0; 3];
+            [brick[u], brick[v]] = key.across;
+            for of_brick in list.chunk_by(|a, b| a.cell() >> BRICK_BITS == b.cell() >> BRICK_BITS) {
+                brick[key.axis as usize] = of_brick[0].cell() >> BRICK_BITS;
+                *counts.entry(brick).or_default() += of_brick.len() as u32;
+            }
+        }
+        Scan { crossings, near: Some(near), bricks: counts.into_iter().collect(), measured, found: Some(found) }
+    }
+}

@@ -1,0 +1,223 @@
+//! What is merged again is what is merged for the first time.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{DAffine3, DVec3};
+use proptest::prelude::*;
+
+use super::*;
+use crate::{Loading, OrientedSurface, PlacedMesh, run_by};
+use image::RangeImage;
+use mesh::TriMesh;
+use mesh::shapes::Shape;
+use scan::ScanParams;
+
+/// Range images of a torus, half of them in other colours than the rest.
+fn images() -> Vec<RangeImage> {
+    let params = ScanParams { noise: 0.002, pose_shift: 0.003, ..ScanParams::default() };
+    let mut images = crate::tests::scans_with(Shape::Torus { major: 1.0, minor: 0.3 }, 60, &params);
+    for (i, image) in images.iter_mut().enumerate().filter(|(i, _)| i % 2 == 0) {
+        image.colour = Some(vec![[(20 * i) as u8, 150, 250, 255]; image.len()]);
+    }
+    images
+}
+
+fn plain(mut merged: Merged) -> Merged {
+    // What was held and how long it took may differ.
+    (merged.report.seconds, merged.report.working_bytes) = Default::default();
+    merged
+}
+
+/// A merge of scans, of which each is its own version, that nothing is known of.
+fn fresh(scans: &[(u64, RangeImage)], params: &MergeParams, setup: &Setup) -> Result<Merged> {
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| &scan.1 as &dyn ScanSource).collect();
+    run_by(&sources, params, setup, &Progress::none()).map(plain)
+}
+
+fn again(
+    merger: &mut Merger,
+    scans: &[(u64, RangeImage)],
+    params: &MergeParams,
+    setup: &Setup,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    let scans: Vec<Versioned<'_>> = scans.iter().map(|(version, scan)| Versioned { scan, version: *version }).collect();
+    merger.run_by(&scans, params, setup, progress).map(plain)
+}
+
+/// A change of a list of scans.
+#[derive(Clone, Debug)]
+enum Change {
+    Add(usize),
+    Remove(usize),
+    Move(usize, [i32; 3]),
+    Rename(usize, u8),
+    Cell(Option<u8>),
+    Distance(Option<u8>),
+    Cancel(u64),
+}
+
+fn change() -> impl Strategy<Value = Change> {
+    let shift = prop::array::uniform3(-60..60_i32);
+    prop_oneof![
+        2 => any::<usize>().prop_map(Change::Add),
+        2 => any::<usize>().prop_map(Change::Remove),
+        4 => (any::<usize>(), shift).prop_map(|(scan, shift)| Change::Move(scan, shift)),
+        1 => (any::<usize>(), 0..4_u8).prop_map(|(scan, name)| Change::Rename(scan, name)),
+        1 => prop::option::of(0..3_u8).prop_map(Change::Cell),
+        1 => prop::option::of(0..3_u8).prop_map(Change::Distance),
+        2 => (0..3000_u64).prop_map(Change::Cancel),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+
+    #[test]
+    fn whatever_has_changed_the_result_is_that_of_a_first_merge(
+        changes in prop::collection::vec(change(), 4..10),
+        sampled in any::<bool>(),
+        threads in 1..4_usize,
+    ) {
+        let all = images();
+        let mut scans: Vec<(u64, RangeImage)> = (0..).zip(all.iter().take(4).cloned()).collect();
+        let mut params = MergeParams { voxel: Some(0.04), threads, ..MergeParams::default() };
+        let setup = Setup { kept: if sampled { 500 } else { u64::MAX }, ..Setup::default() };
+        let mut merger = Merger::default();
+        for (next, change) in (4..).zip(changes) {
+            let mut checks = None;
+            let count = scans.len();
+            match change {
+                Change::Add(image) => scans.push((next, all[image % all.len()].clone())),
+                Change::Remove(scan) if count > 0 => drop(scans.remove(scan % count)),
+                Change::Move(scan, by) if count > 0 => {
+                    let scan = &mut scans[scan % count];
+                    let by = DVec3::from_array(by.map(|x| 0.005 * f64::from(x)));
+                    scan.1.world_from_sensor = DAffine3::from_translation(by) * scan.1.world_from_sensor;
+                    scan.0 = next;
+                }
+                Change::Rename(scan, name) if count > 0 => {
+                    let scan = &mut scans[scan % count];
+                    (scan.0, scan.1.name) = (next, format!("name {name}"));
+                }
+                Change::Cell(cell) => params.voxel = cell.map(|cell| 0.03 + 0.01 * f64::from(cell)),
+                Change::Distance(by) => params.merge_distance = by.map(|by| 0.05 + 0.01 * f64::from(by)),
+                Change::Cancel(after) => checks = Some(after),
+                _ => {}
+            }
+            if let Some(checks) = checks {
+                let _ = again(&mut merger, &scans, &params, &setup, &Progress::cancel_after(checks));
+            }
+            let expected = fresh(&scans, &params, &setup).map_err(|error| error.to_string());
+            let found = again(&mut merger, &scans, &params, &setup, &Progress::none()).map_err(|error| error.to_string());
+            prop_assert!(found == expected, "{:?} {:?}", found.map(|m| m.report), expected.map(|m| m.report));
+        }
+    }
+}
+
+/// A scan that counts how often it is loaded.
+struct Counted<'a> {
+    image: &'a RangeImage,
+    loads: &'a AtomicUsize,
+}
+
+impl ScanSource for Counted<'_> {
+    fn name(&self) -> &str {
+        self.image.name()
+    }
+
+    fn load(&self, loading: &Loading, progress: &Progress<'_>) -> Result<OrientedSurface> {
+        self.loads.fetch_add(1, Ordering::Relaxed);
+        self.image.load(loading, progress)
+    }
+
+    fn image(&self, progress: &Progress<'_>) -> Result<Option<std::borrow::Cow<'_, RangeImage>>> {
+        self.loads.fetch_add(1, Ordering::Relaxed);
+        self.image.image(progress)
+    }
+}
+
+#[test]
+fn nothing_is_loaded_twice_and_little_is_done_where_little_has_changed() {
+    // A row of patches, each of which overlaps with the next.
+    let patch = |i: usize, lift: f64| {
+        let height = |k: i32| lift + 0.1 * (40.0 * i as f64 + f64::from(k % 50)).sin() + 0.1 * f64::from(k / 50).sin();
+        let values = (0..2500).map(height).collect();
+        let plane =
+            image::range_image::Projection::Orthographic { first: [0.05 + 40.0 * i as f64, 0.03], step: [1.0, 1.0] };
+        let mut image = RangeImage::from_values(50, 50, values, plane).unwrap();
+        image.name = format!("{i:02}");
+        image
+    };
+    let mut patches: Vec<RangeImage> = (0..20).map(|i| patch(i, 0.0)).collect();
+    let params = MergeParams { voxel: Some(0.5), ..MergeParams::default() };
+    let loads = AtomicUsize::new(0);
+    let mut merger = Merger::default();
+    let mut merge = |patches: &[RangeImage], versions: &[u64]| {
+        loads.store(0, Ordering::Relaxed);
+        let counted: Vec<Counted<'_>> = patches.iter().map(|image| Counted { image, loads: &loads }).collect();
+        let scans: Vec<Versioned<'_>> =
+            (counted.iter().zip(versions)).map(|(scan, &version)| Versioned { scan, version }).collect();
+        let merged = plain(merger.run(&scans, &params, &Progress::none()).unwrap());
+        let sources: Vec<&dyn ScanSource> = patches.iter().map(|image| image as &dyn ScanSource).collect();
+        assert!(merged == plain(crate::run(&sources, &params, &Progress::none()).unwrap()));
+        (loads.load(Ordering::Relaxed), merger.renewed())
+    };
+    let mut versions: Vec<u64> = (0..20).collect();
+    let (loaded, renewed) = merge(&patches, &versions);
+    assert!(loaded >= 20 && renewed.bricks == renewed.of, "{loaded} {renewed:?}");
+    let (loaded, renewed) = merge(&patches, &versions);
+    assert!(loaded == 0 && renewed.bricks == 0 && renewed.of > 100, "{loaded} {renewed:?}");
+    (patches[7], versions[7]) = (patch(7, 0.2), 20);
+    let (loaded, renewed) = merge(&patches, &versions);
+    assert!(loaded <= 2 && renewed.bricks > 0 && 5 * renewed.bricks < renewed.of, "{loaded} {renewed:?}");
+}
+
+#[test]
+fn versions_are_one_a_scan() {
+    let mesh = Shape::Sphere { radius: 1.0 }.mesh(4);
+    let scan = PlacedMesh { name: "ball".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+    let twice = [Versioned { scan: &scan, version: 3 }; 2];
+    let refused = Merger::default().run(&twice, &MergeParams::default(), &Progress::none()).unwrap_err().to_string();
+    assert!(refused.contains("version 3"), "{refused}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whole numbers put vertices into nodes; bases and holes differ.
+    #[test]
+    fn soups_of_triangles_are_merged_again(
+        corners in prop::collection::vec(prop::array::uniform3(-50..50_i32), 60..90),
+        moved in prop::collection::vec((0..3_usize, prop::array::uniform3(-40..40_i32)), 1..5),
+        far in any::<bool>(),
+    ) {
+        let positions: Vec<DVec3> = corners.iter().map(|c| DVec3::from_array(c.map(f64::from)) * 0.5).collect();
+        let mesh = |third: usize| {
+            let of = positions.iter().skip(third * positions.len() / 3).take(positions.len() / 3 / 3 * 3).copied().collect::<Vec<_>>();
+            let triangles = (0..of.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            TriMesh::new(of, triangles)
+        };
+        let meshes = [0, 1, 2].map(mesh);
+        let mut places = [DVec3::ZERO; 3];
+        let mut versions = [0, 1, 2];
+        let params = MergeParams { voxel: Some(1.0), threads: 2, ..MergeParams::default() };
+        let mut merger = Merger::default();
+        for (step, (which, by)) in moved.into_iter().enumerate() {
+            // From base to base.
+            let unit = if far { 3e5 } else { 0.5 };
+            places[which] += DVec3::from_array(by.map(f64::from)) * unit;
+            versions[which] = 3 + step as u64;
+            let placed = [0, 1, 2].map(|i| PlacedMesh {
+                name: format!("soup{i}"),
+                mesh: &meshes[i],
+                world_from_mesh: DAffine3::from_translation(places[i]),
+            });
+            let scans = [0, 1, 2].map(|i| Versioned { scan: &placed[i], version: versions[i] });
+            let sources = [0, 1, 2].map(|i| &placed[i] as &dyn ScanSource);
+            let expected = crate::run(&sources, &params, &Progress::none()).map(plain).map_err(|e| e.to_string());
+            let found = merger.run(&scans, &params, &Progress::none()).map(plain).map_err(|e| e.to_string());
+            prop_assert!(found == expected, "{:?} {:?}", found.map(|m| m.report), expected.map(|m| m.report));
+        }
+    }
+}
