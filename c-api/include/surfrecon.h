@@ -322,7 +322,7 @@ typedef struct srf_folder srf_folder;
 // Released with srf_image_free().
 typedef struct srf_image srf_image;
 
-// A merge being put together: scans are added, then it is run, as often as wanted. Released with srf_merger_free().
+// A merge being put together: scans are added, replaced and removed, and it is run as often as wanted. Released with srf_merger_free().
 typedef struct srf_merger srf_merger;
 
 // A triangle mesh with named attributes of its vertices and triangles; triangles turn counter-clockwise seen from
@@ -2597,14 +2597,6 @@ srf_status srf_mesh_transform(srf_mesh *mesh,
 srf_status srf_merge_params_init_sized(srf_merge_params *params, size_t size);
 #define srf_merge_params_init(params) srf_merge_params_init_sized((params), sizeof(srf_merge_params))
 
-// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
-// report   not NULL
-// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
-// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
-srf_status srf_merge_report_init_sized(srf_merge_report *report,
-                                       size_t size);
-#define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
-
 // Begins a merge without scans.
 // out_merger  receives a new handle on SRF_OK only; not NULL
 // returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
@@ -2648,6 +2640,88 @@ srf_status srf_merger_add_source(srf_merger *merger,
                                  const srf_image_source *source,
                                  const srf_pose *world_from_sensor,
                                  const char *name);
+
+// Number of scans. They are counted from 0 in the order of adding; those after one that is removed move up.
+// merger     not NULL
+// out_scans  not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_count(const srf_merger *merger, size_t *out_scans);
+
+// Removes a scan.
+// merger     not NULL
+// index      number of the scan
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_remove(srf_merger *merger, size_t index);
+
+// Puts a range image as it is now in the place of a scan: another measurement, or the same at another pose.
+// merger     not NULL
+// index      number of the scan
+// image      not NULL
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_replace_by_image(srf_merger *merger, size_t index, const srf_image *image);
+
+// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
+// merger           not NULL
+// index            number of the scan
+// mesh             not NULL
+// world_from_mesh  places it; NULL for the identity
+// name             UTF-8; not NULL
+// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_replace_by_mesh(srf_merger *merger,
+                                      size_t index,
+                                      const srf_mesh *mesh,
+                                      const srf_pose *world_from_mesh,
+                                      const char *name);
+
+// Puts a scan of a set in the place of a scan; it is read when the merge runs.
+// merger     not NULL
+// index      number of the scan
+// scans      not NULL
+// of_set     number of the scan in the set
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_replace_by_scan(srf_merger *merger,
+                                      size_t index,
+                                      const srf_scans *scans,
+                                      size_t of_set);
+
+// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
+// merger             not NULL
+// index              number of the scan
+// source             makes it; the struct is copied; not NULL
+// world_from_sensor  places it, a rotation and a translation; NULL for the identity
+// name               UTF-8; not NULL
+// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_replace_by_source(srf_merger *merger,
+                                        size_t index,
+                                        const srf_image_source *source,
+                                        const srf_pose *world_from_sensor,
+                                        const char *name);
+
+// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
+// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
+// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. Where the measured cell or merge
+// distance differs, since a scan has changed, all follows; giving both as parameters avoids that. Of two runs at a time the second
+// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
+// merger     not NULL
+// keep       1 to keep; 0, the default, gives back what is kept
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_keep(srf_merger *merger,
+                           uint32_t keep);
+
+// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of.
+// merger       not NULL
+// out_renewed  bricks labelled anew; NULL if not wanted
+// out_bricks   all bricks, 0 where nothing is kept; NULL if not wanted
+// returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_renewed(const srf_merger *merger, size_t *out_renewed, size_t *out_bricks);
+
+// Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
+// report   not NULL
+// size     sizeof(srf_merge_report): what of the struct this library does not know becomes 0
+// returns  SRF_OK, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.1.
+srf_status srf_merge_report_init_sized(srf_merge_report *report,
+                                       size_t size);
+#define srf_merge_report_init(report) srf_merge_report_init_sized((report), sizeof(srf_merge_report))
 
 // Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 // any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample

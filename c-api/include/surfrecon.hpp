@@ -1713,6 +1713,47 @@ public:
         check(srf_merger_add_mesh(get(), mesh.get(), &world_from_mesh, name.c_str()));
     }
 
+    // Number of scans, counted from 0 in the order of adding; those after one that is removed move up.
+    std::size_t size() const
+    {
+        std::size_t scans = 0;
+        check(srf_merger_count(get(), &scans));
+        return scans;
+    }
+    void remove(std::size_t index) { check(srf_merger_remove(get(), index)); }
+
+    // Another scan in the place of one. A function that makes images is kept as long as this is, also when it is replaced.
+    void replace(std::size_t index, const Image &image) { check(srf_merger_replace_by_image(get(), index, image.get())); }
+    void replace(std::size_t index, const Scans &scans, std::size_t of_set)
+    {
+        check(srf_merger_replace_by_scan(get(), index, scans.get(), of_set));
+    }
+    void replace(std::size_t index, ImageFunction make, const std::string &name, const Pose &world_from_sensor = {})
+    {
+        sources_.add(std::move(make), [&](const srf_image_source *source) {
+            return srf_merger_replace_by_source(get(), index, source, &world_from_sensor, name.c_str());
+        });
+    }
+    void replace(std::size_t index, const Mesh &mesh, const std::string &name, const Pose &world_from_mesh = {})
+    {
+        check(srf_merger_replace_by_mesh(get(), index, mesh.get(), &world_from_mesh, name.c_str()));
+    }
+
+    // Whether each run keeps what it found out for the next, which then renews only what scans have a part in that are new to it.
+    void keep(bool keep = true) { check(srf_merger_keep(get(), keep ? 1 : 0)); }
+
+    // How many of the bricks of space that scans speak of the last run that kept something had to renew.
+    struct Renewed {
+        std::size_t bricks;
+        std::size_t of;
+    };
+    Renewed renewed() const
+    {
+        Renewed renewed{};
+        check(srf_merger_renewed(get(), &renewed.bricks, &renewed.of));
+        return renewed;
+    }
+
     struct Result {
         Mesh mesh;
         srf_merge_report report;

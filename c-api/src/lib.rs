@@ -8,7 +8,7 @@
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
 //! | `image`, `frame`, `cloud`, `mesh` | what there is |
-//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
+//! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
 //! | `vertices` | range images as vertices that hosts keep |
 //! | `region`, `select` | what of scans is kept or removed; their true size and ground |
@@ -51,6 +51,7 @@ mod image_source;
 mod last_error;
 mod measure;
 mod merge;
+mod merger;
 mod mesh;
 mod params;
 mod pointer;

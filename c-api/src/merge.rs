@@ -1,37 +1,17 @@
 //! Merging registered scans into one surface.
 
-use std::ffi::c_char;
+use surfrecon::merge::{MergeReport, VoxelReason};
 
-use surfrecon::merge::{self, MergeReport, VoxelReason};
-
-use crate::files::srf_scans;
 use crate::guard::guard;
-use crate::handle::{self, handle};
-use crate::image::srf_image;
-use crate::image_source::srf_image_source;
+use crate::handle;
+use crate::merger::srf_merger;
 use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
-use crate::pose::srf_pose;
 use crate::progress::{srf_progress, watched};
 use crate::settings::srf_log_level::SRF_LOG_LEVEL_WARNING;
 use crate::settings::{SRF_FROM_DATA, tell};
-use crate::sources::{self, Source};
-use crate::status::{Failure, srf_status};
+use crate::status::srf_status;
 use crate::{params, pointer, sized};
-
-/// What a merge consists of so far.
-#[derive(Clone, Default)]
-pub struct Merger {
-    sources: Vec<Source>,
-}
-
-/// A merge being put together: scans are added, then it is run, as often as wanted. Released with srf_merger_free().
-#[allow(non_camel_case_types)]
-pub struct srf_merger {
-    _opaque: [u8; 0],
-}
-
-handle!(srf_merger, Merger);
 
 /// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
 #[allow(non_camel_case_types)]
@@ -163,79 +143,6 @@ pub unsafe extern "C" fn srf_merge_report_init_sized(report: *mut srf_merge_repo
     guard(|| sized::init("report", report, size, srf_merge_report::default()))
 }
 
-/// Begins a merge without scans.
-/// out_merger  receives a new handle on SRF_OK only; not NULL
-/// returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_create(out_merger: *mut *mut srf_merger) -> srf_status {
-    guard(|| handle::give("out_merger", out_merger, Merger::default()))
-}
-
-/// Releases a merge; what was added to it stays.
-/// merger     NULL does nothing
-/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_free(merger: *mut srf_merger) -> srf_status {
-    guard(|| handle::free("merger", merger))
-}
-
-fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
-    handle::change("merger", merger.cast_const(), |merger| {
-        merger.sources.extend(added);
-        Ok(())
-    })
-}
-
-/// Adds a range image as it is now; it may be freed or changed afterwards.
-/// merger     not NULL
-/// image      not NULL
-/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *const srf_image) -> srf_status {
-    guard(|| add(merger, [Source::of_image(image)?]))
-}
-
-/// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
-/// merger           not NULL
-/// mesh             not NULL
-/// world_from_mesh  places it; NULL for the identity
-/// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
-/// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_add_mesh(
-    merger: *mut srf_merger,
-    mesh: *const srf_mesh,
-    world_from_mesh: *const srf_pose,
-    name: *const c_char,
-) -> srf_status {
-    guard(|| add(merger, [Source::of_mesh(mesh, world_from_mesh, name)?]))
-}
-
-/// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
-/// merger     not NULL
-/// scans      not NULL
-/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
-    guard(|| add(merger, Source::of_scans(scans)?))
-}
-
-/// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
-/// merger             not NULL
-/// source             makes it; the struct is copied; not NULL
-/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
-/// name               what texts call it and ties are broken by, UTF-8; not NULL
-/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_merger_add_source(
-    merger: *mut srf_merger,
-    source: *const srf_image_source,
-    world_from_sensor: *const srf_pose,
-    name: *const c_char,
-) -> srf_status {
-    guard(|| add(merger, [Source::of_source(source, world_from_sensor, name)?]))
-}
-
 /// Merges what was added into one surface, by Marching Intersections: a manifold mesh with boundary, the same to the bit for
 /// any number of threads and any order of adding. Vertex attributes: confidence, noise (standard deviation of a sample
 /// there, 0 where scans are clean), interpolated (on no scan exactly), source_scan (the scan of largest weight by the order of names, -1
@@ -263,7 +170,7 @@ pub unsafe extern "C" fn srf_merger_run(
         }
         let merger = handle::get("merger", merger)?;
         let params = params::read("params", params)?;
-        let merged = merge::run(&sources::borrowed(&merger.sources), &params, &watched(progress))?;
+        let merged = merger.run(&params, &watched(progress))?;
         warn_of_gaps(&merged.report);
         if !out_report.is_null() {
             sized::write("out_report", out_report, merged.report.into())?;

@@ -27,6 +27,12 @@ pub enum Taken {
     LeftBehind,
 }
 
+impl<T: Default> Default for Exclusive<T> {
+    fn default() -> Self {
+        Exclusive::new(T::default())
+    }
+}
+
 impl<T> Exclusive<T> {
     /// A value that nobody works with.
     pub const fn new(value: T) -> Self {

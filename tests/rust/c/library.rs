@@ -376,6 +376,14 @@ functions! {
     srf_merger_add_mesh(merger: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_add_scans(merger: Handle, scans: Handle) -> i32;
     srf_merger_add_source(merger: Handle, source: *const ImageSource, pose: *const [f64; 16], name: *const c_char) -> i32;
+    srf_merger_count(merger: Handle, scans: *mut usize) -> i32;
+    srf_merger_remove(merger: Handle, index: usize) -> i32;
+    srf_merger_replace_by_image(merger: Handle, index: usize, image: Handle) -> i32;
+    srf_merger_replace_by_mesh(merger: Handle, index: usize, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
+    srf_merger_replace_by_scan(merger: Handle, index: usize, scans: Handle, of_set: usize) -> i32;
+    srf_merger_replace_by_source(merger: Handle, index: usize, source: *const ImageSource, pose: *const [f64; 16], name: *const c_char) -> i32;
+    srf_merger_keep(merger: Handle, keep: u32) -> i32;
+    srf_merger_renewed(merger: Handle, renewed: *mut usize, bricks: *mut usize) -> i32;
     srf_merger_run(merger: Handle, params: *const MergeParams, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
     srf_sculpt_params_init_sized(params: *mut SculptParams, size: usize) -> i32;
     srf_certificate_init_sized(certificate: *mut Certificate, size: usize) -> i32;

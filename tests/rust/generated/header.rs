@@ -34,6 +34,7 @@ const CHAPTERS: &[&str] = &[
     "region",
     "select",
     "params/merge",
+    "merger",
     "merge",
     "params/sculpt",
     "sculpt",

@@ -6,6 +6,7 @@ mod crs;
 mod files;
 mod folders;
 mod frames;
+mod merging;
 mod objects;
 mod operations;
 mod refusals;

@@ -3,6 +3,7 @@
 use super::aligning::*;
 use super::files::*;
 use super::frames::*;
+use super::merging::*;
 use super::objects::*;
 use super::operations::*;
 use super::refusals::*;
@@ -52,7 +53,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 28] = [
+    let all: [fn(); 30] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
@@ -81,6 +82,8 @@ fn every_call_from_eight_threads_at_once() {
         images_made_when_they_are_needed_merge_as_those_that_are_there,
         what_a_source_does_not_do_ends_the_run_with_its_reason,
         sources_are_aligned_and_cancelled,
+        scans_are_replaced_and_removed_and_the_rest_is_kept,
+        scans_that_are_not_there_are_not_replaced,
     ];
     std::thread::scope(|scope| {
         for first in 0..8 {

@@ -1,0 +1,317 @@
+//! The scans of a merge: added, replaced, removed, and what is kept of them from run to run.
+
+use std::ffi::c_char;
+use std::sync::Arc;
+
+use surfrecon::Progress;
+use surfrecon::merge::again::{self, Versioned};
+use surfrecon::merge::{self, MergeParams, Merged};
+use surfrecon::threads::Exclusive;
+
+use crate::files::srf_scans;
+use crate::guard::guard;
+use crate::handle::{self, handle};
+use crate::image::srf_image;
+use crate::image_source::srf_image_source;
+use crate::mesh::srf_mesh;
+use crate::pointer;
+use crate::pose::srf_pose;
+use crate::sources::{self, Source};
+use crate::status::{Failure, srf_status, srf_status::*};
+
+/// What a merge consists of so far.
+#[derive(Clone, Default)]
+pub struct Merger {
+    sources: Vec<Source>,
+    /// Of each its number among all there ever were.
+    versions: Vec<u64>,
+    /// How many there ever were.
+    ever: u64,
+    /// What runs leave for the next, where that is asked for.
+    kept: Option<Arc<Exclusive<again::Merger>>>,
+}
+
+/// A merge being put together: scans are added, replaced and removed, and it is run as often as wanted. Released with srf_merger_free().
+#[allow(non_camel_case_types)]
+pub struct srf_merger {
+    _opaque: [u8; 0],
+}
+
+handle!(srf_merger, Merger);
+
+impl Merger {
+    fn add(&mut self, source: Source) {
+        self.sources.push(source);
+        self.versions.push(self.ever);
+        self.ever += 1;
+    }
+
+    fn replace(&mut self, index: usize, source: Source) -> Result<(), Failure> {
+        self.check(index)?;
+        (self.sources[index], self.versions[index]) = (source, self.ever);
+        self.ever += 1;
+        Ok(())
+    }
+
+    fn remove(&mut self, index: usize) -> Result<(), Failure> {
+        self.check(index)?;
+        self.sources.remove(index);
+        self.versions.remove(index);
+        Ok(())
+    }
+
+    fn check(&self, index: usize) -> Result<(), Failure> {
+        let count = self.sources.len();
+        if index < count {
+            return Ok(());
+        }
+        Err(Failure::new(SRF_ERR_PARAMETER, format!("index must be < {count}, the number of scans, got {index}")))
+    }
+
+    /// Merges the scans.
+    ///
+    /// # Errors
+    /// Those of [`merge::run`].
+    pub fn run(&self, params: &MergeParams, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
+        let list = self.sources.iter().zip(&self.versions);
+        let versioned = || list.map(|(source, &version)| Versioned { scan: source, version }).collect::<Vec<_>>();
+        // Where another thread runs it, too, this run neither takes nor leaves anything.
+        match self.kept.as_ref().and_then(|kept| kept.take().ok()) {
+            Some(mut kept) => kept.run(&versioned(), params, progress),
+            None => merge::run(&sources::borrowed(&self.sources), params, progress),
+        }
+    }
+}
+
+fn change(merger: *mut srf_merger, change: impl FnOnce(&mut Merger) -> Result<(), Failure>) -> Result<(), Failure> {
+    handle::change("merger", merger.cast_const(), change)
+}
+
+fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
+    change(merger, |merger| {
+        added.into_iter().for_each(|source| merger.add(source));
+        Ok(())
+    })
+}
+
+/// Begins a merge without scans.
+/// out_merger  receives a new handle on SRF_OK only; not NULL
+/// returns     SRF_OK, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_create(out_merger: *mut *mut srf_merger) -> srf_status {
+    guard(|| handle::give("out_merger", out_merger, Merger::default()))
+}
+
+/// Releases a merge; what was added to it stays.
+/// merger     NULL does nothing
+/// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_free(merger: *mut srf_merger) -> srf_status {
+    guard(|| handle::free("merger", merger))
+}
+
+/// Adds a range image as it is now; it may be freed or changed afterwards.
+/// merger     not NULL
+/// image      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_image(merger: *mut srf_merger, image: *const srf_image) -> srf_status {
+    guard(|| add(merger, [Source::of_image(image)?]))
+}
+
+/// Adds an oriented mesh as it is now; its vertex attributes confidence and colour are used if there.
+/// merger           not NULL
+/// mesh             not NULL
+/// world_from_mesh  places it; NULL for the identity
+/// name             what ties are broken by, so that the order of adding does not matter, UTF-8; not NULL
+/// returns          SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_mesh(
+    merger: *mut srf_merger,
+    mesh: *const srf_mesh,
+    world_from_mesh: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(merger, [Source::of_mesh(mesh, world_from_mesh, name)?]))
+}
+
+/// Adds all scans of a set; they are read when the merge runs, one a thread at a time, and not kept.
+/// merger     not NULL
+/// scans      not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *const srf_scans) -> srf_status {
+    guard(|| add(merger, Source::of_scans(scans)?))
+}
+
+/// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
+/// merger             not NULL
+/// source             makes it; the struct is copied; not NULL
+/// world_from_sensor  places it, whatever pose its image has, a rotation and a translation; NULL for the identity
+/// name               what texts call it and ties are broken by, UTF-8; not NULL
+/// returns            SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_source(
+    merger: *mut srf_merger,
+    source: *const srf_image_source,
+    world_from_sensor: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| add(merger, [Source::of_source(source, world_from_sensor, name)?]))
+}
+
+/// Number of scans. They are counted from 0 in the order of adding; those after one that is removed move up.
+/// merger     not NULL
+/// out_scans  not NULL
+/// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_count(merger: *const srf_merger, out_scans: *mut usize) -> srf_status {
+    guard(|| pointer::write("out_scans", out_scans, handle::get("merger", merger)?.sources.len()))
+}
+
+/// Removes a scan.
+/// merger     not NULL
+/// index      number of the scan
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_remove(merger: *mut srf_merger, index: usize) -> srf_status {
+    guard(|| change(merger, |merger| merger.remove(index)))
+}
+
+/// Puts a range image as it is now in the place of a scan: another measurement, or the same at another pose.
+/// merger     not NULL
+/// index      number of the scan
+/// image      not NULL
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_replace_by_image(
+    merger: *mut srf_merger,
+    index: usize,
+    image: *const srf_image,
+) -> srf_status {
+    guard(|| {
+        let source = Source::of_image(image)?;
+        change(merger, |merger| merger.replace(index, source))
+    })
+}
+
+/// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
+/// merger           not NULL
+/// index            number of the scan
+/// mesh             not NULL
+/// world_from_mesh  places it; NULL for the identity
+/// name             UTF-8; not NULL
+/// returns          SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_replace_by_mesh(
+    merger: *mut srf_merger,
+    index: usize,
+    mesh: *const srf_mesh,
+    world_from_mesh: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| {
+        let source = Source::of_mesh(mesh, world_from_mesh, name)?;
+        change(merger, |merger| merger.replace(index, source))
+    })
+}
+
+/// Puts a scan of a set in the place of a scan; it is read when the merge runs.
+/// merger     not NULL
+/// index      number of the scan
+/// scans      not NULL
+/// of_set     number of the scan in the set
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_replace_by_scan(
+    merger: *mut srf_merger,
+    index: usize,
+    scans: *const srf_scans,
+    of_set: usize,
+) -> srf_status {
+    guard(|| {
+        let mut set = Source::of_scans(scans)?;
+        if of_set >= set.len() {
+            let text = format!("of_set must be < {}, the number of scans in the set, got {of_set}", set.len());
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+        change(merger, |merger| merger.replace(index, set.swap_remove(of_set)))
+    })
+}
+
+/// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
+/// merger             not NULL
+/// index              number of the scan
+/// source             makes it; the struct is copied; not NULL
+/// world_from_sensor  places it, a rotation and a translation; NULL for the identity
+/// name               UTF-8; not NULL
+/// returns            SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_replace_by_source(
+    merger: *mut srf_merger,
+    index: usize,
+    source: *const srf_image_source,
+    world_from_sensor: *const srf_pose,
+    name: *const c_char,
+) -> srf_status {
+    guard(|| {
+        let source = Source::of_source(source, world_from_sensor, name)?;
+        change(merger, |merger| merger.replace(index, source))
+    })
+}
+
+/// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
+/// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
+/// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. Where the measured cell or merge
+/// distance differs, since a scan has changed, all follows; giving both as parameters avoids that. Of two runs at a time the second
+/// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
+/// merger     not NULL
+/// keep       1 to keep; 0, the default, gives back what is kept
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> srf_status {
+    guard(|| {
+        if keep > 1 {
+            return Err(Failure::new(SRF_ERR_PARAMETER, format!("keep must be 0 or 1, got {keep}")));
+        }
+        change(merger, |merger| {
+            if keep == 0 {
+                merger.kept = None;
+            } else {
+                merger.kept.get_or_insert_default();
+            }
+            Ok(())
+        })
+    })
+}
+
+/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of.
+/// merger       not NULL
+/// out_renewed  bricks labelled anew; NULL if not wanted
+/// out_bricks   all bricks, 0 where nothing is kept; NULL if not wanted
+/// returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_renewed(
+    merger: *const srf_merger,
+    out_renewed: *mut usize,
+    out_bricks: *mut usize,
+) -> srf_status {
+    guard(|| {
+        let merger = handle::get("merger", merger)?;
+        let renewed = match &merger.kept {
+            None => again::Renewed::default(),
+            Some(kept) => match kept.take() {
+                Ok(kept) => kept.renewed(),
+                Err(_) => return Err(Failure::new(SRF_ERR_INPUT, "merger is running on another thread: wait for it")),
+            },
+        };
+        for (name, out, bricks) in
+            [("out_renewed", out_renewed, renewed.bricks), ("out_bricks", out_bricks, renewed.of)]
+        {
+            if !out.is_null() {
+                pointer::write(name, out, bricks)?;
+            }
+        }
+        Ok(())
+    })
+}

@@ -1,0 +1,167 @@
+//! Merges whose scans change: counted, replaced, removed, and run again from what was kept.
+
+use super::*;
+
+/// A view of the octahedron from so far, moved.
+fn view(mesh: Handle, by: f64, name: &CStr) -> Handle {
+    let api = api();
+    let image = scan(mesh);
+    let pose = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, by, 0.0, 0.01 * by, 1.0];
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_image_set_pose)(image, &pose));
+        api.ok((api.srf_image_set_name)(image, name.as_ptr()));
+    }
+    image
+}
+
+fn count(merger: Handle) -> usize {
+    let mut scans = 9;
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_merger_count)(merger, &mut scans) });
+    scans
+}
+
+/// Bricks that the last run renewed, and all.
+fn renewed(merger: Handle) -> (usize, usize) {
+    let (mut renewed, mut all) = (9, 9);
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_merger_renewed)(merger, &mut renewed, &mut all) });
+    (renewed, all)
+}
+
+/// A merge of these images.
+fn merger_of_images(images: &[Handle]) -> Handle {
+    let api = api();
+    let mut merger = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merger_create)(&mut merger));
+        images.iter().for_each(|&image| api.ok((api.srf_merger_add_image)(merger, image)));
+    }
+    merger
+}
+
+/// What a merge of these images is that knows nothing.
+fn fresh(images: &[Handle]) -> Vec<u8> {
+    let merger = merger_of_images(images);
+    let found = merged(merger, &params(0.02));
+    // SAFETY: as the header wants it.
+    api().ok(unsafe { (api().srf_merger_free)(merger) });
+    found
+}
+
+/// Theorem: whatever was replaced, added and removed, a merge that keeps gives what one gives that knows nothing, and does less.
+#[test]
+pub(super) fn scans_are_replaced_and_removed_and_the_rest_is_kept() {
+    let api = api();
+    let mesh = octahedron();
+    let mut images: Vec<Handle> =
+        (0..6).map(|i| view(mesh, 1.7 * f64::from(i), &CString::new(format!("view {i}")).unwrap())).collect();
+    let merger = merger_of_images(&images);
+    let again = || merged(merger, &params(0.02));
+    // SAFETY: as the header wants it.
+    unsafe {
+        assert_eq!((count(merger), renewed(merger)), (6, (0, 0)));
+        api.ok((api.srf_merger_keep)(merger, 1));
+        assert!(again() == fresh(&images));
+        let (all, of) = renewed(merger);
+        assert!(all == of && of > 50, "{all} of {of}");
+        assert!(again() == fresh(&images));
+        assert_eq!(renewed(merger), (0, of));
+
+        let moved = view(mesh, 3.42, c"view 2");
+        api.ok((api.srf_merger_replace_by_image)(merger, 2, moved));
+        api.ok((api.srf_image_free)(std::mem::replace(&mut images[2], moved)));
+        assert!(again() == fresh(&images));
+        let (some, of) = renewed(merger);
+        assert!(some > 0 && 2 * some < of, "{some} of {of}");
+
+        api.ok((api.srf_merger_remove)(merger, 5));
+        api.ok((api.srf_image_free)(images.remove(5)));
+        assert_eq!(count(merger), 5);
+        assert!(again() == fresh(&images));
+        api.ok((api.srf_merger_keep)(merger, 0));
+        assert_eq!(renewed(merger), (0, 0));
+        assert!(again() == fresh(&images));
+
+        // By what is no image.
+        api.ok((api.srf_merger_keep)(merger, 1));
+        api.ok((api.srf_merger_replace_by_mesh)(merger, 0, mesh, std::ptr::null(), c"view 0".as_ptr()));
+        let other = merger_of_images(&images[1..]);
+        api.ok((api.srf_merger_add_mesh)(other, mesh, std::ptr::null(), c"view 0".as_ptr()));
+        assert!(again() == merged(other, &params(0.02)));
+        for end in [(api.srf_merger_free)(merger), (api.srf_merger_free)(other), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        images.iter().for_each(|&image| api.ok((api.srf_image_free)(image)));
+    }
+}
+
+#[test]
+pub(super) fn scans_that_are_not_there_are_not_replaced() {
+    let api = api();
+    let mesh = octahedron();
+    let (merger, image) = (merger_of(mesh), view(mesh, 0.0, c"view"));
+    let before = merged(merger, &params(0.1));
+    let (here, none, name) = (std::ptr::null(), std::ptr::null(), c"a".as_ptr());
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        let text = "index must be < 1, the number of scans, got 1";
+        api.refused((api.srf_merger_remove)(merger, 1), PARAMETER, text);
+        api.refused((api.srf_merger_replace_by_image)(merger, 1, image), PARAMETER, text);
+        api.refused((api.srf_merger_replace_by_mesh)(merger, 1, mesh, here, name), PARAMETER, text);
+        api.refused((api.srf_merger_replace_by_image)(merger, 0, mesh), HANDLE, "image must be a srf_image");
+        api.refused((api.srf_merger_replace_by_mesh)(merger, 0, mesh, &[f64::NAN; 16], name), INPUT, "world_from_mesh");
+        api.refused((api.srf_merger_replace_by_source)(merger, 0, none, here, name), NULL, "source must not be NULL");
+        api.refused((api.srf_merger_keep)(merger, 2), PARAMETER, "keep must be 0 or 1, got 2");
+        api.refused((api.srf_merger_count)(merger, std::ptr::null_mut()), NULL, "out_scans must not be NULL");
+        let folder = std::env::temp_dir().join(format!("surfrecon-replaced-{}-{:?}", std::process::id(), std::thread::current().id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = CString::new(folder.join("scan.ply").to_str().unwrap()).unwrap();
+        api.ok((api.srf_mesh_write_ply)(mesh, path.as_ptr(), 1, std::ptr::null()));
+        let mut set = Handle::NULL;
+        api.ok((api.srf_scans_open)(&path.as_ptr(), 1, std::ptr::null(), std::ptr::null(), &mut set));
+        let replace = api.srf_merger_replace_by_scan;
+        api.refused(replace(merger, 0, set, 1), PARAMETER, "of_set must be < 1, the number of scans in the set, got 1");
+        api.refused(replace(merger, 1, set, 0), PARAMETER, text);
+        assert!(merged(merger, &params(0.1)) == before, "changed in spite of the errors");
+        api.ok(replace(merger, 0, set, 0));
+        assert!(merged(merger, &params(0.1)) == before, "the same mesh from a file");
+        std::fs::remove_dir_all(&folder).unwrap();
+        for end in [(api.srf_scans_free)(set), (api.srf_image_free)(image), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        api.ok((api.srf_merger_free)(merger));
+    }
+}
+
+/// Theorem: who runs a merge that keeps, on however many threads, while others replace its scans, gets what one of its states is.
+#[test]
+pub(super) fn runs_at_a_time_and_replacing_meanwhile_give_what_one_state_is() {
+    let api = api();
+    let mesh = octahedron();
+    let images = [view(mesh, 0.0, c"a"), view(mesh, 0.7, c"b"), view(mesh, 0.75, c"b")];
+    let expected = [[images[0], images[1]], [images[0], images[2]]].map(|images| fresh(&images));
+    let merger = merger_of_images(&images[..2]);
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merger_keep)(merger, 1));
+        std::thread::scope(|scope| {
+            for thread in 0..8 {
+                let (images, expected) = (&images, &expected);
+                scope.spawn(move || {
+                    for round in 0..4 {
+                        let image = images[1 + (thread + round) % 2];
+                        api.ok((api.srf_merger_replace_by_image)(merger, 1, image));
+                        assert!(expected.contains(&merged(merger, &params(0.02))));
+                    }
+                });
+            }
+        });
+        for end in [(api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        images.iter().for_each(|&image| api.ok((api.srf_image_free)(image)));
+    }
+}
