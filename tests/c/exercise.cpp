@@ -123,6 +123,19 @@ try {
     must(text_of<std::logic_error>([&] { of_walls.run(); }) == "out of the source", "exceptions get through");
     is_broken = false;
     must(of_walls.run().report.scans == 2, "and leave nothing behind");
+
+    of_walls.keep();
+    const auto first = of_walls.run();
+    must(of_walls.size() == 2 && of_walls.renewed().bricks == of_walls.renewed().of, "all is new");
+    is_broken = true;
+    const auto second = of_walls.run();
+    must(of_walls.renewed().bricks == 0 && second.mesh.positions().size() == first.mesh.positions().size(), "nothing is");
+    of_walls.replace(0, wall, "wall", aside);
+    of_walls.replace(0, wall());
+    of_walls.replace(1, mesh, "tetrahedron");
+    of_walls.remove(0);
+    must(of_walls.run().report.scans == 1, "replaced and removed");
+    text_of<Error>([&] { of_walls.remove(1); });
     Aligner lost;
     lost.add([&] { return Image(); }, "nothing");
     lost.add(wall, "wall");

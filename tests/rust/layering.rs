@@ -34,6 +34,7 @@ const UNSAFE_FILES: &[&str] = &[
     "tests/rust/c/calls/files.rs",
     "tests/rust/c/calls/folders.rs",
     "tests/rust/c/calls/frames.rs",
+    "tests/rust/c/calls/merging.rs",
     "tests/rust/c/calls/mod.rs",
     "tests/rust/c/calls/objects.rs",
     "tests/rust/c/calls/operations.rs",

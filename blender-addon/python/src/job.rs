@@ -12,6 +12,7 @@ use crate::constraints::constraints;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::merge::{MergeCall, MergeResult};
+use crate::merger::Merger;
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
 use crate::range_image::RangeImage;
@@ -92,7 +93,7 @@ impl Job {
         Job::of(Background::start(move |progress| made_class(Aligner::from(call.run(progress)?))))
     }
 
-    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``.
+    /// Starts ``surfrecon.merge`` with the same arguments but ``progress``; or ``Merger.merge``, of a ``Merger`` in the place of scans.
     ///
     /// Raises:
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
@@ -100,7 +101,10 @@ impl Job {
     // options: merge
     #[pyo3(signature = (scans, *, measure = false, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False)")]
     fn merge(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let call = MergeCall::new(scans, measure, options)?;
+        let call = match scans.cast::<Merger>() {
+            Ok(merger) => MergeCall::again(merger.get().call(), measure, options),
+            Err(_) => MergeCall::new(scans, measure, options),
+        }?;
         Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
             let merged = call.run(calls.begin(0))?;
             made(call.measured(merged, calls.begin(1))?, |py, merged| {

@@ -29,6 +29,7 @@
 //! | `scan` | the virtual range scanner |
 //! | `job` | a long call on a thread of its own, for hosts |
 
+mod again;
 mod align;
 mod align_report;
 mod allocator;
@@ -45,6 +46,7 @@ mod job;
 mod measure;
 mod memory_folder;
 mod merge;
+mod merger;
 mod mesh;
 mod params;
 mod point_cloud;
@@ -89,6 +91,8 @@ mod _native {
     use crate::memory_folder::{MemoryFolder, MemoryPath};
     #[pymodule_export]
     use crate::merge::{MergeResult, merge};
+    #[pymodule_export]
+    use crate::merger::Merger;
     #[pymodule_export]
     use crate::mesh::{Mesh, linear_colours};
     #[pymodule_export]

@@ -1,5 +1,7 @@
 //! The merge and its report.
 
+use std::sync::Arc;
+
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -7,6 +9,7 @@ use surfrecon::Progress;
 use surfrecon::merge::{MergeParams, Merged};
 use surfrecon::mesh::measure::Side;
 
+use crate::again::Again;
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::progress::Watch;
@@ -51,17 +54,14 @@ pub fn merge(
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<MergeResult> {
-    let call = MergeCall::new(scans, measure, options)?;
-    let merged = Watch::new(progress).run_parts(py, |watch| {
-        let merged = call.run(&watch.span(0.0, call.merging()))?;
-        call.measured(merged, &watch.span(call.merging(), 1.0))
-    })?;
-    MergeResult::new(py, merged)
+    MergeCall::new(scans, measure, options)?.result(py, progress)
 }
 
 /// A merge with all it needs, free of Python.
 pub struct MergeCall {
-    sources: Vec<Source>,
+    sources: Vec<Arc<Source>>,
+    /// What a merger keeps, where the scans are one's.
+    again: Option<Again>,
     params: MergeParams,
     measure: bool,
 }
@@ -79,7 +79,29 @@ impl MergeCall {
     /// `ParameterError`, `TypeError`.
     pub fn new(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         let params = params("merge", options)?;
-        Ok(MergeCall { sources: sources(scans, Clouds::Refused)?, params, measure })
+        let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
+        Ok(MergeCall { sources, again: None, params, measure })
+    }
+
+    /// The same of the scans of a merger.
+    ///
+    /// # Errors
+    /// `ParameterError`, `TypeError`.
+    pub fn again(again: Again, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let params = params("merge", options)?;
+        Ok(MergeCall { sources: again.sources(), again: Some(again), params, measure })
+    }
+
+    /// Runs it whole, while Python watches.
+    ///
+    /// # Errors
+    /// As of [`merge`].
+    pub fn result(&self, py: Python<'_>, progress: Option<Py<PyAny>>) -> PyResult<MergeResult> {
+        let merged = Watch::new(progress).run_parts(py, |watch| {
+            let merged = self.run(&watch.span(0.0, self.merging()))?;
+            self.measured(merged, &watch.span(self.merging(), 1.0))
+        })?;
+        MergeResult::new(py, merged)
     }
 
     /// Share of the whole that [`MergeCall::run`] takes; [`MergeCall::measured`] takes the rest.
@@ -92,7 +114,10 @@ impl MergeCall {
     /// # Errors
     /// See [`surfrecon::merge::run`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress)
+        match &self.again {
+            Some(again) => again.run(&self.params, progress),
+            None => surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress),
+        }
     }
 
     /// Measures what was merged, if that was asked for.

@@ -1,6 +1,6 @@
 //! Scans as Python hands them over.
 
-use std::borrow::Cow;
+use std::borrow::{Borrow, Cow};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -21,8 +21,8 @@ use crate::point_cloud::PointCloud;
 use crate::range_image::RangeImage;
 
 /// The scans as the core takes them.
-pub fn as_dyn(sources: &[Source]) -> Vec<&dyn ScanSource> {
-    sources.iter().map(|s| s as &dyn ScanSource).collect()
+pub fn as_dyn<S: Borrow<Source>>(sources: &[S]) -> Vec<&dyn ScanSource> {
+    sources.iter().map(|source| source.borrow() as &dyn ScanSource).collect()
 }
 
 /// One scan, owned: the caller's objects may change or vanish while the work runs.
@@ -176,7 +176,11 @@ pub fn sources(scans: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Vec<Source>
     iterator.enumerate().map(|(i, item)| source(i, &item?, clouds)).collect()
 }
 
-fn source(index: usize, item: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Source> {
+/// A scan of Python; `index` is what a mesh without a name is called by.
+///
+/// # Errors
+/// `TypeError` naming what is no scan.
+pub fn source(index: usize, item: &Bound<'_, PyAny>, clouds: Clouds) -> PyResult<Source> {
     if let Ok(scan) = item.cast::<Scan>() {
         return Ok(Source::File(scan.get().scan.clone()));
     }

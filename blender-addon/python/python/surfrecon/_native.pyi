@@ -34,6 +34,7 @@ __all__ = [
     "MemoryFolder",
     "MemoryPath",
     "MergeResult",
+    "Merger",
     "Mesh",
     "Parameter",
     "Pick",
@@ -515,6 +516,33 @@ class MemoryPath:
     def __fspath__(self) -> str: ...
 
 @final
+class Merger:
+    def __new__(cls, scans: Iterable[_Mergeable] | None = None) -> Merger: ...
+    def add(self, scan: _Mergeable) -> int: ...
+    def __len__(self) -> int: ...
+    def __setitem__(self, index: int, scan: _Mergeable, /) -> None: ...
+    def __delitem__(self, index: int, /) -> None: ...
+    def merge(
+        self,
+        *,
+        # options: merge
+        voxel: float | None = None,
+        merge_distance: float | None = None,
+        max_hole_length: float | None = None,
+        min_component_share: float | None = 0.0,
+        match_exposure: bool | None = True,
+        edge_limit: float | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        threads: int | None = 0,
+        # end
+        measure: bool = False,
+        progress: _Progress | None = None,
+    ) -> MergeResult: ...
+    @property
+    def renewed(self) -> tuple[int, int]: ...
+    def forget(self) -> None: ...
+
+@final
 class MergeResult:
     @property
     def mesh(self) -> Mesh: ...
@@ -566,7 +594,7 @@ class Job:
     ) -> Job: ...
     @staticmethod
     def merge(
-        scans: Iterable[_Mergeable],
+        scans: Iterable[_Mergeable] | Merger,
         *,
         # options: merge
         voxel: float | None = None,

@@ -116,7 +116,11 @@ pub(super) fn scans_that_are_not_there_are_not_replaced() {
         api.refused((api.srf_merger_replace_by_source)(merger, 0, none, here, name), NULL, "source must not be NULL");
         api.refused((api.srf_merger_keep)(merger, 2), PARAMETER, "keep must be 0 or 1, got 2");
         api.refused((api.srf_merger_count)(merger, std::ptr::null_mut()), NULL, "out_scans must not be NULL");
-        let folder = std::env::temp_dir().join(format!("surfrecon-replaced-{}-{:?}", std::process::id(), std::thread::current().id()));
+        let folder = std::env::temp_dir().join(format!(
+            "surfrecon-replaced-{}-{:?}",
+            std::process::id(),
+            std::thread::current().id()
+        ));
         std::fs::create_dir_all(&folder).unwrap();
         let path = CString::new(folder.join("scan.ply").to_str().unwrap()).unwrap();
         api.ok((api.srf_mesh_write_ply)(mesh, path.as_ptr(), 1, std::ptr::null()));

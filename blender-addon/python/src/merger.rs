@@ -1,0 +1,150 @@
+//! Scans that are merged again as they change.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use pyo3::exceptions::PyIndexError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::merge::again;
+use surfrecon::threads::Exclusive;
+
+use crate::again::Again;
+use crate::merge::{MergeCall, MergeResult};
+use crate::sources::{Clouds, Source, source, sources};
+
+/// Scans that are merged again and again while they are added, replaced and removed: each merge keeps what it found out for the
+/// next, which then reads and counts only those scans that are new to it, and renews what these have a part in. The result
+/// is that of ``surfrecon.merge``, to the bit.
+///
+/// Of files that change on the disk nothing is noticed: put the scan in its place again. Where the measured voxel or merge distance
+/// differs, since a scan has changed, all follows from it anew; giving both as options avoids that. What is kept takes about 125 bytes
+/// for each intersection of a scan with the grid.
+///
+/// ``len(merger)`` is the number of scans, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one. ``Job.merge``
+/// takes a merger in the place of scans.
+///
+/// >>> merger = surfrecon.Merger(scans)                                # doctest: +SKIP
+/// >>> preview = merger.merge(voxel=0.5).mesh                          # doctest: +SKIP
+/// >>> merger[3] = moved                                               # doctest: +SKIP
+/// >>> mesh = merger.merge(voxel=0.5).mesh                             # doctest: +SKIP
+///
+/// Args:
+///     scans: as for ``surfrecon.merge``; changing the objects later changes nothing here.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Merger {
+    scans: Mutex<Scans>,
+    kept: Arc<Exclusive<again::Merger>>,
+}
+
+/// The scans, each with its number among all there ever were.
+#[derive(Default)]
+struct Scans {
+    list: Vec<(u64, Arc<Source>)>,
+    ever: u64,
+}
+
+impl Scans {
+    fn numbered(&mut self, source: Source) -> (u64, Arc<Source>) {
+        self.ever += 1;
+        (self.ever, source.into())
+    }
+}
+
+impl Merger {
+    fn scans(&self) -> MutexGuard<'_, Scans> {
+        self.scans.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What a merge of its scans as they are now needs.
+    pub fn call(&self) -> Again {
+        Again { scans: self.scans().list.clone(), kept: self.kept.clone() }
+    }
+
+    fn place(&self, index: isize) -> PyResult<usize> {
+        let count = self.scans().list.len();
+        let place = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
+        let place = place.and_then(|place| usize::try_from(place).ok()).filter(|&place| place < count);
+        place.ok_or_else(|| PyIndexError::new_err(format!("there are {count} scans and none at {index}")))
+    }
+}
+
+#[pymethods]
+impl Merger {
+    #[new]
+    #[pyo3(signature = (scans = None))]
+    fn new(scans: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let mut all = Scans::default();
+        for source in scans.map_or_else(|| Ok(Vec::new()), |scans| sources(scans, Clouds::Refused))? {
+            let numbered = all.numbered(source);
+            all.list.push(numbered);
+        }
+        Ok(Merger { scans: Mutex::new(all), kept: Arc::default() })
+    }
+
+    /// Adds a scan after the others.
+    ///
+    /// Args:
+    ///     scan: a ``Scan``, ``RangeImage``, ``Mesh``, ``(Mesh, world_from_mesh)`` or ``(Mesh, world_from_mesh, name)``.
+    ///
+    /// Returns:
+    ///     Its index.
+    fn add(&self, scan: &Bound<'_, PyAny>) -> PyResult<usize> {
+        let index = self.scans().list.len();
+        let source = source(index, scan, Clouds::Refused)?;
+        let mut scans = self.scans();
+        let numbered = scans.numbered(source);
+        scans.list.push(numbered);
+        Ok(scans.list.len() - 1)
+    }
+
+    fn __len__(&self) -> usize {
+        self.scans().list.len()
+    }
+
+    fn __setitem__(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {
+        let place = self.place(index)?;
+        let source = source(place, scan, Clouds::Refused)?;
+        let mut scans = self.scans();
+        let numbered = scans.numbered(source);
+        scans.list[place] = numbered;
+        Ok(())
+    }
+
+    fn __delitem__(&self, index: isize) -> PyResult<()> {
+        let place = self.place(index)?;
+        self.scans().list.remove(place);
+        Ok(())
+    }
+
+    /// Merges the scans; options, result and errors as of ``surfrecon.merge``.
+    // options: $self merge
+    #[pyo3(signature = (*, measure = false, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+    fn merge(
+        &self,
+        py: Python<'_>,
+        measure: bool,
+        progress: Option<Py<PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<MergeResult> {
+        MergeCall::again(self.call(), measure, options)?.result(py, progress)
+    }
+
+    /// How many bricks of space, of 32 cells a side, the last merge had to do anew, and how many there are: ``(0, 0)`` before
+    /// the first, or while one is running on another thread.
+    #[getter]
+    fn renewed(&self) -> (usize, usize) {
+        let renewed = self.kept.take().map_or_else(|_| again::Renewed::default(), |kept| kept.renewed());
+        (renewed.bricks, renewed.of)
+    }
+
+    /// Gives back the memory of what is kept: the next merge finds out everything.
+    fn forget(&self) {
+        if let Ok(mut kept) = self.kept.take() {
+            kept.forget();
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Merger of {} scans>", self.__len__())
+    }
+}
