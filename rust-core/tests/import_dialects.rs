@@ -407,7 +407,7 @@ fn empty_meshes_come_back() {
         ("text.ply", |path, mesh, _| ply(path, mesh, PlyEncoding::Ascii)),
         ("little.ply", |path, mesh, _| ply(path, mesh, PlyEncoding::BinaryLittleEndian)),
         ("big.ply", |path, mesh, _| ply(path, mesh, PlyEncoding::BinaryBigEndian)),
-        ("a.obj", export::write_obj),
+        ("a.obj", |path, mesh, progress| export::write_obj(path, mesh, None, progress)),
         ("a.stl", export::write_stl),
         ("a.glb", |path, mesh, progress| {
             let node = GlbNode { name: "a", mesh, world_from_mesh: DAffine3::IDENTITY, coarser: &[] };
