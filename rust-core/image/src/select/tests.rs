@@ -175,6 +175,7 @@ fn meshes_and_clouds_keep_order_and_attributes() {
     let stays = |t: &[u32; 3]| t.iter().all(|&v| up.transform_point3(whole.positions[v as usize]).z > 1.1);
     assert_eq!(parts.len(), whole.triangles.iter().filter(|t| stays(t)).count());
     let mut cloud = PointCloud {
+        crs: None,
         normals: Some(whole.positions.iter().map(|p| p.as_vec3().to_array()).collect()),
         colour: Some((0..count).map(|k| [k as u8; 4]).collect()),
         intensity: Some((0..count).map(|k| k as f32).collect()),
