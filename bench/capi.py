@@ -1,16 +1,17 @@
 """Calling through the C library beside calling the core, files in memory beside files; whole jobs beside peers.
 
 A small Rust program (capi_overhead.rs) loads the built library as a stranger would and links the core besides: it does
-the same work both ways in turn. jobs.py has the jobs.
+the same work both ways in turn. replaced.py has merges of which a scan has changed, jobs.py the jobs.
 """
 
 import json
 import subprocess
 
 import jobs
+import replaced
 import table
 
-COLUMNS = ["case", "tool", "core_s", "c_s", "overhead_pct", "file_s", "memory_s", *jobs.COLUMNS]
+COLUMNS = ["case", "tool", "core_s", "c_s", "overhead_pct", "file_s", "memory_s", *replaced.COLUMNS, *jobs.COLUMNS]
 TURNS = 5  # runs both ways for each repeat asked for: what is looked for is less than one per cent
 
 
@@ -35,6 +36,10 @@ def main(wanted, record):
         "overhead %": "overhead_pct",
     }
     table.show(record.rows, {"case": "case"} | columns)
+    before = len(record.rows)
+    replaced.main(wanted, record, COLUMNS)
+    print("\nA merge run again from what was kept, beside a first one")
+    table.show(record.rows[before:], {"case": "case"} | {column: column for column in replaced.COLUMNS})
     before = len(record.rows)
     jobs.main(wanted, record, COLUMNS)
     print("\nWhole jobs as programs: lines without blanks and comments, seconds of the clock, answers as alone")

@@ -36,6 +36,7 @@ WITH = {
 NOT_OF_ALL = {
     # Of calls the one, of jobs the other; of peers' programs the smallest case only counts the lines.
     "capi": {"core_s", "c_s", "overhead_pct", "file_s", "memory_s"}
+    | {"first_s", "again_s", "share_pct", "most_s", "same_bytes"}
     | {"lines", "compiled", "ran", "seconds", "triangles", "answers", "as_alone"},
     "align": {"overlap_pct", "threads", "residual_conf_mm", "nees", "worst_shift_spacings", "residual_mm", "snap_ms"},
     "noise": {"sigma_vox", "veils_left_pct", "thinnest_wall_vox"},

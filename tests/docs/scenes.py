@@ -68,6 +68,12 @@ class Scenes:
         surfrecon.write_scans(folder / "survey.e57", images)
         return {}
 
+    def again(self, folder):
+        """`Merged again`: scans, and one that was moved."""
+        moved = look()[3]
+        moved.world_from_sensor = np.array(moved.world_from_sensor) + 0.01 * np.eye(4, k=3)
+        return {"scans": look(), "moved": moved}
+
     def host(self, folder):
         """`Range images inside a host`."""
         return {"image": look()[0]}

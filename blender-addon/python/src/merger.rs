@@ -23,10 +23,10 @@ use crate::sources::{Clouds, Source, source, sources};
 /// ``len(merger)`` is the number of scans, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one. ``Job.merge``
 /// takes a merger in the place of scans.
 ///
-/// >>> merger = surfrecon.Merger(scans)                                # doctest: +SKIP
-/// >>> preview = merger.merge(voxel=0.5).mesh                          # doctest: +SKIP
-/// >>> merger[3] = moved                                               # doctest: +SKIP
-/// >>> mesh = merger.merge(voxel=0.5).mesh                             # doctest: +SKIP
+/// >>> merger = surfrecon.Merger(scans)
+/// >>> preview = merger.merge().mesh
+/// >>> merger[3] = scans[2]  # another, in its place
+/// >>> mesh = merger.merge().mesh
 ///
 /// Args:
 ///     scans: as for ``surfrecon.merge``; changing the objects later changes nothing here.
