@@ -41,9 +41,14 @@ fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Opti
         let (start, length) = file::read_start(path, within)?;
         let whole = start.len() as u64 == length;
         let (mut texts, mut ended) = (Vec::<String>::new(), whole);
-        for line in start.split_inclusive(|byte| *byte == b'\n').filter(|line| whole || line.ends_with(b"\n")) {
+        let is_end = |byte: &u8| [b'\n', b'\r'].contains(byte);
+        for line in start.split_inclusive(is_end).filter(|line| whole || line.last().is_some_and(is_end)) {
             let line = String::from_utf8_lossy(line);
             let line = line.trim_end_matches(['\n', '\r']);
+            // Between the two ends that a line of Windows has.
+            if line.is_empty() {
+                continue;
+            }
             if is_last(line) {
                 ended = true;
                 break;
