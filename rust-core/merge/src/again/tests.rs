@@ -178,12 +178,12 @@ fn nothing_is_loaded_twice_and_little_is_done_where_little_has_changed() {
 #[test]
 fn what_new_scans_see_through_goes_and_comes_back() {
     let floor = |row: usize, col: usize| -0.02 * (row as f64 + 0.3 * col as f64).sin();
-    // Depths of a camera above a floor; in some frames something stands on it.
-    let frame = |k: usize, is_there: bool| {
+    // Depths of a camera above a floor; in some frames there is something in between, in bricks of its own.
+    let frame = |k: usize, is_there: bool, aside: f64| {
         let depth = |i: usize| {
             let (row, col) = (i / 60, i % 60);
             let stands = is_there && (20..40).contains(&row) && (20..40).contains(&col);
-            if stands { 1.5 } else { 3.0 + floor(row, col) }
+            if stands { 1.2 + 0.015 * (row + col) as f64 } else { 5.0 + floor(row, col) }
         };
         let pinhole = image::range_image::Projection::Pinhole {
             focal: [60.0; 2],
@@ -192,18 +192,26 @@ fn what_new_scans_see_through_goes_and_comes_back() {
         };
         let mut image = RangeImage::from_values(60, 60, (0..3600).map(depth).collect(), pinhole).unwrap();
         image.name = format!("{k}");
-        image.world_from_sensor = DAffine3::from_translation(DVec3::new(0.01 * k as f64, 0.0, 0.0));
+        image.world_from_sensor = DAffine3::from_translation(DVec3::new(0.01 * k as f64 + aside, 0.0, 0.0));
         image
     };
     let params = MergeParams { voxel: Some(0.1), merge_distance: Some(0.15), ..MergeParams::default() };
     let mut merger = Merger::default();
-    let mut scans: Vec<(u64, RangeImage)> = (0..6).map(|k| (k as u64, frame(k, k % 3 != 2))).collect();
+    let mut scans: Vec<(u64, RangeImage)> = (0..6).map(|k| (k as u64, frame(k, k % 3 != 2, 0.0))).collect();
     let mut seen = Vec::new();
-    // Most frames have it; a few; most again; it moved among them.
-    for (step, (k, is_there)) in
-        [(0, false), (1, false), (3, false), (1, true), (4, false), (0, true)].into_iter().enumerate()
-    {
-        scans[k] = (10 + step as u64, frame(k, is_there));
+    // Most frames have it; a few; most again; and few of those that do not look there at all.
+    let steps = [
+        (0, false, 0.0),
+        (1, false, 0.0),
+        (3, false, 0.0),
+        (1, true, 0.0),
+        (2, false, 9.0),
+        (5, false, 9.0),
+        (3, false, 9.0),
+        (0, true, 0.0),
+    ];
+    for (step, (k, is_there, aside)) in steps.into_iter().enumerate() {
+        scans[k] = (10 + step as u64, frame(k, is_there, aside));
         let found = again(&mut merger, &scans, &params, &Setup::default(), &Progress::none()).unwrap();
         let expected = fresh(&scans, &params, &Setup::default()).unwrap();
         assert!(found == expected, "step {step}: {:?} {:?}", found.report, expected.report);
