@@ -26,6 +26,9 @@
  *   A view (srf_array as a result) points into what its handle stands for; it is there until that is freed or changed.
  *   Functions of yours are called on the thread that made the call unless the comment says otherwise. They must not unwind, by an exception
  *   or by longjmp(): what they throw ends the program, or worse. surfrecon.hpp takes exceptions across.
+ *   What is set of threads, memory and the log holds for the process. Each of several plugins in a program uses a context of its own instead:
+ *   srf_context_create() once, srf_context_use() around its calls.
+ *   A long call ends early where its srf_progress says so: its function, or its srf_cancel, which any thread sets, and a handler of Ctrl-C.
  *   Every call may be made from any thread, and no input ends the program. Work that would not fit into the memory that
  *   is free (see srf_set_memory_limit()) is refused by any call with SRF_ERR_OUT_OF_MEMORY before it begins, as far as it
  *   can be foreseen; if the system refuses memory after that, the call ends with the same status and leaves nothing behind.
@@ -310,8 +313,15 @@ typedef struct srf_aligner srf_aligner;
 // What an alignment found: the poses and how sure they are. Released with srf_alignment_free().
 typedef struct srf_alignment srf_alignment;
 
+// What cancels the calls it is handed to (srf_progress), from any thread. Released with srf_cancel_free().
+typedef struct srf_cancel srf_cancel;
+
 // Scattered points with optional normals and colours, and a place in the world. Released with srf_cloud_free().
 typedef struct srf_cloud srf_cloud;
+
+// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host: what it has none of
+// is the process's (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
+typedef struct srf_context srf_context;
 
 // A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every
 // function that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be
@@ -353,6 +363,29 @@ typedef struct srf_spline srf_spline;
 // Gets the messages of the log: level, a value of srf_log_level; text, UTF-8, valid during the call; user, the pointer
 // given to srf_set_log. Runs on the thread of the call that has something to tell; must not unwind.
 typedef void (*srf_log_fn)(int32_t level, const char *text, void *user);
+
+// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two; NULL where there are none.
+typedef void *(*srf_allocate_fn)(void *user, size_t size, size_t alignment);
+
+// Makes a block of old_size bytes one of new_size, which may lie elsewhere and begins with what the old one held, as far as that fits. NULL
+// where that can't be: the block then stays as it was.
+typedef void *(*srf_reallocate_fn)(void *user, void *block, size_t old_size, size_t new_size, size_t alignment);
+
+// Takes a block back, with the size and the alignment that it was asked for with.
+typedef void (*srf_deallocate_fn)(void *user, void *block, size_t size, size_t alignment);
+
+// Where the library's memory comes from. Its functions are called on any thread, on several at once, at any time until the process has
+// ended, and within any call of this library, so they must not call it, nor unwind.
+typedef struct {
+  // Not NULL.
+  srf_allocate_fn allocate;
+  // NULL for a new block and a copy.
+  srf_reallocate_fn reallocate;
+  // Not NULL.
+  srf_deallocate_fn deallocate;
+  // Handed to them as it is.
+  void *user;
+} srf_allocator;
 
 // How range images become surfaces: limits of the step-discontinuity triangulation. Starts with its size; set to the
 // defaults by srf_triangulate_params_init().
@@ -409,12 +442,15 @@ typedef struct {
 // the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
 typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
 
-// Who watches a long call. NULL where one is asked for, or a NULL function: nobody.
+// Who watches a long call, and what cancels it. NULL where one is asked for: nobody and nothing.
 typedef struct {
-  // Asked during the call.
+  // Asked during the call; NULL for nobody.
   srf_progress_fn report;
   // Handed to report as it is.
   void *user;
+  // Cancels the call once it is set, by whatever thread, also where it was before the call began; NULL for nothing. It may be freed
+  // during the call, and be given to several calls at once.
+  const srf_cancel *cancel;
 } srf_progress;
 
 // How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
@@ -1333,7 +1369,7 @@ srf_status srf_set_last_error(const char *text);
 // returns    SRF_OK, SRF_ERR_PARAMETER if there is no such status, SRF_ERR_NULL. Since 0.1.
 srf_status srf_status_text(int32_t status, const char **out_text);
 
-// Worker threads of calls whose parameters say 0. Results are the same for any number.
+// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
 // threads    at most 1024; 0, the default, for one a core
 // returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
 srf_status srf_set_threads(uint32_t threads);
@@ -1341,7 +1377,8 @@ srf_status srf_set_threads(uint32_t threads);
 // Number set by srf_set_threads. Since 0.1.
 uint32_t srf_threads(void);
 
-// Most memory that calls may take; together, where several run at a time. What is foreseen to need more, or more than is
+// Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
+// the same context or under none. What is foreseen to need more, or more than is
 // free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
 // leaves nothing behind.
 // bytes      0, the default, for all that is free
@@ -1351,12 +1388,106 @@ srf_status srf_set_memory_limit(uint64_t bytes);
 // Number set by srf_set_memory_limit. Since 0.1.
 uint64_t srf_memory_limit(void);
 
-// Who gets the messages of the log from now on.
+// Who gets the messages of the log from now on, unless of calls under a context with a log of its own.
 // log        NULL for nobody, the default
 // user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned
 // returns    SRF_OK. Since 0.1.
 srf_status srf_set_log(srf_log_fn log,
                        void *user);
+
+// Makes a context. Its worker threads are its own, started when they are first needed.
+// out_context  receives a new handle on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY where there are 1023 already; what was made under one counts as it until that
+//              is freed, too. Since 0.2.
+srf_status srf_context_create(srf_context **out_context);
+
+// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one. What
+// was made under it stays.
+// context    NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
+srf_status srf_context_free(srf_context *context);
+
+// Calls that this thread makes from now on are made under this context; other threads are not concerned. A function of yours that
+// is called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must
+// put back the former one at its end.
+// context      NULL for none: the settings of the process
+// out_former   receives what this thread used before, NULL for none, which may have been freed since; NULL if not wanted
+// returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
+srf_status srf_context_use(srf_context *context,
+                           srf_context **out_former);
+
+// Worker threads of calls under a context whose parameters say 0. Results are the same for any number.
+// context    not NULL
+// threads    at most 1024; 0, the default, for the number of srf_set_threads()
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_context_set_threads(srf_context *context, uint32_t threads);
+
+// Number set by srf_context_set_threads().
+// context      not NULL
+// out_threads  receives the number on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_context_threads(const srf_context *context, uint32_t *out_threads);
+
+// Most memory that calls under a context may take; together, where several run at a time. What others take, under another context or
+// under none, does not count, nor does their limit concern this one. Memory that a call hands out (srf_mesh) is no longer taken once it
+// is freed, by whatever thread.
+// context    not NULL
+// bytes      0, the default, for as much as srf_set_memory_limit() says
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_context_set_memory_limit(srf_context *context,
+                                        uint64_t bytes);
+
+// Memory of a context.
+// context    not NULL
+// out_limit  receives the number set by srf_context_set_memory_limit(); NULL if not wanted
+// out_held   receives the bytes that its calls, and what was made under it, hold now; NULL if not wanted
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_context_memory(const srf_context *context, uint64_t *out_limit, uint64_t *out_held);
+
+// Who gets the messages of calls under a context from now on.
+// context    not NULL
+// log        NULL, the default, for who gets those of the process (srf_set_log()); a function that does nothing, for nobody
+// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it have returned
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_context_set_log(srf_context *context,
+                               srf_log_fn log,
+                               void *user);
+
+// Takes the library's memory from functions of the program's, for the whole process and once: before any other function of this library,
+// but for those that tell its version, and while no other thread is in one. It is counted and limited as the system's is; what they refuse
+// is SRF_ERR_OUT_OF_MEMORY. Not taken from them: stacks of worker threads, what the system's own functions take, and a few small blocks in
+// want of memory.
+// allocator  not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if the library holds memory already, SRF_ERR_NULL. Since 0.2.
+srf_status srf_set_allocator(const srf_allocator *allocator);
+
+// Makes what cancels calls; it is not set.
+// out_cancel  receives a new handle on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cancel_create(srf_cancel **out_cancel);
+
+// Releases it. A call that has it goes on, and can no longer be cancelled by it.
+// cancel     NULL does nothing
+// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
+srf_status srf_cancel_free(srf_cancel *cancel);
+
+// Cancels all calls that have it, and those that begin with it from now on: they return SRF_ERR_CANCELLED within a tenth of a second.
+// Async-signal-safe: it looks at atomics and stores one, takes no lock and no memory, and changes neither errno nor the text of the last
+// error, also where it fails. So a handler of SIGINT may call it.
+// cancel     not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cancel_set(srf_cancel *cancel);
+
+// Takes that back for calls that begin from now on. One that is running and has not yet noticed may go on as well.
+// cancel     not NULL
+// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cancel_reset(srf_cancel *cancel);
+
+// Whether it is set.
+// cancel      not NULL
+// out_is_set  receives 1 or 0 on SRF_OK only; not NULL
+// returns     SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cancel_is_set(const srf_cancel *cancel, uint32_t *out_is_set);
 
 // Sets the defaults. Call srf_triangulate_params_init(params), which adds the size that this header knows.
 // params   not NULL
@@ -1488,11 +1619,14 @@ srf_status srf_image_triangulate(const srf_image *image,
                                  const srf_progress *progress,
                                  srf_mesh **out_mesh);
 
-// The valid pixels of an image as points, with normals and the image's colours and place in the world.
+// The valid pixels of an image as points, with normals and the image's colours and place in the world. O(pixels).
 // image      not NULL
+// progress   NULL for none
 // out_cloud  receives a new handle on SRF_OK only; not NULL
-// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
-srf_status srf_image_to_cloud(const srf_image *image, srf_cloud **out_cloud);
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+srf_status srf_image_to_cloud(const srf_image *image,
+                              const srf_progress *progress,
+                              srf_cloud **out_cloud);
 
 // Prepares a struct for srf_image_from_frame(). Call srf_frame_init(frame), which adds the size that this header knows.
 // frame    not NULL
@@ -1522,7 +1656,7 @@ srf_status srf_left_out_init_sized(srf_left_out *left_out,
 // progress           NULL for none
 // out_image          receives a new handle on SRF_OK only; not NULL
 // out_left_out       initialized by srf_left_out_init(); NULL if not wanted
-// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_NULL,
+// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 //                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_frame(const srf_frame *frame,
                                 const srf_array *depths,
@@ -1660,6 +1794,81 @@ srf_status srf_mesh_check(const srf_mesh *mesh,
                           const srf_progress *progress,
                           srf_mesh_report *out_report);
 
+// Numbers of vertices and triangles of a mesh.
+// mesh           not NULL
+// out_vertices   NULL if not wanted
+// out_triangles  NULL if not wanted
+// returns        SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_size(const srf_mesh *mesh, size_t *out_vertices, size_t *out_triangles);
+
+// Number of points of a cloud.
+// cloud        not NULL
+// out_points   receives the number on SRF_OK only; not NULL
+// returns      SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_size(const srf_cloud *cloud, size_t *out_points);
+
+// The box around the vertices of a mesh, whether a triangle uses them or not. O(vertices).
+// mesh       not NULL
+// progress   NULL for none
+// out_min    room for 3 doubles, the smallest coordinates; not NULL
+// out_max    room for 3 doubles, the largest ones; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if there is no vertex, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_bounds(const srf_mesh *mesh,
+                           const srf_progress *progress,
+                           double *out_min,
+                           double *out_max);
+
+// The box around the points of a cloud in the world; those that are not finite are passed over. O(points).
+// cloud      not NULL
+// progress   NULL for none
+// out_min    room for 3 doubles, the smallest coordinates; not NULL
+// out_max    room for 3 doubles, the largest ones; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if there is no point, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_bounds(const srf_cloud *cloud,
+                            const srf_progress *progress,
+                            double *out_min,
+                            double *out_max);
+
+// The box around the samples of an image in the world. O(pixels).
+// image      not NULL
+// progress   NULL for none
+// out_min    room for 3 doubles, the smallest coordinates; not NULL
+// out_max    room for 3 doubles, the largest ones; not NULL
+// returns    SRF_OK, SRF_ERR_INPUT if no pixel is valid, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_image_bounds(const srf_image *image,
+                            const srf_progress *progress,
+                            double *out_min,
+                            double *out_max);
+
+// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats a vertex, relative to an origin, so that
+// coordinates far from 0 keep their digits.
+// mesh           not NULL
+// origin         3 doubles that are taken off before rounding, for example the middle of srf_mesh_bounds(); NULL for 0 0 0
+// out_positions  room for 3 floats a vertex; not NULL
+// capacity       that room, in floats
+// progress       NULL for none
+// returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a vertex that lies too far off,
+//                SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_positions_f32(const srf_mesh *mesh,
+                                  const double *origin,
+                                  float *out_positions,
+                                  size_t capacity,
+                                  const srf_progress *progress);
+
+// srf_mesh_positions_f32() for the points of a cloud, in its own frame; those that are not finite stay so.
+// cloud          not NULL
+// origin         3 doubles that are taken off before rounding; NULL for 0 0 0
+// out_positions  room for 3 floats a point; not NULL
+// capacity       that room, in floats
+// progress       NULL for none
+// returns        SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_INPUT naming a point that lies too far off,
+//                SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_positions_f32(const srf_cloud *cloud,
+                                   const double *origin,
+                                   float *out_positions,
+                                   size_t capacity,
+                                   const srf_progress *progress);
+
 // Prepares a struct for srf_image_grid_camera(), or to be filled in. Call srf_grid_camera_init(camera), which adds the size that
 // this header knows.
 // camera   not NULL
@@ -1714,7 +1923,7 @@ srf_status srf_image_to_mesh(const srf_image *image,
 // out_image        receives a new handle on SRF_OK only; not NULL
 // returns          SRF_OK, SRF_ERR_INPUT for a pixel outside of the grid or there twice, positions that are not finite, arrays of
 //                  different lengths, vertices scaled by 0, or a grid far too large for its vertices; SRF_ERR_PARAMETER,
-//                  SRF_ERR_CANCELLED, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+//                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 srf_status srf_image_from_vertices(const srf_grid_camera *camera,
                                    const srf_array *row,
                                    const srf_array *col,
@@ -1837,7 +2046,7 @@ srf_status srf_read_options_init_sized(srf_read_options *options, size_t size);
 // options     what the files do not say themselves; NULL for the defaults
 // progress    NULL for none
 // out_scans   receives a new handle on SRF_OK only; not NULL
-// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
+// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 //             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_scans_open(const char *const *paths,
                           size_t count,
@@ -2018,7 +2227,7 @@ srf_status srf_images_write_conf(const srf_image *const *images,
 // count      number of images, at least 1
 // path       UTF-8; not NULL
 // progress   NULL for none
-// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_images_write_ptx(const srf_image *const *images,
                                 size_t count,
                                 const char *path,
@@ -2030,7 +2239,7 @@ srf_status srf_images_write_ptx(const srf_image *const *images,
 // count      number of images, at least 1
 // path       UTF-8; not NULL
 // progress   NULL for none
-// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_images_write_e57(const srf_image *const *images,
                                 size_t count,
                                 const char *path,
@@ -2071,9 +2280,8 @@ srf_status srf_image_crs(const srf_image *image, char *out_text, size_t capacity
 // Says which coordinate reference system the world of an image is in. Views of the image are gone.
 // image      not NULL
 // text       UTF-8; NULL or empty for none
-// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
-srf_status srf_image_set_crs(srf_image *image,
-                             const char *text);
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_image_set_crs(srf_image *image, const char *text);
 
 // The coordinate reference system of the world that a cloud lies in, which its pose places it in.
 // cloud       not NULL
@@ -2086,9 +2294,8 @@ srf_status srf_cloud_crs(const srf_cloud *cloud, char *out_text, size_t capacity
 // Says which coordinate reference system the world of a cloud is in. Views of the cloud are gone.
 // cloud      not NULL
 // text       UTF-8; NULL or empty for none
-// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
-srf_status srf_cloud_set_crs(srf_cloud *cloud,
-                             const char *text);
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_cloud_set_crs(srf_cloud *cloud, const char *text);
 
 // The coordinate reference system that the coordinates of a mesh are in. Results have that of the scans they were made of, unless they
 // are in the frame of one whose pose moves it. Meshes that are transformed have none any more. srf_mesh_write() puts it into .ply,
@@ -2106,9 +2313,8 @@ srf_status srf_mesh_crs(const srf_mesh *mesh,
 // Says which coordinate reference system the coordinates of a mesh are in. Views of the mesh are gone.
 // mesh       not NULL
 // text       UTF-8; NULL or empty for none
-// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
-srf_status srf_mesh_set_crs(srf_mesh *mesh,
-                            const char *text);
+// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_mesh_set_crs(srf_mesh *mesh, const char *text);
 
 // Writes a mesh as srf_mesh_write() does, and says in the file where it is from.
 // mesh        not NULL
@@ -2145,7 +2351,7 @@ srf_status srf_images_write_e57_from(const srf_image *const *images,
 // out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing; NULL if not wanted
 // capacity    room there, in bytes
 // out_length  receives the length of the text without its zero byte; not NULL
-// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_NULL. Since 0.2.
+// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.2.
 srf_status srf_file_provenance(const char *path,
                                char *out_text,
                                size_t capacity,
@@ -2258,7 +2464,7 @@ srf_status srf_aligner_reject(srf_aligner *aligner, size_t a, size_t b);
 // angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
 //            the viewer, either way round without an axis; NULL where that is not known
 // count      scans that were added, 0 if angles is NULL
-// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_aligner_turn(srf_aligner *aligner,
                             const double *point,
                             const double *direction,
@@ -2699,7 +2905,8 @@ srf_status srf_merger_replace_by_source(srf_merger *merger,
 
 // Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
 // renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
-// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. Where the measured cell or merge
+// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under
+// another context. Where the measured cell or merge
 // distance differs, since a scan has changed, all follows; giving both as parameters avoids that. Of two runs at a time the second
 // keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
 // merger     not NULL

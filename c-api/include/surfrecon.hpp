@@ -21,6 +21,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -154,15 +155,57 @@ struct Tick {
 // Asked about every 30 ms on the calling thread: true goes on, false cancels. May throw.
 using ProgressFunction = std::function<bool(const Tick &)>;
 
+// Cancels the calls that it is handed to, from any thread.
+class Cancel : public detail::Handle<srf_cancel, srf_cancel_free> {
+public:
+    Cancel()
+    {
+        srf_cancel *cancel = nullptr;
+        check(srf_cancel_create(&cancel));
+        static_cast<Handle &>(*this) = Handle(cancel);
+    }
+    // Calls that have it end within a tenth of a second, those that begin with it at once. A handler of a signal may call it.
+    void set() const noexcept { srf_cancel_set(get()); }
+    // Calls may begin with it again.
+    void reset() { check(srf_cancel_reset(get())); }
+    bool is_set() const
+    {
+        std::uint32_t is_set = 0;
+        check(srf_cancel_is_set(get(), &is_set));
+        return is_set != 0;
+    }
+};
+
+// Who watches a long call, and what cancels it: a function, a Cancel, both or neither.
+class Progress {
+public:
+    Progress() = default;
+    template <typename F, typename = std::enable_if_t<std::is_invocable_r_v<bool, F &, const Tick &>>>
+    Progress(F &&function) : function_(std::forward<F>(function))
+    {
+    }
+    Progress(const Cancel &cancel) : cancel_(cancel.get()) {}
+    Progress(ProgressFunction function, const Cancel &cancel) : function_(std::move(function)), cancel_(cancel.get()) {}
+    const ProgressFunction &function() const noexcept { return function_; }
+    const srf_cancel *cancel() const noexcept { return cancel_; }
+
+private:
+    ProgressFunction function_;
+    const srf_cancel *cancel_ = nullptr;
+};
+
 namespace detail {
 
 // Hands progress to a function of C++, and what that throws past the C library.
 class Watcher {
 public:
-    explicit Watcher(const ProgressFunction &function) : function_(function), progress_{&Watcher::report, this} {}
+    explicit Watcher(const Progress &progress)
+        : function_(progress.function()), progress_{function_ ? &Watcher::report : nullptr, this, progress.cancel()}
+    {
+    }
     Watcher(const Watcher &) = delete;
     Watcher &operator=(const Watcher &) = delete;
-    const srf_progress *get() const noexcept { return function_ ? &progress_ : nullptr; }
+    const srf_progress *get() const noexcept { return &progress_; }
     void check(srf_status status) const
     {
         if (thrown_) std::rethrow_exception(thrown_);
@@ -219,6 +262,89 @@ inline std::uint32_t threads() { return srf_threads(); }
 inline std::uint64_t memory_limit() { return srf_memory_limit(); }
 // See srf_set_memory_limit().
 inline void set_memory_limit(std::uint64_t bytes) { check(srf_set_memory_limit(bytes)); }
+
+// Threads, a limit on memory and a log for a part of a program: what is called while a Use of it lives is under it.
+class Context : public detail::Handle<srf_context, srf_context_free> {
+public:
+    Context()
+    {
+        srf_context *context = nullptr;
+        check(srf_context_create(&context));
+        static_cast<Handle &>(*this) = Handle(context);
+    }
+    Context(Context &&) = default;
+    Context &operator=(Context &&other) noexcept
+    {
+        // The log must stay until nobody is told any more.
+        static_cast<Handle &>(*this) = std::move(static_cast<Handle &>(other));
+        log_ = std::move(other.log_);
+        return *this;
+    }
+    void set_threads(std::uint32_t threads) { check(srf_context_set_threads(get(), threads)); }
+    std::uint32_t threads() const
+    {
+        std::uint32_t threads = 0;
+        check(srf_context_threads(get(), &threads));
+        return threads;
+    }
+    void set_memory_limit(std::uint64_t bytes) { check(srf_context_set_memory_limit(get(), bytes)); }
+    std::uint64_t memory_limit() const
+    {
+        std::uint64_t limit = 0;
+        check(srf_context_memory(get(), &limit, nullptr));
+        return limit;
+    }
+    // Bytes that its calls, and what was made under it, hold now.
+    std::uint64_t held() const
+    {
+        std::uint64_t held = 0;
+        check(srf_context_memory(get(), nullptr, &held));
+        return held;
+    }
+    // Who is told from now on, whom the process tells if empty. Set it while no call is running under it; it must outlive those that are.
+    void set_log(LogFunction log)
+    {
+        check(srf_context_set_log(get(), nullptr, nullptr));
+        log_.reset();
+        if (!log) return;
+        log_ = std::make_unique<LogFunction>(std::move(log));
+        check(srf_context_set_log(
+            get(),
+            [](std::int32_t level, const char *text, void *user) {
+                (*static_cast<LogFunction *>(user))(static_cast<srf_log_level>(level), text);
+            },
+            log_.get()));
+    }
+
+private:
+    std::unique_ptr<LogFunction> log_;
+};
+
+// While it lives, what its thread calls is under a context; what that used before comes back. Ends on the thread it began on.
+class Use {
+public:
+    explicit Use(const Context &context) { check(srf_context_use(context.get(), &former_)); }
+    Use(const Use &) = delete;
+    Use &operator=(const Use &) = delete;
+    ~Use()
+    {
+        // One that was freed meanwhile can't come back.
+        if (srf_context_use(former_, nullptr) != SRF_OK) srf_context_use(nullptr, nullptr);
+    }
+
+private:
+    srf_context *former_ = nullptr;
+};
+
+// The box around something.
+struct Bounds {
+    std::array<double, 3> min{};
+    std::array<double, 3> max{};
+    std::array<double, 3> middle() const noexcept
+    {
+        return {0.5 * (min[0] + max[0]), 0.5 * (min[1] + max[1]), 0.5 * (min[2] + max[2])};
+    }
+};
 
 // Places a frame in another; the identity unless changed.
 struct Pose : srf_pose {
@@ -454,6 +580,24 @@ public:
         return View<std::uint32_t, 3>(view);
     }
 
+    // The box around all vertices.
+    Bounds bounds(const Progress &progress = {}) const
+    {
+        Bounds bounds;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_bounds(get(), watcher.get(), bounds.min.data(), bounds.max.data()));
+        return bounds;
+    }
+
+    // Three coordinates a vertex in single precision, relative to an origin: those far from 0 keep their digits.
+    std::vector<float> positions_f32(const std::array<double, 3> &origin = {}, const Progress &progress = {}) const
+    {
+        std::vector<float> near(3 * positions().size());
+        detail::Watcher watcher(progress);
+        watcher.check(srf_mesh_positions_f32(get(), origin.data(), near.data(), near.size(), watcher.get()));
+        return near;
+    }
+
     // Names of the attributes of the vertices or of the triangles.
     std::vector<std::string> attributes(srf_domain domain) const
     {
@@ -489,7 +633,7 @@ public:
     }
 
     // Is it what a surface must be, and what is its topology?
-    srf_mesh_report report(bool welded = false, const ProgressFunction &progress = {}) const
+    srf_mesh_report report(bool welded = false, const Progress &progress = {}) const
     {
         srf_mesh_report report{};
         check(srf_mesh_report_init(&report));
@@ -501,7 +645,7 @@ public:
     // Exact distances of points to the mesh; `out`, if given, has room for one a point.
     template <typename Real>
     Distances distances(View<Real, 3> points, double *out = nullptr, bool is_signed = false,
-                        const ProgressFunction &progress = {}) const
+                        const Progress &progress = {}) const
     {
         const srf_array array = points.array();
         Distances figures;
@@ -513,7 +657,7 @@ public:
     // How far this surface lies from another: { reached, bound }, the largest distance found and what no point exceeds.
     // Distances of the vertices go to `out`, if given, which has room for one each; their figures to `figures`, if given.
     std::array<double, 2> surface_distance(const Mesh &reference, double *out = nullptr, Distances *figures = nullptr,
-                                           bool is_signed = false, const ProgressFunction &progress = {}) const
+                                           bool is_signed = false, const Progress &progress = {}) const
     {
         std::array<double, 2> found{};
         detail::Watcher watcher(progress);
@@ -523,7 +667,7 @@ public:
     }
 
     // A coarse mesh of well-shaped triangles with the same topology; its figures go to `report`, if given.
-    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const ProgressFunction &progress = {}) const
+    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
@@ -533,7 +677,7 @@ public:
 
     // A chain of levels of detail from one run, one for each number of vertices; write_glb_levels() writes them.
     std::vector<Mesh> clustered(const std::vector<std::uint64_t> &vertices, const ClusterParams &params = {},
-                                const ProgressFunction &progress = {}) const
+                                const Progress &progress = {}) const
     {
         if (vertices.empty()) return {};
         std::vector<srf_mesh *> handles(vertices.size(), nullptr);
@@ -545,7 +689,7 @@ public:
     }
 
     // By the ending of the name: .ply, .glb, .obj, .stl.
-    void write(const std::string &path, const WriteOptions &options = {}, const ProgressFunction &progress = {}) const
+    void write(const std::string &path, const WriteOptions &options = {}, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write(get(), path.c_str(), &options, watcher.get()));
@@ -553,42 +697,42 @@ public:
 
     // And says in the file where it is from: an object in JSON.
     void write_from(const std::string &path, const std::string &provenance, const WriteOptions &options = {},
-                    const ProgressFunction &progress = {}) const
+                    const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_from(get(), path.c_str(), &options, provenance.c_str(), watcher.get()));
     }
 
-    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const ProgressFunction &progress = {}) const
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_ply(get(), path.c_str(), encoding, watcher.get()));
     }
 
-    void write_glb(const std::string &path, double metres_per_unit, bool z_up = false, const ProgressFunction &progress = {}) const
+    void write_glb(const std::string &path, double metres_per_unit, bool z_up = false, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_glb(get(), path.c_str(), nullptr, metres_per_unit, z_up ? 1 : 0, watcher.get()));
     }
 
-    void write_obj(const std::string &path, const ProgressFunction &progress = {}) const
+    void write_obj(const std::string &path, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_obj(get(), path.c_str(), watcher.get()));
     }
 
-    void write_stl(const std::string &path, const ProgressFunction &progress = {}) const
+    void write_stl(const std::string &path, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_mesh_write_stl(get(), path.c_str(), watcher.get()));
     }
 
     // What a region holds stays, all else goes; how many went. remove() is the opposite.
-    std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    std::size_t keep(const Region &region, const Pose &world_from_mesh = {}, const Progress &progress = {})
     {
         return select(region, 1, world_from_mesh, progress);
     }
-    std::size_t remove(const Region &region, const Pose &world_from_mesh = {}, const ProgressFunction &progress = {})
+    std::size_t remove(const Region &region, const Pose &world_from_mesh = {}, const Progress &progress = {})
     {
         return select(region, 0, world_from_mesh, progress);
     }
@@ -605,7 +749,7 @@ public:
     void set_crs(const std::string &text) { check(srf_mesh_set_crs(get(), text.c_str())); }
 
 private:
-    std::size_t select(const Region &region, std::uint32_t keep, const Pose &world_from_mesh, const ProgressFunction &progress)
+    std::size_t select(const Region &region, std::uint32_t keep, const Pose &world_from_mesh, const Progress &progress)
     {
         std::size_t removed = 0;
         detail::Watcher watcher(progress);
@@ -616,7 +760,7 @@ private:
 
 // Writes a mesh and coarser ones of the same surface, finest first, as binary glTF with levels of detail.
 inline void write_glb_levels(const std::vector<const Mesh *> &meshes, const std::string &path, double metres_per_unit,
-                             bool z_up = false, const ProgressFunction &progress = {})
+                             bool z_up = false, const Progress &progress = {})
 {
     std::vector<const srf_mesh *> handles;
     for (const Mesh *mesh : meshes) handles.push_back(mesh->get());
@@ -649,8 +793,26 @@ public:
         return View<double, 3>(view);
     }
 
+    // The box around the points in the world.
+    Bounds bounds(const Progress &progress = {}) const
+    {
+        Bounds bounds;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_bounds(get(), watcher.get(), bounds.min.data(), bounds.max.data()));
+        return bounds;
+    }
+
+    // Three coordinates a point, in its own frame, in single precision, relative to an origin.
+    std::vector<float> positions_f32(const std::array<double, 3> &origin = {}, const Progress &progress = {}) const
+    {
+        std::vector<float> near(3 * positions().size());
+        detail::Watcher watcher(progress);
+        watcher.check(srf_cloud_positions_f32(get(), origin.data(), near.data(), near.size(), watcher.get()));
+        return near;
+    }
+
     // A mesh of well-shaped triangles on the surface through the points; its figures go to `report`, if given.
-    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const ProgressFunction &progress = {}) const
+    Mesh clustered(const ClusterParams &params = {}, ClusterReport *report = nullptr, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
@@ -660,7 +822,7 @@ public:
 
     // The same as a chain of levels of detail, one for each number of vertices.
     std::vector<Mesh> clustered(const std::vector<std::uint64_t> &vertices, const ClusterParams &params = {},
-                                const ProgressFunction &progress = {}) const
+                                const Progress &progress = {}) const
     {
         if (vertices.empty()) return {};
         std::vector<srf_mesh *> handles(vertices.size(), nullptr);
@@ -699,15 +861,15 @@ public:
         return pose;
     }
 
-    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const ProgressFunction &progress = {}) const
+    void write_ply(const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_cloud_write_ply(get(), path.c_str(), encoding, watcher.get()));
     }
 
     // What a region holds stays, all else goes; how many went. remove() is the opposite.
-    std::size_t keep(const Region &region, const ProgressFunction &progress = {}) { return select(region, 1, progress); }
-    std::size_t remove(const Region &region, const ProgressFunction &progress = {}) { return select(region, 0, progress); }
+    std::size_t keep(const Region &region, const Progress &progress = {}) { return select(region, 1, progress); }
+    std::size_t remove(const Region &region, const Progress &progress = {}) { return select(region, 0, progress); }
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_cloud_transform(get(), &similarity)); }
 
@@ -721,7 +883,7 @@ public:
     void set_crs(const std::string &text) { check(srf_cloud_set_crs(get(), text.c_str())); }
 
 private:
-    std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
+    std::size_t select(const Region &region, std::uint32_t keep, const Progress &progress)
     {
         std::size_t removed = 0;
         detail::Watcher watcher(progress);
@@ -756,7 +918,7 @@ public:
     template <typename Depth, std::size_t N = 3>
     static Image from_frame(const Frame &frame, View<Depth> depths, View<std::uint8_t, N> colours = {}, View<std::uint8_t> confidences = {},
                             const Pose &world_from_sensor = {}, const std::string &name = {}, LeftOut *left_out = nullptr,
-                            const ProgressFunction &progress = {})
+                            const Progress &progress = {})
     {
         const srf_array array = depths.array(), painted = colours.array(), trusted = confidences.array();
         srf_image *image = nullptr;
@@ -771,7 +933,7 @@ public:
     template <typename Place, typename Real>
     static Image from_vertices(const GridCamera &camera, View<Place> row, View<Place> col, View<Real, 3> positions,
                                View<std::uint8_t, 4> colours = {}, View<float> intensities = {}, View<float> confidences = {},
-                               const Pose &world_from_host = {}, const std::string &name = {}, const ProgressFunction &progress = {})
+                               const Pose &world_from_host = {}, const std::string &name = {}, const Progress &progress = {})
     {
         const srf_array rows = row.array(), cols = col.array(), points = positions.array();
         const srf_array painted = colours.array(), strengths = intensities.array(), trusted = confidences.array();
@@ -785,7 +947,7 @@ public:
 
     // Scans a mesh virtually.
     static Image scan(const Mesh &mesh, std::size_t rows, std::size_t cols, const srf_projection &projection,
-                      const Pose &world_from_sensor, const ScanParams &params = {}, const ProgressFunction &progress = {})
+                      const Pose &world_from_sensor, const ScanParams &params = {}, const Progress &progress = {})
     {
         srf_image *image = nullptr;
         detail::Watcher watcher(progress);
@@ -866,7 +1028,7 @@ public:
     }
 
     // Three doubles a pixel, NaN for an invalid one.
-    std::vector<double> world_points(const ProgressFunction &progress = {}) const
+    std::vector<double> world_points(const Progress &progress = {}) const
     {
         const auto [rows, cols, valid] = size();
         std::vector<double> points(3 * rows * cols);
@@ -875,7 +1037,7 @@ public:
         return points;
     }
 
-    Mesh triangulate(const TriangulateParams &params = {}, const ProgressFunction &progress = {}) const
+    Mesh triangulate(const TriangulateParams &params = {}, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
@@ -884,7 +1046,7 @@ public:
     }
 
     // The valid pixels as vertices, row after row, in the sensor's frame, with or without faces: how a host keeps a range image.
-    Mesh to_mesh(bool faces = true, const ProgressFunction &progress = {}) const
+    Mesh to_mesh(bool faces = true, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         detail::Watcher watcher(progress);
@@ -892,8 +1054,17 @@ public:
         return Mesh(mesh);
     }
 
+    // The box around the samples in the world.
+    Bounds bounds(const Progress &progress = {}) const
+    {
+        Bounds bounds;
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_bounds(get(), watcher.get(), bounds.min.data(), bounds.max.data()));
+        return bounds;
+    }
+
     // What a host keeps beside the vertices of to_mesh().
-    GridCamera grid_camera(const ProgressFunction &progress = {}) const
+    GridCamera grid_camera(const Progress &progress = {}) const
     {
         GridCamera camera;
         detail::Watcher watcher(progress);
@@ -901,16 +1072,17 @@ public:
         return camera;
     }
 
-    Cloud to_cloud() const
+    Cloud to_cloud(const Progress &progress = {}) const
     {
         srf_cloud *cloud = nullptr;
-        check(srf_image_to_cloud(get(), &cloud));
+        detail::Watcher watcher(progress);
+        watcher.check(srf_image_to_cloud(get(), watcher.get(), &cloud));
         return Cloud(cloud);
     }
 
     // What a region holds stays, all else goes; how many went. remove() is the opposite.
-    std::size_t keep(const Region &region, const ProgressFunction &progress = {}) { return select(region, 1, progress); }
-    std::size_t remove(const Region &region, const ProgressFunction &progress = {}) { return select(region, 0, progress); }
+    std::size_t keep(const Region &region, const Progress &progress = {}) { return select(region, 1, progress); }
+    std::size_t remove(const Region &region, const Progress &progress = {}) { return select(region, 0, progress); }
     // Gives another size and place: of true_size(), of ground().
     void transform(const Pose &similarity) { check(srf_image_transform(get(), &similarity)); }
 
@@ -931,7 +1103,7 @@ private:
         return view;
     }
 
-    std::size_t select(const Region &region, std::uint32_t keep, const ProgressFunction &progress)
+    std::size_t select(const Region &region, std::uint32_t keep, const Progress &progress)
     {
         std::size_t removed = 0;
         detail::Watcher watcher(progress);
@@ -1025,7 +1197,7 @@ inline std::vector<const srf_image *> handles(const std::vector<const Image *> &
 
 // Writes images as range grids beside the list (.conf) that places them.
 inline void write_conf(const std::vector<const Image *> &images, const std::string &path, srf_encoding encoding = SRF_ENCODING_BINARY,
-                       const ProgressFunction &progress = {})
+                       const Progress &progress = {})
 {
     const auto handles = detail::handles(images);
     detail::Watcher watcher(progress);
@@ -1033,7 +1205,7 @@ inline void write_conf(const std::vector<const Image *> &images, const std::stri
 }
 
 // Writes images as one PTX file.
-inline void write_ptx(const std::vector<const Image *> &images, const std::string &path, const ProgressFunction &progress = {})
+inline void write_ptx(const std::vector<const Image *> &images, const std::string &path, const Progress &progress = {})
 {
     const auto handles = detail::handles(images);
     detail::Watcher watcher(progress);
@@ -1041,7 +1213,7 @@ inline void write_ptx(const std::vector<const Image *> &images, const std::strin
 }
 
 // Writes images as one E57 file.
-inline void write_e57(const std::vector<const Image *> &images, const std::string &path, const ProgressFunction &progress = {})
+inline void write_e57(const std::vector<const Image *> &images, const std::string &path, const Progress &progress = {})
 {
     const auto handles = detail::handles(images);
     detail::Watcher watcher(progress);
@@ -1050,7 +1222,7 @@ inline void write_e57(const std::vector<const Image *> &images, const std::strin
 
 // And says in the file where it is from: an object in JSON.
 inline void write_e57_from(const std::vector<const Image *> &images, const std::string &path, const std::string &provenance,
-                           const ProgressFunction &progress = {})
+                           const Progress &progress = {})
 {
     const auto handles = detail::handles(images);
     detail::Watcher watcher(progress);
@@ -1068,7 +1240,7 @@ inline std::string file_provenance(const std::string &path)
 // A range image ready to be sculpted to one tolerance after the other.
 class Sculptor : public detail::Handle<srf_sculptor, srf_sculptor_free> {
 public:
-    explicit Sculptor(const Image &image, const SculptParams &params = {}, const ProgressFunction &progress = {})
+    explicit Sculptor(const Image &image, const SculptParams &params = {}, const Progress &progress = {})
         : Handle(make(image, params, progress))
     {
     }
@@ -1079,7 +1251,7 @@ public:
     };
 
     // The mesh of few triangles within a tolerance, by default that of the params.
-    Result refine(double tolerance = SRF_FROM_DATA, const ProgressFunction &progress = {}) const
+    Result refine(double tolerance = SRF_FROM_DATA, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         Certificate certificate;
@@ -1089,7 +1261,7 @@ public:
     }
 
     // The mesh of the smallest tolerance found that has at most so many triangles.
-    Result at_most(std::size_t max_triangles, const ProgressFunction &progress = {}) const
+    Result at_most(std::size_t max_triangles, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         Certificate certificate;
@@ -1099,7 +1271,7 @@ public:
     }
 
 private:
-    static srf_sculptor *make(const Image &image, const SculptParams &params, const ProgressFunction &progress)
+    static srf_sculptor *make(const Image &image, const SculptParams &params, const Progress &progress)
     {
         srf_sculptor *sculptor = nullptr;
         detail::Watcher watcher(progress);
@@ -1126,7 +1298,7 @@ public:
     };
 
     // Of each point a value of srf_dropped, why it is not on the surface, goes to `dropped`, if given.
-    Result surface(const ReconstructParams &params = {}, const ProgressFunction &progress = {},
+    Result surface(const ReconstructParams &params = {}, const Progress &progress = {},
                    std::vector<std::uint8_t> *dropped = nullptr) const
     {
         srf_mesh *mesh = nullptr;
@@ -1196,7 +1368,7 @@ public:
     using Handle::Handle;
 
     struct Result;
-    static Result create(const Image &image, const QuadParams &params = {}, const ProgressFunction &progress = {});
+    static Result create(const Image &image, const QuadParams &params = {}, const Progress &progress = {});
 
     std::size_t rows() const { return size().first; }
     std::size_t cols() const { return size().second; }
@@ -1247,7 +1419,7 @@ public:
     }
 
     // A surface through the vertices, or near them with fewer control points.
-    Spline spline(const SplineParams &params = {}, const ProgressFunction &progress = {}) const
+    Spline spline(const SplineParams &params = {}, const Progress &progress = {}) const
     {
         srf_spline *spline = nullptr;
         detail::Watcher watcher(progress);
@@ -1255,7 +1427,7 @@ public:
         return Spline(spline);
     }
 
-    void write_obj(const std::string &path, const ProgressFunction &progress = {}) const
+    void write_obj(const std::string &path, const Progress &progress = {}) const
     {
         detail::Watcher watcher(progress);
         watcher.check(srf_quads_write_obj(get(), path.c_str(), watcher.get()));
@@ -1275,7 +1447,7 @@ struct Quads::Result {
     QuadReport report;
 };
 
-inline Quads::Result Quads::create(const Image &image, const QuadParams &params, const ProgressFunction &progress)
+inline Quads::Result Quads::create(const Image &image, const QuadParams &params, const Progress &progress)
 {
     srf_quads *quads = nullptr;
     QuadReport report;
@@ -1436,7 +1608,7 @@ class Scans : public detail::Handle<srf_scans, srf_scans_free> {
 public:
     using Handle::Handle;
 
-    static Scans open(const std::vector<std::string> &paths, const ReadOptions &options = {}, const ProgressFunction &progress = {})
+    static Scans open(const std::vector<std::string> &paths, const ReadOptions &options = {}, const Progress &progress = {})
     {
         std::vector<const char *> pointers;
         for (const std::string &path : paths) pointers.push_back(path.c_str());
@@ -1516,7 +1688,7 @@ public:
         Cloud cloud;
     };
 
-    Content read(std::size_t index, const ProgressFunction &progress = {}) const
+    Content read(std::size_t index, const Progress &progress = {}) const
     {
         std::uint32_t content = 0;
         srf_image *image = nullptr;
@@ -1637,7 +1809,7 @@ public:
     }
 
     // The plane that most samples lie on: a table, the ground.
-    Plane dominant_plane(const PlaneParams &params = {}, const ProgressFunction &progress = {}) const
+    Plane dominant_plane(const PlaneParams &params = {}, const Progress &progress = {}) const
     {
         Plane plane;
         detail::Watcher watcher(progress);
@@ -1645,7 +1817,7 @@ public:
         return plane;
     }
 
-    Alignment run(const AlignParams &params = {}, const ProgressFunction &progress = {}) const
+    Alignment run(const AlignParams &params = {}, const Progress &progress = {}) const
     {
         srf_alignment *alignment = nullptr;
         detail::Watcher watcher(progress);
@@ -1655,7 +1827,7 @@ public:
 
     // One scan drawn to the others. Poses: one a scan, srf_pose{} leaves it out; none at all for those of adding.
     Snap snap(std::size_t scan, const std::vector<srf_pose> &world_from_scan = {}, const AlignParams &params = {},
-              const ProgressFunction &progress = {}) const
+              const Progress &progress = {}) const
     {
         Snap snap;
         std::vector<std::uint8_t> touches(size());
@@ -1671,7 +1843,7 @@ public:
     // How far points of a scan, in its own frame, lie outside of the others; NaN where none is near. Poses as for snap().
     template <typename Real>
     std::vector<double> misfit(std::size_t scan, View<Real, 3> points, const std::vector<srf_pose> &world_from_scan = {},
-                               const ProgressFunction &progress = {}) const
+                               const Progress &progress = {}) const
     {
         const srf_array array = points.array();
         std::vector<double> distances(points.size());
@@ -1759,7 +1931,7 @@ public:
         srf_merge_report report;
     };
 
-    Result run(const MergeParams &params = {}, const ProgressFunction &progress = {}) const
+    Result run(const MergeParams &params = {}, const Progress &progress = {}) const
     {
         srf_mesh *mesh = nullptr;
         srf_merge_report report{};

@@ -19,7 +19,7 @@ use crate::params::align::srf_align_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::sources::{self, Source};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::{params, pointer, sized};
 
 /// What an alignment consists of so far.
@@ -288,13 +288,11 @@ fn pick_of(aligner: &Aligner, given: &srf_pick) -> Result<Pick, Failure> {
     let refused = |text: String| Err(Failure::new(SRF_ERR_PARAMETER, text));
     let names = ["pick.scans[0]", "pick.scans[1]"];
     let scans = pair(aligner, names, given.scans.map(|scan| scan as usize))?;
-    if given.has_normals > 1 {
-        return refused(format!("pick.has_normals must be 0 or 1, got {}", given.has_normals));
-    }
+    let has_normals = flag("pick.has_normals", given.has_normals)?;
     if !given.points.as_flattened().iter().all(|x| x.is_finite()) {
         return refused("pick.points has a number that is not finite".to_owned());
     }
-    let normals = (given.has_normals == 1).then(|| given.normals.map(DVec3::from));
+    let normals = has_normals.then(|| given.normals.map(DVec3::from));
     if normals.is_some_and(|normals| normals.iter().any(|n| !(n.is_finite() && n.length() > 0.0))) {
         return refused("pick.normals must be finite and not 0".to_owned());
     }
@@ -342,7 +340,7 @@ pub unsafe extern "C" fn srf_aligner_reject(aligner: *mut srf_aligner, a: usize,
 /// angles     by how much it was turned when each scan was taken, in the order of adding, counter-clockwise where the axis points to
 ///            the viewer, either way round without an axis; NULL where that is not known
 /// count      scans that were added, 0 if angles is NULL
-/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_aligner_turn(
     aligner: *mut srf_aligner,
@@ -393,7 +391,7 @@ pub unsafe extern "C" fn srf_aligner_run(
         let told = handle::get("aligner", aligner)?;
         let params: AlignParams = params::read("params", params)?;
         told.constraints.validate(told.sources.len())?;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         let scans = prepared(aligner, &told, params.threads, &progress)?;
         let found = scans.align(&params, &told.constraints, &progress)?;
         handle::give("out_alignment", out_alignment, found.report.into())

@@ -92,7 +92,7 @@ pub unsafe extern "C" fn srf_mesh_cluster(
 ) -> srf_status {
     guard(|| {
         let run =
-            |params: &ClusterParams| Ok(cluster::run(&handle::get("mesh", mesh)?.mesh, params, &watched(progress))?);
+            |params: &ClusterParams| Ok(cluster::run(&handle::get("mesh", mesh)?.mesh, params, &watched(progress)?)?);
         one(params, out_mesh, out_report, run)
     })
 }
@@ -117,7 +117,7 @@ pub unsafe extern "C" fn srf_cloud_cluster(
     guard(|| {
         let run = |params: &ClusterParams| {
             let cloud = handle::get("cloud", cloud)?;
-            Ok(cluster::run_points(&cloud, params, &watched(progress))?)
+            Ok(cluster::run_points(&cloud, params, &watched(progress)?)?)
         };
         one(params, out_mesh, out_report, run)
     })
@@ -162,7 +162,7 @@ pub unsafe extern "C" fn srf_mesh_cluster_levels(
 ) -> srf_status {
     guard(|| {
         chain(vertices, count, params, out_meshes, |levels, params| {
-            Ok(cluster::levels(&handle::get("mesh", mesh)?.mesh, levels, params, &watched(progress))?)
+            Ok(cluster::levels(&handle::get("mesh", mesh)?.mesh, levels, params, &watched(progress)?)?)
         })
     })
 }
@@ -188,7 +188,7 @@ pub unsafe extern "C" fn srf_cloud_cluster_levels(
     guard(|| {
         chain(vertices, count, params, out_meshes, |levels, params| {
             let cloud = handle::get("cloud", cloud)?;
-            Ok(cluster::levels_of_points(&cloud, levels, params, &watched(progress))?)
+            Ok(cluster::levels_of_points(&cloud, levels, params, &watched(progress)?)?)
         })
     })
 }

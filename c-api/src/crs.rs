@@ -113,7 +113,7 @@ pub unsafe extern "C" fn srf_image_crs(
 /// Says which coordinate reference system the world of an image is in. Views of the image are gone.
 /// image      not NULL
 /// text       UTF-8; NULL or empty for none
-/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_set_crs(image: *mut srf_image, text: *const c_char) -> srf_status {
     guard(|| {
@@ -144,7 +144,7 @@ pub unsafe extern "C" fn srf_cloud_crs(
 /// Says which coordinate reference system the world of a cloud is in. Views of the cloud are gone.
 /// cloud      not NULL
 /// text       UTF-8; NULL or empty for none
-/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_cloud_set_crs(cloud: *mut srf_cloud, text: *const c_char) -> srf_status {
     guard(|| {
@@ -177,7 +177,7 @@ pub unsafe extern "C" fn srf_mesh_crs(
 /// Says which coordinate reference system the coordinates of a mesh are in. Views of the mesh are gone.
 /// mesh       not NULL
 /// text       UTF-8; NULL or empty for none
-/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+/// returns    SRF_OK, SRF_ERR_INPUT for what names none, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_mesh_set_crs(mesh: *mut srf_mesh, text: *const c_char) -> srf_status {
     guard(|| {

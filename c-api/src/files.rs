@@ -70,7 +70,7 @@ pub fn path_of<'a>(name: &str, path: *const c_char) -> Result<&'a Path, Failure>
 /// options     what the files do not say themselves; NULL for the defaults
 /// progress    NULL for none
 /// out_scans   receives a new handle on SRF_OK only; not NULL
-/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED,
+/// returns     SRF_OK, SRF_ERR_IO, SRF_ERR_FORMAT naming the place, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE,
 ///             SRF_ERR_STRUCT_SIZE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_scans_open(
@@ -80,7 +80,7 @@ pub unsafe extern "C" fn srf_scans_open(
     progress: *const srf_progress,
     out_scans: *mut *mut srf_scans,
 ) -> srf_status {
-    guard(|| open(paths, count, options, &watched(progress), out_scans))
+    guard(|| open(paths, count, options, &watched(progress)?, out_scans))
 }
 
 /// What the caller told of the files; the camera is no parameter of the table.
@@ -251,7 +251,7 @@ fn read(
     pointer::writable("out_mesh", out_mesh)?;
     pointer::writable("out_cloud", out_cloud)?;
     let scans = handle::get("scans", scans)?;
-    let content = at(&scans.set.scans, index)?.read_with(&watched(progress))?;
+    let content = at(&scans.set.scans, index)?.read_with(&watched(progress)?)?;
     pointer::write("out_image", out_image, std::ptr::null_mut())?;
     pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
     pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;

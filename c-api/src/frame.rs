@@ -14,7 +14,7 @@ use crate::handle;
 use crate::image::{srf_image, srf_projection_kind::*};
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::{pointer, sized};
 
 /// How the images of a frame were taken and how they lie in memory; one serves all frames of a recording. Cameras look along z, with
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn srf_left_out_init_sized(left_out: *mut srf_left_out, si
 /// progress           NULL for none
 /// out_image          receives a new handle on SRF_OK only; not NULL
 /// out_left_out       initialized by srf_left_out_init(); NULL if not wanted
-/// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_NULL,
+/// returns            SRF_OK, SRF_ERR_PARAMETER naming the field, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
 ///                    SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_from_frame(
@@ -174,7 +174,7 @@ pub unsafe extern "C" fn srf_image_from_frame(
             reach: form.reach,
             ..Frame::new(depth)
         };
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         let (image, left_out) = progress.watch(|| taken.into_range_image(&progress))?;
         if !out_left_out.is_null() {
             sized::write("out_left_out", out_left_out, left_out.into())?;
@@ -201,13 +201,6 @@ struct Form {
 
 fn refused<T>(text: String) -> Result<T, Failure> {
     Err(Failure::new(SRF_ERR_PARAMETER, text))
-}
-
-fn flag(name: &str, value: u32) -> Result<bool, Failure> {
-    match value {
-        0 | 1 => Ok(value == 1),
-        other => refused(format!("frame.{name} must be 0 or 1, got {other}")),
-    }
 }
 
 /// A size in memory, which is that of the depth image where none is given.
@@ -263,8 +256,8 @@ impl Form {
                 numbers => camera("colour_intrinsics", numbers, colours)?,
             },
             colour_from_depth: pose::read_rigid("frame.colour_from_depth", &given.colour_from_depth)?,
-            has_black_rim: flag("has_black_rim", given.has_black_rim)?,
-            looks_along_minus_z: flag("looks_along_minus_z", given.looks_along_minus_z)?,
+            has_black_rim: flag("frame.has_black_rim", given.has_black_rim)?,
+            looks_along_minus_z: flag("frame.looks_along_minus_z", given.looks_along_minus_z)?,
             confidences: rows("confidence", confidences, Some(&depths))?,
             least_confidence,
         };

@@ -6,10 +6,14 @@
 //! Every lock here is held behind [`fork::prevent`], so that a forked process can go on with the handles it has.
 
 use std::any::Any;
+use std::borrow::Borrow;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, DefaultHasher};
+use std::ops::Deref;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
+
+use surfrecon::context::Owned;
 
 use crate::status::{Failure, srf_status::*};
 use crate::{fork, pointer};
@@ -24,7 +28,35 @@ pub trait Handle {
 
 /// What a handle stands for: read by cloning the inner pointer, changed by replacing or making it unique, so that a call
 /// that works with it on another thread goes on with what it began with.
-type Slot<T> = RwLock<Arc<T>>;
+type Slot<T> = RwLock<Shared<T>>;
+
+/// What a handle stands for, as long as somebody works with it. It is given back on the account of who made it.
+pub struct Shared<T>(Arc<Owned<T>>);
+
+impl<T> Clone for Shared<T> {
+    fn clone(&self) -> Self {
+        Shared(self.0.clone())
+    }
+}
+
+impl<T> Deref for Shared<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> AsRef<T> for Shared<T> {
+    fn as_ref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> Borrow<T> for Shared<T> {
+    fn borrow(&self) -> &T {
+        &self.0
+    }
+}
 
 type Table = HashMap<usize, (&'static str, Arc<dyn Any + Send + Sync>), BuildHasherDefault<DefaultHasher>>;
 
@@ -53,7 +85,7 @@ fn slot<H: Handle>(name: &str, handle: *const H) -> Result<Arc<Slot<H::Inner>>, 
 }
 
 /// What a handle stands for. It lives as long as the answer does, even if the handle is freed meanwhile.
-pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Arc<H::Inner>, Failure> {
+pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Shared<H::Inner>, Failure> {
     let _fork = fork::prevent();
     Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
 }
@@ -70,15 +102,25 @@ where
     let _fork = fork::prevent();
     let slot = slot(name, handle)?;
     let mut inner = slot.write().unwrap_or_else(PoisonError::into_inner);
-    change(Arc::make_mut(&mut inner))
+    let owned: &mut Owned<H::Inner> = Arc::make_mut(&mut inner.0);
+    change(owned)
 }
 
 /// Makes a handle and writes it to the caller.
 pub fn give<H: Handle>(name: &str, out: *mut *mut H, inner: H::Inner) -> Result<(), Failure> {
+    give_numbered(name, out, |_| Ok(inner))
+}
+
+/// [`give`] for what wants to know the number of its handle.
+pub fn give_numbered<H: Handle>(
+    name: &str,
+    out: *mut *mut H,
+    make: impl FnOnce(usize) -> Result<H::Inner, Failure>,
+) -> Result<(), Failure> {
     pointer::writable(name, out)?;
     // Multiples of 16 like addresses of objects; never NULL, never one that was freed.
     let number = base().wrapping_add(NEXT.fetch_add(1, Ordering::Relaxed) * 16);
-    let slot: Arc<Slot<H::Inner>> = Arc::new(RwLock::new(Arc::new(inner)));
+    let slot: Arc<Slot<H::Inner>> = Arc::new(RwLock::new(Shared(Arc::new(Owned::new(make(number)?)))));
     {
         let _fork = fork::prevent();
         TABLE.write().unwrap_or_else(PoisonError::into_inner).insert(number, (H::NAME, slot));
@@ -91,9 +133,10 @@ pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
     if handle.is_null() {
         return Ok(());
     }
+    // What is kept of the handle itself was taken on the same account.
+    let _account = get(name, handle.cast_const())?.0.enter();
     let ended = {
         let _fork = fork::prevent();
-        slot(name, handle.cast_const())?;
         TABLE.write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr())
     };
     // What it stood for is dropped after the table is free for others again.
@@ -109,7 +152,7 @@ where
     let inner = get(name, handle.cast_const())?;
     free(name, handle)?;
     // Copied only where another thread works with it still.
-    Ok(Arc::unwrap_or_clone(inner))
+    Ok(Arc::unwrap_or_clone(inner.0).into_inner())
 }
 
 /// Makes an opaque type of the header a kind of handle.

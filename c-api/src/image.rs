@@ -248,7 +248,7 @@ pub unsafe extern "C" fn srf_image_world_points(
             let text = format!("capacity must be >= {}, got {capacity} (in doubles)", 3 * image.len());
             return Err(Failure::new(SRF_ERR_PARAMETER, text));
         }
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         let points = progress.watch(|| {
             let mut points: Vec<[f64; 3]> = Vec::with_capacity(image.len());
             for range in progress.ranges(image.len()) {
@@ -394,20 +394,26 @@ pub unsafe extern "C" fn srf_image_triangulate(
         let params = params::read("params", params)?;
         let image = handle::get("image", image)?;
         let image = &image.image;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         let mesh = triangulate::triangulate(image, &params, &progress)?.into_mesh(image, &progress)?;
         handle::give("out_mesh", out_mesh, mesh.into())
     })
 }
 
-/// The valid pixels of an image as points, with normals and the image's colours and place in the world.
+/// The valid pixels of an image as points, with normals and the image's colours and place in the world. O(pixels).
 /// image      not NULL
+/// progress   NULL for none
 /// out_cloud  receives a new handle on SRF_OK only; not NULL
-/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn srf_image_to_cloud(image: *const srf_image, out_cloud: *mut *mut srf_cloud) -> srf_status {
+pub unsafe extern "C" fn srf_image_to_cloud(
+    image: *const srf_image,
+    progress: *const srf_progress,
+    out_cloud: *mut *mut srf_cloud,
+) -> srf_status {
     guard(|| {
         pointer::writable("out_cloud", out_cloud)?;
-        handle::give("out_cloud", out_cloud, handle::get("image", image)?.image.to_point_cloud()?)
+        let cloud = handle::get("image", image)?.image.to_point_cloud(&watched(progress)?)?;
+        handle::give("out_cloud", out_cloud, cloud)
     })
 }

@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `version` | which library this is |
 //! | `status`, `last_error` | outcome of a call; what a caller asks about it |
-//! | `settings`, `progress` | threads and log of the whole library; who watches a long call |
+//! | `settings`, `context` | threads, memory and log of the whole library, and of a part of a program |
+//! | `allocator` | where memory comes from |
+//! | `progress`, `cancel` | who watches a long call, and what cancels it |
 //! | `params` | structs of parameters, written by `make generate`, and how they become the core's |
 //! | `array`, `pose` | arrays and transforms across the border |
-//! | `image`, `frame`, `cloud`, `mesh` | what there is |
+//! | `image`, `frame`, `cloud`, `mesh`, `bounds` | what there is, and where it lies |
 //! | `formats`, `files`, `write`, `align`, `alignment`, `snap`, `merger`, `merge`, `sculpt`, `quads`, `spline`, `reconstruct`, `cluster`, `scan`, `measure` | what can be done with it |
 //! | `crs`, `provenance` | coordinate reference systems; what files say of where they are from |
 //! | `vertices` | range images as vertices that hosts keep |
@@ -22,7 +24,7 @@
 //! | `sized` | structs that grow only at the end |
 //! | `pointer` | pointers of the caller, checked and used in one place |
 //!
-//! `unsafe` blocks are in `pointer` alone, a function of the system is declared in `fork`; the lint is lifted for the whole
+//! `unsafe` blocks are in `pointer` and `allocator` alone, a function of the system is declared in `fork`; the lint is lifted for the whole
 //! crate because exporting a symbol counts as unsafe too.
 
 #![allow(unsafe_code)]
@@ -31,13 +33,17 @@
 
 /// Everything this library allocates is on its account: see `surfrecon::memory`.
 #[global_allocator]
-static ALLOCATOR: surfrecon_allocator::Account = surfrecon_allocator::Account(std::alloc::System);
+static ALLOCATOR: surfrecon_allocator::Account<allocator::Memory> = surfrecon_allocator::Account(allocator::Memory);
 
 mod align;
 mod alignment;
+mod allocator;
 mod array;
+mod bounds;
+mod cancel;
 mod cloud;
 mod cluster;
+mod context;
 mod crs;
 mod files;
 mod folder;

@@ -8,8 +8,7 @@ use crate::guard::guard;
 use crate::handle;
 use crate::mesh::srf_mesh;
 use crate::progress::{srf_progress, watched};
-use crate::settings::threads as threads_for;
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status};
 use crate::{pointer, sized};
 
 /// Figures over many distances, all but bias of their absolute values. Starts with its size; prepared by
@@ -91,7 +90,7 @@ pub unsafe extern "C" fn srf_mesh_distances(
         }
         let mesh = handle::get("mesh", mesh)?;
         let points = Borrowed::new("points", points, 3)?.points()?;
-        let deviation = measure::deviation(&points, &mesh.mesh, side, threads_for(threads), &watched(progress))?;
+        let deviation = measure::deviation(&points, &mesh.mesh, side, threads as usize, &watched(progress)?)?;
         if !out_figures.is_null() {
             sized::write("out_figures", out_figures, deviation.summary.into())?;
         }
@@ -134,7 +133,7 @@ pub unsafe extern "C" fn srf_mesh_surface_distance(
             sized::writable("out_figures", out_figures)?;
         }
         let (mesh, reference) = (handle::get("mesh", mesh)?, handle::get("reference", reference)?);
-        let found = certify(&mesh.mesh, &reference.mesh, side, threads_for(threads), &watched(progress))?;
+        let found = certify(&mesh.mesh, &reference.mesh, side, threads as usize, &watched(progress)?)?;
         if !out_figures.is_null() {
             sized::write("out_figures", out_figures, found.vertices.summary.into())?;
         }
@@ -151,9 +150,5 @@ pub unsafe extern "C" fn srf_mesh_surface_distance(
 }
 
 fn side(name: &str, is_signed: u32) -> Result<Side, Failure> {
-    match is_signed {
-        0 => Ok(Side::Ignored),
-        1 => Ok(Side::Signed),
-        other => Err(Failure::new(SRF_ERR_PARAMETER, format!("{name} must be 0 or 1, got {other}"))),
-    }
+    Ok(if flag(name, is_signed)? { Side::Signed } else { Side::Ignored })
 }

@@ -4,6 +4,7 @@ use std::ffi::c_char;
 use std::sync::Arc;
 
 use surfrecon::Progress;
+use surfrecon::context::Owned;
 use surfrecon::merge::again::{self, Versioned};
 use surfrecon::merge::{self, MergeParams, Merged};
 use surfrecon::threads::Exclusive;
@@ -17,7 +18,7 @@ use crate::mesh::srf_mesh;
 use crate::pointer;
 use crate::pose::srf_pose;
 use crate::sources::{self, Source};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status, srf_status::*};
 
 /// What a merge consists of so far.
 #[derive(Clone, Default)]
@@ -28,7 +29,7 @@ pub struct Merger {
     /// How many there ever were.
     ever: u64,
     /// What runs leave for the next, where that is asked for.
-    kept: Option<Arc<Exclusive<again::Merger>>>,
+    kept: Option<Arc<Exclusive<Owned<again::Merger>>>>,
 }
 
 /// A merge being put together: scans are added, replaced and removed, and it is run as often as wanted. Released with srf_merger_free().
@@ -77,7 +78,13 @@ impl Merger {
         let versioned = || list.map(|(source, &version)| Versioned { scan: source, version }).collect::<Vec<_>>();
         // Where another thread runs it, too, this run neither takes nor leaves anything.
         match self.kept.as_ref().and_then(|kept| kept.take().ok()) {
-            Some(mut kept) => kept.run(&versioned(), params, progress),
+            Some(mut kept) => {
+                // What the calls of another context found out is on its account, where nothing of this one's can be added.
+                if !kept.is_of_this_thread() {
+                    *kept = Owned::default();
+                }
+                kept.run(&versioned(), params, progress)
+            }
             None => merge::run(&sources::borrowed(&self.sources), params, progress),
         }
     }
@@ -262,7 +269,8 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
 
 /// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
 /// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
-/// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. Where the measured cell or merge
+/// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under
+/// another context. Where the measured cell or merge
 /// distance differs, since a scan has changed, all follows; giving both as parameters avoids that. Of two runs at a time the second
 /// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
 /// merger     not NULL
@@ -271,14 +279,12 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> srf_status {
     guard(|| {
-        if keep > 1 {
-            return Err(Failure::new(SRF_ERR_PARAMETER, format!("keep must be 0 or 1, got {keep}")));
-        }
+        let keep = flag("keep", keep)?;
         change(merger, |merger| {
-            if keep == 0 {
-                merger.kept = None;
+            if keep {
+                merger.kept.get_or_insert_with(|| Arc::new(Exclusive::new(Owned::default())));
             } else {
-                merger.kept.get_or_insert_default();
+                merger.kept = None;
             }
             Ok(())
         })
@@ -302,7 +308,7 @@ pub unsafe extern "C" fn srf_merger_renewed(
             None => again::Renewed::default(),
             Some(kept) => match kept.take() {
                 Ok(kept) => kept.renewed(),
-                Err(_) => return Err(Failure::new(SRF_ERR_INPUT, "merger is running on another thread: wait for it")),
+                Err(_) => return Err(Failure::new(SRF_ERR_INPUT, "merger is running: wait for it")),
             },
         };
         for (name, out, bricks) in

@@ -9,7 +9,7 @@ use crate::array::{self, Borrowed, srf_array};
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::progress::{srf_progress, watched};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::text::c_text;
 use crate::{pointer, sized};
 
@@ -313,11 +313,8 @@ pub unsafe extern "C" fn srf_mesh_check(
     guard(|| {
         sized::writable("out_report", out_report)?;
         let mesh = handle::get("mesh", mesh)?;
-        let report = match welded {
-            0 => try_check(&mesh.mesh, &watched(progress))?,
-            1 => try_check_welded(&mesh.mesh, &watched(progress))?,
-            other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("welded must be 0 or 1, got {other}"))),
-        };
+        let check = if flag("welded", welded)? { try_check_welded } else { try_check };
+        let report = check(&mesh.mesh, &watched(progress)?)?;
         sized::write("out_report", out_report, report.into())
     })
 }

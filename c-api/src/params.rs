@@ -17,7 +17,7 @@ pub mod write;
 use bytemuck::Pod;
 use surfrecon::params::{Kind, ParamSpec, Params, Value};
 
-use crate::settings::{from_data, threads};
+use crate::settings::from_data;
 use crate::sized;
 use crate::status::{Failure, srf_status::SRF_ERR_PARAMETER};
 
@@ -81,7 +81,7 @@ fn value(row: &ParamSpec, given: Given) -> Result<Value<'static>, Failure> {
     };
     Ok(match (row.kind, given) {
         (_, Given::Reserved(_)) => unreachable!("it is no parameter"),
-        (_, Given::Threads(asked)) => Value::Number(threads(asked) as f64),
+        (_, Given::Threads(asked)) => Value::Number(f64::from(asked)),
         (_, Given::Double(number)) if !row.is_optional() => Value::Number(number),
         (_, Given::Double(number)) if row.any_number => {
             if number.is_nan() {

@@ -40,7 +40,7 @@ pub unsafe extern "C" fn srf_mesh_write_from(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         let options = WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? };
-        write_mesh(path, &mesh.mesh, &[], &options, &watched(progress))?;
+        write_mesh(path, &mesh.mesh, &[], &options, &watched(progress)?)?;
         tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
         Ok(())
     })
@@ -65,8 +65,8 @@ pub unsafe extern "C" fn srf_images_write_e57_from(
 ) -> srf_status {
     guard(|| {
         let provenance = provenance_of(provenance)?;
-        write_images(images, count, path, |path, images| {
-            write_e57(path, images, provenance.as_ref(), &watched(progress))
+        write_images(images, count, path, progress, |path, images, progress| {
+            write_e57(path, images, provenance.as_ref(), progress)
         })
     })
 }
@@ -76,7 +76,7 @@ pub unsafe extern "C" fn srf_images_write_e57_from(
 /// out_text    receives an object in JSON with its zero byte, an empty text where the file says nothing; NULL if not wanted
 /// capacity    room there, in bytes
 /// out_length  receives the length of the text without its zero byte; not NULL
-/// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_FORMAT, SRF_ERR_NULL. Since 0.2.
+/// returns     SRF_OK, SRF_ERR_PARAMETER if there is too little room, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_file_provenance(
     path: *const c_char,

@@ -133,7 +133,7 @@ pub unsafe extern "C" fn srf_quads_create(
         }
         let image = handle::get("image", image)?;
         let params = params::read::<QuadParams, _>("params", params)?;
-        let grid = quads::run(&image.image, &params, &watched(progress))?;
+        let grid = quads::run(&image.image, &params, &watched(progress)?)?;
         if !out_report.is_null() {
             sized::write("out_report", out_report, (&grid.report).into())?;
         }
@@ -249,6 +249,6 @@ pub unsafe extern "C" fn srf_quads_write_obj(
             provenance: None,
             crs: mesh.crs.as_ref(),
         };
-        Ok(write_obj_polygons(path, &polygons, &watched(progress))?)
+        Ok(write_obj_polygons(path, &polygons, &watched(progress)?)?)
     })
 }

@@ -1,7 +1,5 @@
 //! Making a surface through scattered points.
 
-use std::sync::Arc;
-
 use surfrecon::PointCloud;
 use surfrecon::reconstruct::{Reason, ReconstructParams, Reconstructed, Reconstructor};
 use surfrecon::threads::{Exclusive, Taken};
@@ -9,7 +7,7 @@ use surfrecon::threads::{Exclusive, Taken};
 use crate::array::{Borrowed, srf_array};
 use crate::cloud::srf_cloud;
 use crate::guard::guard;
-use crate::handle::{self, handle};
+use crate::handle::{self, Shared, handle};
 use crate::mesh::srf_mesh;
 use crate::params::reconstruct::srf_reconstruct_params;
 use crate::progress::{srf_progress, watched};
@@ -23,7 +21,7 @@ pub struct srf_reconstructor {
     _opaque: [u8; 0],
 }
 
-handle!(srf_reconstructor, Exclusive<Reconstructor<Arc<PointCloud>>>);
+handle!(srf_reconstructor, Exclusive<Reconstructor<Shared<PointCloud>>>);
 
 /// Why a point is not on a surface.
 #[allow(non_camel_case_types)]
@@ -203,7 +201,7 @@ pub unsafe extern "C" fn srf_reconstructor_surface(
 }
 
 fn surface(
-    shared: &Exclusive<Reconstructor<Arc<PointCloud>>>,
+    shared: &Exclusive<Reconstructor<Shared<PointCloud>>>,
     params: &ReconstructParams,
     progress: *const srf_progress,
 ) -> Result<Reconstructed, Failure> {
@@ -217,7 +215,7 @@ fn surface(
         };
         Failure::new(SRF_ERR_INPUT, text.to_owned())
     })?;
-    Ok(reconstructor.surface(params, &watched(progress))?)
+    Ok(reconstructor.surface(params, &watched(progress)?)?)
 }
 
 /// Of each point, why it is not on the surface.

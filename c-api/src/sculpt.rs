@@ -1,13 +1,13 @@
 //! Sculpting a range image to few triangles within a tolerance.
 
 use std::borrow::Borrow;
-use std::sync::Arc;
 
+use surfrecon::Progress;
 use surfrecon::range_image::RangeImage;
 use surfrecon::sculpt::{SculptParams, Sculpted, Sculptor, Tolerance};
 
 use crate::guard::guard;
-use crate::handle::{self, handle};
+use crate::handle::{self, Shared, handle};
 use crate::image::{Image, srf_image};
 use crate::mesh::srf_mesh;
 use crate::params::sculpt::srf_sculpt_params;
@@ -17,7 +17,7 @@ use crate::status::{Failure, srf_status};
 use crate::{params, pointer, sized};
 
 /// An image that its sculptor keeps.
-pub struct Kept(Arc<Image>);
+pub struct Kept(Shared<Image>);
 
 impl Borrow<RangeImage> for Kept {
     fn borrow(&self) -> &RangeImage {
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn srf_sculptor_create(
         pointer::writable("out_sculptor", out_sculptor)?;
         let image = handle::get("image", image)?;
         let params = params::read::<SculptParams, _>("params", params)?;
-        let sculptor = Sculptor::prepare(Kept(image), &params, &watched(progress))?;
+        let sculptor = Sculptor::prepare(Kept(image), &params, &watched(progress)?)?;
         handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
     })
 }
@@ -155,9 +155,9 @@ pub unsafe extern "C" fn srf_sculptor_refine(
     out_certificate: *mut srf_certificate,
 ) -> srf_status {
     guard(|| {
-        sculpt("sculptor", sculptor, out_mesh, out_certificate, |prepared| {
+        sculpt("sculptor", sculptor, progress, out_mesh, out_certificate, |prepared, progress| {
             let tolerance = from_data(tolerance).map_or(prepared.tolerance, Tolerance::Absolute);
-            prepared.sculptor.refine(tolerance, &watched(progress))
+            prepared.sculptor.refine(tolerance, progress)
         })
     })
 }
@@ -180,8 +180,8 @@ pub unsafe extern "C" fn srf_sculptor_at_most(
     out_certificate: *mut srf_certificate,
 ) -> srf_status {
     guard(|| {
-        sculpt("sculptor", sculptor, out_mesh, out_certificate, |prepared| {
-            prepared.sculptor.at_most(max_triangles, &watched(progress))
+        sculpt("sculptor", sculptor, progress, out_mesh, out_certificate, |prepared, progress| {
+            prepared.sculptor.at_most(max_triangles, progress)
         })
     })
 }
@@ -190,16 +190,17 @@ pub unsafe extern "C" fn srf_sculptor_at_most(
 fn sculpt(
     name: &str,
     sculptor: *const srf_sculptor,
+    progress: *const srf_progress,
     out_mesh: *mut *mut srf_mesh,
     out_certificate: *mut srf_certificate,
-    work: impl FnOnce(&Prepared) -> surfrecon::Result<Sculpted>,
+    work: impl FnOnce(&Prepared, &Progress<'_>) -> surfrecon::Result<Sculpted>,
 ) -> Result<(), Failure> {
     pointer::writable("out_mesh", out_mesh)?;
     if !out_certificate.is_null() {
         sized::writable("out_certificate", out_certificate)?;
     }
     let prepared = handle::get(name, sculptor)?;
-    let sculpted = work(&prepared)?;
+    let sculpted = work(&prepared, &watched(progress)?)?;
     if !out_certificate.is_null() {
         sized::write("out_certificate", out_certificate, (&sculpted).into())?;
     }

@@ -12,13 +12,11 @@ use crate::pointer;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::region::{similarity, srf_region};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status};
 
 fn selection(region: *const srf_region, keep: u32) -> Result<Selection, Failure> {
-    if keep > 1 {
-        return Err(Failure::new(SRF_ERR_PARAMETER, format!("keep must be 0 or 1, got {keep}")));
-    }
-    Ok(Selection { region: handle::get("region", region)?.as_ref().clone(), keep: keep == 1 })
+    let keep = flag("keep", keep)?;
+    Ok(Selection { region: handle::get("region", region)?.as_ref().clone(), keep })
 }
 
 /// Edits what a handle stands for. The work is done on a copy: the caller's progress may look at the handle.
@@ -62,7 +60,7 @@ pub unsafe extern "C" fn srf_image_select(
 ) -> srf_status {
     guard(|| {
         let selection = selection(region, keep)?;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         removed(out_removed, edited("image", image, |image| Ok(selection.of_image(&mut image.image, &progress)?))?)
     })
 }
@@ -84,7 +82,7 @@ pub unsafe extern "C" fn srf_cloud_select(
 ) -> srf_status {
     guard(|| {
         let selection = selection(region, keep)?;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         removed(out_removed, edited("cloud", cloud, |cloud| Ok(selection.of_cloud(cloud, &progress)?))?)
     })
 }
@@ -111,7 +109,7 @@ pub unsafe extern "C" fn srf_mesh_select(
     guard(|| {
         let selection = selection(region, keep)?;
         let place = pose::read("world_from_mesh", world_from_mesh)?;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         removed(out_removed, edited("mesh", mesh, |mesh| Ok(selection.of_mesh(&mut mesh.mesh, place, &progress)?))?)
     })
 }

@@ -1,10 +1,10 @@
-//! Settings of the whole library in this program: worker threads, memory and the log.
+//! Settings of the whole library in this program, which contexts have others beside: worker threads, memory and the log.
 
 use std::ffi::{c_char, c_void};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{PoisonError, RwLock};
 
 use surfrecon::memory;
+use surfrecon_allocator::ACCOUNTS;
 
 use crate::guard::guard;
 use crate::status::{Failure, srf_status, srf_status::*};
@@ -30,34 +30,39 @@ pub enum srf_log_level {
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
 
-static THREADS: AtomicU32 = AtomicU32::new(0);
-
 type Log = (unsafe extern "C" fn(i32, *const c_char, *mut c_void), usize);
 
-static LOG: RwLock<Option<Log>> = RwLock::new(None);
+/// By account; that of number 0 is for all that have none.
+static LOGS: [RwLock<Option<Log>>; ACCOUNTS] = [const { RwLock::new(None) }; ACCOUNTS];
 
-/// Worker threads of calls whose parameters say 0. Results are the same for any number.
+/// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
 /// threads    at most 1024; 0, the default, for one a core
 /// returns    SRF_OK, SRF_ERR_PARAMETER. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_set_threads(threads: u32) -> srf_status {
     guard(|| {
-        if threads > 1024 {
-            let text = format!("threads must be >= 0 and <= 1024, got {threads}");
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
-        }
-        THREADS.store(threads, Ordering::Relaxed);
+        check_threads(threads)?;
+        surfrecon::threads::set_threads(threads);
         Ok(())
     })
+}
+
+/// Refuses a number of threads that can't be.
+pub fn check_threads(threads: u32) -> Result<(), Failure> {
+    if threads <= 1024 {
+        return Ok(());
+    }
+    Err(Failure::new(SRF_ERR_PARAMETER, format!("threads must be >= 0 and <= 1024, got {threads}")))
 }
 
 /// Number set by srf_set_threads. Since 0.1.
 #[unsafe(no_mangle)]
 pub extern "C" fn srf_threads() -> u32 {
-    THREADS.load(Ordering::Relaxed)
+    surfrecon::threads::threads()
 }
 
-/// Most memory that calls may take; together, where several run at a time. What is foreseen to need more, or more than is
+/// Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
+/// the same context or under none. What is foreseen to need more, or more than is
 /// free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
 /// leaves nothing behind.
 /// bytes      0, the default, for all that is free
@@ -76,29 +81,30 @@ pub extern "C" fn srf_memory_limit() -> u64 {
     memory::limit().unwrap_or(0)
 }
 
-/// Who gets the messages of the log from now on.
+/// Who gets the messages of the log from now on, unless of calls under a context with a log of its own.
 /// log        NULL for nobody, the default
 /// user       handed to log as it is; must stay usable until another log is set and calls on other threads have returned
 /// returns    SRF_OK. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_log(log: srf_log_fn, user: *mut c_void) -> srf_status {
     guard(|| {
-        let _fork = fork::prevent();
-        *LOG.write().unwrap_or_else(PoisonError::into_inner) = log.map(|log| (log, user.expose_provenance()));
+        set_log(0, log, user);
         Ok(())
     })
 }
 
-/// Worker threads for a call whose parameters ask for `asked`.
-pub fn threads(asked: u32) -> usize {
-    if asked == 0 { THREADS.load(Ordering::Relaxed) as usize } else { asked as usize }
+/// Who is told by the calls of an account.
+pub fn set_log(account: usize, log: srf_log_fn, user: *mut c_void) {
+    let _fork = fork::prevent();
+    *LOGS[account].write().unwrap_or_else(PoisonError::into_inner) = log.map(|log| (log, user.expose_provenance()));
 }
 
 /// Tells the log.
 pub fn tell(level: srf_log_level, text: &str) {
     let log = {
         let _fork = fork::prevent();
-        *LOG.read().unwrap_or_else(PoisonError::into_inner)
+        let of = |account: usize| *LOGS[account].read().unwrap_or_else(PoisonError::into_inner);
+        of(surfrecon_allocator::current()).or_else(|| of(0))
     };
     if let Some((log, user)) = log {
         pointer::call_log(log, level as i32, &c_text(text), std::ptr::with_exposed_provenance_mut(user));

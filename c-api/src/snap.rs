@@ -9,7 +9,6 @@ use crate::guard::guard;
 use crate::params::align::srf_align_params;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::settings::threads;
 use crate::status::srf_status;
 use crate::{handle, params, pointer, sized};
 
@@ -103,7 +102,7 @@ pub unsafe extern "C" fn srf_aligner_snap(
         let scan = known(&told, "scan", scan)?;
         let poses = told.poses(world_from_scan, count)?;
         let params: AlignParams = params::read("params", params)?;
-        let progress = watched(progress);
+        let progress = watched(progress)?;
         let scans = prepared(aligner, &told, params.threads, &progress)?;
         let snap = scans.snap(scan, &poses, &params, &progress)?;
         if !out_touches.is_null() {
@@ -145,8 +144,8 @@ pub unsafe extern "C" fn srf_aligner_misfit(
         if !points.is_empty() {
             pointer::writable("out_distances", out_distances)?;
         }
-        let progress = watched(progress);
-        let scans = prepared(aligner, &told, threads(0), &progress)?;
+        let progress = watched(progress)?;
+        let scans = prepared(aligner, &told, 0, &progress)?;
         pointer::copy_out("out_distances", out_distances, &scans.misfit(scan, &poses, &points, &progress)?)
     })
 }

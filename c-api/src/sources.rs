@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::ffi::c_char;
-use std::sync::Arc;
 
 use glam::DAffine3;
 use surfrecon::align::{OrientedPoints, PlacedCloud};
@@ -14,6 +13,7 @@ use surfrecon::{PointCloud, Progress, RangeImage};
 
 use crate::cloud::srf_cloud;
 use crate::files::{Scans, srf_scans};
+use crate::handle::Shared;
 use crate::image::{Image, srf_image};
 use crate::image_source::{MadeScan, srf_image_source};
 use crate::mesh::{Mesh, srf_mesh};
@@ -24,10 +24,10 @@ use crate::{handle, pointer};
 /// A scan that was added to a merge or an alignment; those of a set are read, and those of a source made, when their turn comes.
 #[derive(Clone)]
 pub enum Source {
-    Image(Arc<Image>),
+    Image(Shared<Image>),
     Mesh(NamedMesh),
-    Cloud { name: String, cloud: Arc<PointCloud> },
-    Scan { set: Arc<Scans>, index: usize },
+    Cloud { name: String, cloud: Shared<PointCloud> },
+    Scan { set: Shared<Scans>, index: usize },
     Made(MadeScan),
 }
 
@@ -35,7 +35,7 @@ pub enum Source {
 #[derive(Clone)]
 pub struct NamedMesh {
     name: String,
-    mesh: Arc<Mesh>,
+    mesh: Shared<Mesh>,
     world_from_mesh: DAffine3,
 }
 

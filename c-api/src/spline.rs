@@ -48,7 +48,7 @@ pub unsafe extern "C" fn srf_spline_create(
         pointer::writable("out_spline", out_spline)?;
         let quads = handle::get("quads", quads)?;
         let params = params::read("params", params)?;
-        let fit = quads.grid.spline(&params, &watched(progress))?;
+        let fit = quads.grid.spline(&params, &watched(progress)?)?;
         for (name, out, value) in [
             ("out_max_residual", out_max_residual, fit.max_residual),
             ("out_rms_residual", out_rms_residual, fit.rms_residual),

@@ -74,6 +74,14 @@ impl From<surfrecon::Error> for Failure {
     }
 }
 
+/// A number that says yes or no.
+pub fn flag(name: &str, value: u32) -> Result<bool, Failure> {
+    match value {
+        0 | 1 => Ok(value == 1),
+        other => Err(Failure::new(SRF_ERR_PARAMETER, format!("{name} must be 0 or 1, got {other}"))),
+    }
+}
+
 thread_local! {
     /// What `srf_last_error_message` answers on this thread.
     pub static LAST_ERROR: RefCell<CString> = RefCell::default();

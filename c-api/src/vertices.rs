@@ -15,7 +15,7 @@ use crate::pointer;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
 use crate::sized;
-use crate::status::{Failure, of_number, srf_status, srf_status::*};
+use crate::status::{Failure, flag, of_number, srf_status, srf_status::*};
 
 /// Where a vertex of a range image was: by it a motion of all vertices is recognized.
 #[allow(non_camel_case_types)]
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn srf_image_grid_camera(
 ) -> srf_status {
     guard(|| {
         sized::writable("out_camera", out_camera)?;
-        let camera = GridCamera::of(&handle::get("image", image)?.image, &watched(progress))?;
+        let camera = GridCamera::of(&handle::get("image", image)?.image, &watched(progress)?)?;
         sized::write("out_camera", out_camera, srf_grid_camera::from_core(&camera))
     })
 }
@@ -157,10 +157,8 @@ pub unsafe extern "C" fn srf_image_to_mesh(
     guard(|| {
         pointer::writable("out_mesh", out_mesh)?;
         let image = handle::get("image", image)?;
-        if faces > 1 {
-            return Err(Failure::new(SRF_ERR_PARAMETER, format!("faces must be 0 or 1, got {faces}")));
-        }
-        let mesh = vertices::to_mesh(&image.image, faces == 1, &watched(progress))?;
+        let faces = flag("faces", faces)?;
+        let mesh = vertices::to_mesh(&image.image, faces, &watched(progress)?)?;
         handle::give("out_mesh", out_mesh, mesh.into())
     })
 }
@@ -182,7 +180,7 @@ pub unsafe extern "C" fn srf_image_to_mesh(
 /// out_image        receives a new handle on SRF_OK only; not NULL
 /// returns          SRF_OK, SRF_ERR_INPUT for a pixel outside of the grid or there twice, positions that are not finite, arrays of
 ///                  different lengths, vertices scaled by 0, or a grid far too large for its vertices; SRF_ERR_PARAMETER,
-///                  SRF_ERR_CANCELLED, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
+///                  SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE, SRF_ERR_OUT_OF_MEMORY. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_image_from_vertices(
     camera: *const srf_grid_camera,
@@ -218,7 +216,7 @@ pub unsafe extern "C" fn srf_image_from_vertices(
             intensity: intensity.as_deref(),
             confidence: confidence.as_deref(),
         };
-        let mut image = vertices::from_vertices(&camera, &vertices, world_from_host, &watched(progress))?;
+        let mut image = vertices::from_vertices(&camera, &vertices, world_from_host, &watched(progress)?)?;
         image.name = name;
         handle::give("out_image", out_image, image.into())
     })

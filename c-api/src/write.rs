@@ -2,8 +2,8 @@
 
 use std::ffi::c_char;
 use std::path::Path;
-use std::sync::Arc;
 
+use surfrecon::Progress;
 use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Holding, Up};
 use surfrecon::range_image::RangeImage;
 
@@ -11,11 +11,12 @@ use crate::cloud::srf_cloud;
 use crate::crs::tell_left_out;
 use crate::files::path_of;
 use crate::guard::guard;
+use crate::handle::Shared;
 use crate::image::{Image, srf_image};
 use crate::mesh::{Mesh, srf_mesh};
 use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{Failure, flag, srf_status, srf_status::*};
 use crate::{handle, params, pointer};
 
 /// A value of srf_encoding.
@@ -44,7 +45,7 @@ pub unsafe extern "C" fn srf_mesh_write(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         let options = params::read("options", options)?;
-        export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress))?;
+        export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress)?)?;
         tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
         Ok(())
     })
@@ -65,7 +66,7 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_ply(path, &mesh.mesh, encoding_of(encoding)?, &watched(progress))?)
+        Ok(export::write_ply(path, &mesh.mesh, encoding_of(encoding)?, &watched(progress)?)?)
     })
 }
 
@@ -124,7 +125,7 @@ pub unsafe extern "C" fn srf_meshes_write_glb_levels(
 
 /// Writes levels, the finest first.
 fn write_glb(
-    meshes: &[Arc<Mesh>],
+    meshes: &[Shared<Mesh>],
     path: &Path,
     name: *const c_char,
     metres_per_unit: f64,
@@ -136,18 +137,14 @@ fn write_glb(
         return Err(Failure::new(SRF_ERR_PARAMETER, text));
     }
     let name = if name.is_null() { "mesh" } else { pointer::text("name", name)? };
-    let up = match z_up {
-        0 => Up::Y,
-        1 => Up::Z,
-        other => return Err(Failure::new(SRF_ERR_PARAMETER, format!("z_up must be 0 or 1, got {other}"))),
-    };
+    let up = if flag("z_up", z_up)? { Up::Z } else { Up::Y };
     let levels: Vec<_> = meshes.iter().map(|mesh| &mesh.mesh).collect();
     let Some((mesh, coarser)) = levels.split_first() else {
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no mesh to write: count is 0"));
     };
     let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
     let options = GlbOptions { up, metres_per_unit, ..GlbOptions::default() };
-    Ok(export::write_glb(path, &[node], &options, &watched(progress))?)
+    Ok(export::write_glb(path, &[node], &options, &watched(progress)?)?)
 }
 
 /// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
@@ -164,7 +161,7 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_obj(path, &mesh.mesh, None, &watched(progress))?)
+        Ok(export::write_obj(path, &mesh.mesh, None, &watched(progress)?)?)
     })
 }
 
@@ -182,7 +179,7 @@ pub unsafe extern "C" fn srf_mesh_write_stl(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        export::write_stl(path, &mesh.mesh, &watched(progress))?;
+        export::write_stl(path, &mesh.mesh, &watched(progress)?)?;
         tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
         Ok(())
     })
@@ -204,7 +201,7 @@ pub unsafe extern "C" fn srf_cloud_write_ply(
 ) -> srf_status {
     guard(|| {
         let (cloud, path) = (handle::get("cloud", cloud)?, path_of("path", path)?);
-        Ok(export::write_points_ply(path, &cloud, encoding_of(encoding)?, &watched(progress))?)
+        Ok(export::write_points_ply(path, &cloud, encoding_of(encoding)?, &watched(progress)?)?)
     })
 }
 
@@ -213,7 +210,8 @@ pub fn write_images(
     images: *const *const srf_image,
     count: usize,
     path: *const c_char,
-    write: impl FnOnce(&Path, &[&RangeImage]) -> surfrecon::Result<()>,
+    progress: *const srf_progress,
+    write: impl FnOnce(&Path, &[&RangeImage], &Progress<'_>) -> surfrecon::Result<()>,
 ) -> Result<(), Failure> {
     let pointers = pointer::pointers("images", images, count)?;
     let path = path_of("path", path)?;
@@ -221,12 +219,12 @@ pub fn write_images(
         .into_iter()
         .enumerate()
         .map(|(i, image)| handle::get(&format!("images[{i}]"), image))
-        .collect::<Result<Vec<Arc<Image>>, Failure>>()?;
+        .collect::<Result<Vec<Shared<Image>>, Failure>>()?;
     if images.is_empty() {
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no image to write: count is 0"));
     }
     let images: Vec<&RangeImage> = images.iter().map(|image| &image.image).collect();
-    write(path, &images)?;
+    write(path, &images, &watched(progress)?)?;
     tell_left_out(path, Holding::Images, images.iter().find_map(|image| image.crs.as_ref()));
     Ok(())
 }
@@ -251,9 +249,9 @@ pub unsafe extern "C" fn srf_images_write_conf(
         // A wrong pointer is told first, as everywhere.
         pointer::text("path", path)?;
         let options = encoding_of(encoding)?;
-        let write =
-            |path: &Path, images: &[&RangeImage]| export::write_scan_list(path, images, options, &watched(progress));
-        write_images(images, count, path, write)
+        write_images(images, count, path, progress, |path, images, progress| {
+            export::write_scan_list(path, images, options, progress)
+        })
     })
 }
 
@@ -263,7 +261,7 @@ pub unsafe extern "C" fn srf_images_write_conf(
 /// count      number of images, at least 1
 /// path       UTF-8; not NULL
 /// progress   NULL for none
-/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_images_write_ptx(
     images: *const *const srf_image,
@@ -271,7 +269,7 @@ pub unsafe extern "C" fn srf_images_write_ptx(
     path: *const c_char,
     progress: *const srf_progress,
 ) -> srf_status {
-    guard(|| write_images(images, count, path, |path, images| export::write_ptx(path, images, &watched(progress))))
+    guard(|| write_images(images, count, path, progress, export::write_ptx))
 }
 
 /// Writes images with their poses and names as structured scans of one E57 file, for images seen from a point. Points are in
@@ -280,7 +278,7 @@ pub unsafe extern "C" fn srf_images_write_ptx(
 /// count      number of images, at least 1
 /// path       UTF-8; not NULL
 /// progress   NULL for none
-/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
+/// returns    SRF_OK, SRF_ERR_IO, SRF_ERR_INPUT, SRF_ERR_PARAMETER, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_images_write_e57(
     images: *const *const srf_image,
@@ -289,6 +287,8 @@ pub unsafe extern "C" fn srf_images_write_e57(
     progress: *const srf_progress,
 ) -> srf_status {
     guard(|| {
-        write_images(images, count, path, |path, images| export::write_e57(path, images, None, &watched(progress)))
+        write_images(images, count, path, progress, |path, images, progress| {
+            export::write_e57(path, images, None, progress)
+        })
     })
 }

@@ -53,6 +53,11 @@ pub mod memory {
     pub use base::memory::{foresee, foreseen, guarded, held, limit, peak, refused, restart_peak, set_limit};
 }
 
+/// Parts of a program that share the library, each with settings of its own.
+pub mod context {
+    pub use base::context::{Context, Owned, choose, chosen};
+}
+
 /// Progress and cancelling as one value.
 pub mod progress {
     pub use base::progress::{Plan, Progress, Seconds, Tick};
@@ -60,7 +65,7 @@ pub mod progress {
 
 /// Pools of our own: we live inside other people's programs and leave the global pool alone.
 pub mod threads {
-    pub use base::threads::{Exclusive, Taken, pool};
+    pub use base::threads::{Exclusive, Taken, pool, set_threads, threads};
 }
 
 /// The former name of [`reconstruct`].

@@ -149,6 +149,7 @@ static void draw(const srf_aligner *aligner, const srf_align_params *params, con
     poses[1].matrix[14] = 0.2;
     watcher.report = cancel;
     watcher.user = &asked;
+    watcher.cancel = NULL;
     must(srf_aligner_snap(aligner, 1, poses, 3, params, &watcher, &snap, NULL) == SRF_ERR_CANCELLED && asked > 0, "cancel");
     must(srf_aligner_snap(aligner, 1, poses, 3, params, NULL, &snap, touches) == SRF_OK, "snap");
     must(snap.state == SRF_PAIR_STATE_FITS && snap.touches == 1 && touches[0] == 1 && touches[2] == 0, "it fits the only one");
@@ -194,6 +195,7 @@ static void align(const srf_image *image, const srf_mesh *surface, const srf_clo
     must(srf_aligner_pick(aligner, &pick) == SRF_OK && srf_aligner_trust(aligner, 0, 1) == SRF_OK, "constraints");
     watcher.report = cancel;
     watcher.user = &asked;
+    watcher.cancel = NULL;
     must(srf_aligner_run(aligner, &params, &watcher, &alignment) == SRF_ERR_CANCELLED && alignment == NULL, "cancel");
     must(srf_aligner_run(aligner, &params, NULL, &alignment) == SRF_OK && asked > 0, "align");
     must(srf_alignment_turntable(alignment, &found, point, direction, &angles) == SRF_OK && found == 0, "no turntable");
@@ -241,7 +243,7 @@ int main(void)
     frames();
     vertices();
     must(srf_image_triangulate(image, NULL, NULL, &surface) == SRF_OK, "triangulate");
-    must(srf_image_to_cloud(image, &cloud) == SRF_OK, "cloud");
+    must(srf_image_to_cloud(image, NULL, &cloud) == SRF_OK, "cloud");
     align(image, surface, cloud);
     must(srf_merger_create(&merger) == SRF_OK && srf_merger_add_image(merger, image) == SRF_OK, "merger");
     must(srf_merger_add_mesh(merger, surface, NULL, "the same again") == SRF_OK, "add");
@@ -249,6 +251,7 @@ int main(void)
     must(srf_merge_params_init(&params) == SRF_OK && srf_merge_report_init(&report) == SRF_OK, "init");
     watcher.report = cancel;
     watcher.user = &asked;
+    watcher.cancel = NULL;
     params.voxel = 0.01;
     must(srf_merger_run(merger, &params, &watcher, &merged, &report) == SRF_ERR_CANCELLED && merged == NULL, "cancel");
     must(asked > 0, "asked");

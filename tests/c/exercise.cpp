@@ -221,6 +221,32 @@ try {
     set_threads(0);
     set_memory_limit(0);
     std::string told;
+    must(mesh.bounds().max[0] == 1 && image.bounds().max[2] <= 1 + 1e-9 && image.to_cloud().bounds().min[0] >= -1e-9, "bounds");
+    must(mesh.positions_f32(mesh.bounds().middle())[0] == -0.5f, "positions in single precision");
+    must(image.to_cloud().positions_f32().size() == 3 * image.valid(), "points in single precision");
+    Cancel cancel;
+    must(!cancel.is_set(), "not set");
+    cancel.set();
+    bool was_cancelled = false;
+    try {
+        (void)mesh.report(false, cancel);
+    } catch (const Cancelled &) {
+        was_cancelled = true;
+    }
+    must(was_cancelled && cancel.is_set(), "cancelled");
+    cancel.reset();
+    {
+        Context outer, inner;
+        outer.set_threads(1);
+        outer.set_memory_limit(1u << 30);
+        must(outer.threads() == 1 && outer.memory_limit() == 1u << 30 && inner.threads() == 0, "settings of a context");
+        const Use use(outer);
+        const Mesh under = [&] {
+            const Use nested(inner);
+            return Mesh::create(View<double, 3>(positions.data(), 4), View<std::uint32_t, 3>(triangles.data(), 4));
+        }();
+        must(inner.held() > 0, "held");
+    }
     set_log([&](srf_log_level level, const char *text) { told += std::to_string(level) + text; });
     write_ptx({&seen}, "log.ptx");
     Scans::open({"log.ptx"});

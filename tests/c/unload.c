@@ -69,7 +69,7 @@ static srf_image *image_of(const library *with)
 /* Watched work runs on a thread of the library, which waits for more afterwards. */
 static void work(const library *with)
 {
-    const srf_progress progress = {go_on, NULL};
+    const srf_progress progress = {go_on, NULL, NULL};
     srf_image *image = image_of(with);
     srf_mesh *mesh = NULL;
 

@@ -274,3 +274,30 @@ def test_file_errors_survive_pickling(tmp_path):
     assert caught.value.errno == 2 and "there is no folder" in str(caught.value)
     again = pickle.loads(pickle.dumps(caught.value))
     assert (again.errno, again.filename, str(again)) == (2, caught.value.filename, str(caught.value))
+
+
+@pytest.mark.parametrize("given", [-1, -(10**6000), 1 << 64, 1 << 100], ids=["-1", "long", "2^64", "2^100"])
+def test_a_limit_that_is_no_number_of_bytes_is_refused_in_words(limit, given):
+    for name, call in [("bytes", limit), ("memory_limit", lambda given: surfrecon.Context(memory_limit=given))]:
+        with pytest.raises(surfrecon.InputError, match=rf"^{name} must be >= 0 and < 2\^64, or None for no limit, got"):
+            call(given)
+        with pytest.raises(TypeError):
+            call("much")
+    assert surfrecon.memory_limit() is None
+
+
+def test_a_limit_may_be_larger_than_any_memory(limit):
+    for given in [1 << 63, (1 << 64) - 2]:
+        limit(given)
+        assert surfrecon.memory_limit() == given
+        surfrecon.reconstruct(np.random.default_rng(1).random((100, 3)))
+
+
+def test_what_is_written_into_memory_beyond_the_limit_names_it(limit):
+    mesh, folder = surfrecon.sculpture(cell=4.0), surfrecon.MemoryFolder()
+    limit(mesh.positions.nbytes // 2)
+    with pytest.raises(surfrecon.OutOfMemoryError, match=r"could not be had, \d+ kB are allowed; .*raise the limit"):
+        mesh.write(folder / "sculpture.ply")
+    limit(None)
+    assert len(folder) == 0
+    mesh.write(folder / "sculpture.ply")

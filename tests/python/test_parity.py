@@ -123,6 +123,30 @@ def test_images_and_what_hosts_keep_of_them(c, kind):
     same_image(c, c.image_from_vertices(struct, row, col, positions, *values, POSE, "back"), back)
 
 
+def bounds(call, handle):
+    low, high = np.zeros(3), np.zeros(3)
+    call(handle, out_min=low, out_max=high)
+    return np.array([low, high])
+
+
+def test_bounds_counts_and_positions_in_single_precision(c):
+    image = hill("ray")
+    handle = c.image(image)
+    world = image.world_points().reshape(-1, 3)
+    same(bounds(c.image_bounds, handle), [np.nanmin(world, axis=0), np.nanmax(world, axis=0)])
+    cloud = c.image_to_cloud(handle)
+    assert np.allclose(bounds(c.cloud_bounds, cloud), bounds(c.image_bounds, handle), atol=1e-12)
+    assert c.cloud_size(cloud) == np.isfinite(world[:, 0]).sum()
+    mesh = image.triangulate()
+    handle = c.mesh(mesh)
+    assert c.mesh_size(handle) == [len(mesh.positions), len(mesh.triangles)]
+    same(bounds(c.mesh_bounds, handle), mesh.bounds)
+    for origin in None, (4e6, -5e6, 0.3):
+        near = np.zeros((len(mesh.positions), 3), np.float32)
+        c.mesh_positions_f32(handle, origin, near.size, out_positions=near)
+        same(near.ravel(), mesh.positions_f32(origin=origin or (0, 0, 0)))
+
+
 def test_a_triangulation(c):
     image = hill("ray")
     params = c.struct("triangulate_params", edge_limit=0.05, grazing_limit=1.2)

@@ -22,6 +22,7 @@ const HOSTS: &[&str] = &["pyo3", "numpy::", "bpy", "cbindgen", "no_mangle", "ext
 /// Files with `unsafe` blocks; each block says why it is sound (clippy: undocumented_unsafe_blocks).
 const UNSAFE_FILES: &[&str] = &[
     "c-api/src/pointer.rs",
+    "c-api/src/allocator.rs",
     "blender-addon/python/src/arrays.rs",
     "rust-core/allocator/src/lib.rs",
     "rust-core/allocator/src/reserve.rs",
@@ -30,21 +31,28 @@ const UNSAFE_FILES: &[&str] = &[
     "rust-core/tests/memory.rs",
     "rust-core/tests/refused.rs",
     "tests/rust/c/calls/aligning.rs",
+    "tests/rust/c/calls/bounds.rs",
+    "tests/rust/c/calls/cancelling.rs",
+    "tests/rust/c/calls/contexts.rs",
     "tests/rust/c/calls/crs.rs",
     "tests/rust/c/calls/files.rs",
     "tests/rust/c/calls/folders.rs",
     "tests/rust/c/calls/frames.rs",
+    "tests/rust/c/calls/kit.rs",
     "tests/rust/c/calls/merging.rs",
     "tests/rust/c/calls/mod.rs",
     "tests/rust/c/calls/objects.rs",
     "tests/rust/c/calls/operations.rs",
     "tests/rust/c/calls/refusals.rs",
+    "tests/rust/c/calls/right.rs",
+    "tests/rust/c/calls/rightly.rs",
     "tests/rust/c/calls/select.rs",
     "tests/rust/c/calls/threads.rs",
     "tests/rust/c/calls/vertices.rs",
     "tests/rust/c/header.rs",
     "tests/rust/c/library.rs",
     "tests/rust/c/structs.rs",
+    "tests/rust/c/types.rs",
 ];
 
 fn root() -> PathBuf {

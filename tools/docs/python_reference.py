@@ -52,6 +52,7 @@ PAGES = {
     "The virtual scanner": ["sculpture", "turntable", "virtual_scan"],
     "Running": [
         "Job",
+        "Context",
         "parameters",
         "Parameter",
         "Report",

@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use pyo3::PyClass;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use surfrecon::{Progress, Tick, memory};
+use surfrecon::{Progress, Tick, context, memory};
 
 use crate::errors::{input_error, internal_error, to_python};
 
@@ -54,7 +54,13 @@ impl Background {
     ) -> PyResult<Self> {
         let watched = Arc::new(Calls::new(shares));
         let calls = watched.clone();
-        let work = move || catch_unwind(AssertUnwindSafe(|| memory::guarded(|| work(&calls))));
+        let context = context::chosen();
+        let work = move || {
+            if context.is_some() {
+                drop(context::choose(context));
+            }
+            catch_unwind(AssertUnwindSafe(|| memory::guarded(|| work(&calls))))
+        };
         let thread = std::thread::Builder::new()
             .name("surfrecon-job".to_owned())
             .spawn(work)

@@ -5,7 +5,7 @@
 //! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate but the allocator's |
 //! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
 //! | `progress` | a Python callback and Ctrl-C -> the core's progress |
-//! | `settings` | the most memory a call may take |
+//! | `settings`, `context` | the most memory a call may take; that and threads for a part of a program |
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
@@ -38,6 +38,7 @@ mod background;
 mod calling;
 mod cluster;
 mod constraints;
+mod context;
 mod crs;
 mod edit;
 mod errors;
@@ -81,6 +82,8 @@ mod _native {
     use crate::cluster::{Clustered, cluster, cluster_levels};
     #[pymodule_export]
     use crate::constraints::Pick;
+    #[pymodule_export]
+    use crate::context::Context;
     #[pymodule_export]
     use crate::frame::{Frame, Scan};
     #[pymodule_export]

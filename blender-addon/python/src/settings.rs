@@ -1,5 +1,6 @@
 //! Settings of the whole library in this process.
 
+use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use surfrecon::memory;
 
@@ -9,17 +10,26 @@ use crate::errors::input_error;
 ///
 /// What is foreseen to need more, or more than is free, raises ``MemoryError`` before it begins; what turns out to need more
 /// raises it then, and nothing is left behind. What Python and NumPy allocate does not count. ``None``, the default, allows
-/// all that is free.
+/// all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
 ///
 /// Raises:
-///     InputError: a negative number.
+///     InputError: a negative number, or one that 64 bits can't hold.
 #[pyfunction]
-pub fn set_memory_limit(bytes: Option<i64>) -> PyResult<()> {
-    let limit = bytes.map(|given| {
-        u64::try_from(given).map_err(|_| input_error(format!("bytes must be >= 0, or None for no limit, got {given}")))
-    });
-    memory::set_limit(limit.transpose()?);
+pub fn set_memory_limit(bytes: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    memory::set_limit(bytes.map(|given| limit_of("bytes", given)).transpose()?);
     Ok(())
+}
+
+/// A number of bytes that memory is to be limited to.
+pub fn limit_of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<u64> {
+    given.extract::<u64>().map_err(|error| {
+        if !error.is_instance_of::<PyOverflowError>(given.py()) {
+            return error;
+        }
+        // Python writes no number of thousands of digits.
+        let got = given.str().map_or_else(|_| "one of more digits".to_owned(), |text| text.to_string());
+        input_error(format!("{name} must be >= 0 and < 2^64, or None for no limit, got {got}"))
+    })
 }
 
 /// What ``set_memory_limit`` set: bytes, or ``None``.

@@ -64,7 +64,7 @@ static int align(const char *const *paths, size_t count, uint64_t start)
     srf_aligner *aligner = NULL;
     srf_alignment *alignment = NULL;
     srf_align_params params;
-    const srf_progress progress = {report, NULL};
+    const srf_progress progress = {report, NULL, NULL};
     size_t listed = 0, i;
     int result = EXIT_FAILURE;
 

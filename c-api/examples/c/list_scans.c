@@ -36,7 +36,7 @@ static int fail(const char *what)
 /* Reads one scan and prints a line about it. */
 static int list(const srf_scans *scans, size_t index)
 {
-    const srf_progress progress = {report, NULL};
+    const srf_progress progress = {report, NULL, NULL};
     const char *name = NULL;
     srf_pose pose;
     uint32_t content = 0;

@@ -12,23 +12,23 @@
 
 enum { WRONG_USE = 2, CANCELLED = 130 };
 
-static volatile sig_atomic_t interrupted = 0;
+static srf_cancel *interruption = NULL;
 
 static void interrupt(int signal_number)
 {
-    interrupted = 1;
+    srf_cancel_set(interruption);
     /* Some systems forget the handler once it was called: a second Ctrl-C must not end the program halfway. */
     signal(signal_number, interrupt);
 }
 
-/* One line that is drawn over; a non-zero answer cancels. */
+/* One line that is drawn over. */
 static int32_t report(const char *stage, double fraction, const char *message, void *user)
 {
     (void)stage;
     (void)fraction;
     (void)user;
     fprintf(stderr, "\r%-78.78s", message);
-    return interrupted;
+    return 0;
 }
 
 static void tell(int32_t level, const char *text, void *user)
@@ -50,7 +50,7 @@ static int merge(const char *out, const char *const *paths, size_t count)
     srf_merger *merger = NULL;
     srf_mesh *mesh = NULL;
     srf_merge_report figures;
-    const srf_progress progress = {report, NULL};
+    const srf_progress progress = {report, NULL, interruption};
     srf_status status;
     int result;
 
@@ -79,6 +79,9 @@ static int merge(const char *out, const char *const *paths, size_t count)
 
 int main(int argc, char **argv)
 {
+    srf_status status;
+    int result;
+
     if (argc < 3) {
         fprintf(stderr, "usage: %s OUT SCANS...\n", argv[0]);
         return WRONG_USE;
@@ -87,7 +90,13 @@ int main(int argc, char **argv)
         fprintf(stderr, "built with another version of the header than the library %s\n", srf_version());
         return EXIT_FAILURE;
     }
-    signal(SIGINT, interrupt);
     srf_set_log(tell, NULL);
-    return merge(argv[1], (const char *const *)(argv + 2), (size_t)(argc - 2));
+    if ((status = srf_cancel_create(&interruption)) != SRF_OK) {
+        return failed("preparing", status);
+    }
+    signal(SIGINT, interrupt);
+    result = merge(argv[1], (const char *const *)(argv + 2), (size_t)(argc - 2));
+    /* It may be set after that: nothing has it any more then. */
+    srf_cancel_free(interruption);
+    return result;
 }

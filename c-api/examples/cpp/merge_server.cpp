@@ -1,6 +1,6 @@
 // Merges scans for others: four threads take requests over TCP, each with the bytes of files in any format, and answer with the merged
 // surface. Nothing touches the disk. A merge ends when its time is up, when its client goes away, or when the server is stopped by Ctrl-C.
-// Usage: merge_server PORT [MEGABYTES]      PORT 0 for any that is free, MEGABYTES that all merges may take together
+// Usage: merge_server PORT [MEGABYTES]      PORT 0 for any that is free, MEGABYTES that each merge may take
 //
 // A connection carries one request and its answer, lines end with '\n':
 //     merge ENDING MILLISECONDS FILES       ENDING of the result: glb, ply, obj or stl; MILLISECONDS the answer may take
@@ -59,6 +59,7 @@ constexpr std::size_t MOST_FILES = 10'000;
 constexpr std::size_t LONGEST_LINE = 1000, CHUNK = 1 << 16;
 
 std::atomic<bool> stopping{false};
+std::uint64_t most_memory = 0;  // that a request may take, in bytes; 0 for as much as there is
 
 // Once asks, twice ends the program as if it were not caught.
 void stop(int number)
@@ -179,14 +180,17 @@ std::string receive(Client &client, surfrecon::Folder &files)
 // Does what a request asks for, and sends the result; what is said of it.
 std::string serve(Client &client)
 {
+    // What one request takes is nothing to the limit of another, and its threads work for nobody else.
+    surfrecon::Context context;
+    context.set_memory_limit(most_memory);
+    context.set_threads(std::max(1U, std::thread::hardware_concurrency() / WORKERS));
+    const surfrecon::Use use(context);
     surfrecon::Folder files, results;
     const std::string result = "result." + receive(client, files);
     const auto watch = [&](const surfrecon::Tick &) { return client.check(), true; };
-    surfrecon::MergeParams params;
-    params.threads = std::max(1U, std::thread::hardware_concurrency() / WORKERS);
     surfrecon::Merger merger;
     merger.add(surfrecon::Scans::open({files.path()}, {}, watch));
-    merger.run(params, watch).mesh.write(results.path(result), {}, watch);
+    merger.run({}, watch).mesh.write(results.path(result), {}, watch);
     const auto bytes = results.bytes(result);
     const std::string head = "ok " + std::to_string(bytes.size()) + "\n";
     client.send(head.data(), head.size());
@@ -258,7 +262,7 @@ try {
         return 2;
     }
     surfrecon::check_abi();
-    surfrecon::set_memory_limit(static_cast<std::uint64_t>(megabytes) << 20);
+    most_memory = static_cast<std::uint64_t>(megabytes) << 20;
 #ifdef _WIN32
     WSADATA data;
     if (WSAStartup(MAKEWORD(2, 2), &data) != 0) throw std::runtime_error("no sockets");

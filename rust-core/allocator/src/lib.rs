@@ -1,9 +1,9 @@
 //! The allocator of a library that lives inside somebody's program.
 //!
-//! [`Account`] counts what is held, keeps it below a ceiling, and has a reserve for the small allocations that winding up
-//! takes: an error's text, a job's node. A larger one that the system or the ceiling refuses unwinds with [`Refused`], which
-//! the border to the host turns into an error ([`install`]). Without it Rust ends the program, and with it the host and its
-//! user's unsaved work.
+//! [`Account`] counts what is held, by all and by each who has an account of their own, keeps that below a ceiling, and has a
+//! reserve for the small allocations that winding up takes: an error's text, a job's node. A larger one that the system or the
+//! ceiling refuses unwinds with [`Refused`], which the border to the host turns into an error ([`install`]). Without it Rust ends
+//! the program, and with it the host and its user's unsaved work.
 //!
 //! Rust's stable library can't say what follows a refused allocation. This crate uses `alloc_error_hook`, whose documented use
 //! this is; where the compiler does not grant it ([`unwinds`]), a refused allocation ends the program as everywhere in Rust.
@@ -11,36 +11,14 @@
 #![cfg_attr(alloc_error_hook, feature(alloc_error_hook))]
 #![allow(unsafe_code)]
 
+mod accounts;
 mod reserve;
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
+pub use accounts::{ACCOUNTS, close, current, held, held_by, open, peak, restart_peak, set_ceiling, switch};
+use accounts::{charge, discharge};
 use reserve::{RESERVE, SMALL};
-
-static HELD: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-static CEILING: AtomicUsize = AtomicUsize::new(usize::MAX);
-
-/// Bytes held now. 0 in a program that has another allocator.
-pub fn held() -> usize {
-    HELD.load(Relaxed)
-}
-
-/// Most bytes held at a time since the last [`restart_peak`], or since the program began.
-pub fn peak() -> usize {
-    MOST.load(Relaxed)
-}
-
-/// Counts the peak anew from what is held now.
-pub fn restart_peak() {
-    MOST.store(held(), Relaxed);
-}
-
-/// Refuses what would bring [`held`] above `bytes`, but for small allocations; `usize::MAX` for no ceiling.
-pub fn set_ceiling(bytes: usize) {
-    CEILING.store(bytes, Relaxed);
-}
 
 /// What unwinds from an allocation that was refused: look for it in the payload of a caught panic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,28 +41,14 @@ pub const fn unwinds() -> bool {
     cfg!(alloc_error_hook)
 }
 
-/// An allocator with an account: make it the `#[global_allocator]`. All of a program share one account.
+/// An allocator with accounts: make it the `#[global_allocator]`. All of a program are on one account, but for those who [`switch`]
+/// to another.
 pub struct Account<A = System>(pub A);
 
 impl<A: GlobalAlloc> Account<A> {
-    /// Counts `bytes` more; false if they may not be had.
-    #[inline]
-    fn charge(bytes: usize) -> bool {
-        let held = HELD.fetch_add(bytes, Relaxed) + bytes;
-        if held > CEILING.load(Relaxed) && bytes > SMALL {
-            HELD.fetch_sub(bytes, Relaxed);
-            return false;
-        }
-        // Mostly it isn't the most, and then nothing is written.
-        if held > MOST.load(Relaxed) {
-            MOST.fetch_max(held, Relaxed);
-        }
-        true
-    }
-
     #[inline]
     fn obtain(layout: Layout, from: impl FnOnce() -> *mut u8) -> *mut u8 {
-        if !Self::charge(layout.size()) {
+        if !charge(layout.size()) {
             return std::ptr::null_mut();
         }
         let pointer = from();
@@ -93,7 +57,7 @@ impl<A: GlobalAlloc> Account<A> {
         }
         let pointer = RESERVE.take(layout);
         if pointer.is_null() {
-            HELD.fetch_sub(layout.size(), Relaxed);
+            discharge(layout.size());
         }
         pointer
     }
@@ -114,7 +78,7 @@ unsafe impl<A: GlobalAlloc> GlobalAlloc for Account<A> {
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size(), Relaxed);
+        discharge(layout.size());
         if !RESERVE.give_back(pointer) {
             // SAFETY: the caller keeps the contract of `dealloc`; what isn't the reserve's came from `A`.
             unsafe { self.0.dealloc(pointer, layout) }
@@ -125,16 +89,20 @@ unsafe impl<A: GlobalAlloc> GlobalAlloc for Account<A> {
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, bytes: usize) -> *mut u8 {
         if !RESERVE.has(pointer) {
             let more = bytes.saturating_sub(layout.size());
-            if more > 0 && !Self::charge(more) {
+            if more > 0 && !charge(more) {
                 return std::ptr::null_mut();
             }
             // SAFETY: the caller keeps the contract of `realloc`; the block came from `A`.
             let moved = unsafe { self.0.realloc(pointer, layout, bytes) };
             if !moved.is_null() {
-                HELD.fetch_sub(layout.size().saturating_sub(bytes), Relaxed);
+                if bytes < layout.size() {
+                    discharge(layout.size() - bytes);
+                }
                 return moved;
             }
-            HELD.fetch_sub(more, Relaxed);
+            if more > 0 {
+                discharge(more);
+            }
             if bytes > SMALL {
                 return moved;
             }

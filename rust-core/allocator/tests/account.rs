@@ -6,7 +6,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-use surfrecon_allocator::{Account, held, peak, restart_peak, set_ceiling};
+use surfrecon_allocator::{Account, close, current, held, held_by, open, peak, restart_peak, set_ceiling, switch};
 
 /// One account for the whole process: one test at a time.
 static ONE: Mutex<()> = Mutex::new(());
@@ -114,15 +114,44 @@ fn each_byte_is_counted_once() {
 fn what_is_above_the_ceiling_is_refused_but_for_small_blocks() {
     let _one = ONE.lock();
     let before = held();
-    set_ceiling(before + 10_000);
+    set_ceiling(0, before as isize + 10_000);
     let mut a = Block::new(9000, 8, 1).unwrap();
     assert!(Block::new(5000, 8, 2).is_none());
     assert!(!a.resize(20_000) && a.is_whole());
     let small = Block::new(4000, 8, 3).unwrap();
     assert_eq!(held(), before + 13_000);
     drop((a, small));
-    set_ceiling(usize::MAX);
+    set_ceiling(0, isize::MAX);
     assert_eq!(held(), before);
+}
+
+#[test]
+fn what_a_thread_takes_is_on_the_account_that_it_works_for() {
+    let _one = ONE.lock();
+    let (before, of_program) = (held(), held_by(0));
+    open(7);
+    open(9);
+    assert_eq!((current(), switch(7)), (0, 0));
+    let mut a = Block::new(10_000, 8, 1).unwrap();
+    assert_eq!(switch(9), 7);
+    let b = Block::new(20_000, 8, 2).unwrap();
+    assert_eq!((held(), held_by(0), held_by(7), held_by(9)), (before + 30_000, of_program, 10_000, 20_000));
+    set_ceiling(9, 25_000);
+    assert!(Block::new(6000, 8, 3).is_none() && Block::new(4000, 8, 3).is_some());
+    assert_eq!(switch(7), 9);
+    // The ceiling of one is nobody else's.
+    assert!(a.resize(60_000) && a.resize(50_000) && Block::new(6000, 8, 3).is_some());
+    set_ceiling(7, 50_000);
+    assert!(!a.resize(60_000) && a.is_whole());
+    assert_eq!((held(), held_by(0), held_by(7), held_by(9)), (before + 70_000, of_program, 50_000, 20_000));
+    drop(a);
+    assert_eq!(switch(0), 7);
+    // Given back on another account, and what is left is the program's once its account is closed.
+    drop(b);
+    assert_eq!((held(), held_by(0), held_by(7), held_by(9)), (before, of_program - 20_000, 0, 20_000));
+    close(9);
+    close(7);
+    assert_eq!((held(), held_by(0)), (before, of_program));
 }
 
 #[test]

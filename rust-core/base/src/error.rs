@@ -72,7 +72,7 @@ impl Error {
     /// An [`Error::Io`] for a file; [`Error::OutOfMemory`] where memory is what was wanting.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         if source.kind() == std::io::ErrorKind::OutOfMemory {
-            return Error::OutOfMemory(format!("{}: more could not be had; close other programs", path.display()));
+            return Error::OutOfMemory(format!("{}: {}", path.display(), crate::allowed::not_had_for_file()));
         }
         Error::Io { path: path.to_owned(), source }
     }

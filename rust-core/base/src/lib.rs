@@ -1,6 +1,9 @@
 //! What every part of surfrecon stands on: errors, the types of parameters, how large numbers may be, progress and cancel as
-//! one value, the worker pools, memory that is found out before it is taken.
+//! one value, who calls, the worker pools, memory that is found out before it is taken.
 
+mod account;
+mod allowed;
+pub mod context;
 pub mod error;
 pub mod magnitude;
 pub mod memory;

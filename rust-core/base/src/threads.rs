@@ -8,8 +8,11 @@ use std::fmt::Display;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
+use surfrecon_allocator::{ACCOUNTS, current, switch};
+
+use crate::account::Account;
+use crate::allowed;
 use crate::error::{Error, Result};
-use crate::memory;
 
 /// A value that one thread at a time works with, and whoever else comes is told why it can't be had instead of waiting.
 pub struct Exclusive<T> {
@@ -79,10 +82,40 @@ impl<T> Exclusive<T> {
 /// Address space that a thread takes to start: its stack, and what it keeps for itself.
 const ROOM_OF_A_THREAD: f64 = (3 << 20) as f64;
 
-/// The pools of a process, by their numbers of threads.
+/// Worker threads where a call does not say how many, by account; 0 for none said.
+static DEFAULTS: [AtomicU32; ACCOUNTS] = [const { AtomicU32::new(0) }; ACCOUNTS];
+
+/// Worker threads of calls that ask for 0: 0, the default, for one a core, or, of an account other than the process's, for that one's number.
+pub(crate) fn set_default(account: usize, threads: u32) {
+    DEFAULTS[account].store(threads, Ordering::Relaxed);
+}
+
+/// What was set for an account.
+pub(crate) fn default_of(account: usize) -> u32 {
+    DEFAULTS[account].load(Ordering::Relaxed)
+}
+
+/// Worker threads of calls that ask for 0, in the whole process but for contexts with a number of their own; 0, the default, for one a core.
+pub fn set_threads(threads: u32) {
+    set_default(0, threads);
+}
+
+/// What [`set_threads`] set.
+pub fn threads() -> u32 {
+    default_of(0)
+}
+
+/// A pool, for whom its threads work, and how many there are.
+struct Pool {
+    account: usize,
+    threads: usize,
+    pool: Arc<rayon::ThreadPool>,
+}
+
+/// The pools of a process.
 struct Pools {
     process: u32,
-    list: Vec<(usize, Arc<rayon::ThreadPool>)>,
+    list: Vec<Pool>,
 }
 
 static POOLS: Exclusive<Pools> = Exclusive::new(Pools { process: 0, list: Vec::new() });
@@ -100,34 +133,49 @@ fn pools() -> Option<MutexGuard<'static, Pools>> {
 }
 
 impl Pools {
-    fn of(&self, threads: usize) -> Option<Arc<rayon::ThreadPool>> {
-        self.list.iter().find(|pool| pool.0 == threads).map(|pool| pool.1.clone())
+    fn of(&self, account: usize, threads: usize) -> Option<Arc<rayon::ThreadPool>> {
+        let found = self.list.iter().find(|pool| pool.account == account && pool.threads == threads);
+        found.map(|pool| pool.pool.clone())
     }
 }
 
-/// The pool of `threads` threads, 0 for one a core; pools are kept for later calls of the same process.
+/// The pool of `threads` threads of the context that this thread works for, 0 for the number that was set or one a core; pools are kept for
+/// later calls of the same process.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the system refuses the threads.
 pub fn pool(threads: usize) -> Result<Arc<rayon::ThreadPool>> {
-    let threads = match threads {
-        0 => std::thread::available_parallelism().map_or(1, usize::from),
-        n => n.min(1024),
+    let account = current();
+    let asked = u32::try_from(threads).unwrap_or(u32::MAX);
+    let said = [asked, default_of(account), default_of(0)].into_iter().find(|&threads| threads != 0);
+    let threads = match said {
+        None => std::thread::available_parallelism().map_or(1, usize::from),
+        Some(n) => n.min(1024) as usize,
     };
-    if let Some(pool) = pools().and_then(|pools| pools.of(threads)) {
+    if let Some(pool) = pools().and_then(|pools| pools.of(account, threads)) {
         return Ok(pool);
     }
     let made = Arc::new(new(threads)?);
     let Some(mut pools) = pools() else { return Ok(made) };
     // Another thread may have made one meanwhile.
-    if let Some(pool) = pools.of(threads) {
+    if let Some(pool) = pools.of(account, threads) {
         return Ok(pool);
     }
-    pools.list.push((threads, made.clone()));
+    pools.list.push(Pool { account, threads, pool: made.clone() });
     Ok(made)
 }
 
-/// A pool of so many threads that nobody else has.
+/// Ends the pools of an account that no call works for any more.
+pub(crate) fn end(account: usize) {
+    let ended: Vec<Pool> = match pools() {
+        Some(mut pools) => pools.list.extract_if(.., |pool| pool.account == account).collect(),
+        None => return,
+    };
+    // Others may have pools meanwhile.
+    drop(ended);
+}
+
+/// A pool of so many threads that nobody else has; they work for whom this thread works for.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`] if the system refuses the threads.
@@ -135,11 +183,18 @@ pub(crate) fn new(threads: usize) -> Result<rayon::ThreadPool> {
     let refused =
         |why: &dyn Display| Error::OutOfMemory(format!("{threads} worker threads could not be started ({why})"));
     // A thread that starts and then finds no room for its first words ends the process, and nobody can catch that.
-    if memory::address_space() < ROOM_OF_A_THREAD * threads as f64 {
+    if allowed::address_space() < ROOM_OF_A_THREAD * threads as f64 {
         return Err(refused(&"too little address space is left"));
     }
+    let account = Account::of_this_thread();
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
+        .start_handler(move |_| {
+            switch(account.number());
+        })
+        .exit_handler(|_| {
+            switch(0);
+        })
         .thread_name(|i| format!("surfrecon-{i}"))
         .build()
         .map_err(|e| refused(&e))

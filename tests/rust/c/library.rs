@@ -8,6 +8,9 @@ use std::sync::OnceLock;
 use libloading::Library;
 
 use crate::arguments::Argument;
+use crate::calls::kit::{Fault, Kit};
+use crate::calls::right::Right;
+pub use crate::types::*;
 
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -28,145 +31,6 @@ pub fn folder() -> &'static Path {
     })
 }
 
-/// A handle: never followed.
-#[repr(transparent)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Handle(pub *mut c_void);
-
-// SAFETY: a handle is a number that any thread may use.
-unsafe impl Send for Handle {}
-// SAFETY: as above.
-unsafe impl Sync for Handle {}
-
-impl Handle {
-    pub const NULL: Handle = Handle(std::ptr::null_mut());
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug)]
-pub struct Array {
-    pub data: *const c_void,
-    pub count: usize,
-    pub stride: usize,
-    pub kind: u32,
-    pub components: u32,
-}
-
-pub const F32: u32 = 1;
-pub const F64: u32 = 2;
-pub const I32: u32 = 3;
-pub const U32: u32 = 4;
-pub const U8: u32 = 5;
-pub const U16: u32 = 6;
-
-impl Array {
-    pub const EMPTY: Array = Array { data: std::ptr::null(), count: 0, stride: 0, kind: 0, components: 0 };
-
-    /// An array of `components` numbers an element.
-    pub fn of<T>(values: &[T], kind: u32, components: u32) -> Self {
-        let size = [4, 8, 4, 4, 1, 2][kind as usize - 1] * components as usize;
-        Array { data: values.as_ptr().cast(), count: size_of_val(values) / size, stride: 0, kind, components }
-    }
-
-    /// The bytes of a view without gaps.
-    pub fn bytes(&self) -> Vec<u8> {
-        if self.count == 0 {
-            return Vec::new();
-        }
-        // SAFETY: the library says so.
-        unsafe { std::slice::from_raw_parts(self.data.cast::<u8>(), self.count * self.stride) }.to_vec()
-    }
-}
-
-#[repr(C)]
-pub struct Watch {
-    pub report: Option<unsafe extern "C" fn(*const c_char, f64, *const c_char, *mut c_void) -> i32>,
-    pub user: *mut c_void,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct ImageSource {
-    pub make: Option<unsafe extern "C" fn(*mut c_void, *mut Handle) -> i32>,
-    pub user: *mut c_void,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct FileSource {
-    pub length: u64,
-    pub read: Option<unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32>,
-    pub release: Option<unsafe extern "C" fn(*mut c_void)>,
-    pub user: *mut c_void,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct FileSink {
-    pub write: Option<unsafe extern "C" fn(*mut c_void, *const c_char, *const c_void, usize) -> i32>,
-    pub release: Option<unsafe extern "C" fn(*mut c_void)>,
-    pub user: *mut c_void,
-}
-
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Projection {
-    pub kind: u32,
-    pub reserved: u32,
-    pub numbers: [f64; 4],
-}
-
-/// A struct of the header that starts with its size, by the numbers after its first eight bytes.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sized<const N: usize> {
-    pub size: u32,
-    pub second: u32,
-    pub numbers: [u64; N],
-}
-
-impl<const N: usize> Sized<N> {
-    pub const ZERO: Self = Sized { size: 0, second: 0, numbers: [0; N] };
-
-    pub fn f64(&self, index: usize) -> f64 {
-        f64::from_bits(self.numbers[index])
-    }
-
-    pub fn set_f64(&mut self, index: usize, value: f64) {
-        self.numbers[index] = value.to_bits();
-    }
-}
-
-pub type PlaneParams = Sized<3>;
-pub type Plane = Sized<9>;
-pub type AlignParams = Sized<6>;
-pub type AlignReport = Sized<5>;
-pub type AlignedScan = Sized<103>;
-pub type AlignedPair = Sized<49>;
-pub type Snap = Sized<64>;
-pub type Pick = Sized<14>;
-pub type MergeParams = Sized<6>;
-pub type MergeReport = Sized<19>;
-pub type MeshReport = Sized<17>;
-pub type Frame = Sized<37>;
-pub type LeftOut = Sized<4>;
-pub type GridCamera = Sized<1287>;
-pub type TriangulateParams = Sized<2>;
-pub type ScanParams = Sized<10>;
-pub type SculptParams = Sized<8>;
-pub type QuadParams = Sized<15>;
-pub type SplineParams = Sized<3>;
-pub type WriteOptions = Sized<3>;
-pub type QuadReport = Sized<16>;
-pub type ReadOptions = Sized<14>;
-pub type Certificate = Sized<11>;
-pub type ReconstructParams = Sized<6>;
-pub type ReconstructReport = Sized<18>;
-pub type ClusterParams = Sized<8>;
-pub type ClusterReport = Sized<9>;
-pub type Distances = Sized<7>;
-pub type LogFn = Option<unsafe extern "C" fn(i32, *const c_char, *mut c_void)>;
-
 macro_rules! functions {
     ($($name:ident($($argument:ident: $t:ty),*) -> $r:ty;)*) => {
         /// Every function of the header.
@@ -178,6 +42,23 @@ macro_rules! functions {
         /// Their names.
         pub const NAMES: &[&str] = &[$(stringify!($name)),*];
 
+        /// The functions as tests call them: what each returns is noted.
+        mod noted {
+            use super::*;
+            $(
+                pub unsafe extern "C" fn $name($($argument: $t),*) -> $r {
+                    // SAFETY: the caller's contract is that of the function.
+                    let answer = unsafe { (library().$name)($($argument),*) };
+                    if let Some(status) = status_of(&answer) {
+                        crate::returned::note(stringify!($name), status);
+                    }
+                    answer
+                }
+            )*
+        }
+
+        const NOTED: Api = Api { $($name: noted::$name),* };
+
         impl Api {
             fn load(library: &'static Library) -> Api {
                 Api {$(
@@ -185,6 +66,23 @@ macro_rules! functions {
                     $name: *unsafe { library.get::<unsafe extern "C" fn($($t),*) -> $r>(stringify!($name).as_bytes()) }
                         .unwrap_or_else(|error| panic!("{error}")),
                 )*}
+            }
+
+            /// Calls one function with what is right for its arguments, or wrong in the way that the kit has; its status. Nothing
+            /// where it answers with none, or no argument can be wrong in that way.
+            pub fn call_rightly(&self, name: &str, kit: &Kit) -> Option<i32> {
+                $(
+                    if name == stringify!($name) {
+                        $(let $argument = <$t as Right>::right(kit, stringify!($argument));)*
+                        if ![Fault::None, Fault::Memory].contains(&kit.fault) && !kit.has_fault.get() {
+                            return None;
+                        }
+                        // SAFETY: as the header wants it, or wrong in a way that is checked.
+                        let answer = kit.call(|| unsafe { (self.$name)($($argument),*) });
+                        return status_of(&answer);
+                    }
+                )*
+                None
             }
 
             /// Calls every function that answers with a status with nothing but zeros; name and status.
@@ -239,6 +137,20 @@ functions! {
     srf_set_threads(threads: u32) -> i32;
     srf_threads() -> u32;
     srf_set_log(log: LogFn, user: *mut c_void) -> i32;
+    srf_cancel_create(out: *mut Handle) -> i32;
+    srf_cancel_free(cancel: Handle) -> i32;
+    srf_cancel_set(cancel: Handle) -> i32;
+    srf_cancel_reset(cancel: Handle) -> i32;
+    srf_cancel_is_set(cancel: Handle, out: *mut u32) -> i32;
+    srf_set_allocator(allocator: *const [usize; 4]) -> i32;
+    srf_context_create(out: *mut Handle) -> i32;
+    srf_context_free(context: Handle) -> i32;
+    srf_context_use(context: Handle, former: *mut Handle) -> i32;
+    srf_context_set_threads(context: Handle, threads: u32) -> i32;
+    srf_context_threads(context: Handle, out: *mut u32) -> i32;
+    srf_context_set_memory_limit(context: Handle, bytes: u64) -> i32;
+    srf_context_memory(context: Handle, limit: *mut u64, held: *mut u64) -> i32;
+    srf_context_set_log(context: Handle, log: LogFn, user: *mut c_void) -> i32;
     srf_image_create(rows: usize, cols: usize, projection: *const Projection, samples: *const Array, pose: *const [f64; 16], name: *const c_char, out: *mut Handle) -> i32;
     srf_image_free(image: Handle) -> i32;
     srf_image_size(image: Handle, rows: *mut usize, cols: *mut usize, valid: *mut usize) -> i32;
@@ -253,7 +165,7 @@ functions! {
     srf_image_attributes(image: Handle, colours: *mut Array, intensities: *mut Array, confidences: *mut Array) -> i32;
     srf_triangulate_params_init_sized(params: *mut TriangulateParams, size: usize) -> i32;
     srf_image_triangulate(image: Handle, params: *const TriangulateParams, progress: *const Watch, out: *mut Handle) -> i32;
-    srf_image_to_cloud(image: Handle, out: *mut Handle) -> i32;
+    srf_image_to_cloud(image: Handle, progress: *const Watch, out: *mut Handle) -> i32;
     srf_frame_init_sized(frame: *mut Frame, size: usize) -> i32;
     srf_left_out_init_sized(left_out: *mut LeftOut, size: usize) -> i32;
     srf_image_from_frame(frame: *const Frame, depths: *const Array, colours: *const Array, confidences: *const Array, pose: *const [f64; 16], name: *const c_char, progress: *const Watch, out: *mut Handle, left_out: *mut LeftOut) -> i32;
@@ -292,6 +204,13 @@ functions! {
     srf_mesh_attribute_name(mesh: Handle, domain: u32, index: usize, out: *mut *const c_char) -> i32;
     srf_mesh_attribute(mesh: Handle, domain: u32, name: *const c_char, out: *mut Array) -> i32;
     srf_mesh_set_attribute(mesh: Handle, domain: u32, name: *const c_char, data: *const Array) -> i32;
+    srf_mesh_size(mesh: Handle, vertices: *mut usize, triangles: *mut usize) -> i32;
+    srf_cloud_size(cloud: Handle, points: *mut usize) -> i32;
+    srf_mesh_bounds(mesh: Handle, progress: *const Watch, min: *mut f64, max: *mut f64) -> i32;
+    srf_cloud_bounds(cloud: Handle, progress: *const Watch, min: *mut f64, max: *mut f64) -> i32;
+    srf_image_bounds(image: Handle, progress: *const Watch, min: *mut f64, max: *mut f64) -> i32;
+    srf_mesh_positions_f32(mesh: Handle, origin: *const f64, out: *mut f32, capacity: usize, progress: *const Watch) -> i32;
+    srf_cloud_positions_f32(cloud: Handle, origin: *const f64, out: *mut f32, capacity: usize, progress: *const Watch) -> i32;
     srf_mesh_report_init_sized(report: *mut MeshReport, size: usize) -> i32;
     srf_mesh_check(mesh: Handle, welded: u32, progress: *const Watch, out: *mut MeshReport) -> i32;
     srf_mesh_distances(mesh: Handle, points: *const Array, is_signed: u32, threads: u32, progress: *const Watch, distances: *mut f64, figures: *mut Distances) -> i32;
@@ -420,8 +339,14 @@ functions! {
     srf_scan_mesh(mesh: Handle, rows: usize, cols: usize, projection: *const Projection, pose: *const [f64; 16], params: *const ScanParams, progress: *const Watch, out: *mut Handle) -> i32;
 }
 
-/// The functions of the built library.
+/// The functions of the built library, which note what they return.
 pub fn api() -> &'static Api {
+    library();
+    &NOTED
+}
+
+/// The functions of the built library.
+fn library() -> &'static Api {
     static API: OnceLock<Api> = OnceLock::new();
     API.get_or_init(|| {
         let file = folder().join(libloading::library_filename("surfrecon"));

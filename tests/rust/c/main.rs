@@ -8,6 +8,8 @@ mod examples;
 mod header;
 mod library;
 mod programs;
+mod returned;
 mod server;
 mod structs;
+mod types;
 mod views;

@@ -232,6 +232,26 @@ fn a_forked_program_goes_on() {
 }
 
 #[test]
+fn two_plugins_in_a_program_have_threads_memory_and_a_log_of_their_own() {
+    let program = compile("cc", &["-std=c99", "-O1", "-pthread"], "tests/c/contexts.c");
+    assert_eq!(program.run(&[]).trim(), "fine");
+}
+
+#[test]
+fn memory_comes_from_functions_of_the_program() {
+    let sanitizers = ["-std=c99", "-pthread", "-fsanitize=address,undefined", "-fno-omit-frame-pointer", "-O1"];
+    let program = compile("cc", &sanitizers, "tests/c/allocator.c");
+    assert_eq!(program.run(&[]).trim(), "fine");
+    assert_eq!(program.run(&["reallocate"]).trim(), "fine");
+}
+
+#[test]
+fn a_handler_of_a_signal_cancels() {
+    let program = compile("cc", &["-std=c99", "-O1"], "tests/c/interrupt.c");
+    assert_eq!(program.run(&[]).trim(), "fine");
+}
+
+#[test]
 fn a_program_that_unloads_and_loads_twice_goes_on() {
     let program = compile("cc", &["-std=c99", "-O1", "-Wl,--as-needed"], "tests/c/unload.c");
     let library = folder().join(libloading::library_filename("surfrecon"));

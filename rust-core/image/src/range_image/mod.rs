@@ -8,6 +8,7 @@
 //! | `normals` | normals from the grid, oriented toward the sensor |
 //! | `curvature` | second difference of the range |
 //! | `confidence` | cosine to the ray, ramped to zero at jumps and borders \[CL96\] |
+//! | `cloud` | the samples as points |
 //! | `attributes` | what pixels have besides their samples, as attributes of the vertices they become |
 //! | `noise` | standard deviation of the noise, from the data alone |
 //! | `smooth` | noise taken out along the rays |
@@ -26,6 +27,8 @@ pub mod confidence;
 
 mod attributes;
 
+mod cloud;
+
 pub mod noise;
 
 pub(crate) mod pitch;
@@ -42,10 +45,8 @@ pub use projection::{DepthKind, Projection, Viewing};
 use glam::{DAffine3, DVec3};
 
 use base::error::{Error, Result, Shown};
-use base::magnitude;
 use base::progress::{Pace, Progress};
 use mesh::Crs;
-use mesh::point_cloud::PointCloud;
 
 use crate::rigid;
 
@@ -288,28 +289,6 @@ impl RangeImage {
         self.projection.ray(index / self.cols, index % self.cols, self.point_in_sensor(index))
     }
 
-    /// The valid pixels as a cloud, in the sensor's frame and placed in the world by the image's pose, with normals
-    /// (zero where a pixel has too few neighbours) and colours.
-    ///
-    /// # Errors
-    /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`].
-    pub fn to_point_cloud(&self) -> Result<PointCloud> {
-        let progress = &Progress::none();
-        self.validate()?;
-        let grid = samples::SampleGrid::new(self, progress)?;
-        magnitude::points("sample", &grid.positions)?;
-        let limit = spacing::EdgeLimit::from_data(self, &grid, spacing::median_spacing(&grid, progress)?, progress)?;
-        let normals = normals::sample_normals(self, &grid, limit);
-        Ok(PointCloud {
-            normals: Some(normals.iter().map(|n| n.as_vec3().to_array()).collect()),
-            colour: self.colour.as_ref().map(|c| grid.pixels.iter().map(|&p| c[p as usize]).collect()),
-            intensity: self.intensity.as_ref().map(|v| grid.pixels.iter().map(|&p| v[p as usize]).collect()),
-            positions: grid.positions,
-            world_from_cloud: self.world_from_sensor,
-            crs: self.crs.clone(),
-        })
-    }
-
     /// The system that its own coordinates are in: the world's, where its pose is the identity.
     pub fn crs_of_frame(&self) -> Option<Crs> {
         self.crs.clone().filter(|_| self.world_from_sensor == DAffine3::IDENTITY)
@@ -427,7 +406,7 @@ mod tests {
         let mut image = render(20, 20, projection, sphere(ahead(&projection), 0.25));
         image.world_from_sensor = DAffine3::from_rotation_translation(DQuat::from_rotation_x(0.3), DVec3::splat(1e6));
         image.colour = Some((0..400).map(|i| [i as u8, 0, 0, 255]).collect());
-        let cloud = image.to_point_cloud().unwrap();
+        let cloud = image.to_point_cloud(&Progress::none()).unwrap();
         let valid: Vec<usize> = (0..400).filter(|&i| image.is_valid(i)).collect();
         assert_eq!(cloud.positions.len(), valid.len());
         for (k, &i) in valid.iter().enumerate() {
@@ -435,6 +414,6 @@ mod tests {
             assert_eq!(cloud.colour.as_ref().unwrap()[k][0], i as u8);
         }
         image.colour = Some(vec![[0; 4]; 399]);
-        assert!(image.to_point_cloud().unwrap_err().to_string().contains("colours"));
+        assert!(image.to_point_cloud(&Progress::none()).unwrap_err().to_string().contains("colours"));
     }
 }

@@ -19,32 +19,27 @@ pub fn normals(image: &RangeImage) -> Result<Vec<[f32; 3]>> {
     let grid = SampleGrid::new(image, progress)?;
     let limit = EdgeLimit::from_data(image, &grid, median_spacing(&grid, progress)?, progress)?;
     let mut normals = vec![[0.0; 3]; image.len()];
-    for (&pixel, normal) in grid.pixels.iter().zip(sample_normals(image, &grid, limit)) {
-        normals[pixel as usize] = normal.as_vec3().to_array();
+    for (k, &pixel) in grid.pixels.iter().enumerate() {
+        normals[pixel as usize] = sample_normal(image, &grid, limit, k).as_vec3().to_array();
     }
     Ok(normals)
 }
 
-/// A unit normal a sample, toward the sensor, zero where there is none: the sum of the cross products of neighbouring
+/// The unit normal of a sample, toward the sensor, zero where there is none: the sum of the cross products of neighbouring
 /// grid edges within `limit`. With all four neighbours that is the cross product of the two central differences.
-pub fn sample_normals(image: &RangeImage, grid: &SampleGrid, limit: EdgeLimit) -> Vec<DVec3> {
-    let projection = image.projection();
-    (0..grid.len())
-        .map(|k| {
-            let here = grid.positions[k];
-            let [left, right, up, down] = grid.neighbours(k).map(|n| {
-                n.map(|n| grid.positions[n]).filter(|&there| limit.allows(here, there)).map(|there| there - here)
-            });
-            let mut sum = DVec3::ZERO;
-            for (first, second) in [(right, down), (down, left), (left, up), (up, right)] {
-                if let (Some(first), Some(second)) = (first, second) {
-                    sum += first.cross(second);
-                }
-            }
-            let normal = sum.normalize_or_zero();
-            if normal.dot(projection.view_direction(here)) > 0.0 { -normal } else { normal }
-        })
-        .collect()
+pub fn sample_normal(image: &RangeImage, grid: &SampleGrid, limit: EdgeLimit, sample: usize) -> DVec3 {
+    let here = grid.positions[sample];
+    let [left, right, up, down] = grid
+        .neighbours(sample)
+        .map(|n| n.map(|n| grid.positions[n]).filter(|&there| limit.allows(here, there)).map(|there| there - here));
+    let mut sum = DVec3::ZERO;
+    for (first, second) in [(right, down), (down, left), (left, up), (up, right)] {
+        if let (Some(first), Some(second)) = (first, second) {
+            sum += first.cross(second);
+        }
+    }
+    let normal = sum.normalize_or_zero();
+    if normal.dot(image.projection().view_direction(here)) > 0.0 { -normal } else { normal }
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ pub(super) fn what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_n
     let image = scan(mesh);
     let (mut aligner, mut alignment, mut reason) = (Handle::NULL, Handle::NULL, std::ptr::null());
     let mut asked = 0_u32;
-    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         api.ok((api.srf_aligner_create)(&mut aligner));
@@ -241,7 +241,7 @@ fn one_scan_is_drawn_to_others_as_by_the_core_and_files_are_read_once() {
     let given: Vec<[f64; 16]> = poses.iter().map(|pose| pose.map_or([0.0; 16], columns)).collect();
     let (mut params, mut snap, mut touches) = (AlignParams::ZERO, Snap::ZERO, [9_u8; 4]);
     let mut asked = 0_u32;
-    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
     // SAFETY: as the header wants it, or wrong in the ways it names.
     unsafe {
         api.ok((api.srf_align_params_init_sized)(&mut params, size_of_val(&params)));

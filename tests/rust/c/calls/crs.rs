@@ -91,7 +91,7 @@ pub(super) fn systems_go_from_files_through_results_to_files() {
         api.ok((api.srf_scans_open)([path.as_ptr()].as_ptr(), 1, std::ptr::null(), none, &mut again));
         assert_eq!(of_scans(again, 0), "EPSG:25832");
         let mut cloud = Handle::NULL;
-        api.ok((api.srf_image_to_cloud)(image, &mut cloud));
+        api.ok((api.srf_image_to_cloud)(image, none, &mut cloud));
         let of_cloud = || told(&|text, room, length| (api.srf_cloud_crs)(cloud, text, room, length));
         assert_eq!(of_cloud(), "EPSG:25832");
         api.ok((api.srf_cloud_set_crs)(cloud, std::ptr::null()));

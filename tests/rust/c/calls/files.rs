@@ -197,7 +197,7 @@ pub(super) fn everything_is_written_and_comes_back() {
         let nothing =
             (api.srf_meshes_write_glb_levels)(levels.as_ptr(), 0, c("n.glb").as_ptr(), none.cast(), 1.0, 0, none);
         api.refused(nothing, PARAMETER, "count is 0");
-        api.ok((api.srf_image_to_cloud)(image, &mut cloud));
+        api.ok((api.srf_image_to_cloud)(image, std::ptr::null(), &mut cloud));
         api.ok((api.srf_cloud_write_ply)(cloud, c("cloud.ply").as_ptr(), 2, none));
         let (content, read) = opened(&path("cloud.ply"), defaults);
         let positions = |cloud: Handle| {
@@ -253,7 +253,7 @@ pub(super) fn writing_reports_and_can_be_cancelled() {
     let positions: Vec<[f64; 3]> = (0..3_000_000).map(|i| [f64::from(i) / 7.0, 1.0 / 3.0, 0.1]).collect();
     let mut mesh = Handle::NULL;
     let mut asked = 0_u32;
-    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
     // SAFETY: as the header wants it.
     unsafe {
         let none: [[u32; 3]; 1] = [[0, 1, 2]];

@@ -25,7 +25,7 @@ mod field {
 }
 
 /// A camera whose image of millimetres has so many rows and columns.
-fn form(rows: usize, cols: usize) -> Frame {
+pub(super) fn form(rows: usize, cols: usize) -> Frame {
     let mut frame = Frame::ZERO;
     // SAFETY: as the header wants it.
     api().ok(unsafe { (api().srf_frame_init_sized)(&mut frame, size_of_val(&frame)) });
@@ -456,7 +456,7 @@ pub(super) fn sources_are_aligned_and_cancelled() {
     let makers = [2.0, 2.1].map(|away| Maker::new(away, NEVER, How::GivesNothing));
     let (mut aligner, mut alignment, merger) = (Handle::NULL, Handle::NULL, merger(&makers));
     let mut asked = 0_u32;
-    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
     // SAFETY: as the header wants it.
     unsafe {
         let (none, mut mesh) = (std::ptr::null_mut(), Handle::NULL);

@@ -140,6 +140,33 @@ pub(super) fn scans_that_are_not_there_are_not_replaced() {
     }
 }
 
+#[test]
+fn what_a_run_renews_is_not_told_before_it_ends() {
+    unsafe extern "C" fn asks(_: *const c_char, _: f64, _: *const c_char, user: *mut c_void) -> i32 {
+        // SAFETY: what was handed in.
+        let merger = unsafe { *user.cast::<Handle>() };
+        let (renewed, all) = (std::ptr::null_mut(), std::ptr::null_mut());
+        // SAFETY: as the header wants it.
+        let answer = unsafe { (api().srf_merger_renewed)(merger, renewed, all) };
+        api().refused(answer, INPUT, "merger is running");
+        1
+    }
+    let api = api();
+    let mesh = octahedron();
+    let mut merger = merger_of(mesh);
+    let watch = Watch { report: Some(asks), user: (&raw mut merger).cast(), cancel: Handle::NULL };
+    let mut surface = Handle::NULL;
+    // SAFETY: as the header wants it.
+    unsafe {
+        api.ok((api.srf_merger_keep)(merger, 1));
+        let answer = (api.srf_merger_run)(merger, &params(0.02), &watch, &mut surface, std::ptr::null_mut());
+        api.refused(answer, CANCELLED, "cancelled");
+        for end in [(api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+    }
+}
+
 /// Theorem: who runs a merge that keeps, on however many threads, while others replace its scans, gets what one of its states is.
 #[test]
 pub(super) fn runs_at_a_time_and_replacing_meanwhile_give_what_one_state_is() {

@@ -2,14 +2,20 @@
 //! enums, after a cancel, and from eight threads at once.
 
 mod aligning;
+mod bounds;
+mod cancelling;
+mod contexts;
 mod crs;
 mod files;
 mod folders;
 mod frames;
+pub mod kit;
 mod merging;
 mod objects;
 mod operations;
 mod refusals;
+pub mod right;
+mod rightly;
 mod select;
 mod threads;
 mod vertices;
@@ -21,7 +27,9 @@ use crate::library::*;
 const OK: i32 = 0;
 const PARAMETER: i32 = 1;
 const INPUT: i32 = 2;
+const FORMAT: i32 = 3;
 const IO: i32 = 4;
+const OUT_OF_MEMORY: i32 = 5;
 const CANCELLED: i32 = 6;
 const NULL: i32 = 7;
 const HANDLE: i32 = 9;

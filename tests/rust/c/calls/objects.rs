@@ -141,7 +141,7 @@ pub(super) fn an_image_and_its_cloud() {
         api.ok((api.srf_mesh_attribute)(surface, 1, c"range_row".as_ptr(), &mut view));
         assert!(view.count > 200 && view.kind == I32);
         let mut cloud = Handle::NULL;
-        api.ok((api.srf_image_to_cloud)(image, &mut cloud));
+        api.ok((api.srf_image_to_cloud)(image, std::ptr::null(), &mut cloud));
         let (mut normals, mut positions) = (Array::EMPTY, Array::EMPTY);
         api.ok((api.srf_cloud_arrays)(cloud, &mut positions, &mut normals, unwanted(), unwanted()));
         assert_eq!((positions.count, normals.count), (valid, valid));

@@ -86,7 +86,7 @@ pub(super) fn regions_part_images_meshes_clouds_and_scans_of_files() {
         let answer = (api.srf_region_box)(&cuboid([0.0; 3], [1.0, 0.0, 1.0]), &mut region);
         api.refused(answer, INPUT, "the box is flat");
         let mut watched = 0_u32;
-        let watch = Watch { report: Some(cancel), user: (&raw mut watched).cast() };
+        let watch = Watch { report: Some(cancel), user: (&raw mut watched).cast(), cancel: Handle::NULL };
         let answer = (api.srf_image_select)(kept, region, 1, &watch, &mut gone);
         assert!(answer == CANCELLED || answer == INPUT, "{answer}");
         for end in [(api.srf_region_free)(region), (api.srf_scans_free)(scans), (api.srf_cloud_free)(cloud)] {

@@ -1,12 +1,16 @@
 //! Cancelling, and eight threads at once.
 
 use super::aligning::*;
+use super::bounds::*;
+use super::cancelling::*;
+use super::contexts::*;
 use super::files::*;
 use super::frames::*;
 use super::merging::*;
 use super::objects::*;
 use super::operations::*;
 use super::refusals::*;
+use super::rightly::*;
 use super::vertices::*;
 use super::*;
 
@@ -16,7 +20,7 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
     let mesh = octahedron();
     let merger = merger_of(mesh);
     let mut asked = 0_u32;
-    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast() };
+    let watch = Watch { report: Some(cancel), user: (&raw mut asked).cast(), cancel: Handle::NULL };
     let (mut surface, mut report) = (Handle::NULL, MergeReport::ZERO);
     // SAFETY: as the header wants it.
     unsafe {
@@ -53,14 +57,17 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 30] = [
+    let all: [fn(); 39] = [
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
+        every_function_with_wrong_handles_and_sizes,
         a_mesh_and_its_attributes,
         arrays_that_lie_are_refused,
         strides_and_unaligned_data_are_fine,
         an_image_and_its_cloud,
+        what_there_is_is_counted_and_has_bounds,
+        far_positions_keep_their_digits_in_single_precision,
         vertices_of_an_image_and_back,
         what_is_no_range_image_is_refused,
         a_cloud_from_arrays,
@@ -73,6 +80,12 @@ fn every_call_from_eight_threads_at_once() {
         poses_to_draw_a_scan_from_are_refused_where_they_can_not_be,
         what_is_not_placed_has_a_reason_and_a_cancelled_alignment_leaves_nothing,
         cancelling_leaves_nothing_and_the_next_call_is_fine,
+        a_call_is_cancelled_by_another_thread_and_not_by_what_was_reset,
+        one_that_was_freed_cancels_nothing_and_no_other,
+        a_context_has_settings_of_its_own,
+        a_limit_concerns_the_calls_of_its_context_alone,
+        what_a_merge_keeps_is_on_the_account_of_its_last_run,
+        a_context_is_freed_while_a_call_is_under_it,
         files_go_out_and_come_back,
         options_say_what_files_do_not,
         everything_is_written_and_comes_back,

@@ -1,0 +1,88 @@
+//! Settings for a part of a program.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::ThreadId;
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use surfrecon::context::{self, choose};
+
+use crate::errors::{parameter_error, to_python};
+use crate::settings::limit_of;
+
+/// What a thread had chosen before it entered a context.
+type Former = (ThreadId, Option<Arc<context::Context>>);
+
+/// Threads and a limit on memory for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
+/// them has to live with what another one set::
+///
+///     with surfrecon.Context(threads=2, memory_limit=4_000_000_000):
+///         merged = surfrecon.merge(scans)
+///
+/// Holds for the thread that runs the block, and for jobs that are started in it; not for other tasks of an event loop: don't ``await``
+/// in it. May be entered again, by several threads as well: their calls share the limit.
+///
+/// Args:
+///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.
+///     memory_limit: Most memory that calls may take, in bytes; together, where several run at a time. ``None`` for as much as
+///         ``set_memory_limit`` says. What is called elsewhere does not count, nor does its limit concern what is called here.
+///
+/// Raises:
+///     ParameterError: more than 1024 threads, or fewer than 0.
+///     InputError: a limit that is no number of bytes.
+#[pyclass(frozen, module = "surfrecon")]
+pub struct Context {
+    core: Arc<context::Context>,
+    entered: Mutex<Vec<Former>>,
+}
+
+#[pymethods]
+impl Context {
+    #[new]
+    #[pyo3(signature = (*, threads = 0, memory_limit = None))]
+    fn new(threads: i64, memory_limit: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let threads = u32::try_from(threads)
+            .ok()
+            .filter(|threads| *threads <= 1024)
+            .ok_or_else(|| parameter_error(format!("threads must be >= 0 and <= 1024, got {threads}")))?;
+        let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?;
+        let core = context::Context::new().map_err(|error| to_python(&error))?;
+        core.set_threads(threads);
+        core.set_memory_limit(limit);
+        Ok(Context { core, entered: Mutex::default() })
+    }
+
+    /// Worker threads of calls that are not told how many.
+    #[getter]
+    fn threads(&self) -> u32 {
+        self.core.threads()
+    }
+
+    /// Most memory that calls may take, in bytes, or ``None``.
+    #[getter]
+    fn memory_limit(&self) -> Option<u64> {
+        self.core.memory_limit()
+    }
+
+    fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        let former = (std::thread::current().id(), choose(Some(slf.core.clone())));
+        slf.entered.lock().unwrap_or_else(PoisonError::into_inner).push(former);
+        slf
+    }
+
+    #[pyo3(signature = (*_raised))]
+    fn __exit__(&self, _raised: &Bound<'_, pyo3::types::PyTuple>) -> PyResult<()> {
+        let here = std::thread::current().id();
+        let mut entered = self.entered.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(last) = entered.iter().rposition(|(thread, _)| *thread == here) else {
+            return Err(PyRuntimeError::new_err("this thread has not entered the context"));
+        };
+        choose(entered.remove(last).1);
+        Ok(())
+    }
+
+    fn __repr__(&self) -> String {
+        let limit = self.memory_limit().map_or_else(|| "None".to_owned(), |bytes| bytes.to_string());
+        format!("Context(threads={}, memory_limit={limit})", self.threads())
+    }
+}

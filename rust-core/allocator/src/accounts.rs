@@ -1,0 +1,136 @@
+//! Accounts of those who share the library within a program, beside that of the program itself.
+//!
+//! A thread works for one at a time: what it takes is charged to that, and what it gives back is taken off that. So whoever
+//! frees what was taken for another must work for that one meanwhile. Either is one addition to the account's number, so that an
+//! allocation costs the same with and without accounts of others, but for a look at who the thread works for.
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
+
+use crate::reserve::SMALL;
+
+/// Number of accounts; that of number 0 is the program's.
+pub const ACCOUNTS: usize = 1024;
+
+/// Where others have accounts, smaller allocations are not looked at by [`peak`]: adding all accounts up takes longer.
+const LARGE: usize = 16 << 10;
+
+#[repr(align(64))]
+struct Shared {
+    held: AtomicIsize,
+    ceiling: AtomicIsize,
+}
+
+static ALL: [Shared; ACCOUNTS] =
+    [const { Shared { held: AtomicIsize::new(0), ceiling: AtomicIsize::new(isize::MAX) } }; ACCOUNTS];
+
+/// Accounts that are in use, without the program's.
+static OPEN: AtomicUsize = AtomicUsize::new(0);
+/// The highest number that one ever had.
+static HIGHEST: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    static CURRENT: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The account that this thread works for; 0 unless [`switch`] said another one.
+#[inline]
+pub fn current() -> usize {
+    CURRENT.get()
+}
+
+/// Has this thread work for that account from now on; the one before.
+///
+/// # Panics
+/// If there is no account of that number.
+pub fn switch(account: usize) -> usize {
+    assert!(account < ACCOUNTS, "{account}");
+    CURRENT.replace(account)
+}
+
+/// Bytes held now, on all accounts. 0 in a program that has another allocator.
+pub fn held() -> usize {
+    let all: isize = ALL[..=HIGHEST.load(Relaxed)].iter().map(|account| account.held.load(Relaxed)).sum();
+    usize::try_from(all).unwrap_or(0)
+}
+
+/// Bytes that an account holds now. Less than 0 where it gave back what others had taken.
+pub fn held_by(account: usize) -> isize {
+    ALL[account].held.load(Relaxed)
+}
+
+/// Most bytes held at a time since the last [`restart_peak`], or since the program began.
+pub fn peak() -> usize {
+    MOST.load(Relaxed)
+}
+
+/// Counts the peak anew from what is held now.
+pub fn restart_peak() {
+    MOST.store(held(), Relaxed);
+}
+
+/// Refuses what would bring [`held_by`] above `bytes`, but for small allocations; `isize::MAX` for no ceiling.
+pub fn set_ceiling(account: usize, bytes: isize) {
+    ALL[account].ceiling.store(bytes, Relaxed);
+}
+
+/// Takes an account other than the program's into use: it holds nothing and has no ceiling.
+pub fn open(account: usize) {
+    ALL[account].held.store(0, Relaxed);
+    set_ceiling(account, isize::MAX);
+    HIGHEST.fetch_max(account, Relaxed);
+    OPEN.fetch_add(1, Relaxed);
+}
+
+/// Takes an account out of use that no thread works for; what it holds still is the program's.
+pub fn close(account: usize) {
+    ALL[0].held.fetch_add(ALL[account].held.swap(0, Relaxed), Relaxed);
+    OPEN.fetch_sub(1, Relaxed);
+}
+
+/// Charges bytes; false if they may not be had.
+#[inline]
+pub fn charge(bytes: usize) -> bool {
+    if OPEN.load(Relaxed) != 0 {
+        return charge_current(bytes);
+    }
+    let Some(held) = add(&ALL[0], bytes) else { return false };
+    note(held as usize);
+    true
+}
+
+/// What the account then holds; none if it may not.
+#[inline]
+fn add(account: &Shared, bytes: usize) -> Option<isize> {
+    let held = account.held.fetch_add(bytes as isize, Relaxed).wrapping_add(bytes as isize);
+    if held > account.ceiling.load(Relaxed) && bytes > SMALL {
+        account.held.fetch_sub(bytes as isize, Relaxed);
+        return None;
+    }
+    Some(held)
+}
+
+/// Mostly it isn't the most, and then nothing is written.
+#[inline]
+fn note(held: usize) {
+    if held > MOST.load(Relaxed) {
+        MOST.fetch_max(held, Relaxed);
+    }
+}
+
+#[inline(never)]
+fn charge_current(bytes: usize) -> bool {
+    let may = add(&ALL[current()], bytes).is_some();
+    if may && bytes >= LARGE {
+        note(held());
+    }
+    may
+}
+
+/// Takes bytes off what the account of this thread holds.
+#[inline]
+pub fn discharge(bytes: usize) {
+    let account = if OPEN.load(Relaxed) == 0 { 0 } else { current() };
+    ALL[account].held.fetch_sub(bytes as isize, Relaxed);
+}

@@ -1,0 +1,148 @@
+//! Accounts of those who share the library within a program, each in use as long as somebody has it.
+
+use std::ops::Deref;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use surfrecon_allocator::{ACCOUNTS, close, current, open, switch};
+
+use crate::allowed;
+use crate::error::{Error, Result};
+
+/// Nobody has the account.
+const FREE: usize = 0;
+/// It is being opened or closed; beyond, so many have it.
+const BUSY: usize = 1;
+
+/// Of each account how many have it.
+static HOLDERS: [AtomicUsize; ACCOUNTS] = [const { AtomicUsize::new(FREE) }; ACCOUNTS];
+
+/// One who has an account: of those that have it, the last one closes it.
+pub struct Account(pub(crate) usize);
+
+impl Account {
+    pub(crate) fn new() -> Result<Self> {
+        let free =
+            |holders: &&AtomicUsize| holders.compare_exchange(FREE, BUSY, Ordering::Acquire, Ordering::Relaxed).is_ok();
+        let Some(number) = (1..ACCOUNTS).find(|&number| free(&&HOLDERS[number])) else {
+            let most = ACCOUNTS - 1;
+            return Err(Error::OutOfMemory(format!(
+                "there are {most} contexts already, the most there can be: free some"
+            )));
+        };
+        open(number);
+        allowed::begin(number);
+        HOLDERS[number].store(BUSY + 1, Ordering::Release);
+        Ok(Account(number))
+    }
+
+    /// That of the call which this thread works for, or of none.
+    pub fn of_this_thread() -> Self {
+        // Somebody has it as long as the thread works for it.
+        Self::shared(current())
+    }
+
+    fn shared(number: usize) -> Self {
+        if number != 0 {
+            HOLDERS[number].fetch_add(1, Ordering::Relaxed);
+        }
+        Account(number)
+    }
+
+    /// Its number: 0 of calls without a context.
+    pub fn number(&self) -> usize {
+        self.0
+    }
+
+    /// Has this thread work for it until the answer is dropped.
+    pub fn enter(&self) -> Entered {
+        Entered { former: switch(self.0), _account: self.clone() }
+    }
+}
+
+impl Clone for Account {
+    fn clone(&self) -> Self {
+        Self::shared(self.0)
+    }
+}
+
+impl Drop for Account {
+    fn drop(&mut self) {
+        if self.0 != 0 && HOLDERS[self.0].fetch_sub(1, Ordering::AcqRel) == BUSY + 1 {
+            close(self.0);
+            HOLDERS[self.0].store(FREE, Ordering::Release);
+        }
+    }
+}
+
+/// A thread that works for an account.
+pub struct Entered {
+    former: usize,
+    _account: Account,
+}
+
+impl Drop for Entered {
+    fn drop(&mut self) {
+        switch(self.former);
+    }
+}
+
+/// What lives on after the call that made it, and is given back on that call's account.
+pub struct Owned<T> {
+    /// Empty while it is dropped alone.
+    value: Option<T>,
+    pub(crate) account: Account,
+}
+
+impl<T> Owned<T> {
+    /// Of the call which this thread works for.
+    pub fn new(value: T) -> Self {
+        Owned { value: Some(value), account: Account::of_this_thread() }
+    }
+
+    /// Has this thread work for the account that it is given back on.
+    pub fn enter(&self) -> Entered {
+        self.account.enter()
+    }
+
+    /// Whether it is given back on the account of the call which this thread works for.
+    pub fn is_of_this_thread(&self) -> bool {
+        self.account.number() == current()
+    }
+
+    /// What is owned no longer.
+    pub fn into_inner(mut self) -> T {
+        self.value.take().expect("it is dropped alone")
+    }
+}
+
+impl<T: Default> Default for Owned<T> {
+    fn default() -> Self {
+        Owned::new(T::default())
+    }
+}
+
+impl<T> Deref for Owned<T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        self.value.as_ref().expect("it is dropped alone")
+    }
+}
+
+impl<T> std::ops::DerefMut for Owned<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.value.as_mut().expect("it is dropped alone")
+    }
+}
+
+impl<T: Clone> Clone for Owned<T> {
+    fn clone(&self) -> Self {
+        Owned::new(T::clone(self))
+    }
+}
+
+impl<T> Drop for Owned<T> {
+    fn drop(&mut self) {
+        let _entered = self.account.enter();
+        drop(self.value.take());
+    }
+}
