@@ -5,6 +5,7 @@
 //! | `bvh` | bounding volume hierarchy: first hits of rays, closest points |
 //! | `delaunay2` | triangulation of points in one plane of space |
 //! | `delaunay3` | tetrahedralization of points |
+//! | `flow` | largest flows and smallest cuts of networks |
 //! | `horn` | the rigid motion between two sets of points |
 //! | `linear` | small symmetric matrices: systems of equations, eigenvalues |
 //! | `neighbours` | nearest neighbours among fixed points |
@@ -16,6 +17,7 @@
 pub mod bvh;
 pub mod delaunay2;
 pub mod delaunay3;
+pub mod flow;
 pub mod horn;
 pub mod linear;
 pub mod neighbours;
