@@ -235,7 +235,7 @@ typedef enum {
   SRF_DROPPED_INSIDE = 3,
   // Outside the surface: too far away for the threshold, or carved away.
   SRF_DROPPED_OUTSIDE = 4,
-  // Far from any surface that the others tell; only with smoothing. Since 0.2.
+  // Far from any surface that the others tell. Since 0.2.
   SRF_DROPPED_OUTLIER = 5,
 } srf_dropped;
 
@@ -1214,7 +1214,7 @@ typedef struct {
   uint64_t cut_facets;
   // Parts turned over by normals, sensors or direction.
   uint64_t turned_parts;
-  // Points dropped since they are far from any surface that the others tell; only with smoothing. Since 0.2.
+  // Points dropped since they are far from any surface that the others tell. Since 0.2.
   uint64_t outliers;
   // Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
   double noise;

@@ -38,7 +38,7 @@ pub enum srf_dropped {
     SRF_DROPPED_INSIDE = 3,
     /// Outside the surface: too far away for the threshold, or carved away.
     SRF_DROPPED_OUTSIDE = 4,
-    /// Far from any surface that the others tell; only with smoothing. Since 0.2.
+    /// Far from any surface that the others tell. Since 0.2.
     SRF_DROPPED_OUTLIER = 5,
 }
 
@@ -77,7 +77,7 @@ pub struct srf_reconstruct_report {
     pub cut_facets: u64,
     /// Parts turned over by normals, sensors or direction.
     pub turned_parts: u64,
-    /// Points dropped since they are far from any surface that the others tell; only with smoothing. Since 0.2.
+    /// Points dropped since they are far from any surface that the others tell. Since 0.2.
     pub outliers: u64,
     /// Noise of the points as measured: their standard deviation across the surface. 0 for fewer than 1,024. Since 0.2.
     pub noise: f64,

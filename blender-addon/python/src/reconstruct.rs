@@ -225,7 +225,7 @@ impl Reconstructed {
 impl Reconstructed {
     /// The points that are not on the surface, by the reason, each (k,) uint32 ascending: ``not_finite``, ``duplicate`` (at
     /// the same place as a point before it), ``inside`` and ``outside`` (out of the surface's reach), ``outlier`` (far from any
-    /// surface that the others tell; only with smoothing).
+    /// surface that the others tell).
     #[getter]
     fn dropped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);

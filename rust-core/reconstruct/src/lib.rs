@@ -7,6 +7,7 @@
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
 //! | 3 | `separate` | basins -> inside and outside |
+//! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
 //! | 5 | `sheet`, `grow`, `border`, `fans` | open surfaces, which divide nothing |
 //! | 6 | `orient` | outward, or as normals or sensors say |
@@ -41,6 +42,7 @@ mod complex;
 mod basins;
 
 // 3. sides
+mod cut;
 mod separate;
 
 // 4. manifold, and through all samples
@@ -104,9 +106,12 @@ pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progr
 }
 
 /// Stages 2 to 4 up to the repair: the side of each cell.
-fn separate(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Separated> {
-    let basins = basins::Basins::find(complex, progress)?;
-    let sides = separate::sides(basins, progress)?;
+fn separate(complex: Complex<'_>, is_noisy: bool, progress: &Progress<'_>) -> Result<Separated> {
+    let by_cut = if is_noisy { cut::sides(complex, progress)? } else { None };
+    let sides = match by_cut {
+        Some(sides) => sides,
+        None => separate::sides(basins::Basins::find(complex, progress)?, progress)?,
+    };
     let mut solid = Solid::new(complex, sides);
     let repaired = solid.repair(progress)?;
     Ok(solid.into_separated(repaired))

@@ -123,6 +123,17 @@ impl Quadric {
         factors.iter().all(|f| f.is_finite()).then_some(Quadric { factors, scale })
     }
 
+    /// How far a place lies above the surface over a frame, and the direction in which it does, to first order.
+    pub(super) fn above(&self, frame: &Frame, place: DVec3) -> (f64, DVec3) {
+        let at = frame.to_local(place);
+        let [u, v] = [at[0] / self.scale, at[1] / self.scale];
+        let [_, along_u, along_v, uu, uv, vv] = self.factors;
+        let slopes = [along_u + 2.0 * uu * u + uv * v, along_v + uv * u + 2.0 * vv * v].map(|slope| slope / self.scale);
+        let normal = frame.axes[2] - frame.axes[0] * slopes[0] - frame.axes[1] * slopes[1];
+        let length = normal.length();
+        ((at[2] - self.height(at)) / length, normal / length)
+    }
+
     pub(super) fn height(&self, at: [f64; 3]) -> f64 {
         row(at, self.scale).iter().zip(&self.factors).map(|(x, factor)| x * factor).sum()
     }

@@ -24,6 +24,17 @@ impl Samples {
     pub(super) fn given(&self) -> usize {
         self.input.len() + self.dropped.len()
     }
+
+    /// Without some of the samples, which are outliers.
+    pub(super) fn without(mut self, is_outlier: &[bool]) -> Samples {
+        let outliers = self.input.iter().zip(is_outlier).filter(|(_, is_outlier)| **is_outlier);
+        self.dropped.extend(outliers.map(|(&point, _)| Dropped { point, reason: Reason::Outlier }));
+        let mut kept = is_outlier.iter().map(|is_outlier| !is_outlier);
+        self.points.retain(|_| kept.next().unwrap_or(true));
+        let mut kept = is_outlier.iter().map(|is_outlier| !is_outlier);
+        self.input.retain(|_| kept.next().unwrap_or(true));
+        self
+    }
 }
 
 /// Sorts the samples: neighbours in space become neighbours in memory, and numbers no longer depend on the input's order.

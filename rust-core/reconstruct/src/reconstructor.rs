@@ -4,6 +4,7 @@ use std::borrow::Borrow;
 
 use glam::DVec3;
 
+use super::noise::INTERPOLATED;
 use super::orient::{Witness, orient};
 use super::plane::Plane;
 use super::prepare::{Samples, prepare};
@@ -282,11 +283,11 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             }
         }
         let mut positions = vec![DVec3::ZERO; used.len()];
-        let moved = &self.prepared.as_ref().expect("made before the surface").smoothing.moved;
+        let Smoothing { moved, measured, .. } = &self.prepared.as_ref().expect("made before the surface").smoothing;
         let mut squares = 0.0;
         for (i, (sample, &point)) in samples.points.iter().zip(&samples.input).enumerate() {
             if let Some(position) = positions.get_mut(number[point as usize] as usize) {
-                *position = *sample / samples.factor;
+                *position = *measured.get(i).unwrap_or(sample) / samples.factor;
                 squares += moved.get(i).map_or(0.0, |moved| moved * moved);
             }
         }
@@ -339,7 +340,10 @@ impl Prepared {
             [a, b, c] => Shape::Plane(Plane::new(&samples.points, [a, b, c], progress)?),
             _ => match Plane::along(&samples.points, smoothing.noise, progress)? {
                 Some(plane) => Shape::Plane(plane),
-                None => Shape::Space(Space::new(&mut samples.points, params.threads, progress)?),
+                None => {
+                    let is_noisy = smoothing.noise.spacings() > INTERPOLATED;
+                    Shape::Space(Space::new(&mut samples.points, is_noisy, params.threads, progress)?)
+                }
             },
         };
         progress.lap("tetrahedralize");

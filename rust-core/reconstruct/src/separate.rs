@@ -26,18 +26,18 @@ const VOTES: u32 = 12;
 const SHARE: f64 = 0.05;
 
 /// Groups of basins whose sides are known relative to each other.
-struct Groups {
+pub(super) struct Groups {
     /// Twice the parent, plus one if the parent is on the other side.
     parents: Vec<u32>,
 }
 
 impl Groups {
-    fn new(count: usize) -> Self {
+    pub(super) fn new(count: usize) -> Self {
         Groups { parents: (0..count as u32).map(|basin| 2 * basin).collect() }
     }
 
     /// The group's root, and 1 if the basin is on the other side than the root.
-    fn find(&mut self, basin: u32) -> (u32, u32) {
+    pub(super) fn find(&mut self, basin: u32) -> (u32, u32) {
         let (mut root, mut other) = (basin, 0);
         while self.parents[root as usize] >> 1 != root {
             other ^= self.parents[root as usize] & 1;
@@ -53,7 +53,7 @@ impl Groups {
     }
 
     /// Puts two basins on the same side or on different ones, unless it is known already. The new root, if there is one.
-    fn join(&mut self, a: u32, b: u32, different: bool) -> Option<(u32, u32)> {
+    pub(super) fn join(&mut self, a: u32, b: u32, different: bool) -> Option<(u32, u32)> {
         let ((a, side_a), (b, side_b)) = (self.find(a), self.find(b));
         if a == b {
             return None;

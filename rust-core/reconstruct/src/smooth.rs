@@ -1,9 +1,12 @@
 //! Samples moved to the surface that those around them tell, where they carry noise; those far from any are outliers.
 //!
-//! Each sample goes across the plane of its neighbourhood to the height field of second order fitted there, again from
-//! where it came to (moving least squares \[Lev04\]): second order, so that the surface does not shrink where it bends. All
+//! Some of the samples go across the plane of their neighbourhood to the height field of second order fitted there, again from
+//! where they came to (moving least squares \[Lev04\]): second order, so that the surface does not shrink where it bends. All
 //! fits read the measured places, so that no sample waits for another. What a fit counts falls off with the distance along
-//! the surface and, so that the other side of a thin wall says nothing, with the height.
+//! the surface and, so that the other side of a thin wall says nothing, with the height. All samples then go to where these fields
+//! (`patches`) lie between them.
+
+mod patches;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,10 +14,11 @@ use rayon::prelude::*;
 use super::noise::{self, INTERPOLATED, Noise};
 use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, prepare};
-use super::{Dropped, Reason, ReconstructParams};
+use super::{Dropped, ReconstructParams};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
+use patches::{Patch, Patches};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,8 +45,10 @@ pub(super) struct Smoothing {
     pub(super) noise: Noise,
     /// 0 if they are where they were.
     pub(super) radius: f64,
-    /// How far each came; empty if they are where they were.
+    /// How far each came; empty if they are where they were, or go back there.
     pub(super) moved: Vec<f64>,
+    /// Where each was measured, if it is to go back there once the surface is found \[DMSL11\].
+    pub(super) measured: Vec<DVec3>,
 }
 
 /// Smallest radius tried, in deviations of the noise: within less, what is along the surface can't be told from what is across ...
@@ -52,6 +58,8 @@ const SPACINGS: f64 = 2.5;
 /// Radii tried, each so many times the one before.
 const STEP: f64 = 1.3;
 const STEPS: usize = 9;
+/// The largest is taken whose error is at most so many times the least: where they differ by less, it is by chance.
+const AS_GOOD: f64 = 1.005;
 /// None larger is tried where the error is so many times the least.
 const WORSE: f64 = 1.05;
 /// Samples they are tried on.
@@ -70,6 +78,17 @@ const LONELY: f64 = 2.5;
 /// ... and as usual: about a tenth as many samples are around it.
 const ALONE: f64 = 3.0;
 
+/// A stray sample is so many times as far from the nearest one as that from its neighbours: of samples at random over a surface one in a
+/// thousand.
+const STRAY: f64 = 0.66;
+
+/// Share of outliers from which samples that carry little noise are rid of them ...
+const OUTLIERS: f64 = 0.01;
+/// ... taking so many spacings for the deviation of the others, at least ...
+const CLEAN: f64 = 0.1;
+/// ... and this radius, in spacings.
+const FOR_CLEAN: f64 = 4.0;
+
 /// Times a sample is moved at least ...
 const ROUNDS: usize = 4;
 /// ... and again while it still moves more than this part of the heights that count; one that does not settle lies on nothing.
@@ -87,9 +106,6 @@ const TO_START: f64 = 64.0;
 /// Heights above the surface, in deviations of the noise, at which a sample counts no more.
 const HIGH: f64 = 4.0;
 
-/// Distances moved, in deviations, from which a sample is an outlier.
-const FAR: f64 = 4.5;
-
 /// The diagonal of the box around points.
 fn extent(points: &[DVec3]) -> f64 {
     let grow = |(low, high): (DVec3, DVec3), &point: &DVec3| (low.min(point), high.max(point));
@@ -100,14 +116,17 @@ fn extent(points: &[DVec3]) -> f64 {
 /// The samples with which a surface is made.
 pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
     let noise = noise::measure(&samples.points, progress)?;
-    let is_clean = noise.spacings() <= INTERPOLATED;
     let radius = match smooth {
         // Farther than the points reach there is nothing that tells.
         Smooth::Within(radius) => Some((radius * samples.factor).min(extent(&samples.points))),
-        Smooth::AsNoiseAsks => None,
-        Smooth::Never => Some(0.0),
+        Smooth::AsNoiseAsks | Smooth::Never => None,
     };
-    if radius == Some(0.0) || (radius.is_none() && is_clean) || samples.points.len() < 4 {
+    if radius.is_none() && noise.spacings() <= INTERPOLATED {
+        let is_asked = smooth == Smooth::AsNoiseAsks && noise.apart >= OUTLIERS;
+        let samples = if is_asked { without_outliers(samples, noise, progress)? } else { samples };
+        return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
+    }
+    if samples.points.len() < 4 {
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
     // What is to be smoothed out counts as noise, even where it was not taken for it.
@@ -119,32 +138,50 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
         Some(radius) => radius,
         None => kept.best_radius(progress)?,
     };
-    let places = kept.moved_all(&samples.points, &mut is_outlier, radius, progress)?;
+    let patches = Patches::fit(&kept, radius, progress)?;
     drop(kept);
-    let (mut kept, mut input) = (Vec::with_capacity(places.len()), Vec::with_capacity(places.len()));
-    let mut dropped = samples.dropped;
-    for (i, &is_outlier) in is_outlier.iter().enumerate() {
-        if is_outlier {
-            dropped.push(Dropped { point: samples.input[i], reason: Reason::Outlier });
-        } else {
-            kept.push(places[i]);
-            input.push(i as u32);
+    let mut places = patches.moved_all(&samples.points, &mut is_outlier, progress)?;
+    drop(patches);
+    let given = samples.factor;
+    if is_outlier.iter().filter(|is| !**is).count() < 3 {
+        if smooth == Smooth::Never {
+            return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
         }
+        return Err(nothing_left(radius / given, places.len()));
     }
-    if kept.len() < 3 {
-        return Err(nothing_left(radius / samples.factor, is_outlier.len()));
-    }
-    let sorted = prepare(&kept, progress)?;
-    let measured = |i: u32| input[i as usize] as usize;
-    let outside = |d: &Dropped| Dropped { point: samples.input[measured(d.point)], reason: d.reason };
-    dropped.extend(sorted.dropped.iter().map(outside));
-    let distance = |(i, place): (&u32, &DVec3)| place.distance(samples.points[measured(*i)] * sorted.factor);
-    let moved = sorted.input.iter().zip(&sorted.points).map(distance).collect();
-    let input = sorted.input.iter().map(|&i| samples.input[measured(i)]).collect();
-    let factor = samples.factor * sorted.factor;
+    let mut samples = samples.without(&is_outlier);
+    let mut is_outlier = is_outlier.into_iter();
+    places.retain(|_| !is_outlier.next().unwrap_or(true));
+    let sorted = prepare(&places, progress)?;
+    drop(places);
+    let input = |i: u32| samples.input[i as usize];
+    samples.dropped.extend(sorted.dropped.iter().map(|d| Dropped { point: input(d.point), reason: d.reason }));
+    let measured: Vec<DVec3> = sorted.input.iter().map(|&i| samples.points[i as usize] * sorted.factor).collect();
+    let input = sorted.input.iter().map(|&i| input(i)).collect();
+    let points = Samples { points: sorted.points, factor: given * sorted.factor, input, dropped: samples.dropped };
     let (deviation, spacing) = (noise.deviation * sorted.factor, noise.spacing * sorted.factor);
-    let smoothing = Smoothing { noise: Noise { deviation, spacing }, radius: radius * sorted.factor, moved };
-    Ok((Samples { points: sorted.points, factor, input, dropped }, smoothing))
+    let noise = Noise { deviation, spacing, ..noise };
+    let smoothing = if smooth == Smooth::Never {
+        Smoothing { noise, measured, ..Smoothing::default() }
+    } else {
+        let moved = points.points.iter().zip(&measured).map(|(place, from)| place.distance(*from)).collect();
+        Smoothing { noise, radius: radius * sorted.factor, moved, measured: Vec::new() }
+    };
+    Ok((points, smoothing))
+}
+
+/// Samples that carry little noise stay where they are; outliers among them are left out if there are many.
+fn without_outliers(samples: Samples, noise: Noise, progress: &Progress<'_>) -> Result<Samples> {
+    if stray_share(&samples.points, progress)? < OUTLIERS {
+        return Ok(samples);
+    }
+    let mut is_outlier = lonely(&samples.points, progress)?;
+    let assumed = Noise { deviation: noise.deviation.max(CLEAN * noise.spacing), ..noise };
+    let kept = Kept::new(&samples.points, &is_outlier, assumed, progress)?;
+    let patches = Patches::fit(&kept, FOR_CLEAN * noise.spacing, progress)?;
+    patches.moved_all(&samples.points, &mut is_outlier, progress)?;
+    let left = is_outlier.iter().filter(|is| !**is).count();
+    Ok(if left < 3 { samples } else { samples.without(&is_outlier) })
 }
 
 fn nothing_left(radius: f64, count: usize) -> Error {
@@ -190,14 +227,15 @@ impl Kept {
     fn best_radius(&self, progress: &Progress<'_>) -> Result<f64> {
         let noise = self.noise;
         let mut radius = (DEVIATIONS * noise.deviation).max(SPACINGS * noise.spacing);
-        let mut best = (f64::INFINITY, radius);
+        let mut tried: Vec<(f64, f64)> = Vec::new();
+        let mut least = f64::INFINITY;
         // In larger ones there are no more samples.
         let largest = (MANY as f64 / std::f64::consts::PI).sqrt() * noise.spacing * STEP;
         for _ in 0..STEPS {
             let error = self.foretold(radius, progress)?;
-            if error < best.0 {
-                best = (error, radius);
-            } else if error > WORSE * best.0 {
+            tried.push((error, radius));
+            least = least.min(error);
+            if error > WORSE * least {
                 break;
             }
             radius *= STEP;
@@ -205,7 +243,8 @@ impl Kept {
                 break;
             }
         }
-        Ok(best.1)
+        let as_good = tried.iter().rev().find(|(error, _)| *error <= AS_GOOD * least);
+        Ok(as_good.map_or(radius, |tried| tried.1))
     }
 
     /// Mean square of the heights of samples above the surface that those around them tell.
@@ -216,9 +255,9 @@ impl Kept {
             let i = (2 * k + 1) * self.samples.len() / (2 * count);
             let place = self.samples[i];
             // From the place on the surface: samples chosen around this one would agree with it too well.
-            let to = self.moved(place, Some(i), radius, room);
+            let to = self.patch(place, Some(i), radius, room);
             let most = HIGH * self.noise.deviation;
-            let off = to.map_or(most, |to| to.distance(place).min(most));
+            let off = to.map_or(most, |to| to.place.distance(place).min(most));
             Ok(off * off)
         };
         let squares: Vec<f64> =
@@ -226,46 +265,20 @@ impl Kept {
         Ok(squares.iter().sum::<f64>() / count as f64)
     }
 
-    /// Where the samples come to. Advances `progress` by their number.
-    fn moved_all(
-        &self,
-        samples: &[DVec3],
-        is_outlier: &mut [bool],
-        radius: f64,
-        progress: &Progress<'_>,
-    ) -> Result<Vec<DVec3>> {
-        let mut places = samples.to_vec();
-        places.par_iter_mut().zip(is_outlier).enumerate().with_min_len(BLOCK).try_for_each_init(
-            Room::default,
-            |room, (i, (place, is_outlier))| {
-                if i.is_multiple_of(BLOCK) {
-                    progress.advance(BLOCK as u64)?;
-                }
-                if !*is_outlier {
-                    let from = *place;
-                    match self.moved(from, None, radius, room) {
-                        Some(to) if from.distance(to) <= FAR * self.noise.deviation => *place = to,
-                        _ => *is_outlier = true,
-                    }
-                }
-                Ok(())
-            },
-        )?;
-        Ok(places)
-    }
-
-    /// Where a sample comes to; `None` where nothing is around it.
-    fn moved(&self, from: DVec3, without: Option<usize>, radius: f64, room: &mut Room) -> Option<DVec3> {
+    /// The surface where a sample comes to; `None` where nothing is around it.
+    fn patch(&self, from: DVec3, without: Option<usize>, radius: f64, room: &mut Room) -> Option<Patch> {
         let high = HIGH * self.noise.deviation;
         let mut place = from;
         for round in 0..MOST_ROUNDS {
             let (frame, reach) = self.around(place, radius, without, round < SPARSE, room)?;
             // The first time the sample's own height is all that is known of its side.
             let high = if round == 0 { 2.0 * high } else { high };
-            let (height, share) = height(&frame, reach, high, &room.near)?;
+            let Fitted { quadric, counted, all } = fit(&frame, reach, high, &room.near)?;
+            let height = quadric.height([0.0; 3]);
             place = frame.above(height);
             if round + 1 >= ROUNDS && height.abs() <= SETTLED * high {
-                return (share >= SUPPORT).then_some(place);
+                let crowd = counted / (reach * reach);
+                return (counted >= SUPPORT * all).then_some(Patch { place, frame, quadric, crowd });
             }
         }
         None
@@ -302,23 +315,50 @@ impl Kept {
 /// Where weights end, where that is given by the furthest neighbour.
 const BEYOND: f64 = 1.2;
 
-/// Height of the surface of samples above a frame's place, and the share of their weight that says so: those further than
-/// `high` above or below it don't count.
-fn height(frame: &Frame, reach: f64, high: f64, near: &[Weighted]) -> Option<(f64, f64)> {
+/// What is fitted to weighted samples.
+struct Fitted {
+    quadric: Quadric,
+    /// Weight of those that count for it, and of all.
+    counted: f64,
+    all: f64,
+}
+
+/// The surface of samples over a frame: those further than `high` above or below its place don't count.
+fn fit(frame: &Frame, reach: f64, high: f64, near: &[Weighted]) -> Option<Fitted> {
     let counted = |&(sample, weight): &Weighted| {
         let at = frame.to_local(sample);
-        let off = at[2] / high;
-        let level = (1.0 - off * off).max(0.0);
-        (at, weight * level * level)
+        (at, weight * level(at[2] / high))
     };
     let quadric = Quadric::fit(near.iter().map(counted), reach)?;
-    let all: f64 = near.iter().map(|near| near.1).sum();
-    let level: f64 = near.iter().map(|near| counted(near).1).sum();
-    Some((quadric.height([0.0; 3]), level / all))
+    let all = near.iter().map(|near| near.1).sum();
+    Some(Fitted { quadric, counted: near.iter().map(|near| counted(near).1).sum(), all })
+}
+
+/// How much counts what lies at a part of the height up to which anything does.
+fn level(height: f64) -> f64 {
+    let level = (1.0 - height * height).max(0.0);
+    level * level
 }
 
 /// Samples moved between two looks at the progress.
 const BLOCK: usize = 64;
+
+/// Share of the samples that lie further from the nearest one than that lies from its neighbours.
+fn stray_share(samples: &[DVec3], progress: &Progress<'_>) -> Result<f64> {
+    let tree = KdTree::try_new(samples, progress)?;
+    let count = samples.len().min(TRIED);
+    let is_stray = |few: &mut Few, k: usize| -> Result<bool> {
+        progress.check()?;
+        let i = (2 * k + 1) * samples.len() / (2 * count);
+        tree.nearest_few(samples[i], 2, f64::INFINITY, few);
+        let Some((nearest, squared)) = few.iter().find(|&(other, _)| other as usize != i) else { return Ok(false) };
+        tree.nearest_few(samples[nearest as usize], FEW + 1, f64::INFINITY, few);
+        Ok(few.furthest().is_some_and(|furthest| squared > STRAY * STRAY * furthest))
+    };
+    let found: Vec<bool> =
+        (0..count).into_par_iter().with_min_len(16).map_init(Few::default, is_stray).collect::<Result<_>>()?;
+    Ok(found.into_iter().filter(|is| *is).count() as f64 / count.max(1) as f64)
+}
 
 /// Of each sample, whether it is much further from its neighbours than they are from theirs.
 fn lonely(samples: &[DVec3], progress: &Progress<'_>) -> Result<Vec<bool>> {

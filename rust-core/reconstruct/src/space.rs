@@ -18,6 +18,8 @@ const BYTES_CLOSED: [f64; 2] = [75.0, 360.0];
 const BYTES_DEGENERATE: [f64; 2] = [75.0, 670.0];
 const FEW_CELLS: f64 = 4.0;
 const BYTES_OPEN: [f64; 2] = [122.0, 690.0];
+/// Of samples that carry noise, whose sides a cut finds.
+const BYTES_CUT: [f64; 2] = [105.0, 600.0];
 
 /// Part of all samples that a closed surface goes through at least, if what was enclosed at first met less than half:
 /// the walls of a vessel may be thinner than its samples are apart. Of an open surface next to nothing is enclosed.
@@ -26,14 +28,16 @@ const ENCLOSED: f64 = 0.99;
 /// What depends on the samples only.
 pub(super) struct Space {
     delaunay: Delaunay3,
+    /// Whether samples carry noise, or did before they were smoothed.
+    is_noisy: bool,
     separated: Option<Separated>,
     choices: Option<Vec<Choice>>,
 }
 
 impl Space {
-    pub(super) fn new(samples: &mut [DVec3], threads: usize, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn new(samples: &mut [DVec3], is_noisy: bool, threads: usize, progress: &Progress<'_>) -> Result<Self> {
         let delaunay = Delaunay3::in_place(samples, threads, progress)?;
-        Ok(Space { delaunay, separated: None, choices: None })
+        Ok(Space { delaunay, is_noisy, separated: None, choices: None })
     }
 
     /// `stages`: numbers of those that find the sides and the surface. `is_kept`: whether there will be another surface.
@@ -58,7 +62,12 @@ impl Space {
         } else {
             let separated = match self.separated.take() {
                 Some(separated) => separated,
-                None => separate(complex, progress)?,
+                None => {
+                    if self.is_noisy {
+                        foresee(complex, BYTES_CUT)?;
+                    }
+                    separate(complex, self.is_noisy, progress)?
+                }
             };
             self.separated = is_kept.then(|| separated.clone());
             separated.dump(complex, "reconstruct-1-cells")?;

@@ -67,7 +67,7 @@ pub enum Reason {
     Inside,
     /// Outside the surface: too far away for the threshold, or carved away.
     Outside,
-    /// Much further from the others than they are from each other, or than their noise explains; only with smoothing.
+    /// Much further from the others than they are from each other, or than their noise explains.
     Outlier,
 }
 

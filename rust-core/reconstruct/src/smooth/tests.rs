@@ -138,6 +138,58 @@ fn outliers_are_counted_and_named() {
     assert!(outliers.len() - right < 10, "{}", outliers.len() - right);
 }
 
+/// What carries no noise stays where it is, and is rid of what belongs to no surface.
+#[test]
+fn clean_points_are_rid_of_outliers() {
+    for outliers in [0.04, 0.08] {
+        let points = with_outliers(torus(6000, 0.0), outliers);
+        let (made, report) = reconstruct(points.clone());
+        assert!(report.is_closed() && report.genus() == Some(1) && report.components == 1, "{report}");
+        assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
+        assert!(made.mesh.positions.iter().all(|p| points.contains(p)), "points were moved");
+        let error = to_truth(&made, |p| (p.x.hypot(p.y) - 3.0).hypot(p.z) - 1.0);
+        assert!(error < 0.25 * made.report.spacing, "{}", error / made.report.spacing);
+        let lost = made.report.dropped.iter().filter(|dropped| dropped.point < 6000).count();
+        assert!(lost < 60, "{lost} points of the torus were dropped");
+    }
+}
+
+/// A surface through the points as they are is found by those that were smoothed.
+#[test]
+fn points_go_back_to_where_they_were_measured() {
+    for (noise, genus) in [(0.39, 0), (1.0, 0), (1.0, 1)] {
+        let points = if genus == 0 { sphere(5000, noise) } else { torus(5000, noise) };
+        let points = with_outliers(points, 0.02);
+        let params = ReconstructParams { interpolate: true, ..Default::default() };
+        let made = run(&cloud(points.clone()), &params, &Progress::none()).unwrap();
+        let report = check(&made.mesh);
+        assert!(report.is_closed() && report.genus() == Some(genus) && report.components == 1, "{noise}: {report}");
+        assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
+        let Some(mesh::AttributeData::I32(sources)) = made.mesh.vertex_attribute("source_point") else { panic!() };
+        for (position, &source) in made.mesh.positions.iter().zip(sources) {
+            assert_eq!(*position, points[source as usize]);
+        }
+        assert!(made.report.used > 4900, "{}", made.report.used);
+    }
+}
+
+/// Two walls, nearer to each other than either is wide.
+#[test]
+fn a_noisy_wall_keeps_its_sides() {
+    let (mut random, mut normal) = (random(41), normal(43));
+    let spacing = (32.0_f64 / 8000.0).sqrt();
+    let points = (0..8000)
+        .map(|i| {
+            let side = if i % 2 == 0 { 0.0 } else { 8.0 * spacing };
+            DVec3::new(4.0 * random(), 4.0 * random(), side + 0.5 * spacing * normal())
+        })
+        .collect();
+    let (made, report) = reconstruct(points);
+    assert!(report.is_manifold() && report.genus() == Some(0), "{report}");
+    let between = made.mesh.positions.iter().filter(|p| p.z > 2.0 * spacing && p.z < 6.0 * spacing).count();
+    assert!(between < 20 && made.report.used > 7800, "{between} between, {} used", made.report.used);
+}
+
 #[test]
 fn the_same_for_any_number_of_threads_and_any_order() {
     let points = with_outliers(torus(60_000, 1.0), 0.05);
@@ -196,9 +248,17 @@ fn clouds_that_are_no_surface() {
     let wide: Vec<DVec3> = noise.iter().map(|p| *p * 1e150).collect();
     let tiny: Vec<DVec3> = noise.iter().map(|p| *p * 1e-150).collect();
     let far: Vec<DVec3> = sphere(1200, 1.0).iter().map(|p| *p + DVec3::splat(5e6)).collect();
-    for points in [noise, line, lattice, copies, wide, tiny, far, vec![], vec![DVec3::ONE], vec![DVec3::NAN; 2000]] {
-        for smooth in [None, Some(1e-3), Some(1e200), Some(1e-200)] {
-            let params = ReconstructParams { smooth, ..Default::default() };
+    let plane: Vec<DVec3> = noise.iter().map(|p| DVec3::new(p.x, p.y, 0.0)).collect();
+    let off = [plane.as_slice(), &[DVec3::new(0.5, 0.5, 1e-12)]].concat();
+    let parallel = [plane.as_slice(), &plane.iter().map(|p| *p + DVec3::Z).collect::<Vec<_>>()].concat();
+    let far_plane: Vec<DVec3> = plane.iter().map(|p| *p + DVec3::splat(5e6)).collect();
+    let nowhere = [vec![], vec![DVec3::ONE], vec![DVec3::NAN; 2000]];
+    let sets = [noise, line, lattice, copies, wide, tiny, far, plane, off, parallel, far_plane];
+    for points in sets.into_iter().chain(nowhere) {
+        for (smooth, interpolate) in
+            [(None, false), (Some(1e-3), false), (Some(1e200), false), (Some(1e-200), false), (None, true)]
+        {
+            let params = ReconstructParams { smooth, interpolate, ..Default::default() };
             match run(&cloud(points.clone()), &params, &Progress::none()) {
                 Ok(made) => assert!(made.mesh.positions.iter().all(|p| p.is_finite())),
                 Err(Error::Input(text)) => assert!(text.contains("point"), "{text}"),

@@ -1,0 +1,178 @@
+//! Stage 3 for samples that carry noise: sides by a minimum cut. \[LPK09\], \[KSO04\]
+//!
+//! Where basins of empty space are as small as the noise, gates and tangent balls between them say little. What is deep in empty
+//! space is certain all the same (`rooms`), and so is, at most samples, which cells lie across the surface from there (`poles`). All
+//! other cells are divided so that the fewest of these samples are contradicted and the surface is that of facets at which the
+//! balls on both sides are large beside the facet.
+//!
+//! *Differences from the papers.* Labatut, Pons and Keriven take lines of sight of cameras for what is outside; here deep rooms
+//! do that, which any samples have, and the other pole of a sample for what is inside. Kolluri, Shewchuk and O'Brien divide poles by an
+//! eigenvector, and then cells by another; the cut divides all cells at once, exactly.
+
+mod poles;
+mod rooms;
+
+use super::balls::Balls;
+use super::complex::Complex;
+use base::error::Result;
+use base::progress::Progress;
+use geom::flow::Network;
+use poles::{Poles, poles, spacing};
+use rooms::{Rooms, Side};
+
+/// What it costs to contradict a sample ...
+const SAMPLE: u32 = 32;
+/// ... beside a facet on the surface through whose sides balls pass upright ...
+const FACET: f32 = 8.0;
+/// ... and one whose circumscribed circle has a radius of a spacing; no larger one counts for more than the largest.
+const AREA: f32 = 3.0;
+const LARGEST: f32 = 8.0;
+
+/// Cells of a part without any deep place, below which it is left over from the noise.
+const CRUMB: usize = 64;
+
+/// Radius of the ball of a pole, in spacings, below which it lies within what is left of the noise.
+const POLE: f32 = 0.5;
+
+/// Share of samples with the same deep room on both sides, from which they are not of a closed surface.
+const OPEN: f64 = 0.25;
+
+/// What is to be cut.
+struct Problem {
+    rooms: Rooms,
+    /// The node of each cell whose side is not known, else `u32::MAX`.
+    nodes: Vec<u32>,
+    /// The outside is the source.
+    network: Network,
+}
+
+/// The side of each cell: 1 inside, 0 outside. `None` where the samples don't tell what is inside.
+pub(super) fn sides(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Option<Vec<u8>>> {
+    let Some(Problem { rooms, nodes, network }) = problem(complex, progress)? else { return Ok(None) };
+    let cut = network.cut(progress)?;
+    let mut sides = vec![0; complex.len()];
+    for range in progress.ranges(complex.len()) {
+        for cell in range? {
+            let is_inside = match rooms.side(cell as u32) {
+                Some(side) => side == Side::Inside,
+                None => !cut.is_source[nodes[cell] as usize],
+            };
+            sides[cell] = u8::from(is_inside);
+        }
+    }
+    fill_crumbs(complex, &rooms, &mut sides, progress)?;
+    Ok(Some(sides))
+}
+
+fn problem(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Option<Problem>> {
+    let balls = Balls::of(complex, progress)?;
+    let poles = poles(complex, &balls, progress)?;
+    let rooms = Rooms::find(complex, &balls, &poles, progress)?;
+    if f64::from(rooms.through) > OPEN * poles.len() as f64 || !rooms.has_inside() {
+        return Ok(None);
+    }
+    let mut nodes = vec![u32::MAX; complex.len()];
+    let mut free = 0;
+    for range in progress.ranges(complex.len()) {
+        for cell in range?.filter(|&cell| rooms.side(cell as u32).is_none()) {
+            nodes[cell] = free;
+            free += 1;
+        }
+    }
+    let mut network = Network::new(free as usize, 2 * free as usize);
+    for range in progress.ranges(complex.len()) {
+        for cell in range?.filter(|&cell| nodes[cell] != u32::MAX).map(|cell| cell as u32) {
+            for slot in 0..4 {
+                let beyond = complex.neighbour(cell, slot);
+                let side = rooms.side(beyond);
+                if side.is_none() && beyond < cell {
+                    continue;
+                }
+                let price = price(complex, &balls, &poles, cell, slot);
+                match side {
+                    None => network.add_edge([cell, beyond].map(|cell| nodes[cell as usize]), [price; 2]),
+                    Some(side) => add(&mut network, nodes[cell as usize], side, price),
+                }
+            }
+        }
+    }
+    for block in progress.blocks(&poles) {
+        for Poles { cells: [a, b], spacing } in block?.iter().filter(|poles| poles.has_both()) {
+            let (side, cell) = match (rooms.side(*a), rooms.side(*b)) {
+                (Some(side), None) => (side.other(), *b),
+                (None, Some(side)) => (side.other(), *a),
+                _ => continue,
+            };
+            if balls.radii[cell as usize] >= POLE * spacing {
+                add(&mut network, nodes[cell as usize], side, SAMPLE);
+            }
+        }
+    }
+    Ok(Some(Problem { rooms, nodes, network }))
+}
+
+/// Puts parts of either side that no room is in, and that are small, on the other.
+fn fill_crumbs(complex: Complex<'_>, rooms: &Rooms, sides: &mut [u8], progress: &Progress<'_>) -> Result<()> {
+    let mut is_seen = vec![false; complex.len()];
+    let mut part = Vec::new();
+    let mut crumbs = Vec::new();
+    for range in progress.ranges(complex.len()) {
+        for first in range? {
+            if std::mem::replace(&mut is_seen[first], true) {
+                continue;
+            }
+            part.clear();
+            part.push(first as u32);
+            let (mut next, mut is_crumb) = (0, true);
+            while next < part.len() {
+                let cell = part[next];
+                next += 1;
+                is_crumb &= rooms.side(cell).is_none();
+                if next.is_multiple_of(1 << 16) {
+                    progress.check()?;
+                }
+                for slot in 0..4 {
+                    let beyond = complex.neighbour(cell, slot);
+                    if sides[beyond as usize] == sides[first] && !std::mem::replace(&mut is_seen[beyond as usize], true)
+                    {
+                        part.push(beyond);
+                    }
+                }
+            }
+            if is_crumb && part.len() < CRUMB {
+                crumbs.extend_from_slice(&part);
+            }
+        }
+    }
+    crumbs.into_iter().for_each(|cell| sides[cell as usize] ^= 1);
+    Ok(())
+}
+
+/// Adds what it costs to put a node on the other side.
+fn add(network: &mut Network, node: u32, side: Side, price: u32) {
+    match side {
+        Side::Outside => network.add_terminals(node, price, 0),
+        Side::Inside => network.add_terminals(node, 0, price),
+    }
+}
+
+/// What it costs to have a facet on the surface: the less, the smaller it is beside the spacing of its samples, and the flatter the balls beside
+/// it pass through it \[LPK09\].
+fn price(complex: Complex<'_>, balls: &Balls, poles: &[Poles], cell: u32, slot: usize) -> u32 {
+    let facet = complex.facet(cell, slot);
+    let circle = complex.circle(facet) as f32;
+    let cosine = |cell: u32, slot: usize| {
+        let radius = balls.radii[cell as usize];
+        let share = if radius.is_finite() { (circle / radius).min(1.0) } else { 0.0 };
+        let cosine = (1.0 - share * share).sqrt();
+        if balls.sides[cell as usize] >> slot & 1 == 1 { cosine } else { -cosine }
+    };
+    let beyond = complex.neighbour(cell, slot);
+    let smaller = cosine(cell, slot).min(cosine(beyond, complex.mirror(cell, slot)));
+    // Of surfaces that cost nothing else, that of the fewest facets.
+    let size = (circle / spacing(poles, &facet)).min(LARGEST);
+    ((FACET * (1.0 - smaller) + AREA * size * size).round() as u32).max(1)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,135 @@
+//! The surface as patches that overlap, and what lies near it moved onto it.
+//!
+//! A place goes to the weighted mean of where the patches around it would put it, again from where it came to. A patch is
+//! fitted for several samples at once, since it says next to the same as one fitted for its neighbour; that leaves a fraction of the time,
+//! and the mean of patches has less of the noise than each.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::patch::{Frame, Quadric};
+use super::{BLOCK, HIGH, Kept, Room, SETTLED, level};
+use base::error::Result;
+use base::progress::Progress;
+use geom::neighbours::KdTree;
+
+/// Distance between patches, and that at which they say nothing, in the radius within which they were fitted.
+const APART: f64 = 0.22;
+const WITHIN: f64 = 0.5;
+
+/// Samples that have a patch in common, at least: patches take several times the memory of a sample.
+const LEAST_SHARED: usize = 2;
+
+/// Patches that are asked where a place is to go, at most; there are sixteen on average.
+const ASKED: usize = 48;
+
+/// A patch of outliers: so many times fewer samples than usual are around it.
+const THIN: f64 = 0.15;
+
+/// Times a place is moved at least and at most.
+const ROUNDS: usize = 3;
+const MOST_ROUNDS: usize = 6;
+
+/// Distances moved, in deviations, from which a sample is an outlier.
+const FAR: f64 = 4.5;
+
+/// The surface around a place on it.
+#[derive(Clone, Copy)]
+pub(super) struct Patch {
+    pub(super) place: DVec3,
+    pub(super) frame: Frame,
+    pub(super) quadric: Quadric,
+    /// Weight of the samples that it was fitted to, by area.
+    pub(super) crowd: f64,
+}
+
+/// The surface.
+pub(super) struct Patches {
+    patches: Vec<Patch>,
+    /// Over their places.
+    tree: KdTree,
+    /// How far from its place a patch says something.
+    within: f64,
+    /// Deviation of the noise.
+    deviation: f64,
+}
+
+impl Patches {
+    /// Fits patches to samples.
+    pub(super) fn fit(kept: &Kept, radius: f64, progress: &Progress<'_>) -> Result<Self> {
+        let shared = if kept.noise.spacing > 0.0 { (APART * radius / kept.noise.spacing).powi(2) as usize } else { 1 };
+        // Neighbours on the curve are neighbours in space.
+        let seeds: Vec<DVec3> = kept.samples.iter().copied().step_by(shared.max(LEAST_SHARED)).collect();
+        let mut found = vec![None; seeds.len()];
+        found.par_iter_mut().zip(&seeds).with_min_len(16).try_for_each_init(
+            Room::default,
+            |room, (patch, &seed)| {
+                *patch = kept.patch(seed, None, radius, room);
+                progress.check()
+            },
+        )?;
+        let mut patches: Vec<Patch> = found.into_iter().flatten().collect();
+        let mut crowds: Vec<f64> = patches.iter().map(|patch| patch.crowd).collect();
+        crowds.sort_unstable_by(f64::total_cmp);
+        let usual = crowds.get(crowds.len() / 2).copied().unwrap_or(0.0);
+        patches.retain(|patch| patch.crowd >= THIN * usual);
+        let places: Vec<DVec3> = patches.iter().map(|patch| patch.place).collect();
+        let tree = KdTree::try_new(&places, progress)?;
+        Ok(Patches { patches, tree, within: WITHIN * radius, deviation: kept.noise.deviation })
+    }
+
+    /// Where samples come to; those that belong to no surface become outliers. Advances `progress` by their number.
+    pub(super) fn moved_all(
+        &self,
+        samples: &[DVec3],
+        is_outlier: &mut [bool],
+        progress: &Progress<'_>,
+    ) -> Result<Vec<DVec3>> {
+        let mut places = samples.to_vec();
+        places.par_iter_mut().zip(is_outlier).enumerate().with_min_len(BLOCK).try_for_each_init(
+            Room::default,
+            |room, (i, (place, is_outlier))| {
+                if i.is_multiple_of(BLOCK) {
+                    progress.advance(BLOCK as u64)?;
+                }
+                if !*is_outlier {
+                    match self.moved(*place, room) {
+                        Some(to) => *place = to,
+                        None => *is_outlier = true,
+                    }
+                }
+                Ok(())
+            },
+        )?;
+        Ok(places)
+    }
+
+    /// Where a sample comes to; `None` if that is too far away, or nowhere.
+    fn moved(&self, from: DVec3, room: &mut Room) -> Option<DVec3> {
+        let high = HIGH * self.deviation;
+        let mut place = from;
+        for round in 0..MOST_ROUNDS {
+            self.tree.nearest_few(place, ASKED, self.within, &mut room.few);
+            // The first time the sample's own height is all that is known of its side.
+            let high = if round == 0 { 2.0 * high } else { high };
+            let (mut step, mut weights) = (DVec3::ZERO, 0.0);
+            for (number, squared) in room.few.iter() {
+                let patch = &self.patches[number as usize];
+                let (above, normal) = patch.quadric.above(&patch.frame, place);
+                let far = 1.0 - squared / (self.within * self.within);
+                let weight = far * far * level(above / high);
+                step -= normal * (above * weight);
+                weights += weight;
+            }
+            if !(weights > 0.0) {
+                return None;
+            }
+            step /= weights;
+            place += step;
+            if round + 1 >= ROUNDS && step.length() <= SETTLED * high {
+                return (from.distance(place) <= FAR * self.deviation).then_some(place);
+            }
+        }
+        None
+    }
+}
