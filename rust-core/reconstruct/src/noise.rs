@@ -32,9 +32,6 @@ const WINDOW: usize = 128;
 /// Largest noise that a neighbourhood tells, in its radii.
 const WITHIN: f64 = 0.3;
 
-/// Spacings around a sample, from which to the nearest one it seems to lie apart.
-const APART: f64 = 1.5;
-
 /// Times that the half is chosen again.
 const ROUNDS: usize = 3;
 
@@ -52,8 +49,6 @@ pub(super) struct Noise {
     pub(super) deviation: f64,
     /// Side of a square of the surface that has one sample.
     pub(super) spacing: f64,
-    /// Share of samples that seem to lie much further from others than is usual.
-    pub(super) apart: f64,
 }
 
 impl Noise {
@@ -106,7 +101,7 @@ fn seeds(samples: usize) -> impl Iterator<Item = usize> {
 fn over(
     seeds: &[usize],
     progress: &Progress<'_>,
-    look: impl Fn(usize, &mut Few, &mut Vec<(f64, DVec3)>) -> Option<[f64; 4]> + Sync,
+    look: impl Fn(usize, &mut Few, &mut Vec<(f64, DVec3)>) -> Option<[f64; 3]> + Sync,
 ) -> Result<(Noise, f64)> {
     let seen = seeds
         .par_iter()
@@ -116,7 +111,7 @@ fn over(
             nearest.clear();
             Ok(look(seed, few, nearest))
         })
-        .collect::<Result<Vec<Option<[f64; 4]>>>>()?;
+        .collect::<Result<Vec<Option<[f64; 3]>>>>()?;
     let median = |which: usize| {
         let mut values: Vec<f64> = seen.iter().flatten().map(|seen| seen[which]).collect();
         values.sort_unstable_by(f64::total_cmp);
@@ -124,12 +119,11 @@ fn over(
     };
     // Noise in spacings first: both may differ over the cloud.
     let spacing = median(1);
-    let apart = seen.iter().flatten().filter(|seen| seen[3] > APART * seen[1]).count() as f64 / seen.len() as f64;
-    Ok((Noise { deviation: median(0) * spacing, spacing, apart }, median(2)))
+    Ok((Noise { deviation: median(0) * spacing, spacing }, median(2)))
 }
 
-/// Noise in spacings, spacing and radius as seen around a sample, and the distance to the nearest.
-fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 4]> {
+/// Noise in spacings, spacing and radius as seen around a sample.
+fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 3]> {
     let count = nearest.len();
     let half = count.div_ceil(2);
     if half <= 6 {
@@ -153,7 +147,5 @@ fn look(seed: DVec3, nearest: &[(f64, DVec3)]) -> Option<[f64; 4]> {
         sorted.sort_unstable_by(f64::total_cmp);
         square = sorted[..half].iter().map(|offset| offset * offset).sum::<f64>() / half as f64;
     }
-    let others = nearest.iter().map(|near| near.0).filter(|&squared| squared > 0.0);
-    let next = others.fold(f64::INFINITY, f64::min).sqrt();
-    Some([square.sqrt() * consistency(half) / spacing, spacing, radius, next])
+    Some([square.sqrt() * consistency(half) / spacing, spacing, radius])
 }

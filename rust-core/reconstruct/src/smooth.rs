@@ -78,17 +78,6 @@ const LONELY: f64 = 2.5;
 /// ... and as usual: about a tenth as many samples are around it.
 const ALONE: f64 = 3.0;
 
-/// A stray sample is so many times as far from the nearest one as that from its neighbours: of samples at random over a surface one in a
-/// thousand.
-const STRAY: f64 = 0.66;
-
-/// Share of outliers from which samples that carry little noise are rid of them ...
-const OUTLIERS: f64 = 0.01;
-/// ... taking so many spacings for the deviation of the others, at least ...
-const CLEAN: f64 = 0.1;
-/// ... and this radius, in spacings.
-const FOR_CLEAN: f64 = 4.0;
-
 /// Times a sample is moved at least ...
 const ROUNDS: usize = 4;
 /// ... and again while it still moves more than this part of the heights that count; one that does not settle lies on nothing.
@@ -122,8 +111,6 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
         Smooth::AsNoiseAsks | Smooth::Never => None,
     };
     if radius.is_none() && noise.spacings() <= INTERPOLATED {
-        let is_asked = smooth == Smooth::AsNoiseAsks && noise.apart >= OUTLIERS;
-        let samples = if is_asked { without_outliers(samples, noise, progress)? } else { samples };
         return Ok((samples, Smoothing { noise, ..Smoothing::default() }));
     }
     if samples.points.len() < 4 {
@@ -160,7 +147,7 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
     let input = sorted.input.iter().map(|&i| input(i)).collect();
     let points = Samples { points: sorted.points, factor: given * sorted.factor, input, dropped: samples.dropped };
     let (deviation, spacing) = (noise.deviation * sorted.factor, noise.spacing * sorted.factor);
-    let noise = Noise { deviation, spacing, ..noise };
+    let noise = Noise { deviation, spacing };
     let smoothing = if smooth == Smooth::Never {
         Smoothing { noise, measured, ..Smoothing::default() }
     } else {
@@ -168,20 +155,6 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
         Smoothing { noise, radius: radius * sorted.factor, moved, measured: Vec::new() }
     };
     Ok((points, smoothing))
-}
-
-/// Samples that carry little noise stay where they are; outliers among them are left out if there are many.
-fn without_outliers(samples: Samples, noise: Noise, progress: &Progress<'_>) -> Result<Samples> {
-    if stray_share(&samples.points, progress)? < OUTLIERS {
-        return Ok(samples);
-    }
-    let mut is_outlier = lonely(&samples.points, progress)?;
-    let assumed = Noise { deviation: noise.deviation.max(CLEAN * noise.spacing), ..noise };
-    let kept = Kept::new(&samples.points, &is_outlier, assumed, progress)?;
-    let patches = Patches::fit(&kept, FOR_CLEAN * noise.spacing, progress)?;
-    patches.moved_all(&samples.points, &mut is_outlier, progress)?;
-    let left = is_outlier.iter().filter(|is| !**is).count();
-    Ok(if left < 3 { samples } else { samples.without(&is_outlier) })
 }
 
 fn nothing_left(radius: f64, count: usize) -> Error {
@@ -342,23 +315,6 @@ fn level(height: f64) -> f64 {
 
 /// Samples moved between two looks at the progress.
 const BLOCK: usize = 64;
-
-/// Share of the samples that lie further from the nearest one than that lies from its neighbours.
-fn stray_share(samples: &[DVec3], progress: &Progress<'_>) -> Result<f64> {
-    let tree = KdTree::try_new(samples, progress)?;
-    let count = samples.len().min(TRIED);
-    let is_stray = |few: &mut Few, k: usize| -> Result<bool> {
-        progress.check()?;
-        let i = (2 * k + 1) * samples.len() / (2 * count);
-        tree.nearest_few(samples[i], 2, f64::INFINITY, few);
-        let Some((nearest, squared)) = few.iter().find(|&(other, _)| other as usize != i) else { return Ok(false) };
-        tree.nearest_few(samples[nearest as usize], FEW + 1, f64::INFINITY, few);
-        Ok(few.furthest().is_some_and(|furthest| squared > STRAY * STRAY * furthest))
-    };
-    let found: Vec<bool> =
-        (0..count).into_par_iter().with_min_len(16).map_init(Few::default, is_stray).collect::<Result<_>>()?;
-    Ok(found.into_iter().filter(|is| *is).count() as f64 / count.max(1) as f64)
-}
 
 /// Of each sample, whether it is much further from its neighbours than they are from theirs.
 fn lonely(samples: &[DVec3], progress: &Progress<'_>) -> Result<Vec<bool>> {

@@ -138,22 +138,6 @@ fn outliers_are_counted_and_named() {
     assert!(outliers.len() - right < 10, "{}", outliers.len() - right);
 }
 
-/// What carries no noise stays where it is, and is rid of what belongs to no surface.
-#[test]
-fn clean_points_are_rid_of_outliers() {
-    for outliers in [0.04, 0.08] {
-        let points = with_outliers(torus(6000, 0.0), outliers);
-        let (made, report) = reconstruct(points.clone());
-        assert!(report.is_closed() && report.genus() == Some(1) && report.components == 1, "{report}");
-        assert_eq!((made.report.smoothing, made.report.moved), (0.0, 0.0));
-        assert!(made.mesh.positions.iter().all(|p| points.contains(p)), "points were moved");
-        let error = to_truth(&made, |p| (p.x.hypot(p.y) - 3.0).hypot(p.z) - 1.0);
-        assert!(error < 0.25 * made.report.spacing, "{}", error / made.report.spacing);
-        let lost = made.report.dropped.iter().filter(|dropped| dropped.point < 6000).count();
-        assert!(lost < 60, "{lost} points of the torus were dropped");
-    }
-}
-
 /// A surface through the points as they are is found by those that were smoothed.
 #[test]
 fn points_go_back_to_where_they_were_measured() {
