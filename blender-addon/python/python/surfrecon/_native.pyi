@@ -811,6 +811,7 @@ def crs_note(
 def formats(
     *, written: Literal["mesh", "quads", "points", "image", "images"] | None = None
 ) -> dict[str, list[str]]: ...
+
 @final
 class Context:
     def __new__(cls, *, threads: int = 0, memory_limit: int | None = None) -> Context: ...
