@@ -58,6 +58,11 @@ pub struct BundleDistances {
 }
 
 impl BundleDistances {
+    /// Whether no crossing was looked at.
+    pub fn is_none(&self) -> bool {
+        self.crossings == 0.0
+    }
+
     /// Measures a bundle; `sampled` as in [`OverlapDistances::measure`].
     pub fn measure(raw: &RawBundle, sampled: Option<usize>) -> Self {
         let mut counts = Counts::none();

@@ -130,6 +130,11 @@ impl Bundle {
         }
     }
 
+    /// Whether it has no crossing: of those whose sums are none distances count.
+    pub(super) fn is_empty(&self) -> bool {
+        self.all.list.is_empty() && self.distances.is_none()
+    }
+
     fn set(&mut self, all: Arc<SortedBundle>, distances: BundleDistances) {
         (self.all, self.distances, self.is_new) = (all, distances, true);
         self.votes.clear();

@@ -79,7 +79,7 @@ impl Looks {
                 (bundle.votes, bundle.shown, bundle.dropped, bundle.is_new) = (votes, shown, dropped, false);
             }
         }
-        bundles.all.retain(|_, bundle| !bundle.all.list.is_empty());
+        bundles.all.retain(|_, bundle| !bundle.is_empty());
         *self = Looks { asked: sights, tolerance };
         Ok(changed)
     }

@@ -221,6 +221,33 @@ fn what_new_scans_see_through_goes_and_comes_back() {
 }
 
 #[test]
+fn distances_count_also_where_nothing_else_is_left() {
+    // Plates thinner than a cell leave pairs of intersections on the same edges, which cancel each other.
+    let (plate, ball) =
+        (Shape::Cuboid { half: DVec3::new(20.0, 20.0, 0.1) }.mesh(4), Shape::Sphere { radius: 5.0 }.mesh(8));
+    let mut merger = Merger::default();
+    let mut residuals = Vec::new();
+    for step in 0..3_u64 {
+        let ball_at = DVec3::new(200.0 + step as f64, 0.3, 0.4);
+        let placed =
+            [("a", &plate, DVec3::new(0.3, 0.2, 0.5)), ("b", &plate, DVec3::new(0.3, 0.2, 0.7)), ("c", &ball, ball_at)]
+                .map(|(name, mesh, at)| PlacedMesh {
+                    name: name.to_owned(),
+                    mesh,
+                    world_from_mesh: DAffine3::from_translation(at),
+                });
+        let scans = [0, 1, 2].map(|i| Versioned { scan: &placed[i], version: if i < 2 { i as u64 } else { 2 + step } });
+        let sources = [0, 1, 2].map(|i| &placed[i] as &dyn ScanSource);
+        let params = MergeParams { voxel: Some(1.0), ..MergeParams::default() };
+        let expected = plain(crate::run(&sources, &params, &Progress::none()).unwrap());
+        let found = plain(merger.run(&scans, &params, &Progress::none()).unwrap());
+        assert!(found == expected, "{step}: {:?} {:?}", found.report, expected.report);
+        residuals.push(found.report.overlap_residual);
+    }
+    assert!(residuals[0].is_some_and(|residual| (residual - 0.2).abs() < 0.05), "{residuals:?}");
+}
+
+#[test]
 fn versions_are_one_a_scan() {
     let mesh = Shape::Sphere { radius: 1.0 }.mesh(4);
     let scan = PlacedMesh { name: "ball".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
