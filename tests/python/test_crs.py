@@ -143,3 +143,30 @@ def test_a_system_beside_a_map_is_read_and_hashed(tmp_path):
     mesh = surfrecon.read(tmp_path / "map.ply")
     assert mesh.crs == UTM and mesh.positions[:, 0].min() == 500_000.5
     assert [file["name"] for file in surfrecon.provenance(tmp_path / "map.ply")["inputs"]] == ["map.asc", "map.prj"]
+
+
+def test_the_command_line_takes_a_system_from_a_file(tmp_path, ground):
+    las(tmp_path / "ground.las", ground)
+    (tmp_path / "zone.prj").write_text(UTM)
+    (tmp_path / "latin.prj").write_bytes(b"Gau\xdf")
+
+    def converted(system):
+        return run("convert", "ground.las", "-o", "out.ply", "--crs", system, cwd=tmp_path)
+
+    assert converted("zone.prj").returncode == 0
+    assert surfrecon.open(tmp_path / "out.ply")[0].crs == UTM
+    for system, text in (
+        ("none.prj", "none.prj: no coordinate"),
+        ("latin.prj", "latin.prj: no"),
+        ("\udcff", "names no"),
+    ):
+        done = converted(system)
+        assert done.returncode == 1
+        assert text in done.stderr
+
+
+@pytest.mark.parametrize("name", ["EPSG:4326", "OGC:CRS84", "+proj=longlat +datum=WGS84"])
+def test_degrees_are_known_by_their_usual_names(tmp_path, ground, name):
+    points = surfrecon.open(las(tmp_path / "ground.las", ground), crs=name)[0].read()
+    with pytest.raises(surfrecon.InputError, match="degrees"):
+        surfrecon.reconstruct(points)

@@ -21,7 +21,7 @@ impl Context {
     /// One with the settings of the process.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] where there are more than a thousand.
+    /// [`crate::error::Error::OutOfMemory`] where there are more than a thousand.
     pub fn new() -> Result<Arc<Self>> {
         let account = Account::new()?;
         threads::set_default(account.number(), 0);

@@ -179,7 +179,22 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
+/// Systems in degrees that are named without well-known text, in capitals: those of satellites and of whole continents. Codes of others
+/// are told by nothing.
+const CODES_OF_ANGLES: [&str; 9] =
+    ["EPSG:4326", "EPSG:4979", "EPSG:4258", "EPSG:4937", "EPSG:4269", "EPSG:4267", "OGC:CRS84", "CRS84", "OGC:CRS84H"];
+/// What texts of other languages call angles by: PROJ's, and PROJ's JSON.
+const WORDS_OF_ANGLES: [&str; 3] = ["+PROJ=LONGLAT", "+PROJ=LATLONG", "\"GEOGRAPHICCRS\""];
+
 fn is_in_degrees(text: &str) -> bool {
+    if keyword(text).is_none() {
+        let text = text.to_ascii_uppercase();
+        // Of `urn:ogc:def:crs:EPSG::4326` and `EPSG:4326+5773` the code of places.
+        let code = text.trim_start_matches("URN:OGC:DEF:CRS:").replace("::", ":");
+        let code = code.replace(":1.3:", ":");
+        let code = code.split('+').next().unwrap_or_default();
+        return CODES_OF_ANGLES.contains(&code) || WORDS_OF_ANGLES.iter().any(|word| text.contains(word));
+    }
     let has = |known: &[&str]| words(text).any(|word| known.iter().any(|one| word.eq_ignore_ascii_case(one)));
     let cartesian = || text.split('"').step_by(2).any(|part| part.to_ascii_lowercase().contains("cs[cartesian"));
     keyword(text).is_some() && !has(&PLANE) && has(&ANGLES) && !cartesian()
@@ -233,6 +248,12 @@ mod tests {
         assert!(utm.is_same(&Crs::new("epsg:25832").unwrap()) && !utm.is_same(&Crs::new("EPSG:25833").unwrap()));
         let degrees = Crs::new(DEGREES).unwrap();
         assert!(degrees.is_in_degrees() && degrees.code().as_deref() == Some("EPSG:4326"));
+        for text in
+            ["epsg:4326", "EPSG:4979", "EPSG:4326+5773", "urn:ogc:def:crs:OGC:1.3:CRS84", "+proj=longlat +datum=WGS84"]
+        {
+            assert!(Crs::new(text).unwrap().is_in_degrees(), "{text}");
+        }
+        assert!(!Crs::new("EPSG:432600").unwrap().is_in_degrees());
         assert!(!Crs::new("GEODCRS[\"x\",CS[Cartesian,3]]").unwrap().is_in_degrees());
         let compound = format!("COMPD_CS[\"both\",{},VERT_CS[\"DHHN\",AUTHORITY[\"EPSG\",\"7837\"]]]", utm.text());
         let compound = Crs::new(&compound).unwrap();

@@ -19,7 +19,7 @@ impl RangeImage {
     ///
     /// # Errors
     /// An attribute of the wrong length, more than 2^32 - 2 pixels, or a coordinate larger than [`magnitude::LARGEST`];
-    /// [`Error::Cancelled`].
+    /// [`base::Error::Cancelled`].
     pub fn to_point_cloud(&self, progress: &Progress<'_>) -> Result<PointCloud> {
         self.validate()?;
         progress.plan(PLAN);

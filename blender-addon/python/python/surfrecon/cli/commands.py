@@ -90,7 +90,8 @@ _CAMERA = Own("camera", "numbers", "Focal lengths and centre in pixels: makes im
 _CRS = Own(
     "crs",
     "text",
-    "The coordinate reference system that all lie in, whatever files name: well-known text, or a code as EPSG:25832.",
+    "The coordinate reference system that all lie in, whatever files name: well-known text, a file "
+    "(.prj, .wkt) that holds it, or a code as EPSG:25832.",
     "CRS",
 )
 _THREADS = [row for row in rows("merge") if row.name == "threads"]

@@ -5,13 +5,15 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from .. import _native
+from .._errors import InputError
 from .members import with_members
 from .stops import Stops
 
-__all__ = ["hashed", "in_folders", "named", "of_names", "of_scans", "ordered", "path_of", "readable"]
+__all__ = ["hashed", "in_folders", "named", "of_names", "of_scans", "ordered", "path_of", "readable", "system"]
 
 # Files beside a scan that place it: NAME.xf, NAME.ENDING.xf and so on.
 _POSES = (".xf", ".tf", ".pose.txt")
@@ -97,3 +99,21 @@ def hashed(path: str, stops: Stops | None = None) -> dict[str, str | int]:
             if stops is not None:
                 stops.check()
     return {**named(path), "bytes": size, "sha256": digest.hexdigest()}
+
+
+def system(text: str) -> str:
+    """A coordinate reference system as it was given: its text, or a file (.prj, .wkt) that holds it.
+
+    Raises:
+        InputError: there is no such file, or it holds no text.
+    """
+    if text.lower().endswith((".prj", ".wkt")):
+        try:
+            return Path(text).read_text("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{text}: no coordinate reference system can be read from it: {error}") from None
+    if not "".join(text.split()).isprintable():
+        raise InputError(
+            f"{text!r} names no coordinate reference system: give well-known text, or a code as EPSG:25832"
+        )
+    return text

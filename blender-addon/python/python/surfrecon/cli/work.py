@@ -62,7 +62,10 @@ class Work:
             SurfreconError: they can't be opened.
         """
         paths = list(self.request.inputs if paths is None else paths)
-        scans = _native.open(paths, **self.given("open"), **self.request.of("camera", "crs"))
+        given = self.request.of("camera", "crs")
+        if "crs" in given:
+            given["crs"] = inputs.system(given["crs"])
+        scans = _native.open(paths, **self.given("open"), **given)
         self.notes += scans.notes
         read, written = inputs.of_scans(paths, scans), [*filter(None, [self.request.output]), *self.also]
         self.refuse(written, read)
