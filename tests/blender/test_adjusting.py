@@ -141,7 +141,9 @@ def test_every_long_operator_has_a_preview(scan, extension):
 
 def test_the_readme_explains_messages_that_exist():
     text = (ROOT / "blender-addon" / "README.md").read_text()
-    sources = " ".join(path.read_text() for path in (ROOT / "blender-addon" / "extension").rglob("*.py"))
+    # Some are the library's.
+    files = [*(ROOT / "blender-addon" / "extension").rglob("*.py"), *(ROOT / "rust-core" / "io" / "src").rglob("*.rs")]
+    sources = " ".join(path.read_text("utf-8") for path in files)
     # Long messages are written in several pieces.
     joined = re.sub(r'"\s*\n\s*f?"|\'\s*\n\s*f?[\'"]', "", sources)
     rows = re.findall(r"^\| `(.+?)` \|", text, re.M)
