@@ -30,7 +30,7 @@ PAGES = {
         "Snap",
         "TurntableFound",
     ],
-    "Merging": ["merge", "MergeResult", "MergeReport"],
+    "Merging": ["merge", "MergeResult", "MergeReport", "Merger"],
     "Sculpting one scan": ["sculpt", "Sculptor", "Sculpted", "SculptReport"],
     "Quad grids and splines": ["adaptive_quads", "QuadGrid", "Spline", "QuadReport"],
     "Surfaces through points": ["reconstruct", "Reconstructor", "Reconstructed", "ReconstructReport"],
@@ -48,7 +48,7 @@ PAGES = {
         "LeftOutReport",
     ],
     "Measuring": ["distances", "surface_distance", "nearest_triangles", "CheckReport", "DistanceReport"],
-    "Writing": ["write", "write_scans", "MemoryFolder", "MemoryPath"],
+    "Writing": ["write", "write_scans", "crs_note", "provenance", "MemoryFolder", "MemoryPath"],
     "The virtual scanner": ["sculpture", "turntable", "virtual_scan"],
     "Running": [
         "Job",
