@@ -3,7 +3,7 @@
 use std::ops::Deref;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use surfrecon_allocator::{ACCOUNTS, close, current, open, switch};
+use surfrecon_allocator::{ACCOUNTS, close, current, held_by, open, switch};
 
 use crate::allowed;
 use crate::error::{Error, Result};
@@ -68,6 +68,8 @@ impl Clone for Account {
 impl Drop for Account {
     fn drop(&mut self) {
         if self.0 != 0 && HOLDERS[self.0].fetch_sub(1, Ordering::AcqRel) == BUSY + 1 {
+            // Threads of a context that was dropped may end while the program's calls run: what is left is none of theirs.
+            allowed::receive(held_by(self.0));
             close(self.0);
             HOLDERS[self.0].store(FREE, Ordering::Release);
         }

@@ -49,6 +49,14 @@ pub(crate) fn ceiling(account: usize) -> isize {
     CALLS[account].before.load(Ordering::Relaxed).saturating_add(limit)
 }
 
+/// The program's account gets so many bytes of one that is closed: its calls that are running have not taken them.
+pub(crate) fn receive(bytes: isize) {
+    CALLS[0].before.fetch_add(bytes, Ordering::Relaxed);
+    if CALLS[0].running.load(Ordering::Relaxed) > 0 {
+        set_ceiling(0, ceiling(0));
+    }
+}
+
 /// What was set for an account itself.
 pub(crate) fn limit_of(account: usize) -> Option<u64> {
     Some(CALLS[account].limit.load(Ordering::Relaxed)).filter(|bytes| *bytes != u64::MAX)
