@@ -298,7 +298,7 @@ def ctrl_c_at_certain_places(folder, tmp_path):
 
 
 def signals_as_programs_take_them(folder, tmp_path):
-    arguments = ["merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.004"]
+    arguments = ["merge", folder / "ring.conf", "-o", tmp_path / "a.ply", "--voxel", "0.002"]
     for numbers, code in (
         ([signal.SIGINT], 130),
         ([signal.SIGINT] * 5, 130),
