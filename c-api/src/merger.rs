@@ -271,7 +271,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
 /// renews what these have a part in: the result is that of a first run, to the bit. Of files that change on the disk, and functions that
 /// would make another image, nothing is noticed: the scan has to be replaced, by itself if need be. A run keeps nothing for those under
 /// another context. Where the measured cell or merge
-/// distance differs, since a scan has changed, all follows; giving both as parameters avoids that. Of two runs at a time the second
+/// distance differs, since a scan has changed, all follows anew; giving both as parameters makes that rarer. Of two runs at a time the second
 /// keeps nothing. Memory: about 125 bytes for each intersection of a scan with the grid, until srf_merger_free().
 /// merger     not NULL
 /// keep       1 to keep; 0, the default, gives back what is kept

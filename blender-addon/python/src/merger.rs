@@ -17,7 +17,7 @@ use crate::sources::{Clouds, Source, source, sources};
 /// is that of ``surfrecon.merge``, to the bit.
 ///
 /// Of files that change on the disk nothing is noticed: put the scan in its place again. Where the measured voxel or merge distance
-/// differs, since a scan has changed, all follows from it anew; giving both as options avoids that. What is kept takes about 125 bytes
+/// differs, since a scan has changed, all follows from it anew; giving both as options makes that rarer. What is kept takes about 125 bytes
 /// for each intersection of a scan with the grid.
 ///
 /// ``len(merger)`` is the number of scans, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one. ``Job.merge``
