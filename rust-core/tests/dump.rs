@@ -63,6 +63,22 @@ fn each_operation_leaves_its_stages() {
 }
 
 #[test]
+#[cfg(unix)]
+fn a_pipe_in_its_place_is_left_alone() {
+    if std::env::var_os(AGAIN).is_some() {
+        let error = operations().unwrap_err().to_string();
+        assert!(error.contains("merge-1-crossings.ply can't be written (this is no regular file"), "{error}");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("merge-1-crossings.ply");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let ran = again("a_pipe_in_its_place_is_left_alone", folder.path());
+    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    assert!(!pipe.metadata().unwrap().is_file() && std::fs::read_dir(folder.path()).unwrap().count() == 1);
+}
+
+#[test]
 fn a_folder_that_is_not_there_is_said() {
     if std::env::var_os(AGAIN).is_some() {
         let error = operations().unwrap_err().to_string();

@@ -2,7 +2,8 @@
 //! MeshLab and others open. For those who work on the algorithms; nothing else in this library looks at the environment for what to do.
 //!
 //! Files are `NAME.ply`, numbered where a stage comes again (`NAME.1.ply`, ...): single precision, a colour a vertex by its value, and
-//! the value itself as the property `value`. What is there of another run is replaced.
+//! the value itself as the property `value`. What is there of another run is replaced, once the new one is whole; what is no regular file,
+//! as a pipe, is left alone.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -31,11 +32,11 @@ pub struct Stage {
 /// Writes what `make` makes as the stage `name`, if that is asked for; else it isn't made.
 ///
 /// # Errors
-/// [`Error::Input`] naming the file that can't be written.
+/// [`Error::Input`] naming the file that can't be written; nothing of it is left then.
 pub fn stage(name: &str, make: impl FnOnce() -> Stage) -> Result<()> {
     let Some(folder) = std::env::var_os(VARIABLE).filter(|folder| !folder.is_empty()) else { return Ok(()) };
     let path = next(Path::new(&folder), name);
-    write(&path, &make()).map_err(|error| {
+    whole(&path, |file| write(file, &make())).map_err(|error| {
         Error::input(format!(
             "{VARIABLE}: {} can't be written ({error}): name a folder that is there and has room",
             path.display()
@@ -52,8 +53,25 @@ fn next(folder: &Path, name: &str) -> PathBuf {
     folder.join(if *count == 1 { format!("{name}.ply") } else { format!("{name}.{}.ply", *count - 1) })
 }
 
-fn write(path: &Path, stage: &Stage) -> std::io::Result<()> {
-    let mut file = BufWriter::new(File::create(path)?);
+/// Has a file written under another name, which it has until it is whole.
+fn whole(path: &Path, write: impl FnOnce(File) -> std::io::Result<()>) -> std::io::Result<()> {
+    // Opened, a pipe would be waited for; renamed over, it would be gone.
+    if std::fs::metadata(path).is_ok_and(|known| !known.is_file()) {
+        return Err(std::io::Error::other("this is no regular file and is left alone"));
+    }
+    let mut part = path.as_os_str().to_owned();
+    part.push(format!(".{}.part", std::process::id()));
+    // What is there of that name, a dead process of this number has left.
+    let _ = std::fs::remove_file(&part);
+    let written = File::create_new(&part).and_then(write).and_then(|()| std::fs::rename(&part, path));
+    if written.is_err() {
+        let _ = std::fs::remove_file(&part);
+    }
+    written
+}
+
+fn write(file: File, stage: &Stage) -> std::io::Result<()> {
+    let mut file = BufWriter::new(file);
     let (vertices, faces) = (stage.positions.len(), stage.triangles.len());
     write!(
         file,
@@ -98,7 +116,7 @@ mod tests {
             values: vec![0, 7, -1],
             triangles: vec![[0, 1, 2]],
         };
-        write(&first, &stage).unwrap();
+        whole(&first, |file| write(file, &stage)).unwrap();
         let bytes = std::fs::read(&first).unwrap();
         let header = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         let body = &bytes[header..];
@@ -106,6 +124,24 @@ mod tests {
         assert_eq!(body[19 + 12 + 3..19 + 12 + 7], 7_i32.to_le_bytes());
         assert_eq!(body[38 + 4..38 + 8], 2.5_f32.to_le_bytes());
         assert_eq!(body[57..62], [3, 0, 0, 0, 0]);
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn a_full_disk_leaves_what_was_there_and_nothing_else() {
+        let folder = std::env::temp_dir().join(format!("surfrecon-dump-full-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("labels.ply");
+        for before in [None, Some("before")] {
+            before.iter().for_each(|text| std::fs::write(&path, text).unwrap());
+            let full = |mut file: File| {
+                file.write_all(b"ply\nformat")?;
+                Err(std::io::ErrorKind::StorageFull.into())
+            };
+            assert_eq!(whole(&path, full).unwrap_err().kind(), std::io::ErrorKind::StorageFull);
+            assert_eq!(std::fs::read_to_string(&path).ok().as_deref(), before);
+            assert_eq!(std::fs::read_dir(&folder).unwrap().count(), usize::from(before.is_some()));
+        }
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }
