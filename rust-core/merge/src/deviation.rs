@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{Loading, OrientedSurface, ScanSource};
+use image::source::{Loading, OrientedSurface, ScanSource, common_crs};
 use image::triangulate::TriangulateParams;
 use mesh::TriMesh;
 use mesh::measure::{self, Deviation, Side};
@@ -17,7 +17,8 @@ use mesh::measure::{self, Deviation, Side};
 /// As [`measure::deviation`] with the triangles of all scans. The result is the same for any number of threads.
 ///
 /// # Errors
-/// A scan can't be loaded; no scan has a triangle; coordinates that aren't finite; [`Error::Cancelled`].
+/// A scan can't be loaded; no scan has a triangle; coordinates that aren't finite; scans of different coordinate reference
+/// systems, or in degrees; [`Error::Cancelled`].
 pub fn deviation(
     points: &[DVec3],
     sources: &[&dyn ScanSource],
@@ -26,6 +27,7 @@ pub fn deviation(
     threads: usize,
     progress: &Progress<'_>,
 ) -> Result<Deviation> {
+    common_crs(sources)?;
     progress.plan(&[("reading the scans", 0.2), ("measuring", 0.8)]);
     progress.stage(0, sources.len() as u64);
     let pool = base::threads::pool(threads)?;
@@ -114,6 +116,22 @@ mod tests {
                 Ok(_) => return assert!(check > 5, "{check} checks"),
             }
         }
+    }
+
+    #[test]
+    fn scans_of_two_systems_are_not_measured_against() {
+        let named = |code| TriMesh { crs: Some(mesh::Crs::new(code).unwrap()), ..square() };
+        let refused = |codes: [&'static str; 2]| {
+            let meshes = codes.map(named);
+            let scans =
+                [0, 1].map(|k| PlacedMesh { name: codes[k].to_owned(), ..placed(&meshes[k], DAffine3::IDENTITY) });
+            let sources: Vec<&dyn ScanSource> = scans.iter().map(|s| s as &dyn ScanSource).collect();
+            let (triangulation, none) = (TriangulateParams::default(), Progress::none());
+            deviation(&[DVec3::ZERO], &sources, &triangulation, Side::Ignored, 1, &none).unwrap_err().to_string()
+        };
+        let error = refused(["EPSG:1", "EPSG:2"]);
+        assert!(error.starts_with("EPSG:1 is in EPSG:1, EPSG:2 in EPSG:2: transform one of them"), "{error}");
+        assert!(refused(["EPSG:1", "EPSG:4326"]).contains("its coordinates are degrees"));
     }
 
     #[test]

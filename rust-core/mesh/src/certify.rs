@@ -7,8 +7,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::TriMesh;
 use super::measure::{CHUNK, Deviation, Side, Summary, measure_points};
+use super::{Crs, TriMesh};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -92,8 +92,7 @@ impl Part {
 ///
 /// # Errors
 /// [`Error::Input`] for a reference without triangles, bad indices, and coordinates that aren't finite or are larger than
-/// [`magnitude::LARGEST`];
-/// [`Error::Cancelled`].
+/// [`magnitude::LARGEST`]; for two meshes of different coordinate reference systems, or in degrees; [`Error::Cancelled`].
 pub fn certify(
     surface: &TriMesh,
     reference: &TriMesh,
@@ -103,6 +102,7 @@ pub fn certify(
 ) -> Result<Certified> {
     surface.validate()?;
     reference.validate()?;
+    Crs::common([("the surface", surface.crs.clone()), ("the reference", reference.crs.clone())])?;
     let points = &surface.positions;
     magnitude::points("vertex", points)?;
     if reference.triangles.is_empty() && !points.is_empty() {
@@ -309,6 +309,24 @@ mod tests {
         let lid = TriMesh::new(corners.to_vec(), vec![[0, 1, 2]]);
         let pit = TriMesh::new([corners.to_vec(), vec![DVec3::NEG_Z]].concat(), vec![[0, 1, 3], [1, 2, 3], [2, 0, 3]]);
         (lid, pit)
+    }
+
+    #[test]
+    fn surfaces_of_two_systems_are_not_compared() {
+        let named = |code| Some(Crs::new(code).unwrap());
+        let of = |crs: Option<Crs>| TriMesh { crs, ..Shape::Sphere { radius: 1.0 }.mesh(4) };
+        let (utm, other, degrees) = (of(named("EPSG:25832")), of(named("EPSG:25833")), of(named("EPSG:4326")));
+        let refused = |surface, reference| {
+            certify(surface, reference, Side::Ignored, 1, &Progress::none()).unwrap_err().to_string()
+        };
+        let error = refused(&utm, &other);
+        assert!(
+            error.starts_with("the surface is in EPSG:25832, the reference in EPSG:25833: transform one"),
+            "{error}"
+        );
+        let error = refused(&utm, &degrees);
+        assert!(error.starts_with("the reference: its coordinates are degrees (EPSG:4326), in which"), "{error}");
+        certified(&utm, &of(None));
     }
 
     #[test]

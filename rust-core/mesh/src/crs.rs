@@ -10,6 +10,8 @@ pub const LONGEST: usize = 1 << 16;
 
 /// Letters of a system's name that messages show.
 const SHOWN: usize = 80;
+/// What is said of a text that can't be taken.
+const REMEDY: &str = "give well-known text, or a code as EPSG:25832";
 
 /// Words that begin a system in well-known text, of whichever version.
 const KEYWORDS: [&str; 26] = [
@@ -58,21 +60,41 @@ impl Crs {
     /// A system by its text, whose lines become one.
     ///
     /// # Errors
-    /// [`Error::Input`] for a text that is empty, longer than [`LONGEST`] or has control characters.
+    /// [`Error::Input`] for a text that is empty, longer than [`LONGEST`] or has control characters; for well-known text whose brackets
+    /// or quotes are not closed, and for an authority without a code.
     pub fn new(text: &str) -> Result<Self> {
-        let text: String = text.trim_end_matches('\0').lines().map(str::trim).collect();
+        let text = in_one_line(text.trim_end_matches('\0'));
         let problem = if text.is_empty() {
             "it is empty".to_owned()
         } else if text.len() > LONGEST {
             format!("it has {} bytes, more than {LONGEST}", text.len())
         } else if text.contains("]]>") || text.chars().any(|letter| letter.is_control() || letter == '\u{fffd}') {
             "it has characters that are none of text".to_owned()
+        } else if keyword(&text).is_some() && !is_closed(&text) {
+            "its brackets or quotes are not closed".to_owned()
+        } else if text.ends_with(':') {
+            format!("{} has no code", shown(&text))
         } else {
             let degrees = is_in_degrees(&text);
             return Ok(Crs { text: text.into(), degrees });
         };
-        let remedy = "give well-known text, or a code as EPSG:25832";
-        Err(Error::input(format!("not the text of a coordinate reference system: {problem}; {remedy}")))
+        Err(Error::input(format!("not the text of a coordinate reference system: {problem}; {REMEDY}")))
+    }
+
+    /// A system as somebody names it who can choose: by what others can look up. Files also have names of grids that nothing else knows,
+    /// which [`Crs::new`] takes.
+    ///
+    /// # Errors
+    /// As [`Crs::new`]; [`Error::Input`] for what is no well-known text, code, URN or address of one, text of PROJ or its JSON.
+    pub fn told(text: &str) -> Result<Self> {
+        let crs = Crs::new(text)?;
+        let is_of_proj = crs.text.starts_with('{') || crs.text.starts_with('+') && crs.text.contains('=');
+        let is_address = crs.text.starts_with("http://") || crs.text.starts_with("https://");
+        if keyword(&crs.text).is_some() || is_of_proj || is_address || is_code(&crs.text) {
+            return Ok(crs);
+        }
+        let name = shown(&crs.text);
+        Err(Error::input(format!("\"{name}\" names no coordinate reference system: {REMEDY}")))
     }
 
     /// Whether its first two coordinates are degrees of longitude and latitude: well-known text says so itself, a code does not.
@@ -118,15 +140,29 @@ impl Crs {
         }
     }
 
-    /// The system of things that lie in one world: what all that name one agree on.
+    /// The system of things that lie in one world and are measured there: what all that name one agree on.
     ///
     /// # Errors
     /// [`Error::Input`] where two disagree, or one is in degrees; it names them.
     pub fn common<'a>(named: impl IntoIterator<Item = (&'a str, Option<Crs>)>) -> Result<Option<Crs>> {
+        let mut degrees = None;
+        let named = named.into_iter().inspect(|(name, crs)| {
+            if let Err(error) = Crs::lengths(crs.as_ref()) {
+                degrees.get_or_insert_with(|| Error::input(format!("{name}: {error}")));
+            }
+        });
+        let agreed = Crs::agreed(named);
+        degrees.map_or(agreed, Err)
+    }
+
+    /// The system that all that name one agree on, be it in degrees.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where two disagree; it names them.
+    pub fn agreed<'a>(named: impl IntoIterator<Item = (&'a str, Option<Crs>)>) -> Result<Option<Crs>> {
         let mut first: Option<(&str, Crs)> = None;
         for (name, crs) in named {
             let Some(crs) = crs else { continue };
-            Crs::lengths(Some(&crs)).map_err(|error| Error::input(format!("{name}: {error}")))?;
             match &first {
                 Some((other, known)) if !known.is_same(&crs) => return Err(disagree([(other, known), (name, &crs)])),
                 // Of texts that mean the same the one that says most, whichever came first.
@@ -156,12 +192,53 @@ impl fmt::Display for Crs {
             Some(_) => self.text.split('"').nth(1).unwrap_or(&self.text),
             None => &self.text,
         };
-        let shown: String = name.chars().take(SHOWN).collect();
+        let shown = shown(name);
         match self.code().filter(|code| *code != shown.to_ascii_uppercase()) {
             Some(code) => write!(f, "{shown} ({code})"),
             None => f.write_str(&shown),
         }
     }
+}
+
+/// As much of a text as messages have room for.
+fn shown(text: &str) -> String {
+    text.chars().take(SHOWN).collect()
+}
+
+/// Its lines as one: between two words, and within quotes, there is a blank where a line ended, beside brackets and commas none.
+fn in_one_line(text: &str) -> String {
+    let mut whole = String::with_capacity(text.len());
+    let mut quoted = false;
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        let is_mark = |letter: char| "[](),".contains(letter);
+        let apart = quoted || !(whole.ends_with(is_mark) || line.starts_with(is_mark));
+        if apart && !whole.is_empty() {
+            whole.push(' ');
+        }
+        whole.push_str(line);
+        quoted ^= line.matches('"').count() % 2 == 1;
+    }
+    whole
+}
+
+/// Whether all brackets and quotes of well-known text have an end.
+fn is_closed(text: &str) -> bool {
+    let bare = || text.split('"').step_by(2).flat_map(str::bytes);
+    let count = |marks: &[u8]| bare().filter(|byte| marks.contains(byte)).count();
+    text.matches('"').count().is_multiple_of(2) && count(b"[(") == count(b"])")
+}
+
+/// Whether a text is a code of an authority: `EPSG:25832`, `EPSG:25832+7837`, `urn:ogc:def:crs:EPSG::25832`.
+fn is_code(text: &str) -> bool {
+    let upper = text.to_ascii_uppercase();
+    let is_word = |word: &str| word.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-.".contains(&byte));
+    let Some((authority, code)) = upper.rsplit_once(':') else { return CODES_OF_ANGLES.contains(&upper.as_str()) };
+    let is_of_epsg = authority.split(':').any(|part| part == "EPSG");
+    let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    let is_known = |part: &str| !part.is_empty() && is_word(part) && (!is_of_epsg || is_number(part));
+    authority.starts_with(|letter: char| letter.is_ascii_alphabetic())
+        && authority.split(':').all(is_word)
+        && code.split('+').all(is_known)
 }
 
 /// The word in front of the first bracket, if it begins well-known text.
@@ -263,11 +340,58 @@ mod tests {
 
     #[test]
     fn what_names_none_is_refused() {
-        for (text, problem) in
-            [("", "empty"), (" \n\0", "empty"), ("a\u{1}", "none of text"), (&"x".repeat(LONGEST + 1), "bytes")]
-        {
+        for (text, problem) in [
+            ("", "empty"),
+            (" \n\0", "empty"),
+            ("a\u{1}", "none of text"),
+            (&"x".repeat(LONGEST + 1), "bytes"),
+            ("EPSG:", "EPSG: has no code"),
+            (&UTM[..UTM.len() - 1], "not closed"),
+            ("PROJCS[\"x]", "not closed"),
+        ] {
             let error = Crs::new(text).unwrap_err().to_string();
             assert!(error.contains(problem) && error.contains("EPSG:25832"), "{error}");
+        }
+    }
+
+    #[test]
+    fn who_names_one_names_what_others_can_look_up() {
+        for text in [
+            UTM,
+            DEGREES,
+            "epsg:25832",
+            "EPSG:25832+7837",
+            "urn:ogc:def:crs:EPSG::25832",
+            "urn:ogc:def:crs:OGC:1.3:CRS84",
+            "https://www.opengis.net/def/crs/EPSG/0/25832",
+            "ESRI:102100",
+            "CRS84",
+            "+proj=utm +zone=32",
+            "{\"type\": \"ProjectedCRS\"}",
+        ] {
+            assert_eq!(Crs::told(text).unwrap(), Crs::new(text).unwrap(), "{text}");
+        }
+        for text in ["junk", "EPSG:junk", "EPSG:25832+", ":25832", "C:\\a.prj", "25832", "+", "a b:1", "JUNK[1]"] {
+            let error = Crs::told(text).unwrap_err().to_string();
+            let expected =
+                format!("\"{text}\" names no coordinate reference system: give well-known text, or a code as");
+            assert!(error.starts_with(&expected), "{error}");
+        }
+        assert!(Crs::told("EPSG:").is_err());
+    }
+
+    #[test]
+    fn lines_become_one_and_no_words_grow_together() {
+        for (lines, line) in [
+            (
+                "PROJCS[\"ETRS89 /\r\n  UTM zone\n32N\",\n UNIT[\"metre\",\n1\n]\n]",
+                "PROJCS[\"ETRS89 / UTM zone 32N\",UNIT[\"metre\",1]]",
+            ),
+            ("LOCAL_CS[\"a,\nb\"]", "LOCAL_CS[\"a, b\"]"),
+            ("+proj=utm\n\n+zone=32\n", "+proj=utm +zone=32"),
+            ("\nOur\ngrid", "Our grid"),
+        ] {
+            assert_eq!(Crs::new(lines).unwrap().text(), line);
         }
     }
 
@@ -281,6 +405,8 @@ mod tests {
         assert!(error.starts_with("a is in EPSG:25832, b in EPSG:25833: transform one"), "{error}");
         let error = common(&[("c", &Some(Crs::new(DEGREES).unwrap()))]).unwrap_err().to_string();
         assert!(error.starts_with("c: its coordinates are degrees (WGS 84 (EPSG:4326))"), "{error}");
+        let degrees = Crs::new(DEGREES).unwrap();
+        assert_eq!(Crs::agreed([("c", Some(degrees.clone()))]).unwrap(), Some(degrees));
         assert!(Crs::lengths(code.map(|crs| crs.with_degrees(true)).as_ref()).is_err());
     }
 

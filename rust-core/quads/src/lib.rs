@@ -71,8 +71,8 @@ use base::memory;
 use base::progress::Progress;
 use image::range_image::{RangeImage, Samples};
 use measure::{Judge, Measured};
-use mesh::Attribute;
 use mesh::dump::{self, Stage};
+use mesh::{Attribute, Crs};
 use place::Vertices;
 use stitch::Net;
 use tiles::Layout;
@@ -177,12 +177,13 @@ struct Source<'a> {
 ///
 /// # Errors
 /// Parameters out of range; fewer pixels than vertices along a side, fewer than 2 x 2 pixels, none valid, attributes of the
-/// wrong length; [`Error::Cancelled`].
+/// wrong length, a world in degrees; [`Error::Cancelled`].
 ///
 /// Source: \[GSB97\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &QuadParams, progress: &Progress<'_>) -> Result<QuadGrid> {
     params.validate()?;
     image.validate()?;
+    Crs::lengths(image.crs.as_ref())?;
     let size = [image.rows(), image.cols()];
     if size[0] < 2 || size[1] < 2 {
         return Err(Error::input(format!(

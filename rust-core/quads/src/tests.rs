@@ -393,6 +393,14 @@ fn strange_images_give_a_whole_grid_or_a_reason() {
 const REASONS: [&str; 2] = ["no pixel is valid", "are farther than can be computed with: use a larger unit"];
 
 #[test]
+fn no_grid_is_made_in_degrees() {
+    let mut image = Scene { rows: 20, cols: 20, seed: 3, holes: 0.0, roughness: 0.01, step: 0.5 }.seen(0);
+    image.crs = Some(Crs::new("EPSG:4326").unwrap());
+    let error = run(&image, &QuadParams::default(), &Progress::none()).unwrap_err().to_string();
+    assert!(error.starts_with("its coordinates are degrees (EPSG:4326), in which nothing can be measured"), "{error}");
+}
+
+#[test]
 fn cancelling_stops_at_every_check() {
     let image = Scene { rows: 60, cols: 60, seed: 3, holes: 0.1, roughness: 0.01, step: 0.5 }.seen(0);
     for target in [Target::AsGiven, Target::Rms(0.01)] {

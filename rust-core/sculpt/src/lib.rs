@@ -128,7 +128,7 @@ pub struct Sculpted {
 /// near 100 bytes a pixel beside the image.
 ///
 /// # Errors
-/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels; [`base::Error::Cancelled`].
+/// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a world in degrees; [`base::Error::Cancelled`].
 ///
 /// Source: \[SG07\], with the differences listed at the module.
 pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -> Result<Sculpted> {

@@ -17,6 +17,7 @@ use base::error::{Error, Result, Shown};
 use base::memory;
 use base::progress::{Progress, Seconds};
 use image::range_image::RangeImage;
+use mesh::Crs;
 use mesh::dump::{self, Stage};
 
 /// At the peak; measured, 85 for a coarse tolerance, 180 for none.
@@ -98,7 +99,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// Finds where the mesh may be. O(pixels).
     ///
     /// # Errors
-    /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels.
+    /// Parameters out of range, attributes of the wrong length, more than 2^32 - 2 pixels, a world in degrees.
     pub fn new(image: I, params: &SculptParams) -> Result<Self> {
         Self::prepare(image, params, &Progress::none())
     }
@@ -114,6 +115,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
     /// For one tolerance, or for `many`: to these it comes back with a part of the digging done.
     pub(super) fn prepare_for(many: bool, image: I, params: &SculptParams, progress: &Progress<'_>) -> Result<Self> {
         params.validate()?;
+        Crs::lengths(image.borrow().crs.as_ref())?;
         let pixels = image.borrow().valid_count();
         memory::expect_each(pixels, BYTES_A_PIXEL, image.borrow().len() as f64, "sculpting", "valid pixels")?;
         progress.count_from(Seconds::new());

@@ -53,6 +53,21 @@ base::params! {
     }
 }
 
+/// Checks, before the work that a mesh takes, that [`write_mesh`] knows the ending of a file's name and has what the options ask for;
+/// returns the ending. Looks at no file.
+///
+/// # Errors
+/// [`Error::Parameter`]; [`Error::Input`] for another ending, and for an encoding that its format does not have.
+pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static str> {
+    options.validate()?;
+    let ending = ending_for(path, Holding::Mesh)?;
+    if options.encoding != Encoding::Binary && ending != "ply" {
+        let encoding = options.encoding.name();
+        return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", path.display())));
+    }
+    Ok(ending)
+}
+
 /// Writes a mesh by the ending of the file's name: PLY with all attributes, binary glTF with those of vertices, OBJ with
 /// colours, STL. `coarser` are meshes of the same surface with fewer and fewer triangles, glTF's levels of detail.
 ///
@@ -65,14 +80,9 @@ pub fn write_mesh(
     options: &WriteOptions,
     progress: &Progress<'_>,
 ) -> Result<()> {
-    options.validate()?;
-    let ending = ending_for(path, Holding::Mesh)?;
+    let ending = check_mesh_file(path, options)?;
     if !coarser.is_empty() && ending != "glb" {
         return Err(Error::input(format!("{}: only .glb holds coarser levels", path.display())));
-    }
-    if options.encoding != Encoding::Binary && ending != "ply" {
-        let encoding = options.encoding.name();
-        return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", path.display())));
     }
     match ending {
         "ply" => {

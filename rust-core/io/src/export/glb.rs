@@ -8,6 +8,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::Provenance;
 use super::atomic::{Output, write_atomically};
+use super::provenance::extras;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -106,17 +107,14 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
     }
     // What its pose moves is in no system.
     let in_place = nodes.iter().filter(|node| node.world_from_mesh == DAffine3::IDENTITY);
-    let crs =
-        if in_place.clone().count() == nodes.len() { in_place.flat_map(|node| &node.mesh.crs).next() } else { None };
-    if let Some(node) =
-        nodes.iter().find(|node| crs.is_some_and(|crs| node.mesh.crs.as_ref().is_some_and(|c| !c.is_same(crs))))
-    {
-        return Err(Error::input(format!(
-            "{}: it lies in another coordinate reference system than the others",
-            node.name
-        )));
+    let is_in_place = in_place.clone().count() == nodes.len();
+    let crs = Crs::agreed(in_place.filter(|_| is_in_place).map(|node| (node.name, node.mesh.crs.clone())))?;
+    for node in nodes {
+        let named: Vec<_> = (1..=node.coarser.len()).map(|level| format!("its level {level}")).collect();
+        let coarser = named.iter().zip(node.coarser).map(|(name, mesh)| (name.as_str(), mesh.crs.clone()));
+        Crs::agreed([(node.name, node.mesh.crs.clone())].into_iter().chain(coarser))?;
     }
-    let (json, binary) = document(&parts, options, crs);
+    let (json, binary) = document(&parts, options, &extras(options.provenance.as_ref(), crs.as_ref())?);
     let json = pad(json.into_bytes(), b' ');
     let total = 12 + 8 + json.len() as u64 + if binary > 0 { 8 + binary } else { 0 };
     let Ok(length) = u32::try_from(total) else {
@@ -285,7 +283,7 @@ const UNSIGNED_SHORT: u32 = 5123;
 const UNSIGNED_BYTE: u32 = 5121;
 
 /// The JSON document, and the length of the binary buffer.
-fn document(parts: &[Part<'_>], options: &GlbOptions, crs: Option<&Crs>) -> (String, u64) {
+fn document(parts: &[Part<'_>], options: &GlbOptions, extras: &str) -> (String, u64) {
     let mut buffer = Buffer::default();
     let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
     for (index, part) in parts.iter().enumerate() {
@@ -328,8 +326,6 @@ fn document(parts: &[Part<'_>], options: &GlbOptions, crs: Option<&Crs>) -> (Str
         roots = vec![nodes.len().to_string()];
         nodes.push(root + "}");
     }
-    let said = Provenance::with_crs(options.provenance.as_ref(), crs);
-    let extras = said.map(|said| format!(",\"extras\":{}", said.extras())).unwrap_or_default();
     let version = env!("CARGO_PKG_VERSION");
     let mut json = format!("{{\"asset\":{{\"version\":\"2.0\",\"generator\":\"surfrecon {version}\"{extras}}}");
     let mut list = |name: &str, items: &[String]| {

@@ -33,7 +33,7 @@ mod stl;
 mod temporary;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
-pub use by_ending::{Encoding, SCHEMA, WriteOptions, write_mesh};
+pub use by_ending::{Encoding, SCHEMA, WriteOptions, check_mesh_file, write_mesh};
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use crs::crs_note;
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
@@ -43,6 +43,7 @@ pub use ply::{
     write_range_grid_ply,
 };
 pub use poses::write_poses;
-pub use provenance::{E57_NAMESPACE, Provenance};
+pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};
+pub use provenance::{E57_NAMESPACE, LONGEST, Provenance};
 pub use scans::{write_e57, write_ptx};
 pub use stl::write_stl;

@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::Provenance;
 use super::atomic::write_atomically;
+use super::provenance::comments;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use mesh::{AttributeData, Crs, TriMesh};
@@ -65,14 +66,13 @@ pub fn write_obj_polygons(path: &Path, polygons: &Polygons<'_>, progress: &Progr
     if let Some(v) = corners.copied().find(|&v| v as usize >= count) {
         return Err(Error::input(format!("a face names vertex {v}, but there are only {count} vertices")));
     }
+    let said = comments("#", polygons.provenance, polygons.crs)?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, (count + polygons.quads.len() + polygons.triangles.len()) as u64);
     write_atomically(path, progress, |file| {
         let mut out = BufWriter::with_capacity(1 << 18, file);
         let io = |e| Error::io(path, e);
-        if let Some(said) = Provenance::with_crs(polygons.provenance, polygons.crs) {
-            out.write_all(said.comments("#").as_bytes()).map_err(io)?;
-        }
+        out.write_all(said.as_bytes()).map_err(io)?;
         if polygons.positions.is_empty() {
             // A file without any statement would look like one that was cut off.
             out.write_all(b"o empty\n").map_err(io)?;

@@ -10,18 +10,28 @@ use mesh::Crs;
 /// Namespace of what our E57 files have beside what the standard knows.
 pub const E57_NAMESPACE: &str = "https://github.com/surfrecon/surfrecon/e57";
 
+/// Deepest nesting: glTF has three levels around it, and readers of JSON end at 128.
+const DEEPEST: usize = 100;
+
 /// Letters of a line of a PLY file's header: some readers have room for 1024.
 const LINE: usize = 900;
+
+/// Most bytes that it takes in a file: it is looked for within twice as many.
+pub const LONGEST: usize = 1 << 22;
+/// What goes before the object of the coordinate reference system in comments, and its name beside that of provenance.
+pub(crate) const CRS_COMMENT: &str = "crs ";
+pub(crate) const CRS_EXTRA: &str = "surfrecon_crs";
 
 /// What makes a result again, as a JSON object: program, version, command, parameters, hashes of what was read.
 ///
 /// PLY files have it as comments: `comment surfrecon` and an object of one key, of lists and objects one of their entries; what is
 /// too long for a line goes on in those that begin `comment surfrecon +`. So has OBJ, in lines that begin `# surfrecon`. glTF has it in
 /// `asset.extras.surfrecon`, E57 as the text `provenance` of the root, in a namespace of its own ([`E57_NAMESPACE`]), which readers that
-/// don't know it pass over. Other formats have no place for it.
+/// don't know it pass over. Other formats have no place for it. Whatever its keys are, it is read back as it was given; numbers are doubles
+/// or whole numbers of 64 bits.
 ///
-/// In PLY, OBJ and glTF the object also has the coordinate reference system: its text as `crs`, and `crs_unit` if that is `degree`. E57 has
-/// a place of its own for it, `coordinateMetadata`.
+/// PLY, OBJ and glTF also say the coordinate reference system: an object of its `text` and, if that is so, the `unit` `degree`, in a comment
+/// `surfrecon crs` and in `asset.extras.surfrecon_crs`. E57 has a place of its own for it, `coordinateMetadata`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance(Arc<Map<String, Value>>);
 
@@ -29,10 +39,13 @@ impl Provenance {
     /// Takes an object in JSON.
     ///
     /// # Errors
-    /// [`Error::Input`] for anything else.
+    /// [`Error::Input`] for anything else, and for what is nested more than 100 times.
     pub fn from_json(text: &str) -> Result<Self> {
         let object = serde_json::from_str(text).map_err(|e| Error::input(format!("provenance must be JSON: {e}")))?;
         match object {
+            object @ Value::Object(_) if depth(&object) > DEEPEST => {
+                Err(Error::input(format!("provenance is nested more than {DEEPEST} times")))
+            }
             Value::Object(object) => Ok(Provenance(Arc::new(object))),
             other => Err(Error::input(format!("provenance must be a JSON object, got {other}"))),
         }
@@ -43,57 +56,100 @@ impl Provenance {
         Value::Object(Map::clone(&self.0)).to_string()
     }
 
-    /// What a file says: this, and the system of its coordinates.
-    pub(super) fn with_crs(given: Option<&Provenance>, crs: Option<&Crs>) -> Option<Provenance> {
-        let Some(crs) = crs else { return given.cloned() };
-        let mut object = given.map_or_else(Map::new, |given| Map::clone(&given.0));
-        object.insert("crs".to_owned(), crs.text().into());
-        object.remove("crs_unit");
-        if crs.is_in_degrees() {
-            object.insert("crs_unit".to_owned(), "degree".into());
-        }
-        Some(Provenance(Arc::new(object)))
-    }
-
     /// Lines for the header of a text, each after the mark of a comment there.
-    pub(super) fn comments(&self, comment: &str) -> String {
+    fn comments(&self, comment: &str) -> String {
         let mut lines = String::new();
-        let mut put = |key: &str, value: Value| {
-            let text = ascii(&Value::Object(Map::from_iter([(key.to_owned(), value)])));
-            let (mut rest, mut mark) = (text.as_str(), "");
-            while !rest.is_empty() {
-                let (part, after) = rest.split_at(rest.len().min(LINE));
-                lines += &format!("{comment} surfrecon {mark}{part}\n");
-                (rest, mark) = (after, "+ ");
-            }
-        };
+        let mut put = |object: Map<String, Value>| put_comment(&mut lines, comment, "", &Value::Object(object));
+        let of = |key: &String, value: Value| Map::from_iter([(key.clone(), value)]);
+        if self.0.is_empty() {
+            put(Map::new());
+        }
         for (key, value) in self.0.iter() {
             match value {
-                Value::Array(entries) => entries.iter().for_each(|entry| put(key, Value::Array(vec![entry.clone()]))),
-                Value::Object(entries) => entries
-                    .iter()
-                    .for_each(|(name, entry)| put(key, Value::Object(Map::from_iter([(name.clone(), entry.clone())])))),
-                other => put(key, other.clone()),
+                Value::Array(entries) if !entries.is_empty() => {
+                    entries.iter().for_each(|entry| put(of(key, Value::Array(vec![entry.clone()]))));
+                }
+                Value::Object(entries) if !entries.is_empty() => {
+                    entries.iter().for_each(|(name, entry)| put(of(key, Value::Object(of(name, entry.clone())))));
+                }
+                other => put(of(key, other.clone())),
             }
         }
         lines
     }
 
     /// The element of E57, whose text may not end where it does not.
-    pub(super) fn e57_element(&self) -> String {
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it is longer than [`LONGEST`].
+    pub(super) fn e57_element(&self) -> Result<String> {
         let text = ascii(&Value::Object(Map::clone(&self.0))).replace('>', "\\u003e");
-        format!("<surfrecon:provenance type=\"String\"><![CDATA[{text}]]></surfrecon:provenance>\n")
+        let text = format!("<surfrecon:provenance type=\"String\"><![CDATA[{text}]]></surfrecon:provenance>\n");
+        short_enough(text)
     }
+}
 
-    /// For `extras` of glTF.
-    pub(super) fn extras(&self) -> String {
-        format!("{{\"surfrecon\":{}}}", ascii(&Value::Object(Map::clone(&self.0))))
+/// Comments that say what a file is made from and which system its coordinates are in, each after the mark of a comment there.
+///
+/// # Errors
+/// [`Error::Input`] for provenance that takes more than [`LONGEST`].
+pub(super) fn comments(comment: &str, provenance: Option<&Provenance>, crs: Option<&Crs>) -> Result<String> {
+    let mut lines = short_enough(provenance.map_or_else(String::new, |provenance| provenance.comments(comment)))?;
+    if let Some(crs) = crs {
+        put_comment(&mut lines, comment, CRS_COMMENT, &object_of(crs));
     }
+    Ok(lines)
+}
+
+/// The same as a member of glTF's `asset`, with the comma before it; nothing for nothing.
+///
+/// # Errors
+/// As [`comments`].
+pub(super) fn extras(provenance: Option<&Provenance>, crs: Option<&Crs>) -> Result<String> {
+    let mut members = Vec::new();
+    if let Some(provenance) = provenance {
+        members.push(format!("\"surfrecon\":{}", short_enough(ascii(&Value::Object(Map::clone(&provenance.0))))?));
+    }
+    members.extend(crs.map(|crs| format!("\"{CRS_EXTRA}\":{}", ascii(&object_of(crs)))));
+    Ok(if members.is_empty() { String::new() } else { format!(",\"extras\":{{{}}}", members.join(",")) })
+}
+
+fn object_of(crs: &Crs) -> Value {
+    let unit = crs.is_in_degrees().then(|| ("unit".to_owned(), "degree".into()));
+    Value::Object([("text".to_owned(), crs.text().into())].into_iter().chain(unit).collect())
+}
+
+/// One value as a comment, of as many lines as it needs.
+fn put_comment(lines: &mut String, comment: &str, mark: &str, value: &Value) {
+    let text = ascii(value);
+    let (mut rest, mut mark) = (text.as_str(), mark);
+    while !rest.is_empty() {
+        let (part, after) = rest.split_at(rest.len().min(LINE));
+        *lines += &format!("{comment} surfrecon {mark}{part}\n");
+        (rest, mark) = (after, "+ ");
+    }
+}
+
+/// What is longer would not be found when the file is read.
+fn short_enough(said: String) -> Result<String> {
+    if said.len() <= LONGEST {
+        return Ok(said);
+    }
+    let problem = format!("provenance would take {} bytes of the file, more than {LONGEST}", said.len());
+    Err(Error::input(format!("{problem}: leave something of it out, or keep it in a file of its own")))
 }
 
 impl From<Map<String, Value>> for Provenance {
     fn from(object: Map<String, Value>) -> Self {
         Provenance(Arc::new(object))
+    }
+}
+
+fn depth(value: &Value) -> usize {
+    match value {
+        Value::Array(entries) => 1 + entries.iter().map(depth).max().unwrap_or(0),
+        Value::Object(entries) => 1 + entries.values().map(depth).max().unwrap_or(0),
+        _ => 0,
     }
 }
 
@@ -111,58 +167,4 @@ fn ascii(value: &Value) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The object that comments say.
-    fn said(comments: &str) -> Value {
-        let mut lines: Vec<String> = Vec::new();
-        for line in comments.lines() {
-            assert!(line.is_ascii() && line.len() < 1000, "{line}");
-            let line = line.strip_prefix("comment surfrecon ").unwrap();
-            match line.strip_prefix("+ ") {
-                Some(more) => *lines.last_mut().unwrap() += more,
-                None => lines.push(line.to_owned()),
-            }
-        }
-        let mut whole = Map::new();
-        for line in lines {
-            let Value::Object(object) = serde_json::from_str(&line).unwrap() else { panic!("{line}") };
-            for (key, value) in object {
-                match (whole.get_mut(&key), value) {
-                    (Some(Value::Array(all)), Value::Array(more)) => all.extend(more),
-                    (Some(Value::Object(all)), Value::Object(more)) => all.extend(more),
-                    (None, value) => drop(whole.insert(key, value)),
-                    (Some(all), more) => panic!("{all} and {more}"),
-                }
-            }
-        }
-        Value::Object(whole)
-    }
-
-    #[test]
-    fn comments_and_extras_say_all_of_it() {
-        let long = "\u{1f5ff}ä\\\"\n".repeat(1000);
-        let text = serde_json::json!({
-            "command": "merge",
-            "parameters": {"voxel": 0.1, "levels": [1, 2, 3], "one": {"two": null}},
-            "inputs": [{"name": "é.ply"}, {"name": long}, []],
-        });
-        let provenance = Provenance::from_json(&text.to_string()).unwrap();
-        assert_eq!(said(&provenance.comments("comment")), text);
-        let extras = provenance.extras();
-        assert!(extras.is_ascii() && !extras.contains('\n'));
-        assert_eq!(serde_json::from_str::<Value>(&extras).unwrap()["surfrecon"], text);
-        assert_eq!(Provenance::from_json("{}").unwrap().comments("comment"), "");
-    }
-
-    #[test]
-    fn what_is_no_object_is_refused() {
-        for (text, problem) in
-            [("[]", "must be a JSON object, got []"), ("{", "must be JSON: "), ("", "must be JSON: ")]
-        {
-            let error = Provenance::from_json(text).unwrap_err().to_string();
-            assert!(error.contains(problem), "{error}");
-        }
-    }
-}
+mod tests;

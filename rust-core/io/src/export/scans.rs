@@ -125,6 +125,7 @@ pub fn write_e57(
     progress: &Progress<'_>,
 ) -> Result<()> {
     let places = checked(images)?;
+    let said = provenance.map(Provenance::e57_element).transpose()?;
     let crs = Crs::common(images.iter().map(|image| (image.name.as_str(), image.crs.clone())))?;
     progress.plan(&[("writing", 1.0)]);
     progress.stage(0, images.iter().map(|image| image.len() as u64).sum());
@@ -191,13 +192,12 @@ pub fn write_e57(
             }
             scan.finalize().map_err(failed)?;
         }
-        let Some(provenance) = provenance else { return writer.finalize().map_err(failed) };
+        let Some(said) = &said else { return writer.finalize().map_err(failed) };
         writer.register_extension(Extension::new("surfrecon", E57_NAMESPACE)).map_err(failed)?;
-        let said = provenance.e57_element();
         let with_it = |mut xml: String| {
             // Names may have the words of it, too: the last is the root's.
             let end = xml.rfind(E57_END).expect("what ends the root");
-            xml.insert_str(end, &said);
+            xml.insert_str(end, said);
             Ok(xml)
         };
         writer.finalize_customized_xml(with_it).map_err(failed)

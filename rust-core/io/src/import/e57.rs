@@ -1,6 +1,7 @@
 //! E57 (ASTM E2807), through the crate `e57`: scans with row and column indices become range images seen from the origin
 //! of their frame, others points. Poses, colours and intensities are kept; coordinates marked invalid are no samples. Nor
-//! are those at exactly (0, 0, 0), where no ray can have been: in grids, and where points are distances and angles.
+//! are those at exactly (0, 0, 0), where no ray can have been: in grids, and where points are distances and angles. Scans without
+//! points, as writers leave them of images without a valid pixel, are left out of a set, which says so.
 //!
 //! Cost: opening reads the XML part; reading a scan is one pass over it, memory for the result and some packets. Without
 //! the bounds of the indices the grid is the rows and columns that the points use, which takes one more pass.
@@ -22,6 +23,8 @@ use mesh::point_cloud::PointCloud;
 /// Fewest points that a grid holds of its pixels: one in so many.
 const SPARSEST: u64 = 256;
 
+/// What is said of a scan of which nothing is left.
+const EMPTY: &str = "has no valid points";
 /// Longest name of a scan that is taken, in bytes: longer ones are no names.
 const LONGEST_NAME: usize = 200;
 /// How far the length of a pose's quaternion may be from 1: writers round to few digits.
@@ -48,7 +51,7 @@ fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
     if stored.is_empty() {
         return Err(Error::format(&scan.path, "whole file", "there is no scan"));
     }
-    let mut scans = Vec::with_capacity(stored.len());
+    let (mut scans, mut notes) = (Vec::with_capacity(stored.len()), Vec::new());
     for (part, one) in stored.iter().enumerate() {
         let mut scan = Scan { part, world_from_sensor: pose(one, &scan.path, part)?, ..scan.clone() };
         if let Some(name) =
@@ -56,9 +59,21 @@ fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
         {
             scan.name = name.to_owned();
         }
-        scans.push(scan);
+        if one.records == 0 {
+            notes.push(format!("{}: scan {part}, {}, {EMPTY}: it is left out", scan.path.display(), scan.name));
+        } else {
+            scans.push(scan);
+        }
     }
-    Ok(ScanSet { scans, notes: Vec::new() })
+    if scans.is_empty() {
+        let problem = if stored.len() == 1 {
+            format!("the scan {EMPTY}")
+        } else {
+            format!("none of {} scans has valid points", stored.len())
+        };
+        return Err(Error::format(&scan.path, "whole file", problem));
+    }
+    Ok(ScanSet { scans, notes })
 }
 
 fn pose(stored: &Stored, path: &Path, part: usize) -> Result<DAffine3> {
@@ -83,6 +98,9 @@ pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progres
         let Some(stored) = reader.pointclouds().into_iter().nth(scan.part) else {
             return fail("there is no such scan".to_owned());
         };
+        if stored.records == 0 {
+            return fail(format!("the scan {EMPTY}"));
+        }
         // At least a bit a point: files whose points take none are bombs.
         if stored.records > length.saturating_mul(8)
             || stored.records * size_of::<DVec3>() as u64 > scan.options.max_decoded_bytes()
@@ -116,7 +134,15 @@ fn points<'a, T: Read + Seek>(
     points.apply_pose(false);
     points.intensity_to_color(false);
     points.normalize_intensity(false);
-    Ok(points.map(|point| point.map_err(|e| decoding_error(scan, &e))))
+    // A packet may hold no point of which all is there, as the first of fewer than eight whose rows are a bit each: the crate takes that
+    // for an error of its own. It has read the packet then, so that this ends.
+    let next = move || loop {
+        match points.next() {
+            Some(Err(::e57::Error::Internal { source: None, .. })) => {}
+            next => return next,
+        }
+    };
+    Ok(std::iter::from_fn(next).map(|point| point.map_err(|e| decoding_error(scan, &e))))
 }
 
 /// First and last.
@@ -245,6 +271,7 @@ mod tests {
     use super::super::damage;
     use super::*;
     use ::e57::{E57Writer, Quaternion, Record, RecordValue, Transform, Translation};
+    use image::range_image::{RangeImage, Viewing};
 
     /// A scan of 3 x 4 pixels with two missing, then a cloud of three points.
     fn file() -> Vec<u8> {
@@ -306,6 +333,39 @@ mod tests {
         let Content::Points(cloud) = set.scans[1].read().unwrap() else { panic!("no cloud") };
         assert_eq!(cloud.positions, [DVec3::ZERO, DVec3::new(1.0, 2.0, 0.0), DVec3::new(2.0, 4.0, 0.0)]);
         assert_eq!(cloud.intensity.unwrap(), [0.0, 100.0, 200.0]);
+    }
+
+    #[test]
+    fn scans_without_valid_points_spoil_no_others() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("set.e57");
+        let image = |name: &str, value: f32| {
+            let mut image = RangeImage::from_points(2, 3, vec![[value; 3]; 6], Viewing::From(DVec3::ZERO)).unwrap();
+            image.name = name.to_owned();
+            image
+        };
+        let images = [image("first", 1.0), image("none", f32::NAN), image("last", 2.0)];
+        let write = |images: &[&RangeImage]| {
+            crate::export::write_e57(&path, images, None, &Progress::none()).unwrap();
+            crate::import::open(&path)
+        };
+        let set = write(&images.iter().collect::<Vec<_>>()).unwrap();
+        assert_eq!(set.notes, [format!("{}: scan 1, none, has no valid points: it is left out", path.display())]);
+        assert_eq!(
+            set.scans.iter().map(|s| (s.name.as_str(), s.part)).collect::<Vec<_>>(),
+            [("first", 0), ("last", 2)]
+        );
+        for scan in &set.scans {
+            let Content::RangeImage(read) = scan.read().unwrap() else { panic!("no image") };
+            let expected = &images[scan.part];
+            assert_eq!((read.name.as_str(), read.valid_count()), (expected.name.as_str(), 6));
+        }
+        let error = write(&[&images[1]]).unwrap_err().to_string();
+        assert!(error.ends_with("set.e57: whole file: the scan has no valid points"), "{error}");
+        let error = Scan::new(&path).read().unwrap_err().to_string();
+        assert!(error.ends_with("set.e57: scan 0: the scan has no valid points"), "{error}");
+        let error = write(&[&images[1], &images[1]]).unwrap_err().to_string();
+        assert!(error.ends_with("none of 2 scans has valid points"), "{error}");
     }
 
     #[test]

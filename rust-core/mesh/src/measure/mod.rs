@@ -11,7 +11,7 @@ pub use shape::{Quality, angles, area, bounds, enclosed_volume, quality, quality
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::TriMesh;
+use crate::{Crs, TriMesh};
 use base::error::{Error, Result};
 use base::magnitude;
 use base::progress::Progress;
@@ -89,7 +89,7 @@ pub struct Deviation {
 /// Time O((n + m) log m) for n points and m triangles, memory O(n + m). The result is the same for any number of threads.
 ///
 /// # Errors
-/// [`Error::Input`] for a mesh without triangles or with a bad index, and for coordinates that aren't finite;
+/// [`Error::Input`] for a mesh without triangles, with a bad index or in degrees, and for coordinates that aren't finite;
 /// [`Error::Cancelled`].
 pub fn deviation(
     points: &[DVec3],
@@ -159,6 +159,7 @@ pub fn nearest_triangles(
 
 fn check_measurable(points: &[DVec3], mesh: &TriMesh) -> Result<()> {
     magnitude::points("point", points)?;
+    Crs::common([("the mesh", mesh.crs.clone())])?;
     if mesh.triangles.is_empty() && !points.is_empty() {
         return Err(Error::input("the mesh has no triangle to measure distances to"));
     }

@@ -65,6 +65,22 @@ fn distances_to_a_fine_sphere_are_those_of_the_sphere() {
 }
 
 #[test]
+fn nothing_is_measured_in_degrees() {
+    let crs = Some(Crs::new("EPSG:4326").unwrap());
+    let mesh = TriMesh { crs, ..Shape::Sphere { radius: 1.0 }.mesh(4) };
+    let (points, none) = ([DVec3::ZERO], Progress::none());
+    for error in [
+        deviation(&points, &mesh, Side::Ignored, 1, &none).unwrap_err(),
+        nearest_triangles(&points, &mesh, 1, &none).unwrap_err(),
+    ] {
+        assert!(
+            error.to_string().starts_with("the mesh: its coordinates are degrees (EPSG:4326), in which"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
 fn the_side_is_right_beyond_a_sharp_edge() {
     // A thin wedge: close to its sharp edge the nearest face alone would often name the wrong side.
     let mesh = TriMesh::new(

@@ -18,6 +18,14 @@ fn parameters_out_of_range_are_refused_by_name() {
 }
 
 #[test]
+fn nothing_is_sculpted_in_degrees() {
+    let mut image = flat(4, 4, |r, _| r);
+    image.crs = Some(mesh::Crs::new("EPSG:4326").unwrap());
+    let error = run(&image, &SculptParams::default(), &Progress::none()).unwrap_err().to_string();
+    assert!(error.starts_with("its coordinates are degrees (EPSG:4326), in which nothing can be measured"), "{error}");
+}
+
+#[test]
 fn negative_huge_and_tiny_ranges_do_no_harm() {
     for projection in projections(12, 12) {
         for factor in [-1.0, 1e-300, 1e300, 1e150] {

@@ -232,6 +232,24 @@ fn levels() -> [&'static TriMesh; 3] {
 }
 
 #[test]
+fn levels_of_another_system_are_refused() {
+    let named = |mesh: &TriMesh, code| leaked(TriMesh { crs: Some(Crs::new(code).unwrap()), ..mesh.clone() });
+    let [finest, coarse, _] = levels();
+    let [fine, same, other] = [named(finest, "EPSG:25832"), named(coarse, "epsg:25832"), named(coarse, "EPSG:25833")];
+    let path = std::env::temp_dir().join("never.glb");
+    let refused = |nodes: &[GlbNode<'_>]| {
+        let error = write_glb(&path, nodes, &GlbOptions::default(), &Progress::none()).unwrap_err().to_string();
+        assert!(!path.exists());
+        error
+    };
+    let error = refused(&[GlbNode { coarser: &[coarse, other], ..still("ground", fine) }]);
+    assert!(error.starts_with("ground is in EPSG:25832, its level 2 in EPSG:25833: transform one of them"), "{error}");
+    let error = refused(&[still("a", fine), still("b", other)]);
+    assert!(error.starts_with("a is in EPSG:25832, b in EPSG:25833: transform one of them"), "{error}");
+    written(&[GlbNode { coarser: &[same], ..still("ground", fine) }], &GlbOptions::default());
+}
+
+#[test]
 fn levels_of_detail_stand_behind_their_node() {
     let [finest, coarser @ ..] = levels();
     let chain = GlbNode { coarser: &coarser, ..still("ring", finest) };

@@ -14,6 +14,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use self::rows::{Column, Data, Element, NO_VERTEX};
 use super::Provenance;
 use super::atomic::{Staged, stage};
+use super::provenance::comments;
 use base::error::{Error, Result};
 use base::memory;
 use base::progress::Progress;
@@ -372,8 +373,7 @@ fn write(
         PlyEncoding::BinaryLittleEndian => "binary_little_endian",
         PlyEncoding::BinaryBigEndian => "binary_big_endian",
     };
-    let said = Provenance::with_crs(options.provenance.as_ref(), crs);
-    let comments = said.map(|said| said.comments("comment")).unwrap_or_default();
+    let comments = comments("comment", options.provenance.as_ref(), crs)?;
     let mut header = format!("ply\nformat {encoding} 1.0\n{comments}{info}");
     for element in elements {
         element.declare(&mut header);

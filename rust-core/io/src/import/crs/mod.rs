@@ -7,7 +7,8 @@
 //! | `said` | what our own PLY, OBJ, glTF and E57 say of where they are from |
 //!
 //! Of a file that names none, and is no depth image, a file of its name with the ending `.prj` beside it is asked, which holds
-//! well-known text. What is damaged names none: its reader says what is wrong. What can't be taken for the text of a system is told.
+//! well-known text. What is damaged names none: its reader says what is wrong. What can't be taken for the text of a system is told,
+//! also of such a file.
 
 pub(super) mod geo_keys;
 mod las;
@@ -63,10 +64,7 @@ fn own(scan: &Scan) -> Result<Named> {
     if tiff::sniff(&start) {
         return if scan.options.camera.is_some() { Ok(Ok(None)) } else { tiff::named(scan) };
     }
-    let Some(object) = said::object(path, &start)? else { return Ok(Ok(None)) };
-    let Some(text) = object.get("crs").and_then(|text| text.as_str()) else { return Ok(Ok(None)) };
-    let in_degrees = object.get("crs_unit").is_some_and(|unit| unit == "degree");
-    Ok(understood(text).map(|crs| Some(if in_degrees { crs.with_degrees(true) } else { crs })))
+    Ok(said::of_file(path, &start)?.crs())
 }
 
 /// A system by a text that a file has in its place.
@@ -74,7 +72,7 @@ fn understood(text: &str) -> Result<Crs, String> {
     Crs::new(text).map_err(|error| error.to_string())
 }
 
-/// What a `.prj` beside a file names, if it is one of a system: other programs have projects of that ending.
+/// What a `.prj` beside a file names. Other programs have projects of that ending: of those it is told that they are none.
 fn beside(path: &Path) -> Result<Option<Crs>> {
     let path = path.with_extension("prj");
     if !file::is_file(&path) {
@@ -84,7 +82,11 @@ fn beside(path: &Path) -> Result<Option<Crs>> {
     let (file, _) = file::open(&path)?;
     file.take(LONGEST as u64 + 1).read_to_end(&mut bytes).map_err(|error| Error::io(&path, error))?;
     let text = String::from_utf8_lossy(&bytes);
-    if Crs::is_well_known_text(&text) { named(&path, understood(&text).map(Some)) } else { Ok(None) }
+    if !Crs::is_well_known_text(&text) {
+        let problem = "this is no well-known text, so that the coordinates are in no known system";
+        return named(&path, Err(problem.to_owned()));
+    }
+    named(&path, understood(&text).map(Some))
 }
 
 /// What a file that this library wrote says of where it is from: of PLY, OBJ, glTF and E57. `None` where it says nothing.
@@ -93,10 +95,7 @@ fn beside(path: &Path) -> Result<Option<Crs>> {
 /// [`Error::Io`]; [`Error::Input`] for a file that can't be opened.
 pub fn provenance(path: &Path) -> Result<Option<Provenance>> {
     let (start, _) = file::read_start(path, START)?;
-    let Some(mut object) = said::object(path, &start)? else { return Ok(None) };
-    object.remove("crs");
-    object.remove("crs_unit");
-    Ok((!object.is_empty()).then(|| Provenance::from(object)))
+    Ok(said::of_file(path, &start)?.provenance.map(Provenance::from))
 }
 
 #[cfg(test)]

@@ -8,19 +8,39 @@ use serde_json::{Map, Value};
 
 use super::super::file::watched;
 use super::super::{e57, file, ply};
-use crate::export::E57_NAMESPACE;
+use crate::export::{CRS_COMMENT, CRS_EXTRA, E57_NAMESPACE, LONGEST};
 use base::error::Result;
 
-/// Bytes of a file in which it is looked for, one after the other.
-const WITHIN: [usize; 3] = [1 << 12, 1 << 16, 1 << 22];
+/// Bytes of a file in which it is looked for, one after the other: the last has room for the longest there can be, and for all that a
+/// header has besides.
+const WITHIN: [usize; 3] = [1 << 12, 1 << 16, 2 * LONGEST];
 /// What goes before each line in PLY, and in OBJ; each ends where the next line does not begin so.
 const IN_PLY: &str = "comment surfrecon ";
 const IN_OBJ: &str = "# surfrecon ";
 /// How a binary glTF of ours begins behind its header, and a text.
 const IN_GLTF: &[u8] = b"{\"asset\":";
 
-/// The object that a file says, which starts with these bytes.
-pub(super) fn object(path: &Path, start: &[u8]) -> Result<Option<Map<String, Value>>> {
+/// What a file says of itself.
+#[derive(Default)]
+pub(super) struct Said {
+    /// What made it.
+    pub(super) provenance: Option<Map<String, Value>>,
+    /// The object of its system, of formats that have no other place for it.
+    crs: Option<Value>,
+}
+
+impl Said {
+    /// The system that it names.
+    pub(super) fn crs(&self) -> super::Named {
+        let Some(text) = self.crs.as_ref().and_then(|crs| crs.get("text")?.as_str()) else { return Ok(None) };
+        let crs = super::understood(text)?;
+        let in_degrees = self.crs.as_ref().is_some_and(|crs| crs.get("unit").is_some_and(|unit| unit == "degree"));
+        Ok(Some(if in_degrees { crs.with_degrees(true) } else { crs }))
+    }
+}
+
+/// What a file says, which starts with these bytes.
+pub(super) fn of_file(path: &Path, start: &[u8]) -> Result<Said> {
     if ply::sniff(start) {
         return lines(path, IN_PLY, |line| line == "end_header");
     }
@@ -32,11 +52,11 @@ pub(super) fn object(path: &Path, start: &[u8]) -> Result<Option<Map<String, Val
     }
     let at = if start.starts_with(b"glTF") { 20 } else { 0 };
     let is_gltf = start.get(at..).is_some_and(|json| json.starts_with(IN_GLTF));
-    if is_gltf { in_gltf(path, at + IN_GLTF.len()) } else { Ok(None) }
+    if is_gltf { in_gltf(path, at + IN_GLTF.len()) } else { Ok(Said::default()) }
 }
 
-/// The object that lines say which begin so, until a line is the last one.
-fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Option<Map<String, Value>>> {
+/// What lines say which begin so, until a line is the last one.
+fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Said> {
     for within in WITHIN {
         let (start, length) = file::read_start(path, within)?;
         let whole = start.len() as u64 == length;
@@ -60,18 +80,21 @@ fn lines(path: &Path, mark: &str, is_last: impl Fn(&str) -> bool) -> Result<Opti
             }
         }
         if ended {
-            return Ok(joined(&texts));
+            let (crs, rest): (Vec<_>, Vec<_>) = texts.iter().partition(|text| text.starts_with(CRS_COMMENT));
+            let crs = crs.last().and_then(|text| serde_json::from_str(&text[CRS_COMMENT.len()..]).ok());
+            return Ok(Said { provenance: joined(&rest), crs });
         }
     }
-    Ok(None)
+    Ok(Said::default())
 }
 
 /// The object whose entries lines have one by one.
-fn joined(lines: &[String]) -> Option<Map<String, Value>> {
-    let mut whole = Map::new();
+fn joined(lines: &[&String]) -> Option<Map<String, Value>> {
+    let mut whole = None;
     for line in lines {
         // What others have put there, or a line that was cut.
         let Ok(Value::Object(object)) = serde_json::from_str(line) else { continue };
+        let whole = whole.get_or_insert_with(Map::new);
         for (key, value) in object {
             match (whole.get_mut(&key), value) {
                 (Some(Value::Array(all)), Value::Array(more)) => all.extend(more),
@@ -80,25 +103,35 @@ fn joined(lines: &[String]) -> Option<Map<String, Value>> {
             }
         }
     }
-    (!whole.is_empty()).then_some(whole)
+    whole
 }
 
-/// What glTF has in `asset.extras.surfrecon`, whose `asset` is the first of all.
-fn in_gltf(path: &Path, at: usize) -> Result<Option<Map<String, Value>>> {
-    let (start, _) = file::read_start(path, WITHIN[2])?;
-    let mut values = serde_json::Deserializer::from_slice(start.get(at..).unwrap_or_default()).into_iter::<Value>();
-    let Some(Ok(asset)) = values.next() else { return Ok(None) };
-    let said = asset.get("extras").and_then(|extras| extras.get("surfrecon")?.as_object());
-    Ok(said.cloned())
+/// What glTF has in `asset.extras`, whose `asset` is the first of all.
+fn in_gltf(path: &Path, at: usize) -> Result<Said> {
+    for within in WITHIN {
+        let (start, length) = file::read_start(path, within)?;
+        let json = start.get(at..).unwrap_or_default();
+        match serde_json::Deserializer::from_slice(json).into_iter::<Value>().next() {
+            Some(Ok(asset)) => {
+                let of = |name| asset.get("extras").and_then(|extras| extras.get(name)).cloned();
+                let provenance = of("surfrecon").and_then(|said| Some(said.as_object()?.clone()));
+                return Ok(Said { provenance, crs: of(CRS_EXTRA) });
+            }
+            Some(Err(error)) if error.is_eof() && (start.len() as u64) < length => {}
+            _ => break,
+        }
+    }
+    Ok(Said::default())
 }
 
-fn in_e57(path: &Path) -> Result<Option<Map<String, Value>>> {
+fn in_e57(path: &Path) -> Result<Said> {
     watched(&mut file::open(path)?.0, path, |input| {
-        let Ok(reader) = E57Reader::new(input) else { return Ok(None) };
-        let Ok(document) = Document::parse(reader.xml()) else { return Ok(None) };
+        let Ok(reader) = E57Reader::new(input) else { return Ok(Said::default()) };
+        let Ok(document) = Document::parse(reader.xml()) else { return Ok(Said::default()) };
         let mut nodes = document.root_element().children();
         let node = nodes.find(|node| node.has_tag_name((E57_NAMESPACE, "provenance")));
         let text: String = node.iter().flat_map(|node| node.children()).filter_map(|child| child.text()).collect();
-        Ok(serde_json::from_str::<Value>(&text).ok().and_then(|said| said.as_object().cloned()))
+        let provenance = serde_json::from_str::<Value>(&text).ok().and_then(|said| said.as_object().cloned());
+        Ok(Said { provenance, crs: None })
     })
 }

@@ -190,9 +190,15 @@ fn a_file_beside_it_names_it() {
     assert_eq!(text_of(&grid), None);
     folder.file("heights.prj", UTM.replace(',', ",\r\n  "));
     assert_eq!(text_of(&grid).as_deref(), Some(UTM));
-    // A project of another program is none.
-    folder.file("heights.prj", "[project]\nname=x\n");
-    assert_eq!(told(&grid), (None, vec![]));
+    // What is none is told: a project of another program, a code, nothing, and text that was cut.
+    for text in ["[project]\nname=x\n", "EPSG:25832", "", "GEOGCSX[1]"] {
+        let path = folder.file("heights.prj", text);
+        let problem = "this is no well-known text, so that the coordinates are in no known system: it is left out";
+        let note = format!("{}: coordinate reference system: {problem}", path.display());
+        assert_eq!(told(&grid), (None, vec![note]));
+    }
+    folder.file("heights.prj", &UTM[..UTM.len() - 1]);
+    assert!(told(&grid).1[0].contains("heights.prj: coordinate reference system: not the text of a"));
     folder.file("heights.prj", [b"PROJCS[\"\xff\"]".to_vec(), vec![0; 9]].concat());
     assert!(told(&grid).1[0].contains("heights.prj: coordinate reference system: "));
     folder.file("heights.prj", "GEOGCS[\"WGS 84\",UNIT[\"degree\",0.0174532925199433]]");
