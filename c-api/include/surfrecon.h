@@ -2130,6 +2130,15 @@ srf_status srf_mesh_write(const srf_mesh *mesh,
                           const srf_write_options *options,
                           const srf_progress *progress);
 
+// Checks, before the work that a mesh takes, that srf_mesh_write() knows the ending of a file's name and has what options ask for. No
+// file is looked at.
+// file       its name, UTF-8; not NULL
+// options    NULL for the defaults
+// returns    SRF_OK, SRF_ERR_INPUT for another ending, and for an encoding that its format does not have, SRF_ERR_PARAMETER,
+//            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_check_mesh_file(const char *file,
+                               const srf_write_options *options);
+
 // Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
 // mesh       not NULL
 // path       UTF-8; not NULL

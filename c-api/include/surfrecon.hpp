@@ -709,10 +709,13 @@ public:
         watcher.check(srf_mesh_write_ply(get(), path.c_str(), encoding, watcher.get()));
     }
 
-    void write_glb(const std::string &path, double metres_per_unit, bool z_up = false, const Progress &progress = {}) const
+    // The name is that of its node; "mesh" where it is empty.
+    void write_glb(const std::string &path, double metres_per_unit, bool z_up = false, const Progress &progress = {},
+                   const std::string &name = {}) const
     {
         detail::Watcher watcher(progress);
-        watcher.check(srf_mesh_write_glb(get(), path.c_str(), nullptr, metres_per_unit, z_up ? 1 : 0, watcher.get()));
+        watcher.check(srf_mesh_write_glb(get(), path.c_str(), name.empty() ? nullptr : name.c_str(), metres_per_unit, z_up ? 1 : 0,
+                                         watcher.get()));
     }
 
     void write_obj(const std::string &path, const Progress &progress = {}) const
@@ -758,15 +761,22 @@ private:
     }
 };
 
-// Writes a mesh and coarser ones of the same surface, finest first, as binary glTF with levels of detail.
+// Refuses, before the work that a mesh takes, a file's name or options that Mesh::write() will refuse. No file is looked at.
+inline void check_mesh_file(const std::string &path, const WriteOptions &options = {})
+{
+    check(srf_check_mesh_file(path.c_str(), &options));
+}
+
+// Writes a mesh and coarser ones of the same surface, finest first, as binary glTF with levels of detail. The name as for
+// Mesh::write_glb().
 inline void write_glb_levels(const std::vector<const Mesh *> &meshes, const std::string &path, double metres_per_unit,
-                             bool z_up = false, const Progress &progress = {})
+                             bool z_up = false, const Progress &progress = {}, const std::string &name = {})
 {
     std::vector<const srf_mesh *> handles;
     for (const Mesh *mesh : meshes) handles.push_back(mesh->get());
     detail::Watcher watcher(progress);
-    watcher.check(srf_meshes_write_glb_levels(handles.data(), handles.size(), path.c_str(), nullptr, metres_per_unit,
-                                              z_up ? 1 : 0, watcher.get()));
+    watcher.check(srf_meshes_write_glb_levels(handles.data(), handles.size(), path.c_str(), name.empty() ? nullptr : name.c_str(),
+                                              metres_per_unit, z_up ? 1 : 0, watcher.get()));
 }
 
 // Scattered points.

@@ -51,6 +51,20 @@ pub unsafe extern "C" fn srf_mesh_write(
     })
 }
 
+/// Checks, before the work that a mesh takes, that srf_mesh_write() knows the ending of a file's name and has what options ask for. No
+/// file is looked at.
+/// file       its name, UTF-8; not NULL
+/// options    NULL for the defaults
+/// returns    SRF_OK, SRF_ERR_INPUT for another ending, and for an encoding that its format does not have, SRF_ERR_PARAMETER,
+///            SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_check_mesh_file(file: *const c_char, options: *const srf_write_options) -> srf_status {
+    guard(|| {
+        export::check_mesh_file(path_of("file", file)?, &params::read("options", options)?)?;
+        Ok(())
+    })
+}
+
 /// Writes a mesh with all its attributes as PLY. A file of that name is replaced once all is written, or stays as it is.
 /// mesh       not NULL
 /// path       UTF-8; not NULL

@@ -1,7 +1,9 @@
 // The owners of surfrecon.hpp: made, moved, used, thrown out of; run under sanitizers.
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <iostream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,6 +26,12 @@ std::string text_of(Function function)
         return thrown.what();
     }
     throw std::runtime_error("nothing was thrown");
+}
+
+std::string content_of(const char *path)
+{
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 }  // namespace
@@ -193,6 +201,15 @@ try {
     must(mesh.clustered(few, &figures).positions().size() == figures.vertices, "clustered");
     must(mesh.clustered({8, 4}).size() == 2, "levels");
     mesh.write_obj("exercise.obj");
+    for (const std::string &name : {std::string(), std::string("statue")}) {
+        const std::string expected = "\"name\":\"" + (name.empty() ? "mesh" : name) + "\"";
+        mesh.write_glb("exercise.glb", 0.001, true, {}, name);
+        must(content_of("exercise.glb").find(expected) != std::string::npos, "name in a glb");
+        write_glb_levels({&mesh}, "exercise.glb", 1.0, false, {}, name);
+        must(content_of("exercise.glb").find(expected) != std::string::npos, "name in a glb of levels");
+    }
+    check_mesh_file("exercise.glb");
+    must(text_of<Error>([&] { check_mesh_file("exercise.las"); }).find("must end in .ply") != std::string::npos, "ending");
     mesh.write_stl("exercise.stl");
     image.to_cloud().write_ply("exercise_cloud.ply");
     must(text_of<Error>([&] { write_ptx({&image}, "exercise.ptx"); }).find("parallel") != std::string::npos, "no eye");

@@ -215,6 +215,7 @@ def test_help_and_version():
             ["merge", "a.ply", "-o", "b.ply", "--max-memory", "4 apples"],
             "--max-memory: must be bytes, or a number with",
         ),
+        (["merge", "a.ply", "-o", "b.glb", "--encoding", "ascii"], 'b.glb: only .ply has the encoding "ascii"'),
         (["align", "a.ply", "-o", "b.ply"], "must end in .conf, .mlp, .aln or .tum"),
         (["batch", "a.toml", "--onl", "b"], "unrecognized arguments: --onl"),
         (["merge", "a.ply", "-o", "b.ply", "--report", "./b.ply"], "./b.ply: the report needs a name of its own"),

@@ -96,6 +96,13 @@ def test_the_library_writes_what_it_is_told(tmp_path):
         mesh.write(tmp_path / name, provenance=told)
         assert said_in(tmp_path / name) == told
         assert len(surfrecon.read(tmp_path / name).triangles) == len(mesh.triangles)
+    for told in ({}, {"crs": "EPSG:4326", "crs_unit": "degree"}, {"a": [], "b": {}, "third": 1 / 3, "most": 2**64 - 1}):
+        for name in ("a.ply", "a.glb", "a.obj"):
+            mesh.write(tmp_path / name, provenance=told)
+            assert surfrecon.provenance(tmp_path / name) == told
+            assert surfrecon.open(tmp_path / name).crs is None
+    with pytest.raises(surfrecon.InputError, match="would take .* bytes of the file, more than 4194304: leave"):
+        mesh.write(tmp_path / "b.ply", provenance={"notes": "ä" * 1_000_000})
     mesh.write(tmp_path / "a.stl", provenance=told)
     with pytest.raises(TypeError):
         mesh.write(tmp_path / "b.ply", provenance={"array": np.eye(2)})

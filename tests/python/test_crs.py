@@ -68,6 +68,100 @@ def test_from_las_through_a_surface_to_a_file(tmp_path, ground):
         mesh.with_crs(" ")
 
 
+def test_what_is_no_text_names_no_system(ground):
+    mesh = surfrecon.Mesh(ground[:3], [[0, 1, 2]])
+    for call in (
+        lambda text: mesh.with_crs(text),
+        lambda text: setattr(image("a", 0.0, None), "crs", text),
+        lambda text: surfrecon.open("no.las", crs=text),
+        lambda text: surfrecon.crs_note("a.stl", "mesh", text),
+        lambda text: surfrecon.distances(ground, mesh, crs=text),
+    ):
+        for text in ("\ud800", "EPSG:25832\udcff", "a\x00b", "EPSG:"):
+            with pytest.raises(surfrecon.InputError, match=r"not the text of a coordinate reference system: .*; give"):
+                call(text)
+        with pytest.raises(TypeError):
+            call(25832)
+
+
+def test_who_names_a_system_names_one_that_can_be_looked_up(tmp_path, ground):
+    path = las(tmp_path / "ground.las", ground)
+    with pytest.raises(surfrecon.InputError, match='"junk" names no coordinate reference system: give well-known'):
+        surfrecon.open(path, crs="junk")
+    for text in ("junk", "EPSG:", "EPSG:junk", "", " "):
+        done = run("info", path, "--crs", text)
+        assert done.returncode == 1
+        assert "coordinate reference system" in done.stderr
+        assert "give well-known text, or a code as EPSG:25832" in done.stderr
+    # What files call theirs stays, and may be handed on.
+    named = surfrecon.Mesh(ground[:3], [[0, 1, 2]]).with_crs("Our grid")
+    assert named.with_crs(named.crs).crs == "Our grid"
+
+
+def test_nothing_is_measured_between_two_systems_or_in_degrees(tmp_path, ground):
+    mesh = surfrecon.reconstruct(ground).mesh
+    utm, other, degrees = (mesh.with_crs(text) for text in (UTM, "EPSG:25833", "EPSG:4326"))
+    two = r"is in ETRS89 / UTM zone 32N \(EPSG:25832\), .* in EPSG:25833: transform one of them first"
+    angles = r"its coordinates are degrees \(EPSG:4326\), in which nothing can be measured"
+    scan, seen = image("a", 0.0, UTM), image("b", 0.0, "EPSG:25833")
+    lost = image("c", 0.0, "EPSG:4326")
+    for call, match in (
+        (lambda: surfrecon.surface_distance(utm, other), two),
+        (lambda: surfrecon.surface_distance(degrees, mesh), angles),
+        (lambda: surfrecon.distances(ground, other, crs=UTM), two),
+        (lambda: surfrecon.distances(ground, [seen], crs=UTM), two),
+        (lambda: surfrecon.distances(ground, [scan, seen]), two),
+        (lambda: surfrecon.distances(ground, degrees), angles),
+        (lambda: surfrecon.distances(ground, mesh, crs="EPSG:4326"), angles),
+        (lambda: surfrecon.Job.distances(ground, other, crs=UTM).result(), two),
+        (lambda: surfrecon.nearest_triangles(ground, degrees), angles),
+        (lambda: surfrecon.sculpt(lost), angles),
+        (lambda: surfrecon.adaptive_quads(lost), angles),
+        (lambda: utm.write(tmp_path / "a.glb", coarser=[other]), two),
+    ):
+        with pytest.raises(surfrecon.InputError, match=match):
+            call()
+    assert not any(tmp_path.iterdir())
+    assert surfrecon.distances(ground, utm, crs="EPSG:25832").max() < 1e-6
+    utm.write(tmp_path / "utm.ply")
+    other.write(tmp_path / "other.ply")
+    degrees.write(tmp_path / "degrees.ply")
+    las(tmp_path / "ground.las", ground, text=UTM)
+    # Of a code alone nothing but its file says that it is of degrees.
+    las(tmp_path / "angles.las", ground, keys=[1, 1, 0, 2, 1024, 0, 1, 2, 2048, 0, 1, 6318])
+    for first, second, text in (
+        ("utm.ply", "other.ply", "transform one of them first"),
+        ("ground.las", "other.ply", "transform one of them first"),
+        ("ground.las", "degrees.ply", "its coordinates are degrees"),
+        ("degrees.ply", "utm.ply", "its coordinates are degrees"),
+        ("angles.las", "utm.ply", "its coordinates are degrees"),
+    ):
+        done = run("measure", first, second, cwd=tmp_path)
+        assert done.returncode == 1
+        assert text in done.stderr
+    assert run("measure", "ground.las", "utm.ply", cwd=tmp_path).returncode == 0
+
+
+def test_what_is_beside_a_file_and_names_none_is_told(tmp_path, ground):
+    las(tmp_path / "ground.las", ground)
+    (tmp_path / "ground.prj").write_text("EPSG:25832")
+    done = run("info", "ground.las", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "ground.prj: coordinate reference system: this is no well-known text" in done.stderr
+
+
+def test_scans_without_valid_points_spoil_no_set(tmp_path):
+    none = surfrecon.RangeImage.from_points(np.full((4, 5, 3), np.nan), viewing=("from", (0, 0, 0)), name="none")
+    surfrecon.write_scans(tmp_path / "set.e57", [image("a", 0.0, UTM), none, image("b", 0.1, UTM)])
+    scans = surfrecon.open(tmp_path / "set.e57")
+    assert [scan.name for scan in scans] == ["a", "b"]
+    assert scans.notes[0].endswith("set.e57: scan 1, none, has no valid points: it is left out")
+    assert len(surfrecon.merge(scans, voxel=0.1).mesh.triangles)
+    surfrecon.write_scans(tmp_path / "none.e57", [none])
+    with pytest.raises(surfrecon.FormatError, match=r"none\.e57: whole file: the scan has no valid points"):
+        surfrecon.read(tmp_path / "none.e57")
+
+
 def test_scans_of_one_system_make_results_in_it_and_others_are_refused(tmp_path):
     images = [image("a", 0.0, UTM), image("b", 0.1, "EPSG:25832")]
     surfrecon.write_scans(tmp_path / "both.e57", images, provenance={"by": "a test ]]>"})
@@ -158,7 +252,7 @@ def test_the_command_line_takes_a_system_from_a_file(tmp_path, ground):
     for system, text in (
         ("none.prj", "none.prj: no coordinate"),
         ("latin.prj", "latin.prj: no"),
-        ("\udcff", "names no"),
+        ("\udcff", "not the text of"),
     ):
         done = converted(system)
         assert done.returncode == 1

@@ -9,6 +9,7 @@ use crate::align::{AlignCall, Aligner, READING};
 use crate::background::{Background, made, made_class, part};
 use crate::cluster::{ClusterCall, clustered};
 use crate::constraints::constraints;
+use crate::crs::CrsText;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::merge::{MergeCall, MergeResult};
@@ -118,14 +119,15 @@ impl Job {
     /// Raises:
     ///     InputError, TypeError: like ``distances``, at once. Other errors are raised by ``result``.
     #[staticmethod]
-    #[pyo3(signature = (points, mesh, *, signed = false, threads = None))]
+    #[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None))]
     fn distances(
         points: &Bound<'_, PyAny>,
         mesh: &Bound<'_, PyAny>,
         signed: bool,
+        crs: Option<CrsText>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
-        let call = DistanceCall::new(points, mesh, signed, threads)?;
+        let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
         Job::of(Background::start(move |progress| {
             made(call.run(progress)?, |py, distances| Ok(PyArray1::from_vec(py, distances).into_any()))
         }))
@@ -169,7 +171,7 @@ impl Job {
     fn open(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
-        crs: Option<&str>,
+        crs: Option<CrsText>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let call = OpenCall::new(paths, camera, crs, options)?;

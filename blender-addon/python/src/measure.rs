@@ -6,12 +6,14 @@ use glam::DVec3;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use surfrecon::mesh::Crs;
 use surfrecon::mesh::certify::{Certified, certify};
 use surfrecon::mesh::measure::{self, Side};
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{Progress, TriMesh};
 
 use crate::arrays;
+use crate::crs::{CrsText, crs_of};
 use crate::mesh::Mesh;
 use crate::params;
 use crate::progress::Watch;
@@ -24,6 +26,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     points: (n, 3) real numbers.
 ///     mesh: the surface, or scans as ``merge`` takes them, with the points in the world.
 ///     signed: whether distances behind the surface are negative; right wherever the mesh is closed.
+///     crs: the coordinate reference system that the points are in, if that is known.
 ///     threads: worker threads, 0 for one a core. The result is the same for any number.
 ///     progress: called as ``progress(stage, fraction)``; ``False`` cancels. Ctrl-C cancels as well.
 ///
@@ -31,20 +34,22 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     (n,) float64, in the unit of the points.
 ///
 /// Raises:
-///     InputError: a mesh without triangles, a point that isn't finite.
+///     InputError: a mesh without triangles, a point that isn't finite; points and mesh, or scans, of different systems, or in
+///         degrees.
 ///     FormatError, FileError: a scan that can't be read.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
-#[pyo3(signature = (points, mesh, *, signed = false, threads = None, progress = None))]
+#[pyo3(signature = (points, mesh, *, signed = false, crs = None, threads = None, progress = None))]
 pub fn distances<'py>(
     py: Python<'py>,
     points: &Bound<'py, PyAny>,
     mesh: &Bound<'py, PyAny>,
     signed: bool,
+    crs: Option<CrsText>,
     threads: Option<i64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let call = DistanceCall::new(points, mesh, signed, threads)?;
+    let call = DistanceCall::new(points, mesh, signed, crs, threads)?;
     let distances = Watch::new(progress).run(py, |progress| call.run(progress))?;
     Ok(PyArray1::from_vec(py, distances))
 }
@@ -52,6 +57,7 @@ pub fn distances<'py>(
 /// A measurement with all it needs, free of Python.
 pub struct DistanceCall {
     points: Vec<DVec3>,
+    crs: Option<Crs>,
     reference: Reference,
     side: Side,
     threads: usize,
@@ -72,8 +78,10 @@ impl DistanceCall {
         points: &Bound<'_, PyAny>,
         mesh: &Bound<'_, PyAny>,
         signed: bool,
+        crs: Option<CrsText>,
         threads: Option<i64>,
     ) -> PyResult<Self> {
+        let crs = crs_of(crs)?;
         let (coordinates, _) = arrays::floats(points, "points", &[None, Some(3)])?;
         let reference = match mesh.cast::<Mesh>() {
             Ok(mesh) => Reference::Mesh(mesh.get().mesh.clone()),
@@ -81,7 +89,7 @@ impl DistanceCall {
         };
         let side = if signed { Side::Signed } else { Side::Ignored };
         let threads = params::threads(threads)?;
-        Ok(DistanceCall { points: arrays::vectors(coordinates), reference, side, threads })
+        Ok(DistanceCall { points: arrays::vectors(coordinates), crs, reference, side, threads })
     }
 
     /// Runs it.
@@ -89,7 +97,13 @@ impl DistanceCall {
     /// # Errors
     /// See [`measure::deviation`] and [`surfrecon::merge::deviation`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Vec<f64>> {
-        let DistanceCall { points, reference, side, threads } = self;
+        let DistanceCall { points, crs, reference, side, threads } = self;
+        let of_reference = match reference {
+            Reference::Mesh(mesh) => mesh.crs.clone(),
+            Reference::Scans(scans) => surfrecon::merge::common_crs(&as_dyn(scans))?,
+        };
+        let name = if matches!(reference, Reference::Mesh(_)) { "the mesh" } else { "what they are measured against" };
+        Crs::common([("the points", crs.clone()), (name, of_reference)])?;
         let found = match reference {
             Reference::Mesh(mesh) => measure::deviation(points, mesh, *side, *threads, progress)?,
             Reference::Scans(scans) => {
@@ -148,7 +162,7 @@ pub fn nearest_triangles<'py>(
 ///     extent above it, unless that takes more than 8 measurements a vertex and 100,000.
 ///
 /// Raises:
-///     InputError: a reference without triangles.
+///     InputError: a reference without triangles; meshes of different coordinate reference systems, or in degrees.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 #[pyo3(signature = (mesh, reference, *, signed = false, threads = None, progress = None))]

@@ -156,7 +156,7 @@ impl Mesh {
     ///
     /// Raises:
     ///     InputError: what names none.
-    fn with_crs(&self, py: Python<'_>, crs: Option<&str>) -> PyResult<Self> {
+    fn with_crs(&self, py: Python<'_>, crs: Option<crs::CrsText>) -> PyResult<Self> {
         let crs = crs::crs_of(crs)?;
         if crs == self.mesh.crs {
             return Ok(Mesh { mesh: self.mesh.clone() });

@@ -295,7 +295,7 @@ impl RangeImage {
     }
 
     #[setter]
-    fn set_crs(&self, crs: Option<&str>) -> PyResult<()> {
+    fn set_crs(&self, crs: Option<crs::CrsText>) -> PyResult<()> {
         let crs = crs::crs_of(crs)?;
         self.change(|image| image.crs = crs);
         Ok(())

@@ -46,6 +46,7 @@ use crate::similarity::Similarity;
 ///     FileError: a file can't be read.
 ///     FormatError: a file does not hold what its format promises; the text names file, place and remedy.
 ///     ParameterError: an option out of its range.
+///     InputError: a ``crs`` that is neither well-known text nor a code, nor what PROJ calls one.
 #[pyfunction]
 // options: open
 #[pyo3(signature = (paths, *, camera = None, crs = None, **options), text_signature = "(paths, *, scale=None, offset=0.0, step=None, invalid=None, depth='planar', pixels='auto', max_decoded_gib=4.0, allow_outside=False, camera=None, crs=None)")]
@@ -53,7 +54,7 @@ pub fn open(
     py: Python<'_>,
     paths: &Bound<'_, PyAny>,
     camera: Option<&Bound<'_, PyAny>>,
-    crs: Option<&str>,
+    crs: Option<crs::CrsText>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<ScanSet> {
     let call = OpenCall::new(paths, camera, crs, options)?;
@@ -71,11 +72,11 @@ impl OpenCall {
     /// Checks and takes the arguments of Python's `open`.
     ///
     /// # Errors
-    /// `ParameterError`, `TypeError`.
+    /// `ParameterError`, `InputError`, `TypeError`.
     pub fn new(
         paths: &Bound<'_, PyAny>,
         camera: Option<&Bound<'_, PyAny>>,
-        crs: Option<&str>,
+        crs: Option<crs::CrsText>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let paths = match (paths.extract::<PathBuf>(), paths.cast::<PySequence>()) {
@@ -85,7 +86,7 @@ impl OpenCall {
             _ => vec![Place::to_read(paths)?],
         };
         let camera = camera.map(of_four).transpose()?;
-        let crs = crs::crs_of(crs)?;
+        let crs = crs::told(crs)?;
         Ok(OpenCall { paths, options: ReadOptions { camera, crs, ..params("open", options)? } })
     }
 
@@ -254,7 +255,7 @@ pub fn provenance<'py>(py: Python<'py>, path: &Bound<'py, PyAny>) -> PyResult<Op
 /// Raises:
 ///     InputError: ``content`` is none of these; what names no system.
 #[pyfunction]
-pub fn crs_note(path: PathBuf, content: &str, crs: Option<&str>) -> PyResult<Option<String>> {
+pub fn crs_note(path: PathBuf, content: &str, crs: Option<crs::CrsText>) -> PyResult<Option<String>> {
     Ok(export::crs_note(&path, holding(content, "content")?, crs::crs_of(crs)?.as_ref()))
 }
 

@@ -54,7 +54,9 @@ static int merge(const char *out, const char *const *paths, size_t count)
     srf_status status;
     int result;
 
-    if ((status = srf_scans_open(paths, count, NULL, &progress, &scans)) != SRF_OK) {
+    if ((status = srf_check_mesh_file(out, NULL)) != SRF_OK) {
+        result = failed("preparing", status);
+    } else if ((status = srf_scans_open(paths, count, NULL, &progress, &scans)) != SRF_OK) {
         result = failed("opening", status);
     } else if ((status = srf_merger_create(&merger)) != SRF_OK || (status = srf_merger_add_scans(merger, scans)) != SRF_OK
                || (status = srf_merge_report_init(&figures)) != SRF_OK) {

@@ -164,6 +164,7 @@ try {
         return 2;
     }
     surfrecon::check_abi();
+    surfrecon::check_mesh_file(argv[1]);
     Queue queue;
     std::thread camera(capture, std::ref(queue), frames);
     try {

@@ -99,6 +99,10 @@ fn a_wrong_use_of_the_examples_is_told() {
     let merge = compile("cc", &["-std=c99"], "c-api/examples/c/merge_scans.c");
     let said = merge.command(&[]).arg("out.glb").output().unwrap();
     assert!(said.status.code() == Some(2) && said.stderr.starts_with(b"usage: "));
+    // Before it looks for the scans.
+    let said = merge.command(&[]).args(["out.xyz", "nowhere.ply"]).output().unwrap();
+    assert_eq!(said.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("out.xyz: the name must end in .ply, .glb, .stl or .obj"));
     let camera = threaded("tracked_camera.cpp", &["-O1"]);
     let said = camera.command(&[]).args(["out.ply", "0"]).output().unwrap();
     assert!(said.status.code() == Some(2) && said.stderr.starts_with(b"usage: "));

@@ -219,6 +219,7 @@ functions! {
     srf_write_options_init_sized(options: *mut WriteOptions, size: usize) -> i32;
     srf_mesh_write(mesh: Handle, path: *const c_char, options: *const WriteOptions, progress: *const Watch) -> i32;
     srf_mesh_write_ply(mesh: Handle, path: *const c_char, encoding: u32, progress: *const Watch) -> i32;
+    srf_check_mesh_file(file: *const c_char, options: *const WriteOptions) -> i32;
     srf_mesh_write_glb(mesh: Handle, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
     srf_meshes_write_glb_levels(meshes: *const Handle, count: usize, path: *const c_char, name: *const c_char, metres_per_unit: f64, z_up: u32, progress: *const Watch) -> i32;
     srf_mesh_write_obj(mesh: Handle, path: *const c_char, progress: *const Watch) -> i32;

@@ -652,6 +652,7 @@ class Job:
         mesh: Mesh | Iterable[_Mergeable],
         *,
         signed: bool = False,
+        crs: str | None = None,
         threads: int | None = None,
     ) -> Job: ...
     @staticmethod
@@ -1208,6 +1209,7 @@ def distances(
     mesh: Mesh | Iterable[_Mergeable],
     *,
     signed: bool = False,
+    crs: str | None = None,
     threads: int | None = None,
     progress: _Progress | None = None,
 ) -> NDArray[np.float64]: ...

@@ -175,6 +175,12 @@ pub(super) fn everything_is_written_and_comes_back() {
             assert_eq!(content, 2, "{ending}");
             api.ok((api.srf_mesh_free)(read));
         }
+        for name in ["never.ply", "never.glb", "never.OBJ", "no folder/never.stl"] {
+            api.ok((api.srf_check_mesh_file)(c(name).as_ptr(), std::ptr::null()));
+            assert!(!folder.path().join(name).exists());
+        }
+        let answer = (api.srf_check_mesh_file)(c("any.las").as_ptr(), std::ptr::null());
+        api.refused(answer, INPUT, "any.las: the name must end in .ply, .glb, .stl or .obj");
         let answer = (api.srf_mesh_write)(mesh, c("any.las").as_ptr(), std::ptr::null(), none);
         api.refused(answer, INPUT, "the name must end in .ply, .glb, .stl or .obj");
         options.numbers[1] = 3;

@@ -209,6 +209,10 @@ impl<T: 'static> Right for *const T {
                     false => kit.path(&format!("{folder}out.{ending}")).cast(),
                 }
             }
+            (_, "file") => match kit.is(Fault::Text) {
+                true => c"\xff".as_ptr().cast(),
+                false => kit.path("out.ply").cast(),
+            },
             (_, "paths") => {
                 let path = match () {
                     () if kit.is(Fault::Text) => c"\xff".as_ptr(),

@@ -62,6 +62,9 @@ class Command:
             ending = os.path.splitext(output)[1].lower()
             if ending.removeprefix(".") not in self.endings or not ending:
                 raise UsageError(f"{output}: the name of the output must end in {self.written}")
+            encoding = request.parameters.get("encoding", "binary")
+            if self.meshes and encoding != "binary" and ending != ".ply":
+                raise UsageError(f'{output}: only .ply has the encoding "{encoding}"')
         levels = request.parameters.get("levels")
         if levels is None:
             return

@@ -105,15 +105,15 @@ def system(text: str) -> str:
     """A coordinate reference system as it was given: its text, or a file (.prj, .wkt) that holds it.
 
     Raises:
-        InputError: there is no such file, or it holds no text.
+        InputError: there is no such file, or it holds no text; what is empty.
     """
+    found = text
     if text.lower().endswith((".prj", ".wkt")):
         try:
-            return Path(text).read_text("utf-8")
+            found = Path(text).read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{text}: no coordinate reference system can be read from it: {error}") from None
-    if not "".join(text.split()).isprintable():
-        raise InputError(
-            f"{text!r} names no coordinate reference system: give well-known text, or a code as EPSG:25832"
-        )
-    return text
+    if not found.strip():
+        problem = "names no coordinate reference system: give well-known text, or a code as EPSG:25832"
+        raise InputError(f'"{text}" {problem}')
+    return found

@@ -175,8 +175,10 @@ def measure(work: Work) -> Made:
     first, *others = work.request.inputs
     if not others:
         raise UsageError("measure takes what is measured, and what it is measured against: two files at least")
-    scan = contents.chosen(work.open([first]), work.request.parameters.get("scan"))
-    against = work.open(others)
+    opened, against = work.open([first]), work.open(others)
+    # Of names alone it may not be told that they are of degrees: their files say so.
+    crs = opened.crs
+    scan = contents.chosen(opened, work.request.parameters.get("scan"))
     content, options = contents.read(scan, work), work.request.of("signed", "threads")
     reference = contents.read(against[0], work) if len(against) == 1 else None
     if isinstance(content, _native.Mesh) and isinstance(reference, _native.Mesh):
@@ -188,7 +190,7 @@ def measure(work: Work) -> Made:
         return Made(report, [_figures(report), f"no point of the surface is farther than {report.bound:.6g}"])
     with work.showing() as shown:
         points = contents.points_in_world(scan, content)
-        report = _summary(_native.distances(points, against, progress=shown, **options))
+        report = _summary(_native.distances(points, against, crs=crs, progress=shown, **options))
     return Made(report, [_figures(report)])
 
 

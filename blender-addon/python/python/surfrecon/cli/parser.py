@@ -20,8 +20,8 @@ _EXIT_CODES = """exit codes:
   0    done
   1    a file can't be read or written, or what it holds can't be used
   2    a wrong command line or manifest
-  130  stopped by Ctrl-C (128 + the number of any signal): nothing is left behind, or, where all was written
-       by then, all
+  130  stopped by Ctrl-C (128 + the number of any signal): nothing is left behind, of a batch the jobs that are
+       done; once all is written it changes nothing
   141  nobody reads the output any more
 
 An output that exists is replaced, at once and only if all went well.

@@ -46,10 +46,10 @@ class Stops:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leaves signals to the system: what is left of the program may be ended at any time."""
+        """Has the program end as it was decided: what was asked for is done, or was stopped, whatever comes now."""
         self._deferred = True
         for number in self._before:
-            signal.signal(number, signal.SIG_DFL)
+            signal.signal(number, signal.SIG_IGN)
 
     def _hear(self, number: int, _: FrameType | None) -> None:
         self.asked = number
