@@ -6,6 +6,7 @@
 //! threads, nor where bricks begin can matter, and a thousand scans take as much as four. Weights have no say in it: what faces its
 //! camera weighs most, and reflects the camera's lamp.
 
+use bytemuck::{Pod, Zeroable};
 use mesh::srgb;
 
 /// Members kept of an edge: two highlights among them are outvoted.
@@ -14,7 +15,8 @@ const WORDS: usize = 3;
 
 /// Members as they are kept, in three words of 16 bits each: bits 0 to 3 number of the weight, 4 to 23 scan, 24 to 47 colour. Those that there
 /// are come first, rising.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct Members([[u16; WORDS]; KEPT]);
 
 const WEIGHT_BITS: u32 = 4;

@@ -1,9 +1,12 @@
 //! An intersection of a scan with a line of the grid, and where lines are: in bundles, rows of bricks along one axis.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::lattice::BRICK_BITS;
 
 /// An intersection of a scan, or of fused scans, with a line of the grid. [MI04, sec. 3.1]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Crossing {
     /// Line within the bundle (bits 0 to 9), flags of the paper's fusing (10, 11), number of the scan (from 12 on).
     packed: u32,

@@ -170,6 +170,11 @@ pub enum Case {
     Fill,
 }
 
+impl Case {
+    /// By number.
+    pub const ALL: [Case; 3] = [Case::Direct, Case::Settled, Case::Fill];
+}
+
 /// One brick's part of the surface to write.
 struct Part<'a> {
     surface: &'a BrickSurface,

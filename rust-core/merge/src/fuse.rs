@@ -140,6 +140,7 @@ impl Votes<'_> {
             progress.lap("colours");
         }
         let bricks = bundles.labelled_bricks();
+        progress.stage(LABELLING, bricks.len() as u64);
         let found =
             label_nodes(&bundles, bricks, &self.reaches.rule(), &colour::Gains::new(&report.colour_gains), progress)?;
         let split =
@@ -183,7 +184,6 @@ pub fn label_nodes(
     gains: &colour::Gains,
     progress: &Progress<'_>,
 ) -> Result<Vec<([i32; 3], Labelled)>> {
-    progress.stage(LABELLING, bricks.len() as u64);
     bricks
         .into_par_iter()
         .map_init(Field::default, |field, brick| {

@@ -45,7 +45,7 @@ const ACCURACY: f64 = 1e-10;
 /// Two scans at the same place: scans, of them the first less, and for each channel by how much the logarithm of the first one's light
 /// is the larger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Pair {
+pub struct Pair {
     scans: [u32; 2],
     differences: [i16; 3],
 }
@@ -56,7 +56,22 @@ struct Pair {
 /// # Errors
 /// Cancelled.
 pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
-    let pairs = pairs(bundles, (EDGES_A_SCAN * scans).clamp(EDGES[0], EDGES[1]), progress)?;
+    let each = || bundles.list.par_iter().map(|bundle| &bundle.list);
+    let sample = Sample::of(each().map(|list| shared(list).count()).sum(), scans);
+    let of_bundle = |list: &Vec<Tally>| {
+        progress.check()?;
+        Ok(sample.pairs(list))
+    };
+    solve(each().map(of_bundle).collect::<Result<Vec<_>>>()?.concat(), scans, progress)
+}
+
+/// The same from pairs of a [`Sample`] of all tallies, in any order.
+///
+/// # Errors
+/// Cancelled.
+pub fn solve(mut pairs: Vec<Pair>, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+    pairs.par_sort_unstable();
+    progress.check()?;
     if pairs.is_empty() {
         return Ok(Vec::new());
     }
@@ -73,31 +88,36 @@ pub fn measure(bundles: &Bundles, scans: usize, progress: &Progress<'_>) -> Resu
     Ok(if is_seen { factors() } else { Vec::new() })
 }
 
-/// Pairs of about so many edges, in order.
-fn pairs(bundles: &Bundles, edges: usize, progress: &Progress<'_>) -> Result<Vec<Pair>> {
-    let is_shared = |tally: &&Tally| tally.only_scan().is_none() && tally.members().iter().nth(1).is_some();
-    let shared = |i: usize| bundles.list[i].list.iter().filter(is_shared);
-    let count: usize = (0..bundles.list.len()).into_par_iter().map(|i| shared(i).count()).sum();
-    progress.check()?;
-    let every = (count / edges).next_power_of_two() as u64;
-    let logarithms: [i16; 256] =
-        std::array::from_fn(|byte| (UNIT * (f64::from(srgb::light(byte as u8).max(1)) / 65_535.0).ln()).round() as i16);
-    let of_bundle = |i: usize| {
-        progress.check()?;
+/// The tallies that several scans have colours of.
+pub fn shared(list: &[Tally]) -> impl Iterator<Item = &Tally> {
+    list.iter().filter(|tally| tally.only_scan().is_none() && tally.members().iter().nth(1).is_some())
+}
+
+/// Which edges are looked at.
+pub struct Sample {
+    every: u64,
+    logarithms: [i16; 256],
+}
+
+impl Sample {
+    /// Of so many that are shared, for so many scans.
+    pub fn of(shared: usize, scans: usize) -> Self {
+        let edges = (EDGES_A_SCAN * scans).clamp(EDGES[0], EDGES[1]);
+        let logarithm = |byte: usize| (UNIT * (f64::from(srgb::light(byte as u8).max(1)) / 65_535.0).ln()).round() as i16;
+        Sample { every: (shared / edges).next_power_of_two() as u64, logarithms: std::array::from_fn(logarithm) }
+    }
+
+    /// The pairs on those of a list.
+    pub fn pairs(&self, list: &[Tally]) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for tally in shared(i).filter(|tally| tally.members().hash() >> 32 & (every - 1) == 0) {
+        for tally in shared(list).filter(|tally| tally.members().hash() >> 32 & (self.every - 1) == 0) {
             let members: Vec<Member> = tally.members().iter().collect();
             for (i, a) in members.iter().enumerate() {
-                pairs.extend(members[i + 1..].iter().filter_map(|b| pair(a, b, &logarithms)));
+                pairs.extend(members[i + 1..].iter().filter_map(|b| pair(a, b, &self.logarithms)));
             }
         }
-        Ok(pairs)
-    };
-    let found = (0..bundles.list.len()).into_par_iter().map(of_bundle).collect::<Result<Vec<_>>>()?;
-    let mut pairs = found.concat();
-    pairs.par_sort_unstable();
-    progress.check()?;
-    Ok(pairs)
+        pairs
+    }
 }
 
 /// What two members of an edge say; `None` where they are of the same scan, or too different.

@@ -85,6 +85,9 @@ mod types;
 // once more, where scans have changed
 pub mod again;
 
+// more than memory holds
+pub mod disk;
+
 use field::{BrickLabels, Vertices};
 use rustc_hash::FxHashMap;
 

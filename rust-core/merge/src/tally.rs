@@ -3,11 +3,14 @@
 //!
 //! Sums are whole numbers, so that neither the order of the scans nor how they are shared among threads can matter.
 
+use bytemuck::{Pod, Zeroable};
+
 use super::colour::Members;
 use super::crossing::{Crossing, LINE_MASK, OnLine};
 
 /// The crossings of an edge that walks along its line meet with one sign. Sums are in units of 1 / [`UNIT`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Tally {
     /// Line within the bundle (bits 0 to 9); flags; in the upper 18 bits half the distance to the next tally of the other
     /// sign below and above.

@@ -31,12 +31,12 @@ fn merge_mesh(mesh: &TriMesh, params: &MergeParams) -> Merged {
 }
 
 /// Scans of a shape from all sides, noisy and slightly misplaced.
-fn scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
+pub(crate) fn scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
     scans_with(shape, pixels, &ScanParams { noise: 0.002, pose_shift: 0.003, ..ScanParams::default() })
 }
 
 /// The same without noise, where they are said to be.
-fn clean_scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
+pub(crate) fn clean_scans(shape: Shape, pixels: usize) -> Vec<RangeImage> {
     scans_with(shape, pixels, &ScanParams::default())
 }
 

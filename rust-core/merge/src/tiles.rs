@@ -36,7 +36,7 @@ impl Block {
     const ALL: Block = Block { low: [i32::MIN >> 1; 3], high: [i32::MAX >> 1; 3] };
 
     /// The block that a brick is in where blocks are cubes of so many bricks.
-    fn around(brick: [i32; 3], side: i32) -> Block {
+    pub fn around(brick: [i32; 3], side: i32) -> Block {
         let low = brick.map(|at| at.div_euclid(side) * side);
         Block { low, high: low.map(|at| at + side) }
     }
@@ -163,15 +163,40 @@ pub fn build_all(
     let Fused { labels, vertices, .. } = fused;
     let blocks = blocks(&bricks(&labels), side);
     progress.stage(BUILDING, blocks.iter().map(|(_, near)| 2 * near.len() as u64).sum());
-    let build = |(block, near)| {
-        let mut bricks: Vec<_> = analyse(near, &labels, progress)?.into_iter().flatten().collect();
-        bricks.iter_mut().for_each(|surface| clip(surface, block));
-        progress.lap("analyse");
-        build(block, &mut bricks, &vertices, lattice, progress)
-    };
+    let build = |(block, near)| build_of(block, near, &labels, &vertices, lattice, progress);
     let tiles = blocks.into_iter().map(build).collect::<Result<Vec<_>>>()?;
     tell(&tiles, report);
     Ok(tiles)
+}
+
+/// The tile of a block, of labels up to two bricks around it and vertices up to one.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_block(
+    block: Block,
+    labels: &Labels,
+    vertices: &BrickVertices,
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<Tile> {
+    let mut near = bricks(labels);
+    near.retain(|&brick| block.is_near(brick));
+    build_of(block, near, labels, vertices, lattice, progress)
+}
+
+fn build_of(
+    block: Block,
+    near: Vec<[i32; 3]>,
+    labels: &Labels,
+    vertices: &BrickVertices,
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<Tile> {
+    let mut bricks: Vec<_> = analyse(near, labels, progress)?.into_iter().flatten().collect();
+    bricks.iter_mut().for_each(|surface| clip(surface, block));
+    progress.lap("analyse");
+    build(block, &mut bricks, vertices, lattice, progress)
 }
 
 /// The whole surface as one tile, of all bricks that have a part of it, in order.
@@ -190,7 +215,8 @@ pub fn build_one(
     Ok(tiles)
 }
 
-fn tell(tiles: &[Tile], report: &mut MergeReport) {
+/// Says of all tiles what the report has of them.
+pub fn tell(tiles: &[Tile], report: &mut MergeReport) {
     report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
     report.noise = typical_noise(tiles);
 }
@@ -348,7 +374,7 @@ impl Tile {
 }
 
 /// The first vertex of each share.
-fn first_vertices(shares: &[Share]) -> Vec<u32> {
+pub fn first_vertices(shares: &[Share]) -> Vec<u32> {
     let mut next = 0;
     let mut first = |share: &Share| {
         next += share.vertices;

@@ -208,6 +208,11 @@ impl LinesOfSight {
         if is_behind { Seen::Through } else { Seen::Nothing }
     }
 
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> u64 {
+        self.levels.iter().map(|depths| size_of_val(&depths.least[..]) as u64).sum()
+    }
+
     /// Whether the image may say anything of places in a ball; both in the world.
     pub fn may_see(&self, centre: DVec3, radius: f64) -> bool {
         let at = self.sensor_from_world.transform_point3(centre);

@@ -7,7 +7,7 @@ use super::Renewed;
 use crate::anomalies::BrickSurface;
 use crate::field::{Bundles, Rule};
 use crate::lattice::Lattice;
-use crate::{BrickVertices, Labels, colour, fuse, tiles};
+use crate::{BrickVertices, LABELLING, Labels, colour, fuse, tiles};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -59,6 +59,7 @@ impl Bricks {
             false => bricks.clone(),
         };
         self.renewed = Renewed { bricks: todo.len(), of: bricks.len() };
+        progress.stage(LABELLING, todo.len() as u64);
         let found = fuse::label_nodes(bundles, todo, &rule, &colour::Gains::new(gains), progress)?;
         let gone: Vec<[i32; 3]> =
             self.labels.keys().filter(|brick| bricks.binary_search(brick).is_err()).copied().collect();

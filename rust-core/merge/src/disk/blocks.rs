@@ -1,0 +1,192 @@
+//! Stage 3 in blocks: what the crossings of all scans come to, in a file for each block, brick by brick.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+use super::collect::Collected;
+use super::files::{Columns, Place, Stored};
+use super::{Cut, Workspace};
+use crate::crossing::{BundleKey, OnLine};
+use crate::field;
+use crate::gains;
+use crate::lattice::{ACROSS, BRICK_BITS, ROWS};
+use crate::lines::{self, SortedBundle};
+use crate::tally::Tally;
+use base::error::Result;
+use base::progress::Progress;
+
+/// What there is in a brick on lines along each axis, sorted by [`Tally::key`].
+pub type BrickTallies = [Vec<Tally>; 3];
+
+/// The tallies of all blocks.
+pub struct Blocks {
+    cut: Cut,
+    /// By block.
+    files: BTreeMap<[i32; 3], BlockFile>,
+}
+
+/// A block's file, and where it has what there is in each brick, in order.
+struct BlockFile {
+    path: PathBuf,
+    table: Vec<Entry>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Entry {
+    brick: [i32; 3],
+    unused: u32,
+    lists: [Place; 3],
+}
+
+impl Blocks {
+    /// Adds up what the segments have.
+    ///
+    /// # Errors
+    /// A file can't be read or written; cancelled.
+    pub fn fuse(collected: &Collected, workspace: &Workspace<'_>, progress: &Progress<'_>) -> Result<Self> {
+        let blocks = collected.blocks();
+        let fuse = |(number, block): (usize, [i32; 3])| {
+            let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
+            for axis in 0..3 {
+                let [u, v] = ACROSS[axis];
+                for (across, list) in collected.tallies(block, axis, progress)? {
+                    for tally in list {
+                        let mut brick = [tally.cell() >> BRICK_BITS; 3];
+                        [brick[u], brick[v]] = across;
+                        bricks.entry(brick).or_default()[axis].push(tally);
+                    }
+                }
+            }
+            let file = BlockFile::write(workspace.path("block", number as u32), &bricks)?;
+            progress.advance(1)?;
+            Ok((block, file))
+        };
+        let files = blocks.into_par_iter().enumerate().with_max_len(1).map(fuse).collect::<Result<_>>()?;
+        Ok(Blocks { cut: workspace.cut, files })
+    }
+
+    /// The blocks there are, in order.
+    pub fn list(&self) -> impl Iterator<Item = [i32; 3]> {
+        self.files.keys().copied()
+    }
+
+    /// Reads what there is in the bricks of a block, in order.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn read(&self, block: [i32; 3]) -> Result<Vec<([i32; 3], BrickTallies)>> {
+        self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
+    }
+
+    /// Writes what is left of a block instead of what there was.
+    ///
+    /// # Errors
+    /// The file can't be written.
+    pub fn replace(&mut self, block: [i32; 3], bricks: Vec<([i32; 3], BrickTallies)>) -> Result<()> {
+        let Some(file) = self.files.get_mut(&block) else { return Ok(()) };
+        *file = BlockFile::write(file.path.clone(), &bricks.into_iter().collect())?;
+        Ok(())
+    }
+
+    /// The factors that make the scans, of which there are so many, equally bright; empty if they are.
+    ///
+    /// # Errors
+    /// A file can't be read; cancelled.
+    pub fn gains(&self, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+        let list: Vec<[i32; 3]> = self.list().collect();
+        let each = |block: &[i32; 3]| {
+            progress.check()?;
+            let bricks = self.read(*block)?;
+            Ok(bricks.into_iter().flat_map(|brick| brick.1))
+        };
+        let count = |block: &[i32; 3]| Ok(each(block)?.map(|list| gains::shared(&list).count()).sum::<usize>());
+        let count: usize = list.par_iter().with_max_len(1).map(count).sum::<Result<usize>>()?;
+        let sample = gains::Sample::of(count, scans);
+        let pairs = |block: &[i32; 3]| Ok(each(block)?.flat_map(|list| sample.pairs(&list)).collect::<Vec<_>>());
+        let found = list.par_iter().with_max_len(1).map(pairs).collect::<Result<Vec<_>>>()?;
+        gains::solve(found.concat(), scans, progress)
+    }
+
+    /// Removes the files.
+    pub fn remove(self) {
+        self.files.values().for_each(|file| drop(std::fs::remove_file(&file.path)));
+    }
+
+    /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each tally
+    /// to the next surface along its line, as far as that matters in the block.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn bundles_around(&self, block: [i32; 3]) -> Result<field::Bundles> {
+        let mut bundles: BTreeMap<BundleKey, Vec<(i32, Vec<Tally>)>> = BTreeMap::new();
+        for beside in self.cut.around(block, 1) {
+            let Some(file) = self.files.get(&beside) else { continue };
+            for (brick, lists) in file.read(|brick| self.cut.is_near(brick, block, 1))? {
+                for (axis, list) in lists.into_iter().enumerate().filter(|of_axis| !of_axis.1.is_empty()) {
+                    let key = BundleKey { axis: axis as u8, across: ACROSS[axis].map(|i| brick[i]) };
+                    bundles.entry(key).or_default().push((brick[axis], list));
+                }
+            }
+        }
+        let bundle = |(key, mut parts): (BundleKey, Vec<(i32, Vec<Tally>)>)| {
+            parts.sort_unstable_by_key(|part| part.0);
+            Arc::new(lines::sort_tallies(key, by_line(parts)))
+        };
+        Ok(field::Bundles::new(bundles.into_iter().map(bundle).collect()))
+    }
+}
+
+/// Tallies of bricks along a line, each sorted, in one list sorted by [`Tally::key`].
+fn by_line(mut parts: Vec<(i32, Vec<Tally>)>) -> Vec<Tally> {
+    if parts.len() == 1 {
+        return parts.swap_remove(0).1;
+    }
+    let mut starts = [0_u32; ROWS + 1];
+    let all = || parts.iter().flat_map(|part| &part.1);
+    all().for_each(|tally| starts[tally.line() + 1] += 1);
+    (0..ROWS).for_each(|line| starts[line + 1] += starts[line]);
+    let mut sorted = vec![Tally::default(); starts[ROWS] as usize];
+    for tally in all() {
+        let slot = &mut starts[tally.line()];
+        sorted[*slot as usize] = *tally;
+        *slot += 1;
+    }
+    sorted
+}
+
+/// A brick's tallies on lines along an axis, as a bundle that ends there.
+pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<Tally>) -> SortedBundle {
+    let key = BundleKey { axis: axis as u8, across: ACROSS[axis].map(|i| brick[i]) };
+    let bricks = if list.is_empty() { Vec::new() } else { vec![(brick[axis], 0)] };
+    SortedBundle { key, list, bricks }
+}
+
+impl BlockFile {
+    fn write(path: PathBuf, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<Self> {
+        let mut file = Columns::new(&path)?;
+        let mut table = Vec::new();
+        for (&brick, [x, y, z]) in bricks {
+            table.push(Entry { brick, unused: 0, lists: [file.put(x)?, file.put(y)?, file.put(z)?] });
+        }
+        file.finish(&table)?;
+        Ok(BlockFile { path, table })
+    }
+
+    fn read(&self, is_wanted: impl Fn([i32; 3]) -> bool) -> Result<Vec<([i32; 3], BrickTallies)>> {
+        let mut wanted = self.table.iter().filter(|entry| is_wanted(entry.brick)).peekable();
+        if wanted.peek().is_none() {
+            return Ok(Vec::new());
+        }
+        let stored = Stored::again(&self.path)?;
+        let read = |entry: &Entry| {
+            let [x, y, z] = &entry.lists;
+            Ok((entry.brick, [stored.get(x)?, stored.get(y)?, stored.get(z)?]))
+        };
+        wanted.map(read).collect()
+    }
+}

@@ -1,0 +1,361 @@
+//! Stage 1 where crossings are more than memory holds: workers write what they have found to **segments**, added up by edge and sorted by block.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed};
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+use super::files::{Columns, Place, Stored};
+use super::Workspace;
+use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
+use crate::crossing::{BundleKey, Crossing, OnLine};
+use crate::discretize::discretize;
+use crate::intake::Discretized;
+use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
+use crate::overlap::{BundleDistances, OverlapDistances};
+use crate::tally::{self, Tally};
+use crate::{DISCRETIZING, MergeParams, lines, nothing_to_merge};
+use base::error::{Error, Result};
+use base::progress::Progress;
+use image::source::{Loading, ScanSource};
+
+/// What all scans came to.
+pub struct Collected {
+    /// What was measured of them; no crossings.
+    pub found: Discretized,
+    /// Crossings.
+    pub intersections: u64,
+    /// Where they are.
+    pub segments: Vec<Segment>,
+}
+
+/// A file with crossings of some scans, added up, and where it has those of each block.
+pub struct Segment {
+    path: PathBuf,
+    /// Sorted.
+    table: Vec<Entry>,
+}
+
+/// Where a segment has what there is in a block, on lines along an axis; a sample of crossings, by [`SAMPLE`] and the row of blocks.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+struct Entry {
+    axis: u32,
+    kind: u32,
+    block: [i32; 3],
+    unused: u32,
+    /// [`Row`]s.
+    bundles: Place,
+    /// What the rows have, one after the other.
+    list: Place,
+}
+
+const TALLIES: u32 = 0;
+const SAMPLE: u32 = 1;
+
+impl Entry {
+    fn key(&self) -> (u32, [i32; 3], u32) {
+        (self.kind, self.block, self.axis)
+    }
+}
+
+/// A bundle, and how much of it there is.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Row {
+    across: [i32; 2],
+    count: u32,
+}
+
+/// Finds the crossings of all scans; each worker holds `held` bytes of them at most, and those of a scan.
+///
+/// # Errors
+/// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; a segment can't be written; cancelled.
+pub fn collect(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    voxel: f64,
+    workspace: &Workspace<'_>,
+    progress: &Progress<'_>,
+) -> Result<Collected> {
+    let loading = Loading { triangulation: params.triangulation, cell: voxel };
+    let lattice = first_lattice(sources, &loading, workspace.corner, progress)?;
+    progress.stage(DISCRETIZING, sources.len() as u64);
+    let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
+    let shared = Shared { sources, loading, lattice, workspace, segments: Mutex::default(), names: AtomicU32::new(0) };
+    let workers = rayon::current_num_threads().min(sources.len());
+    let work = |_| {
+        let mut worker = Worker { shared: &shared, buckets: Buckets::default(), found: Discretized::none(lattice) };
+        let mut scan = 0;
+        let mut go = || {
+            loop {
+                scan = next.fetch_add(1, Relaxed);
+                if scan >= sources.len() || scan > last.load(Relaxed) {
+                    return worker.spill(progress);
+                }
+                worker.take(scan, progress)?;
+            }
+        };
+        match go() {
+            Ok(()) => Ok((worker.found, worker.buckets.len)),
+            Err(error) => {
+                last.fetch_min(scan, Relaxed);
+                Err((scan, error))
+            }
+        }
+    };
+    let workers: Vec<_> = (0..workers).into_par_iter().with_max_len(1).map(work).collect();
+    progress.check()?;
+    let mut all = Collected { found: Discretized::none(lattice), intersections: 0, segments: Vec::new() };
+    let mut failure: Option<(usize, Error)> = None;
+    for of_worker in workers {
+        match of_worker {
+            Ok((found, crossings)) => {
+                all.found.add(&found);
+                all.intersections += crossings;
+            }
+            Err(failed) if failure.as_ref().is_none_or(|known| failed.0 < known.0) => failure = Some(failed),
+            Err(_) => {}
+        }
+    }
+    if let Some((_, error)) = failure {
+        return Err(error);
+    }
+    all.segments = shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    // What is added up of them does not depend on their order.
+    all.segments.sort_unstable_by(|a, b| a.path.cmp(&b.path));
+    Ok(all)
+}
+
+/// The grid that scans are counted in: that of the first that has a triangle.
+fn first_lattice(
+    sources: &[&dyn ScanSource],
+    loading: &Loading,
+    corner: [i64; 3],
+    progress: &Progress<'_>,
+) -> Result<Lattice> {
+    for source in sources {
+        let surface = source.load(loading, progress)?;
+        progress.check()?;
+        if let Some(&[first, ..]) = surface.triangles.first() {
+            let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
+            return Lattice::new(loading.cell, near, corner);
+        }
+    }
+    Err(nothing_to_merge())
+}
+
+/// What workers share.
+struct Shared<'a> {
+    sources: &'a [&'a dyn ScanSource],
+    loading: Loading,
+    lattice: Lattice,
+    workspace: &'a Workspace<'a>,
+    segments: Mutex<Vec<Segment>>,
+    names: AtomicU32,
+}
+
+struct Worker<'a> {
+    shared: &'a Shared<'a>,
+    buckets: Buckets,
+    found: Discretized,
+}
+
+impl Worker<'_> {
+    /// Loads a scan and finds its crossings.
+    fn take(&mut self, scan: usize, progress: &Progress<'_>) -> Result<()> {
+        let Shared { sources, loading, lattice, workspace, .. } = self.shared;
+        let surface = sources[scan].load(loading, progress)?;
+        progress.check()?;
+        discretize(&surface, sources[scan].name(), scan as u32, lattice, &mut self.buckets, progress)?;
+        let mut found = Discretized::none(*lattice);
+        found.triangles = surface.triangles.len() as u64;
+        found.full_trust = surface.confidence.iter().fold(0.0, |a, &b| a.max(b));
+        found.coloured = found.triangles > 0 && surface.colour.is_some();
+        if found.triangles > 0 {
+            found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
+        }
+        self.found.add(&found);
+        if self.buckets.bytes() > workspace.held {
+            self.spill(progress)?;
+        }
+        progress.advance(1)
+    }
+
+    /// Writes what is held to a segment.
+    fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
+        let before = self.buckets.len;
+        let buckets = std::mem::take(&mut self.buckets);
+        self.buckets.len = before;
+        let raw = bundles::gather(vec![buckets]);
+        if raw.is_empty() {
+            return Ok(());
+        }
+        let Shared { workspace, sources, names, segments, .. } = self.shared;
+        let path = workspace.path("segment", names.fetch_add(1, Relaxed));
+        let segment = write(raw, path, workspace, sources.len(), progress)?;
+        segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(segment);
+        Ok(())
+    }
+}
+
+/// Writes crossings of whole scans, of `scans` in all, to a segment.
+fn write(
+    raw: Vec<RawBundle>,
+    path: PathBuf,
+    workspace: &Workspace<'_>,
+    scans: usize,
+    progress: &Progress<'_>,
+) -> Result<Segment> {
+    let crossings: usize = raw.iter().flat_map(|bundle| &bundle.found.chunks).map(Vec::len).sum();
+    let are_few = crossings as u64 <= workspace.kept;
+    // Bundles in rows of blocks.
+    let mut rows: BTreeMap<(u8, [i32; 2]), Vec<RawBundle>> = BTreeMap::new();
+    for bundle in raw {
+        let row = bundle.key.across.map(|brick| workspace.cut.of(brick));
+        rows.entry((bundle.key.axis, row)).or_default().push(bundle);
+    }
+    let mut file = Columns::new(&path)?;
+    let mut table = Vec::new();
+    for ((axis, row), list) in rows {
+        progress.check()?;
+        let mut blocks: BTreeMap<i32, (Vec<Row>, Vec<Tally>)> = BTreeMap::new();
+        let (mut sampled, mut sample) = (Vec::new(), Vec::new());
+        for RawBundle { key, found } in list {
+            let before = sample.len();
+            let all = found.chunks.iter().flatten().copied();
+            sample.extend(all.filter(|crossing| are_few || in_sample(&key, crossing, scans)));
+            if sample.len() > before {
+                sampled.push(Row { across: key.across, count: (sample.len() - before) as u32 });
+            }
+            let tallies = lines::tallies(&found.chunks);
+            for tally in tallies {
+                let (bundles, list) = blocks.entry(workspace.cut.of(tally.cell() >> BRICK_BITS)).or_default();
+                match bundles.last_mut() {
+                    Some(last) if last.across == key.across => last.count += 1,
+                    _ => bundles.push(Row { across: key.across, count: 1 }),
+                }
+                list.push(tally);
+            }
+        }
+        let [u, v] = ACROSS[axis as usize];
+        let mut entry = |kind, block, bundles, list| {
+            table.push(Entry { axis: axis.into(), kind, block, unused: 0, bundles, list });
+        };
+        for (along, (bundles, list)) in blocks {
+            let mut block = [along; 3];
+            [block[u], block[v]] = row;
+            entry(TALLIES, block, file.put(&bundles)?, file.put(&list)?);
+        }
+        if !sample.is_empty() {
+            entry(SAMPLE, [row[0], row[1], 0], file.put(&sampled)?, file.put(&sample)?);
+        }
+    }
+    table.sort_unstable_by_key(Entry::key);
+    file.finish(&table)?;
+    Ok(Segment { path, table })
+}
+
+impl Segment {
+    /// Where it has what there is in a block, or of a row of blocks the sample.
+    fn find(&self, kind: u32, block: [i32; 3], axis: u32) -> Option<&Entry> {
+        let place = self.table.binary_search_by_key(&(kind, block, axis), Entry::key).ok()?;
+        Some(&self.table[place])
+    }
+}
+
+impl Collected {
+    /// The blocks in which there is anything, in order.
+    pub fn blocks(&self) -> Vec<[i32; 3]> {
+        self.all(TALLIES, |entry| entry.block)
+    }
+
+    /// What is different of the entries of a kind, in order.
+    fn all<T: Ord>(&self, kind: u32, of: impl Fn(&Entry) -> T) -> Vec<T> {
+        let entries = self.segments.iter().flat_map(|segment| &segment.table).filter(|entry| entry.kind == kind);
+        let mut all: Vec<T> = entries.map(of).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Steps that adding up and measuring take.
+    pub fn steps(&self) -> u64 {
+        (self.blocks().len() + self.all(SAMPLE, |entry| (entry.axis, entry.block)).len()) as u64
+    }
+
+    /// How far the scans lie from each other, of which there are so many.
+    ///
+    /// # Errors
+    /// A segment can't be read; cancelled.
+    pub fn distances(&self, scans: usize, kept: u64, progress: &Progress<'_>) -> Result<OverlapDistances> {
+        let rows = self.all(SAMPLE, |entry| (entry.axis, entry.block));
+        let sampled = (self.intersections > kept).then_some(scans);
+        let of_row = |(axis, row): (u32, [i32; 3])| {
+            progress.advance(1)?;
+            let mut bundles: BTreeMap<[i32; 2], Vec<Vec<Crossing>>> = BTreeMap::new();
+            for segment in &self.segments {
+                let Some(entry) = segment.find(SAMPLE, row, axis) else { continue };
+                let stored = Stored::again(&segment.path)?;
+                let list: Vec<Crossing> = stored.get(&entry.list)?;
+                for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
+                    bundles.entry(across).or_default().push(list.to_vec());
+                }
+            }
+            let measured = bundles.into_iter().map(|(across, chunks)| {
+                let key = BundleKey { axis: axis as u8, across };
+                let raw = RawBundle { key, found: Found { chunks, added: Added::default() } };
+                BundleDistances::measure(&raw, sampled)
+            });
+            Ok((axis as u8, measured.collect::<Vec<_>>()))
+        };
+        let mut all = OverlapDistances::none();
+        for (axis, of_row) in rows.into_par_iter().map(of_row).collect::<Result<Vec<_>>>()? {
+            of_row.iter().for_each(|of_bundle| all.add(axis, of_bundle));
+        }
+        Ok(all)
+    }
+
+    /// What is in a block on lines along an axis, added up, by bundle.
+    ///
+    /// # Errors
+    /// A segment can't be read; cancelled.
+    pub fn tallies(
+        &self,
+        block: [i32; 3],
+        axis: usize,
+        progress: &Progress<'_>,
+    ) -> Result<BTreeMap<[i32; 2], Vec<Tally>>> {
+        let mut all: BTreeMap<[i32; 2], Vec<Tally>> = BTreeMap::new();
+        for segment in &self.segments {
+            let Some(entry) = segment.find(TALLIES, block, axis as u32) else { continue };
+            progress.check()?;
+            let stored = Stored::again(&segment.path)?;
+            let list: Vec<Tally> = stored.get(&entry.list)?;
+            for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
+                tally::add_up(all.entry(across).or_default(), list);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Removes the segments.
+    pub fn remove(&self) {
+        for segment in &self.segments {
+            // What stays goes with the workspace.
+            let _ = std::fs::remove_file(&segment.path);
+        }
+    }
+}
+
+/// What rows have of a list.
+fn by_bundle<'a, T>(rows: &'a [Row], mut list: &'a [T]) -> impl Iterator<Item = ([i32; 2], &'a [T])> {
+    rows.iter().map(move |row| {
+        let (of_row, rest) = list.split_at(row.count as usize);
+        list = rest;
+        (row.across, of_row)
+    })
+}

@@ -1,0 +1,178 @@
+//! Files of a workspace: columns of plain numbers, each with its checksum, and a table of where they are.
+//!
+//! A file is written under a name of its own and gets its name once it is whole, so what has a name is complete. Numbers are written as the
+//! machine has them; a workspace says which machine that was.
+
+use std::fs::File;
+use std::io::{BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
+use tempfile::NamedTempFile;
+
+use base::error::{Error, Result};
+use base::memory::size;
+
+/// What a file ends with.
+const MARK: [u8; 8] = *b"srfcol01";
+/// Bytes handed to the system at a time.
+const BUFFER: usize = 1 << 18;
+
+/// Where a column is in its file.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Place {
+    /// First byte.
+    offset: u64,
+    /// Bytes.
+    bytes: u64,
+    /// Checksum of these.
+    checksum: u32,
+    unused: u32,
+}
+
+impl Place {
+    /// How many elements of a type there are.
+    pub fn count<T>(&self) -> usize {
+        self.bytes as usize / size_of::<T>()
+    }
+}
+
+/// The end of a file: where its table is.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Tail {
+    table: Place,
+    mark: [u8; 8],
+}
+
+/// A file that is being written.
+pub struct Columns {
+    file: BufWriter<NamedTempFile>,
+    path: PathBuf,
+    at: u64,
+}
+
+impl Columns {
+    /// Begins a file that will have this path.
+    ///
+    /// # Errors
+    /// It can't be made.
+    pub fn new(path: &Path) -> Result<Self> {
+        let folder = path.parent().unwrap_or(Path::new("."));
+        let file = NamedTempFile::with_prefix_in("unfinished-", folder).map_err(|error| Error::io(folder, error))?;
+        Ok(Columns { file: BufWriter::with_capacity(BUFFER, file), path: path.to_owned(), at: 0 })
+    }
+
+    /// Appends a column.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn put<T: NoUninit>(&mut self, column: &[T]) -> Result<Place> {
+        let bytes: &[u8] = bytemuck::cast_slice(column);
+        self.file.write_all(bytes).map_err(|error| self.failed(error))?;
+        let place = Place { offset: self.at, bytes: bytes.len() as u64, checksum: crc32fast::hash(bytes), unused: 0 };
+        self.at += place.bytes;
+        Ok(place)
+    }
+
+    /// Appends the table of what is where, and gives the file its name.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn finish<T: NoUninit>(mut self, table: &[T]) -> Result<u64> {
+        let table = self.put(table)?;
+        self.put(&[Tail { table, mark: MARK }])?;
+        let Columns { file, path, at } = self;
+        let failed = |error| cant_write(&path, at, error);
+        let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
+        file.persist(&path).map_err(|error| failed(error.error))?;
+        Ok(at)
+    }
+
+    fn failed(&self, error: std::io::Error) -> Error {
+        cant_write(&self.path, self.at, error)
+    }
+}
+
+/// What a write that failed is told as: on full disks with what had been written.
+fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
+    if error.kind() == std::io::ErrorKind::StorageFull {
+        let text = format!("the disk is full after {} of this file: free some, or choose another workspace", size(bytes as f64));
+        return Error::io(path, std::io::Error::new(error.kind(), text));
+    }
+    Error::io(path, error)
+}
+
+/// A file to be read, from several threads.
+pub struct Stored {
+    path: PathBuf,
+    file: Mutex<File>,
+}
+
+impl Stored {
+    /// Opens a file; with its table.
+    ///
+    /// # Errors
+    /// It is not there, or not whole.
+    pub fn open<T: AnyBitPattern + NoUninit>(path: &Path) -> Result<(Self, Vec<T>)> {
+        let mut file = File::open(path).map_err(|error| Error::io(path, error))?;
+        let mut tail = [Tail::zeroed()];
+        let length = file.metadata().map_err(|error| Error::io(path, error))?.len();
+        let begin = length.checked_sub(size_of::<Tail>() as u64).ok_or_else(|| damaged(path))?;
+        read_at(&mut file, begin, bytemuck::cast_slice_mut(&mut tail)).map_err(|error| Error::io(path, error))?;
+        let [Tail { table, mark }] = tail;
+        if mark != MARK || table.offset.checked_add(table.bytes) != Some(begin) {
+            return Err(damaged(path));
+        }
+        let stored = Stored { path: path.to_owned(), file: Mutex::new(file) };
+        let table = stored.get(&table)?;
+        Ok((stored, table))
+    }
+
+    /// Opens a file whose table is known.
+    ///
+    /// # Errors
+    /// It is not there.
+    pub fn again(path: &Path) -> Result<Self> {
+        let file = File::open(path).map_err(|error| Error::io(path, error))?;
+        Ok(Stored { path: path.to_owned(), file: Mutex::new(file) })
+    }
+
+    /// Reads a column.
+    ///
+    /// # Errors
+    /// It can't be read; it is not what was written.
+    pub fn get<T: AnyBitPattern + NoUninit>(&self, place: &Place) -> Result<Vec<T>> {
+        let mut column = Vec::new();
+        self.append(place, &mut column)?;
+        Ok(column)
+    }
+
+    /// Reads a column and appends it.
+    ///
+    /// # Errors
+    /// As [`Stored::get`].
+    pub fn append<T: AnyBitPattern + NoUninit>(&self, place: &Place, to: &mut Vec<T>) -> Result<()> {
+        let before = to.len();
+        to.resize(before + place.count::<T>(), T::zeroed());
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut to[before..]);
+        let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        read_at(&mut file, place.offset, bytes).map_err(|error| Error::io(&self.path, error))?;
+        drop(file);
+        if crc32fast::hash(bytes) != place.checksum {
+            return Err(damaged(&self.path));
+        }
+        Ok(())
+    }
+}
+
+fn read_at(file: &mut File, offset: u64, bytes: &mut [u8]) -> std::io::Result<()> {
+    file.seek(SeekFrom::Start(offset))?;
+    file.read_exact(bytes)
+}
+
+fn damaged(path: &Path) -> Error {
+    Error::format(path, "the file", "is damaged: remove the workspace and merge again")
+}

@@ -1,0 +1,178 @@
+//! Stage 4 in blocks: labels of the nodes and vertices on the edges between them, in a file for each block.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+use super::blocks::Blocks;
+use super::files::{Columns, Place, Stored};
+use super::{Cut, Workspace};
+use crate::colour::Gains;
+use crate::field::{BrickLabels, Rule, Vertex, Vertices};
+use crate::fuse::{self, Labelled};
+use crate::lattice::ROWS;
+use crate::{BrickVertices, LABELLING, Labels};
+use base::error::Result;
+use base::progress::Progress;
+
+/// The labels of all blocks.
+pub struct BlockLabels {
+    cut: Cut,
+    files: BTreeMap<[i32; 3], LabelFile>,
+    /// Vertices on edges.
+    pub vertices: u64,
+}
+
+struct LabelFile {
+    path: PathBuf,
+    table: Vec<Entry>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Entry {
+    brick: [i32; 3],
+    bounds: [[i32; 2]; 3],
+    unused: u32,
+    /// Nodes inside, then those outside.
+    planes: Place,
+    vertices: [Place; 3],
+}
+
+/// A [`Vertex`] as it is kept.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Kept {
+    node: u16,
+    enters: u16,
+    fraction: f32,
+    weight: f32,
+    noise: f32,
+    colour: [u8; 4],
+    scan: i32,
+}
+
+impl From<&Vertex> for Kept {
+    fn from(vertex: &Vertex) -> Self {
+        let &Vertex { node, enters, fraction, weight, noise, colour, scan } = vertex;
+        Kept { node, enters: enters.into(), fraction, weight, noise, colour, scan }
+    }
+}
+
+impl From<&Kept> for Vertex {
+    fn from(kept: &Kept) -> Self {
+        let &Kept { node, enters, fraction, weight, noise, colour, scan } = kept;
+        Vertex { node, enters: enters != 0, fraction, weight, noise, colour, scan }
+    }
+}
+
+impl BlockLabels {
+    /// Labels all blocks.
+    ///
+    /// # Errors
+    /// A file can't be read or written; cancelled.
+    pub fn label(
+        blocks: &Blocks,
+        rule: &Rule,
+        gains: &Gains,
+        workspace: &Workspace<'_>,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        let cut = workspace.cut;
+        // What speaks of nodes may lie in the brick before, of another block.
+        let mut list: Vec<[i32; 3]> = blocks.list().flat_map(|block| cut.around(block, 1)).collect();
+        list.sort_unstable();
+        list.dedup();
+        progress.stage(LABELLING, list.len() as u64);
+        let label = |(number, block): (usize, [i32; 3])| {
+            let bundles = blocks.bundles_around(block)?;
+            let mut bricks = bundles.labelled_bricks();
+            bricks.retain(|&brick| cut.is_near(brick, block, 0));
+            if bricks.is_empty() {
+                return Ok((None, 0));
+            }
+            let found = fuse::label_nodes(&bundles, bricks, rule, gains, progress)?;
+            progress.advance(1)?;
+            let count: usize =
+                found.iter().filter_map(|(_, labelled)| Some(labelled.as_ref()?.1.iter().map(Vec::len).sum::<usize>())).sum();
+            let file = LabelFile::write(workspace.path("labels", number as u32), &found)?;
+            Ok((file.map(|file| (block, file)), count as u64))
+        };
+        let found = list.into_par_iter().enumerate().with_max_len(1).map(label).collect::<Result<Vec<_>>>()?;
+        let vertices = found.iter().map(|of| of.1).sum();
+        Ok(BlockLabels { cut, files: found.into_iter().filter_map(|of| of.0).collect(), vertices })
+    }
+
+    /// The blocks that may have a part of the surface, in order.
+    pub fn blocks(&self) -> Vec<[i32; 3]> {
+        // Around labelled nodes others get labels too.
+        let mut list: Vec<[i32; 3]> = self.files.keys().flat_map(|&block| self.cut.around(block, 1)).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    /// Bricks that have labels.
+    pub fn bricks(&self) -> u64 {
+        self.files.values().map(|file| file.table.len() as u64).sum()
+    }
+
+    /// What has to be known to make a block: labels of its bricks and of two around it, vertices of one.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn around(&self, block: [i32; 3]) -> Result<(Labels, BrickVertices)> {
+        let (mut labels, mut vertices) = (Labels::default(), BrickVertices::default());
+        for beside in self.cut.around(block, 2) {
+            let Some(file) = self.files.get(&beside) else { continue };
+            let wanted: Vec<&Entry> = file.table.iter().filter(|entry| self.cut.is_near(entry.brick, block, 2)).collect();
+            if wanted.is_empty() {
+                continue;
+            }
+            let stored = Stored::again(&file.path)?;
+            for entry in wanted {
+                let planes: Vec<u32> = stored.get(&entry.planes)?;
+                let mut of_brick = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: entry.bounds });
+                of_brick.inside.copy_from_slice(&planes[..ROWS]);
+                of_brick.outside.copy_from_slice(&planes[ROWS..]);
+                labels.insert(entry.brick, of_brick);
+                if self.cut.is_near(entry.brick, block, 1) {
+                    let mut of_brick = Vertices::default();
+                    for (list, place) in of_brick.iter_mut().zip(&entry.vertices) {
+                        *list = stored.get::<Kept>(place)?.iter().map(Vertex::from).collect();
+                    }
+                    vertices.insert(entry.brick, of_brick);
+                }
+            }
+        }
+        Ok((labels, vertices))
+    }
+
+    /// Removes the files.
+    pub fn remove(self) {
+        self.files.values().for_each(|file| drop(std::fs::remove_file(&file.path)));
+    }
+}
+
+impl LabelFile {
+    fn write(path: PathBuf, found: &[([i32; 3], Labelled)]) -> Result<Option<Self>> {
+        let labelled: Vec<_> = found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?))).collect();
+        if labelled.is_empty() {
+            return Ok(None);
+        }
+        let mut file = Columns::new(&path)?;
+        let mut table = Vec::new();
+        for (brick, (labels, vertices)) in labelled {
+            let planes = file.put(&[labels.inside, labels.outside])?;
+            let mut of_axis = [Place::default(); 3];
+            for (place, list) in of_axis.iter_mut().zip(vertices) {
+                *place = file.put(&list.iter().map(Kept::from).collect::<Vec<_>>())?;
+            }
+            table.push(Entry { brick, bounds: labels.bounds, unused: 0, planes, vertices: of_axis });
+        }
+        file.finish(&table)?;
+        Ok(Some(LabelFile { path, table }))
+    }
+}

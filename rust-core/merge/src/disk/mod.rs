@@ -1,0 +1,161 @@
+//! A merge of more scans than memory holds: the same stages with the same results, to the bit, but what they leave for each other is in
+//! files of a workspace, and of the grid a few blocks are in memory at a time.
+//!
+//! | stage | file | leaves |
+//! |---|---|---|
+//! | 1 | `collect` | segments: crossings of some scans, added up, by block |
+//! | 3 | `blocks` | what all scans come to, by block |
+//! | | `looks` | of these what scans do not see through |
+//! | 4 | `labels` | labels and vertices, by block |
+//! | 5 to 7 | `tiles` | the surface, by block |
+
+mod blocks;
+mod collect;
+mod files;
+mod labels;
+mod looks;
+mod tiles;
+
+use std::path::{Path, PathBuf};
+
+use super::{BUILDING, FUSING, MergeParams, MergeReport, Merged, colour, defaults, fuse, numbers, started};
+use crate::tiles::Block;
+use base::error::Result;
+use base::progress::Progress;
+use image::source::ScanSource;
+
+/// Where a merge keeps what memory does not hold, and how much it may hold.
+#[derive(Clone, Copy, Debug)]
+pub struct Space<'a> {
+    /// A folder that exists: what is kept there is removed at the end.
+    pub folder: &'a Path,
+    /// Bytes of memory.
+    pub memory: u64,
+}
+
+/// Merges scans, of which there may be more than memory holds, into one surface: the same as [`super::run`] gives.
+///
+/// # Errors
+/// As [`super::run`]; a file can't be written.
+pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, space: Space<'_>, progress: &Progress<'_>) -> Result<Merged> {
+    started(sources, params, progress, || {
+        let folder = tempfile::Builder::new().prefix("surfrecon-").tempdir_in(space.folder);
+        let folder = folder.map_err(|error| base::error::Error::io(space.folder, error))?;
+        merge(sources, params, &Workspace::of(folder.path(), space.memory), progress)
+    })
+}
+
+/// The folder, and what follows from the memory there is.
+struct Workspace<'a> {
+    folder: &'a Path,
+    cut: Cut,
+    /// Bytes of crossings that a worker holds.
+    held: u64,
+    /// Crossings of all scans up to which overlaps are measured by all of them.
+    kept: u64,
+    corner: [i64; 3],
+}
+
+impl<'a> Workspace<'a> {
+    fn of(folder: &'a Path, memory: u64) -> Self {
+        let workers = rayon::current_num_threads() as u64;
+        let each = memory / workers;
+        let side = (each as f64 / 3.0e6).sqrt() as i32;
+        Workspace {
+            folder,
+            cut: Cut { side: side.clamp(2, 64) },
+            held: (each / 8).max(1 << 20),
+            kept: crate::bundles::MANY,
+            corner: [0; 3],
+        }
+    }
+
+    fn path(&self, kind: &str, number: u32) -> PathBuf {
+        self.folder.join(format!("{kind}-{number:06}"))
+    }
+}
+
+/// How space is cut into blocks: cubes of so many bricks a side.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    side: i32,
+}
+
+impl Cut {
+    /// The block that a brick is in, along an axis.
+    fn of(&self, brick: i32) -> i32 {
+        brick.div_euclid(self.side)
+    }
+
+    fn block(&self, block: [i32; 3]) -> Block {
+        Block::around(block.map(|at| at * self.side), self.side)
+    }
+
+    /// Blocks that have bricks within so many of a block, itself among them.
+    fn around(&self, block: [i32; 3], bricks: i32) -> impl Iterator<Item = [i32; 3]> + use<> {
+        let reach = (bricks + self.side - 1).div_euclid(self.side);
+        let wide = 2 * reach + 1;
+        (0..wide * wide * wide).map(move |i| {
+            let by = [i / (wide * wide), i / wide % wide, i % wide];
+            [0, 1, 2].map(|axis| block[axis] + by[axis] - reach)
+        })
+    }
+
+    /// Whether a brick is in a block or at most so many bricks beside it.
+    fn is_near(&self, brick: [i32; 3], block: [i32; 3], bricks: i32) -> bool {
+        (0..3).all(|i| {
+            let low = block[i] * self.side;
+            (low - bricks..low + self.side + bricks).contains(&brick[i])
+        })
+    }
+}
+
+/// The paper's list of steps.
+fn merge(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    workspace: &Workspace<'_>,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
+    let content = |place: usize| sources[place].content(&params.triangulation, progress);
+    let order = numbers::in_order(sources, content, progress)?;
+    let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
+    let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
+    report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
+    defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
+    let collected = collect::collect(&sources, params, report.voxel, workspace, progress)?;
+    let found = &collected.found;
+    found.tell(&mut report);
+    report.intersections = collected.intersections;
+    progress.lap("discretize");
+    progress.stage(FUSING, collected.steps());
+    let distances = collected.distances(sources.len(), workspace.kept, progress)?;
+    let reaches = fuse::Reaches::of(&distances, params, &mut report);
+    progress.lap("overlap");
+    let mut blocks = blocks::Blocks::fuse(&collected, workspace, progress)?;
+    collected.remove();
+    progress.lap("sort");
+    let tolerance = reaches.tolerance * report.voxel;
+    report.seen_through = looks::drop_seen_through(&mut blocks, &sources, found, tolerance, workspace, progress)?;
+    progress.lap("sight");
+    if params.match_exposure && found.coloured {
+        report.colour_gains = blocks.gains(sources.len(), progress)?;
+        progress.lap("colours");
+    }
+    let gains = colour::Gains::new(&report.colour_gains);
+    let labels = labels::BlockLabels::label(&blocks, &reaches.rule(), &gains, workspace, progress)?;
+    blocks.remove();
+    report.fused_intersections = labels.vertices;
+    progress.lap("label");
+    progress.stage(BUILDING, 2 * labels.bricks());
+    let tiles = tiles::build(&labels, &found.lattice, workspace, progress)?;
+    labels.remove();
+    progress.lap("reconstruct");
+    let tiles = tiles.iter().map(tiles::TileFile::read).collect::<Result<Vec<_>>>()?;
+    crate::tiles::tell(&tiles, &mut report);
+    super::finish(tiles, reaches.reach, found, params, report, progress)
+}
+
+#[cfg(test)]
+mod tests;

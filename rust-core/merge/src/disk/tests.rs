@@ -1,0 +1,90 @@
+//! The same bytes in files as in memory.
+
+use glam::{DAffine3, DVec3};
+use proptest::prelude::*;
+
+use super::{Cut, Workspace, merge};
+use crate::tests::{clean_scans, scans, scans_with};
+use crate::{MergeParams, Merged, PlacedMesh, ScanSource, Setup};
+use base::progress::Progress;
+use image::RangeImage;
+use mesh::TriMesh;
+use scan::{ScanParams, shapes::Shape};
+
+/// What was held and how long it took may differ.
+fn without_cost(mut merged: Merged) -> Merged {
+    (merged.report.seconds, merged.report.working_bytes) = Default::default();
+    merged
+}
+
+fn in_memory(sources: &[&dyn ScanSource], params: &MergeParams, kept: u64) -> Merged {
+    let setup = Setup { kept, ..Setup::default() };
+    without_cost(crate::merge(sources, params, &setup, &Progress::none()).unwrap())
+}
+
+fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: u64, kept: u64) -> Merged {
+    let folder = tempfile::tempdir().unwrap();
+    let workspace = Workspace { folder: folder.path(), cut: Cut { side }, held, kept, corner: [0; 3] };
+    let pool = base::threads::pool(3).unwrap();
+    let merged = pool.install(|| merge(sources, params, &workspace, &Progress::none())).unwrap();
+    without_cost(merged)
+}
+
+fn same_in_files(scans: &[RangeImage], params: &MergeParams) -> Merged {
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let mut whole = Merged::default();
+    for kept in [u64::MAX, 0] {
+        whole = in_memory(&sources, params, kept);
+        for (side, held) in [(2, 1 << 16), (3, 0), (64, u64::MAX)] {
+            let found = in_files(&sources, params, side, held, kept);
+            assert!(found == whole, "blocks of {side}, {held} bytes held, {kept} kept");
+        }
+    }
+    whole
+}
+
+#[test]
+fn clean_and_noisy_scans_are_the_same_in_files() {
+    let shape = Shape::Torus { major: 1.0, minor: 0.3 };
+    for scans in [scans(shape, 100), clean_scans(shape, 100)] {
+        let found = same_in_files(&scans, &MergeParams { voxel: Some(0.02), ..MergeParams::default() });
+        assert!(found.mesh.triangles.len() > 10_000);
+    }
+}
+
+#[test]
+fn parts_that_go_are_the_same_in_files() {
+    let apart = ScanParams { noise: 0.02, pose_shift: 0.03, ..ScanParams::default() };
+    let scans = scans_with(Shape::Sphere { radius: 1.0 }, 50, &apart);
+    for share in [0.0, 0.01] {
+        let params = MergeParams {
+            voxel: Some(0.015),
+            merge_distance: Some(0.015),
+            min_component_share: share,
+            ..MergeParams::default()
+        };
+        let found = same_in_files(&scans, &params);
+        assert!(found.report.dropped_components[0] > 10, "{:?}", found.report.dropped_components);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    // Whole numbers put vertices into nodes, and many triangles through an edge make pinches.
+    #[test]
+    fn soups_of_triangles_are_the_same_in_files(
+        corners in prop::collection::vec(prop::array::uniform3(-50..50_i32), 60..120),
+        halves in any::<bool>(),
+    ) {
+        let unit = if halves { 0.5 } else { 0.37 };
+        let positions: Vec<DVec3> = corners.iter().map(|c| DVec3::from_array(c.map(|x| f64::from(x) * unit))).collect();
+        let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+        let mesh = TriMesh::new(positions, triangles);
+        let placed = PlacedMesh { name: "soup".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
+        let params = MergeParams { voxel: Some(1.0), ..MergeParams::default() };
+        let whole = in_memory(&[&placed], &params, u64::MAX);
+        for side in [1, 2, 3] {
+            prop_assert!(in_files(&[&placed], &params, side, 0, u64::MAX) == whole, "blocks of {side}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! Stages 5 to 7 in blocks: the tile of each, in a file.
+
+use std::path::PathBuf;
+
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+
+use super::Workspace;
+use super::files::{Columns, Place, Stored};
+use super::labels::BlockLabels;
+use crate::extract::{Case, Surface};
+use crate::lattice::Lattice;
+use crate::tiles::{Share, Tile, VertexKey, build_block, first_vertices};
+use base::error::Result;
+use base::progress::Progress;
+
+/// A tile in a file.
+pub struct TileFile {
+    path: PathBuf,
+    table: Table,
+    /// What each of its bricks has, in order.
+    pub shares: Vec<Share>,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Table {
+    own: u64,
+    artificial: u64,
+    positions: Place,
+    confidence: Place,
+    noise: Place,
+    colour: Place,
+    scan: Place,
+    triangles: Place,
+    cases: Place,
+    boundary: Place,
+    copied: Place,
+    foreign: Place,
+    shared: Place,
+}
+
+/// A [`VertexKey`] as it is kept: those that were split off have a number from 1 on.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Key {
+    brick: [i32; 3],
+    number: u32,
+    copy: u32,
+}
+
+/// Makes the tiles of all blocks that have a part of the surface.
+///
+/// # Errors
+/// A file can't be read or written; cancelled.
+pub fn build(
+    labels: &BlockLabels,
+    lattice: &Lattice,
+    workspace: &Workspace<'_>,
+    progress: &Progress<'_>,
+) -> Result<Vec<TileFile>> {
+    let build = |(number, block): (usize, [i32; 3])| {
+        progress.check()?;
+        let (labels, vertices) = labels.around(block)?;
+        if labels.is_empty() {
+            return Ok(None);
+        }
+        let tile = build_block(workspace.cut.block(block), &labels, &vertices, lattice, progress)?;
+        let is_none = tile.own == 0 && tile.surface.triangles.is_empty();
+        Ok(if is_none { None } else { Some(TileFile::write(workspace.path("tile", number as u32), tile)?) })
+    };
+    let tiles = labels.blocks().into_par_iter().enumerate().with_max_len(1).map(build).collect::<Result<Vec<_>>>()?;
+    Ok(tiles.into_iter().flatten().collect())
+}
+
+impl TileFile {
+    fn write(path: PathBuf, tile: Tile) -> Result<Self> {
+        let Tile { surface, shares, copied, foreign, own, shared, artificial, .. } = tile;
+        let keys: Vec<Key> =
+            foreign.iter().map(|key| Key { brick: key.brick, number: key.number, copy: key.copy }).collect();
+        let cases: Vec<u8> = surface.cases.iter().map(|&case| case as u8).collect();
+        let mut file = Columns::new(&path)?;
+        let table = Table {
+            own: own as u64,
+            artificial,
+            positions: file.put(&surface.positions)?,
+            confidence: file.put(&surface.confidence)?,
+            noise: file.put(&surface.noise)?,
+            colour: file.put(&surface.colour)?,
+            scan: file.put(&surface.scan)?,
+            triangles: file.put(&surface.triangles)?,
+            cases: file.put(&cases)?,
+            boundary: file.put(&surface.boundary)?,
+            copied: file.put(&copied)?,
+            foreign: file.put(&keys)?,
+            shared: file.put(&shared)?,
+        };
+        file.finish(&[table])?;
+        Ok(TileFile { path, table, shares })
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn read(&self) -> Result<Tile> {
+        let (table, file) = (&self.table, Stored::again(&self.path)?);
+        let key = |key: Key| VertexKey { is_copy: key.copy > 0, brick: key.brick, number: key.number, copy: key.copy };
+        let surface = Surface {
+            positions: file.get(&table.positions)?,
+            confidence: file.get(&table.confidence)?,
+            noise: file.get(&table.noise)?,
+            colour: file.get(&table.colour)?,
+            scan: file.get(&table.scan)?,
+            triangles: file.get(&table.triangles)?,
+            cases: file.get::<u8>(&table.cases)?.into_iter().map(|case| Case::ALL[usize::from(case)]).collect(),
+            boundary: file.get(&table.boundary)?,
+        };
+        Ok(Tile {
+            surface,
+            first: first_vertices(&self.shares),
+            shares: self.shares.clone(),
+            copied: file.get(&table.copied)?,
+            own: table.own as usize,
+            foreign: file.get::<Key>(&table.foreign)?.into_iter().map(key).collect(),
+            shared: file.get(&table.shared)?,
+            artificial: table.artificial,
+        })
+    }
+}
