@@ -1,5 +1,7 @@
 //! Stage 9: holes up to a length. [MI04, sec. 3.4]
 
+use glam::DVec3;
+
 use super::components::{self, Kept};
 use super::extract::Surface;
 use super::holes::{self, Reason, successors, walk};
@@ -26,19 +28,14 @@ pub fn close(
     progress: &Progress<'_>,
 ) -> Result<()> {
     progress.stage(CLOSING, 1);
-    report.max_hole_length =
-        params.max_hole_length.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * kept.size.length()));
-    let limit = match params.max_hole_length {
-        Some(length) => Limit::Length(length),
-        None => Limit::OfPart(report.max_hole_length, HOLE_SHARE),
-    };
-    let holes = close_holes(&mut kept.surface, &kept.parts, &kept.part_of, limit, lattice, progress)?;
+    let limit = Limit::of(params, report, kept.size);
+    let least = components::least(&kept.parts, params.min_component_share);
+    let holes = close_holes(&mut kept.surface, &kept.parts, &kept.part_of, limit, least, lattice, progress)?;
     report.holes = [holes.closed, holes.open];
-    if holes.peeled {
-        let dropped = components::drop_small(&mut kept.surface, params.min_component_share, progress)?;
-        report.dropped_components[0] += dropped.components;
-        report.dropped_components[1] += dropped.faces;
-        refuse_nothing(&kept.surface, report.voxel, params.min_component_share)?;
+    (0..2).for_each(|i| report.dropped_components[i] += holes.dropped[i]);
+    if !holes.bare.is_empty() {
+        components::drop_vertices(&mut kept.surface, &holes.bare, progress)?;
+        refuse_nothing(kept.surface.triangles.len() as u64, report.voxel, params.min_component_share)?;
     }
     Ok(())
 }
@@ -49,8 +46,10 @@ pub struct Closed {
     pub closed: u64,
     /// Boundary loops left open.
     pub open: u64,
-    /// Whether triangles were peeled, so that parts may have come off.
-    pub peeled: bool,
+    /// Pieces that came off and were dropped, and their triangles.
+    pub dropped: [u64; 2],
+    /// Vertices that have no triangle any more.
+    pub bare: Vec<u32>,
 }
 
 /// The longest boundary to close.
@@ -63,7 +62,34 @@ pub enum Limit {
     OfPart(f64, f64),
 }
 
-/// Closes all holes with a boundary within `limit`; `part_of` is the part of each vertex.
+impl Limit {
+    /// As asked for, or the default for what is of this size; said in the report.
+    pub fn of(params: &MergeParams, report: &mut MergeReport, size: DVec3) -> Self {
+        let length = params.max_hole_length.unwrap_or((HOLE_VOXELS * report.voxel).min(HOLE_SHARE * size.length()));
+        report.max_hole_length = length;
+        match params.max_hole_length {
+            Some(length) => Limit::Length(length),
+            None => Limit::OfPart(length, HOLE_SHARE),
+        }
+    }
+
+    /// That of a part.
+    pub fn of_part(&self, part: &Part) -> f64 {
+        match *self {
+            Limit::Length(length) => length,
+            Limit::OfPart(length, share) => length.min(share * part.low.distance(part.high)),
+        }
+    }
+
+    /// That of no part.
+    pub fn length(&self) -> f64 {
+        let (Limit::Length(length) | Limit::OfPart(length, _)) = *self;
+        length
+    }
+}
+
+/// Closes all holes with a boundary within `limit`; `part_of` is the part of each vertex. Pieces of fewer than `least` triangles that come
+/// off where that needs it are dropped.
 ///
 /// # Errors
 /// Cancelled.
@@ -72,6 +98,7 @@ pub fn close_holes(
     parts: &[Part],
     part_of: &[u32],
     limit: Limit,
+    least: f64,
     lattice: &Lattice,
     progress: &Progress<'_>,
 ) -> Result<Closed> {
@@ -94,18 +121,19 @@ pub fn close_holes(
             stuck.push(sides.iter().map(|side| side[0]).collect());
         }
     }
-    let peeled = peel::close_stuck(surface, &stuck, |vertices| limits.of(vertices), lattice, progress)?;
+    let peeled = peel::close_stuck(surface, &stuck, |vertices| limits.of(vertices), least, lattice, progress)?;
     Ok(Closed {
         closed: report.closed as u64 + peeled.closed,
         open: report.open.len() as u64 - peeled.holes,
-        peeled: peeled.holes > 0,
+        dropped: peeled.dropped,
+        bare: peeled.bare,
     })
 }
 
 /// The limit of each loop.
 struct Limits<'a> {
     length: f64,
-    /// Of each part; empty if all have the same.
+    /// Of each part.
     of_part: Vec<f64>,
     /// The part of each vertex.
     part_of: &'a [u32],
@@ -113,13 +141,7 @@ struct Limits<'a> {
 
 impl<'a> Limits<'a> {
     fn new(parts: &[Part], part_of: &'a [u32], limit: Limit) -> Self {
-        let within = |length: f64, share: f64| {
-            parts.iter().map(move |part| length.min(share * part.low.distance(part.high))).collect()
-        };
-        match limit {
-            Limit::Length(length) => Limits { length, of_part: Vec::new(), part_of },
-            Limit::OfPart(length, share) => Limits { length, of_part: within(length, share), part_of },
-        }
+        Limits { length: limit.length(), of_part: parts.iter().map(|part| limit.of_part(part)).collect(), part_of }
     }
 
     fn of(&self, vertices: &[u32]) -> f64 {

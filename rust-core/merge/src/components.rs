@@ -2,10 +2,9 @@
 
 use glam::DVec3;
 
-use super::connected::{self, faces};
 use super::extract::Surface;
-use super::parts::{self, Part};
-use super::tiles::{self, Tile};
+use super::parts::{self, Part, Parts};
+use super::tiles::{self, Tile, Tiles};
 use super::{MergeReport, dump, passes, refuse_nothing, stray};
 use base::error::Result;
 use base::progress::Progress;
@@ -28,47 +27,74 @@ pub struct Kept {
 /// # Errors
 /// Nothing is left; more vertices than there are numbers for; cancelled.
 pub fn keep(
-    tiles: Vec<Tile>,
+    mut tiles: Vec<Tile>,
     reach: f64,
     min_share: f64,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Kept> {
-    let parts = parts::find(&tiles, progress)?;
-    let stray = stray::stray(&tiles, &parts, report.voxel, reach, progress)?;
-    let kept: Vec<bool> = stray.iter().map(|&goes| !goes).collect();
-    let small = small(&parts.list, &kept, min_share);
-    let kept: Vec<bool> = kept.iter().zip(&small).map(|(&is_kept, &goes)| is_kept && !goes).collect();
-    let gone = || parts.list.iter().zip(&kept).filter(|part| !part.1).map(|part| part.0.faces);
-    report.dropped_components = [gone().count() as u64, gone().sum()];
-    let size = extent(&parts.list, &kept);
-    let (mut surface, mut part_of) = tiles::join(tiles, parts.of, progress)?;
+    let Chosen { parts, kept, size } = choose(&tiles[..], reach, min_share, report, progress)?;
+    let mut of_vertex: Vec<Vec<u32>> = tiles.iter_mut().map(|tile| std::mem::take(&mut tile.part_of)).collect();
+    for (part_of, of) in of_vertex.iter_mut().zip(&parts.of) {
+        passes::each(part_of.len(), progress, |v| part_of[v] = of[part_of[v] as usize])?;
+    }
+    let (mut surface, mut part_of) = tiles::join(tiles, of_vertex, progress)?;
     if kept.contains(&false) {
         let keep = passes::made(part_of.len(), progress, |v| kept[part_of[v] as usize])?;
         compact(&mut surface, &keep, progress)?;
         passes::retain(&mut part_of, progress, |v, _| keep[v])?;
     }
     progress.lap("components");
-    refuse_nothing(&surface, report.voxel, min_share)?;
-    report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
+    refuse_nothing(surface.triangles.len() as u64, report.voxel, min_share)?;
     report.working_bytes = report.working_bytes.max(surface.bytes());
     dump::parts(&surface, &part_of)?;
     Ok(Kept { surface, parts: parts.list, part_of, size })
 }
 
-/// Parts and faces that were dropped.
-pub struct Dropped {
-    /// Number of parts.
-    pub components: u64,
-    /// Number of faces they had.
-    pub faces: u64,
+/// The parts of the surface, and which of them are kept.
+pub struct Chosen {
+    /// All parts.
+    pub parts: Parts,
+    /// Whether each is kept.
+    pub kept: Vec<bool>,
+    /// Size of the bounding box of these.
+    pub size: DVec3,
 }
 
-/// Which of the parts that are kept have fewer than `min_share` of the triangles of the largest of them.
-fn small(parts: &[Part], is_kept: &[bool], min_share: f64) -> Vec<bool> {
-    let kept = || parts.iter().zip(is_kept).filter(|part| *part.1).map(|part| part.0.faces);
-    let least = min_share * kept().max().unwrap_or(0) as f64;
-    parts.iter().zip(is_kept).map(|(part, &is_kept)| is_kept && (part.faces as f64) < least).collect()
+impl Chosen {
+    /// Which of all parts a part of a tile is.
+    pub fn part(&self, tile: usize, part: u32) -> u32 {
+        self.parts.of[tile][part as usize]
+    }
+
+    /// Whether a part of a tile is kept.
+    pub fn is_kept(&self, tile: usize, part: u32) -> bool {
+        self.kept[self.part(tile, part) as usize]
+    }
+}
+
+/// Decides which parts are kept, and says of the others in the report.
+///
+/// # Errors
+/// A tile can't be read; cancelled.
+pub fn choose<T: Tiles + ?Sized>(
+    tiles: &T,
+    reach: f64,
+    min_share: f64,
+    report: &mut MergeReport,
+    progress: &Progress<'_>,
+) -> Result<Chosen> {
+    let parts = parts::find(tiles, progress)?;
+    let stray = stray::stray(tiles, &parts, report.voxel, reach, progress)?;
+    // The largest is not stray.
+    let least = least(&parts.list, min_share);
+    let kept: Vec<bool> =
+        parts.list.iter().zip(&stray).map(|(part, stray)| !stray && part.faces as f64 >= least).collect();
+    let gone = || parts.list.iter().zip(&kept).filter(|part| !part.1).map(|part| part.0.faces);
+    report.dropped_components = [gone().count() as u64, gone().sum()];
+    let size = extent(&parts.list, &kept);
+    report.grid = (size / report.voxel).ceil().to_array().map(|cells| cells as u64);
+    Ok(Chosen { parts, kept, size })
 }
 
 /// Size of the bounding box of the parts that are kept.
@@ -79,27 +105,19 @@ fn extent(parts: &[Part], is_kept: &[bool]) -> DVec3 {
     (high - low).max(DVec3::ZERO)
 }
 
-/// Drops connected parts with fewer than `min_share` of the triangles of the largest part, and vertices without a triangle.
-pub fn drop_small(surface: &mut Surface, min_share: f64, progress: &Progress<'_>) -> Result<Dropped> {
-    let part_of = connected::parts(surface.positions.len(), &surface.triangles, progress)?;
-    let faces = faces(&part_of, &surface.triangles, progress)?;
-    let largest = faces.iter().copied().max().unwrap_or(0);
-    let least = min_share * f64::from(largest);
-    let mut dropped = Dropped { components: 0, faces: 0 };
-    for &f in &faces {
-        if f > 0 && f64::from(f) < least {
-            dropped.components += 1;
-            dropped.faces += u64::from(f);
-        }
-    }
-    let keep = passes::made(part_of.len(), progress, |v| {
-        let f = faces[part_of[v] as usize];
-        f > 0 && f64::from(f) >= least
-    })?;
-    if keep.iter().any(|&k| !k) {
-        compact(surface, &keep, progress)?;
-    }
-    Ok(dropped)
+/// Triangles that a part has at least which is kept.
+pub fn least(parts: &[Part], min_share: f64) -> f64 {
+    min_share * parts.iter().map(|part| part.faces).max().unwrap_or(0) as f64
+}
+
+/// Drops vertices without a triangle.
+///
+/// # Errors
+/// Cancelled.
+pub fn drop_vertices(surface: &mut Surface, bare: &[u32], progress: &Progress<'_>) -> Result<()> {
+    let mut keep = passes::filled(true, surface.positions.len(), progress)?;
+    bare.iter().for_each(|&v| keep[v as usize] = false);
+    compact(surface, &keep, progress)
 }
 
 /// Keeps the vertices that are to be kept, and the triangles between them.

@@ -4,13 +4,6 @@ use super::passes;
 use base::error::Result;
 use base::progress::Progress;
 
-/// The number of triangles of each part, by its lowest vertex.
-pub fn faces(part_of: &[u32], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<u32>> {
-    let mut faces = passes::filled(0, part_of.len(), progress)?;
-    passes::each(triangles.len(), progress, |t| faces[part_of[triangles[t][0] as usize] as usize] += 1)?;
-    Ok(faces)
-}
-
 /// The lowest vertex of each vertex's part: union by lower index with path halving.
 pub fn parts(vertices: usize, triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<Vec<u32>> {
     let mut parent = passes::made(vertices, progress, |v| v as u32)?;

@@ -72,11 +72,6 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Whether there is no triangle.
-    pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
-    }
-
     /// Bytes held by vertices and triangles.
     pub fn bytes(&self) -> u64 {
         let vertex = size_of::<DVec3>() + 2 * size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();

@@ -103,7 +103,8 @@ impl Sample {
     /// Of so many that are shared, for so many scans.
     pub fn of(shared: usize, scans: usize) -> Self {
         let edges = (EDGES_A_SCAN * scans).clamp(EDGES[0], EDGES[1]);
-        let logarithm = |byte: usize| (UNIT * (f64::from(srgb::light(byte as u8).max(1)) / 65_535.0).ln()).round() as i16;
+        let logarithm =
+            |byte: usize| (UNIT * (f64::from(srgb::light(byte as u8).max(1)) / 65_535.0).ln()).round() as i16;
         Sample { every: (shared / edges).next_power_of_two() as u64, logarithms: std::array::from_fn(logarithm) }
     }
 

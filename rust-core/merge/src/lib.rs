@@ -97,6 +97,7 @@ pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason};
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
+use mesh::Crs;
 
 base::stages! {
     /// Stages of the merge with their shares of its time.
@@ -120,16 +121,16 @@ pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progres
 }
 
 fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    started(sources, params, progress, || merge(sources, params, setup, progress))
+    started(sources, params, progress, || merge(sources, params, setup, progress)).map(Merged::in_system)
 }
 
-/// Does the work of merging scans, if they can be merged.
-fn started(
+/// Does the work of merging scans, if they can be merged; with the system that they lie in.
+fn started<T: Send>(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     progress: &Progress<'_>,
-    work: impl FnOnce() -> Result<Merged> + Send,
-) -> Result<Merged> {
+    work: impl FnOnce() -> Result<T> + Send,
+) -> Result<(T, Option<Crs>)> {
     params.validate()?;
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
@@ -144,15 +145,19 @@ fn started(
     let crs = common_crs(sources)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
-    let mut merged = progress.run(&pool, work);
-    if let Ok(merged) = &mut merged {
-        merged.mesh.crs = crs;
-    }
+    let merged = progress.run(&pool, work);
     // Whatever else went wrong meanwhile, the caller asked for an end.
     if merged.is_err() {
         progress.check()?
     }
-    merged
+    merged.map(|merged| (merged, crs))
+}
+
+impl Merged {
+    fn in_system((mut merged, crs): (Merged, Option<Crs>)) -> Self {
+        merged.mesh.crs = crs;
+        merged
+    }
 }
 
 /// The paper's list of steps.
@@ -199,8 +204,8 @@ fn nothing_to_merge() -> Error {
     )
 }
 
-fn refuse_nothing(surface: &extract::Surface, voxel: f64, min_share: f64) -> Result<()> {
-    if !surface.is_empty() {
+fn refuse_nothing(triangles: u64, voxel: f64, min_share: f64) -> Result<()> {
+    if triangles > 0 {
         return Ok(());
     }
     let or_share = if min_share > 0.0 { ", or a smaller min_component_share" } else { "" };

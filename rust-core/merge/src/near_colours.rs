@@ -1,6 +1,11 @@
 //! Colours of vertices that no scan has a colour of: those of the nearest that have one, ring by ring along the surface; in parts without
 //! any, the nearest in space. Alpha stays 0, so that what was seen can be told from what was not.
 
+use std::hash::BuildHasher as _;
+
+use glam::DVec3;
+use rustc_hash::FxBuildHasher;
+
 use super::extract::Surface;
 use super::passes;
 use base::error::Result;
@@ -10,14 +15,29 @@ use mesh::srgb::Mix;
 
 /// Where no vertex has a colour.
 const NOWHERE: [u8; 4] = [u8::MAX, u8::MAX, u8::MAX, 0];
-/// At most so many vertices are searched for the nearest in space; of more, some are taken evenly.
-const MOST: usize = 1 << 20;
+/// About so many vertices are searched for the nearest in space; of more, some are taken, wherever they are.
+const MOST: u64 = 1 << 20;
 
 /// Gives vertices of alpha 0 the colours of those beside them. O(triangles).
 ///
 /// # Errors
 /// Cancelled.
 pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
+    let apart = fill_in_along(surface, progress)?;
+    if apart.is_empty() {
+        return Ok(());
+    }
+    let mut seen = Seen::of(surface.colour.iter().filter(|colour| colour[3] != 0).count() as u64);
+    passes::each(surface.colour.len(), progress, |v| seen.add(surface.positions[v], surface.colour[v]))?;
+    seen.fill_in(surface, &apart, progress)
+}
+
+/// The same of vertices that are in parts with colours; the others are returned. Of the surface the bare vertices, the triangles at
+/// them and their corners have to be known.
+///
+/// # Errors
+/// Cancelled.
+pub fn fill_in_along(surface: &mut Surface, progress: &Progress<'_>) -> Result<Vec<u32>> {
     let mut number = passes::filled(u32::MAX, surface.colour.len(), progress)?;
     let mut bare: Vec<u32> = Vec::new();
     passes::each(surface.colour.len(), progress, |v| {
@@ -27,7 +47,7 @@ pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
         }
     })?;
     if bare.is_empty() {
-        return Ok(());
+        return Ok(bare);
     }
     let (starts, beside) = beside(&surface.triangles, &number, bare.len(), progress)?;
     let around = |i: u32| &beside[starts[i as usize] as usize..starts[i as usize + 1] as usize];
@@ -78,39 +98,50 @@ pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
             apart.push(bare[i]);
         }
     })?;
-    drop((number, starts, beside, rings));
-    fill_in_parts(surface, &apart, progress)
+    Ok(apart)
 }
 
-/// Gives vertices of parts without colours those of the nearest vertices that were seen. O(vertices log vertices).
-fn fill_in_parts(surface: &mut Surface, apart: &[u32], progress: &Progress<'_>) -> Result<()> {
-    if apart.is_empty() {
-        return Ok(());
+/// Vertices that were seen, or some of them.
+pub struct Seen {
+    /// One in so many is taken.
+    every: u64,
+    list: Vec<(DVec3, [u8; 4])>,
+}
+
+impl Seen {
+    /// Of so many.
+    pub fn of(count: u64) -> Self {
+        Seen { every: 1 + count / MOST, list: Vec::new() }
     }
-    let mut seen: Vec<u32> = Vec::new();
-    passes::each(surface.colour.len(), progress, |v| {
-        if surface.colour[v][3] != 0 {
-            seen.push(v as u32);
+
+    /// Adds a vertex if it was seen.
+    pub fn add(&mut self, place: DVec3, colour: [u8; 4]) {
+        // The upper bits of this hash are the mixed ones.
+        let is_taken = || FxBuildHasher.hash_one(place.to_array().map(f64::to_bits)) >> 32;
+        if colour[3] != 0 && (self.every == 1 || is_taken() % self.every == 0) {
+            self.list.push((place, colour));
         }
-    })?;
-    // Of equally near ones the first by coordinates, however vertices are numbered.
-    let at = |v: u32| surface.positions[v as usize];
-    let by_place = |&a: &u32, &b: &u32| {
-        let (a, b) = (at(a), at(b));
-        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z))
-    };
-    progress.sort(&mut seen, &by_place)?;
-    let taken: Vec<u32> = seen.iter().copied().step_by(1 + seen.len() / MOST).collect();
-    drop(seen);
-    let tree = KdTree::try_new(&taken.iter().map(|&v| at(v)).collect::<Vec<_>>(), progress)?;
-    let mut found = Few::default();
-    let mut nearest = Vec::new();
-    passes::each(apart.len(), progress, |k| {
-        tree.nearest_few(at(apart[k]), 1, f64::INFINITY, &mut found);
-        let colour = found.iter().next().map(|(i, _)| surface.colour[taken[i as usize] as usize]);
-        nearest.push(colour.map_or(NOWHERE, |[red, green, blue, _]| [red, green, blue, 0]));
-    })?;
-    passes::each(apart.len(), progress, |k| surface.colour[apart[k] as usize] = nearest[k])
+    }
+
+    /// Gives vertices the colours of the nearest of these. O(vertices log vertices).
+    ///
+    /// # Errors
+    /// Cancelled.
+    pub fn fill_in(mut self, surface: &mut Surface, apart: &[u32], progress: &Progress<'_>) -> Result<()> {
+        // Of equally near ones the first by coordinates, however vertices are numbered.
+        let by_place = |(a, of_a): &(DVec3, [u8; 4]), (b, of_b): &(DVec3, [u8; 4])| {
+            a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)).then(of_a.cmp(of_b))
+        };
+        progress.sort(&mut self.list, &by_place)?;
+        let tree = KdTree::try_new(&self.list.iter().map(|seen| seen.0).collect::<Vec<_>>(), progress)?;
+        let mut found = Few::default();
+        passes::each(apart.len(), progress, |k| {
+            let v = apart[k] as usize;
+            tree.nearest_few(surface.positions[v], 1, f64::INFINITY, &mut found);
+            let colour = found.iter().next().map(|(i, _)| self.list[i as usize].1);
+            surface.colour[v] = colour.map_or(NOWHERE, |[red, green, blue, _]| [red, green, blue, 0]);
+        })
+    }
 }
 
 /// The vertices beside each that has a number, as starts and a flat list; each as often as triangles have both.

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::connected::parts;
 use super::passes;
-use super::tiles::{Tile, VertexKey};
+use super::tiles::{Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -44,30 +44,31 @@ impl Part {
 pub struct Parts {
     /// In the order of their lowest vertices.
     pub list: Vec<Part>,
-    /// Of each tile the part of each vertex.
+    /// Of each tile which of these its parts are.
     pub of: Vec<Vec<u32>>,
 }
 
-/// The parts of all tiles together. O(vertices).
+/// The parts of all tiles together. O(parts + vertices that tiles share).
 ///
 /// # Errors
-/// Cancelled.
-pub fn find(tiles: &[Tile], progress: &Progress<'_>) -> Result<Parts> {
+/// A tile can't be read; cancelled.
+pub fn find<T: Tiles + ?Sized>(tiles: &T, progress: &Progress<'_>) -> Result<Parts> {
     let mut list: Vec<Part> = Vec::new();
     let mut joins: Vec<(VertexKey, u32)> = Vec::new();
-    let mut of = Vec::new();
-    for tile in tiles {
+    let mut of: Vec<Vec<u32>> = Vec::new();
+    for i in 0..tiles.count() {
+        progress.check()?;
+        let tile = tiles.get(i)?;
         let first = list.len() as u32;
-        let (part_of, parts) = within(tile, first, progress)?;
-        list.extend(parts);
-        joins.extend(tile.shared.iter().map(|&v| (tile.key(v), part_of[v as usize])));
-        joins.extend(tile.foreign.iter().zip(&part_of[tile.own..]).map(|(key, part)| (*key, *part)));
-        of.push(part_of);
+        list.extend_from_slice(&tile.parts);
+        joins.extend(tile.shared.iter().map(|&v| (tile.key(v), first + tile.part_of[v as usize])));
+        joins.extend(tile.foreign.iter().zip(&tile.part_of[tile.own..]).map(|(key, part)| (*key, first + part)));
+        of.push((first..list.len() as u32).collect());
     }
     joins.sort_unstable();
     let links: Vec<[u32; 3]> =
         joins.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| [pair[0].1, pair[1].1, pair[1].1]).collect();
-    if links.is_empty() && tiles.len() < 2 {
+    if links.is_empty() && of.len() < 2 {
         return Ok(Parts { list, of });
     }
     let root = parts(list.len(), &links, progress)?;
@@ -79,14 +80,15 @@ pub fn find(tiles: &[Tile], progress: &Progress<'_>) -> Result<Parts> {
     roots.sort_unstable_by_key(|&i| list[i as usize].first);
     let mut number = vec![0; list.len()];
     roots.iter().enumerate().for_each(|(new, &old)| number[old as usize] = new as u32);
-    for part_of in &mut of {
-        passes::each(part_of.len(), progress, |v| part_of[v] = number[root[part_of[v] as usize] as usize])?;
-    }
+    of.iter_mut().flatten().for_each(|part| *part = number[root[*part as usize] as usize]);
     Ok(Parts { list: roots.into_iter().map(|i| list[i as usize]).collect(), of })
 }
 
-/// The parts of a tile, numbered from `first` on in the order of their lowest vertices, and that of each vertex.
-fn within(tile: &Tile, first: u32, progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<Part>)> {
+/// The part of each vertex of a tile, and the parts of its triangles in the order of their lowest vertices. O(vertices).
+///
+/// # Errors
+/// Cancelled.
+pub fn within(tile: &Tile, progress: &Progress<'_>) -> Result<(Vec<u32>, Vec<Part>)> {
     let surface = &tile.surface;
     let mut part_of = parts(surface.positions.len(), &surface.triangles, progress)?;
     let mut list: Vec<Part> = Vec::new();
@@ -112,6 +114,5 @@ fn within(tile: &Tile, first: u32, progress: &Progress<'_>) -> Result<(Vec<u32>,
     passes::each(surface.triangles.len(), progress, |t| {
         list[part_of[surface.triangles[t][0] as usize] as usize].faces += 1;
     })?;
-    part_of.iter_mut().for_each(|part| *part += first);
     Ok((part_of, list))
 }

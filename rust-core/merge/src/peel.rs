@@ -34,10 +34,14 @@ pub struct Peeled {
     pub holes: u64,
     /// Loops that were closed instead: peeling joins and parts them.
     pub closed: u64,
+    /// Pieces that came off and were dropped, and their triangles.
+    pub dropped: [u64; 2],
+    /// Vertices that have no triangle any more.
+    pub bare: Vec<u32>,
 }
 
 /// Peels and closes the holes that have loops of these vertices, where that leads to a fill. Loops may be as long as `limit`
-/// says of vertices.
+/// says of vertices; pieces of fewer than `least` triangles that come off are dropped.
 ///
 /// # Errors
 /// Cancelled.
@@ -45,12 +49,41 @@ pub fn close_stuck(
     surface: &mut Surface,
     stuck: &[Vec<u32>],
     limit: impl Fn(&[u32]) -> f64 + Sync,
+    least: f64,
     lattice: &Lattice,
     progress: &Progress<'_>,
 ) -> Result<Peeled> {
+    let successes = attempts(surface, stuck, limit, least, lattice, progress)?;
     let mut peeled = Peeled::default();
+    successes.iter().for_each(|attempt| peeled.add(attempt));
+    peeled.bare = paste(surface, successes, progress)?;
+    Ok(peeled)
+}
+
+impl Peeled {
+    /// Counts one that led to a fill.
+    pub fn add(&mut self, attempt: &Attempt) {
+        self.holes += attempt.holes;
+        self.closed += attempt.closed;
+        (0..2).for_each(|i| self.dropped[i] += attempt.dropped[i]);
+    }
+}
+
+/// What the surface becomes around the holes that have loops of these vertices where peeling leads to a fill, in the order of the
+/// holes. Of the surface what lies in the [`window`]s of the holes has to be known.
+///
+/// # Errors
+/// Cancelled.
+pub fn attempts(
+    surface: &Surface,
+    stuck: &[Vec<u32>],
+    limit: impl Fn(&[u32]) -> f64 + Sync,
+    least: f64,
+    lattice: &Lattice,
+    progress: &Progress<'_>,
+) -> Result<Vec<Attempt>> {
     if stuck.is_empty() {
-        return Ok(peeled);
+        return Ok(Vec::new());
     }
     let windows: Vec<Window> = stuck.iter().map(|hole| Window::around(surface, hole, lattice.voxel)).collect();
     let regions: Vec<Bounds> = windows.iter().map(|window| window.whole).collect();
@@ -60,6 +93,7 @@ pub fn close_stuck(
     let attempts: Vec<Option<Attempt>> = groups
         .into_par_iter()
         .map(|mut group| {
+            let first = group[0];
             let cut = Cut::new(surface, &next, group.iter().flat_map(|&hole| &near[hole]).copied().collect());
             for _ in 0..TRIALS {
                 if group.is_empty() {
@@ -68,21 +102,22 @@ pub fn close_stuck(
                 let mut trial = Trial::new(&cut, &group, stuck, &windows);
                 trial.run(|vertices| limit(&cut.known(vertices)), lattice, progress)?;
                 if trial.failed.is_empty() {
+                    let dropped = trial.drop_pieces(least, progress)?;
                     let Trial { surface, origin, closed, .. } = trial;
-                    return Ok(Some(Attempt { cut, surface, origin, holes: group.len() as u64, closed }));
+                    let holes = group.len() as u64;
+                    return Ok(Some(Attempt { cut, surface, origin, first, holes, closed, dropped }));
                 }
                 group.retain(|hole| !trial.failed.contains(hole));
             }
             Ok(None)
         })
         .collect::<Result<_>>()?;
-    let successes: Vec<Attempt> = attempts.into_iter().flatten().collect();
-    for attempt in &successes {
-        peeled.holes += attempt.holes;
-        peeled.closed += attempt.closed;
-    }
-    paste(surface, successes, progress)?;
-    Ok(peeled)
+    Ok(attempts.into_iter().flatten().collect())
+}
+
+/// All that matters to peeling a hole whose vertices lie in these bounds.
+pub fn window(hole: Bounds, voxel: f64) -> Bounds {
+    Window::of(hole, voxel).whole
 }
 
 /// What is tried for a hole stays in here.
@@ -95,7 +130,10 @@ struct Window {
 
 impl Window {
     fn around(surface: &Surface, hole: &[u32], voxel: f64) -> Self {
-        let bounds = Bounds::of(hole.iter().map(|&v| surface.positions[v as usize]));
+        Self::of(Bounds::of(hole.iter().map(|&v| surface.positions[v as usize])), voxel)
+    }
+
+    fn of(bounds: Bounds, voxel: f64) -> Self {
         let reach = bounds.grown(ROUNDS as f64 * RING * voxel);
         Window { reach, whole: holes::region(reach) }
     }
@@ -127,11 +165,13 @@ fn groups(windows: &[Bounds], near: &[Vec<u32>], progress: &Progress<'_>) -> Res
 }
 
 /// The surface in the windows of a group.
-struct Cut {
-    surface: Surface,
+pub struct Cut {
+    /// What it was.
+    pub surface: Surface,
     /// Numbers in the whole surface, ascending.
-    vertices: Vec<u32>,
-    triangles: Vec<u32>,
+    pub vertices: Vec<u32>,
+    /// Those of the triangles.
+    pub triangles: Vec<u32>,
 }
 
 impl Cut {
@@ -260,6 +300,35 @@ impl<'a> Trial<'a> {
         wanted
     }
 
+    /// Drops pieces of fewer than `least` triangles that are connected to nothing else; gives their number and that of their triangles.
+    fn drop_pieces(&mut self, least: f64, progress: &Progress<'_>) -> Result<[u64; 2]> {
+        if least <= 0.0 {
+            return Ok([0; 2]);
+        }
+        let surface = &mut self.surface;
+        let part_of = parts(surface.positions.len(), &surface.triangles, progress)?;
+        let mut faces: FxHashMap<u32, u64> = FxHashMap::default();
+        surface.triangles.iter().for_each(|t| *faces.entry(part_of[t[0] as usize]).or_default() += 1);
+        let sides = || surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut known: FxHashSet<[u32; 2]> = sides().collect();
+        known.extend(surface.boundary.iter().map(|&[a, b]| [b, a]));
+        // Beyond the window they go on.
+        for [a, _] in sides().filter(|&[a, b]| !known.contains(&[b, a])) {
+            faces.remove(&part_of[a as usize]);
+        }
+        faces.retain(|_, count| (*count as f64) < least);
+        if faces.is_empty() {
+            return Ok([0; 2]);
+        }
+        let is_in = |v: u32| faces.contains_key(&part_of[v as usize]);
+        let goes: Vec<bool> = surface.triangles.iter().map(|t| is_in(t[0])).collect();
+        surface.boundary.retain(|side| !is_in(side[0]));
+        keep(&mut surface.cases, &goes);
+        keep(&mut surface.triangles, &goes);
+        keep(&mut self.origin, &goes);
+        Ok([faces.len() as u64, faces.values().sum()])
+    }
+
     /// Removes all triangles at these vertices and brings the boundary up to date.
     fn peel(&mut self, vertices: &FxHashSet<u32>) {
         let surface = &mut self.surface;
@@ -298,25 +367,48 @@ fn keep<T>(list: &mut Vec<T>, goes: &[bool]) {
 }
 
 /// What a group became.
-struct Attempt {
-    cut: Cut,
-    surface: Surface,
-    origin: Vec<u32>,
-    holes: u64,
-    closed: u64,
+pub struct Attempt {
+    /// What it was.
+    pub cut: Cut,
+    /// What that is now: vertices that there were keep their numbers.
+    pub surface: Surface,
+    /// Of the triangles that are left, which they were, the others follow.
+    pub origin: Vec<u32>,
+    /// The first of the holes.
+    pub first: usize,
+    /// Holes that are open no more.
+    pub holes: u64,
+    /// Loops that were closed.
+    pub closed: u64,
+    /// Pieces that were dropped, and their triangles.
+    pub dropped: [u64; 2],
 }
 
-/// Puts what groups became in the place of what they were. Triangles that stay keep their order, new ones follow.
-fn paste(surface: &mut Surface, attempts: Vec<Attempt>, progress: &Progress<'_>) -> Result<()> {
+impl Attempt {
+    /// Those of its vertices that have no triangle.
+    pub fn bare(&self) -> Vec<u32> {
+        let mut is_bare = vec![true; self.surface.positions.len()];
+        self.surface.triangles.as_flattened().iter().for_each(|&v| is_bare[v as usize] = false);
+        (0..).zip(is_bare).filter(|v| v.1).map(|v| v.0).collect()
+    }
+}
+
+/// Puts what groups became in the place of what they were. Triangles that stay keep their order, new ones follow. The vertices that have
+/// no triangle any more.
+fn paste(surface: &mut Surface, attempts: Vec<Attempt>, progress: &Progress<'_>) -> Result<Vec<u32>> {
+    let mut bare = Vec::new();
     if attempts.is_empty() {
-        return Ok(());
+        return Ok(bare);
     }
     let mut goes = passes::filled(false, surface.triangles.len(), progress)?;
     let (mut old_sides, mut new_sides) = (FxHashSet::default(), Vec::new());
-    for Attempt { cut, surface: new, origin, .. } in attempts {
+    for attempt in attempts {
         progress.check()?;
+        let no_triangle = attempt.bare();
+        let Attempt { cut, surface: new, origin, .. } = attempt;
         let (known, first) = (cut.vertices.len(), surface.positions.len() as u32);
         let number = |v: u32| cut.vertices.get(v as usize).copied().unwrap_or_else(|| first + v - known as u32);
+        bare.extend(no_triangle.into_iter().map(number));
         for (v, &whole) in cut.vertices.iter().enumerate() {
             let whole = whole as usize;
             // Vertices where fans met have been moved apart.
@@ -344,7 +436,7 @@ fn paste(surface: &mut Surface, attempts: Vec<Attempt>, progress: &Progress<'_>)
     passes::retain(&mut surface.triangles, progress, |t, _| stays(t))?;
     surface.boundary.retain(|side| !old_sides.contains(side));
     surface.boundary.extend(new_sides);
-    Ok(())
+    Ok(bare)
 }
 
 #[cfg(test)]
@@ -428,7 +520,7 @@ mod tests {
     fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
         let mut surface = surface(sheets, first);
         let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
-        let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), &lattice, &Progress::none()).unwrap();
+        let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), 0.0, &lattice, &Progress::none()).unwrap();
         let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
         let mut triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
         triangles.sort_unstable();

@@ -8,12 +8,13 @@
 
 use std::cmp::Ordering;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
+use super::holes::Bounds;
 use super::parts::{Part, Parts};
 use super::passes;
-use super::tiles::{Index, Tile};
+use super::tiles::{Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -52,12 +53,18 @@ struct Surroundings {
 /// Which parts go; the largest always stays. `reach` is the distance of merging in cells. O(vertices).
 ///
 /// # Errors
-/// Cancelled.
-pub fn stray(tiles: &[Tile], parts: &Parts, voxel: f64, reach: f64, progress: &Progress<'_>) -> Result<Vec<bool>> {
+/// A tile can't be read; cancelled.
+pub fn stray<T: Tiles + ?Sized>(
+    tiles: &T,
+    parts: &Parts,
+    voxel: f64,
+    reach: f64,
+    progress: &Progress<'_>,
+) -> Result<Vec<bool>> {
     let largest = parts.list.iter().map(|part| part.faces).max().unwrap_or(0);
     let searched: Vec<bool> =
         (parts.list.iter()).map(|part| part.is_doubtful() && part.faces > STRAY && part.faces < largest).collect();
-    let found = surroundings(tiles, parts, &searched, voxel, reach, progress)?;
+    let found = Search { tiles, parts, searched: &searched, voxel, reach }.surroundings(progress)?;
     let is_double = |part: &Part, around: &Surroundings| !around.is_apart && (part.is_unseen() || around.facing > 0);
     let goes = |(part, around): (&Part, &Surroundings)| {
         part.is_doubtful() && part.faces < largest && (part.faces <= STRAY || is_double(part, around))
@@ -65,100 +72,159 @@ pub fn stray(tiles: &[Tile], parts: &Parts, voxel: f64, reach: f64, progress: &P
     Ok(parts.list.iter().zip(&found).map(goes).collect())
 }
 
-/// What lies around those parts that are searched.
-fn surroundings(
-    tiles: &[Tile],
-    parts: &Parts,
-    searched: &[bool],
+/// A search for what lies around some parts.
+struct Search<'a, T: ?Sized> {
+    tiles: &'a T,
+    parts: &'a Parts,
+    searched: &'a [bool],
     voxel: f64,
     reach: f64,
-    progress: &Progress<'_>,
-) -> Result<Vec<Surroundings>> {
-    let mut found = vec![Surroundings::default(); parts.list.len()];
-    // Buckets as large as the search reaches, of the surroundings of doubtful parts.
-    let most = |noise: f64| (reach + NEAR + DEVIATIONS * noise.min(MOST_CELLS)) * voxel;
-    let bucket = most(MOST_CELLS);
-    let key = |tile: usize, v: usize| (tiles[tile].surface.positions[v] / bucket).floor().to_array().map(|x| x as i64);
-    let part_of = |tile: usize, v: usize| parts.of[tile][v] as usize;
-    let mut near: FxHashMap<[i64; 3], Vec<[u32; 2]>> = FxHashMap::default();
-    each_own(tiles, progress, |tile, v| {
-        if searched[part_of(tile, v)] {
-            for key in around(key(tile, v)) {
-                near.entry(key).or_default();
+}
+
+/// A vertex that others are near to.
+struct Near {
+    place: DVec3,
+    normal: Vec3,
+    part: usize,
+}
+
+impl<T: Tiles + ?Sized> Search<'_, T> {
+    /// What lies around the parts that are searched.
+    fn surroundings(&self, progress: &Progress<'_>) -> Result<Vec<Surroundings>> {
+        let mut found = vec![Surroundings::default(); self.parts.list.len()];
+        if !self.searched.contains(&true) {
+            return Ok(found);
+        }
+        let sums = self.sums_of_others(progress)?;
+        let boxes: Vec<Bounds> =
+            (0..self.tiles.count()).map(|i| Ok(bounds(&*self.tiles.get(i)?))).collect::<Result<_>>()?;
+        for i in 0..self.tiles.count() {
+            progress.check()?;
+            if self.parts.of[i].iter().any(|&part| self.searched[part as usize]) {
+                self.around_tile(i, &boxes, &sums, &mut found, progress)?;
             }
         }
-    })?;
-    if near.is_empty() {
-        return Ok(found);
+        Ok(found)
     }
-    each_own(tiles, progress, |tile, v| {
-        if let Some(list) = near.get_mut(&key(tile, v)) {
-            list.push([tile as u32, v as u32]);
-        }
-    })?;
-    let normals = normals(tiles, progress)?;
-    each_own(tiles, progress, |tile, v| {
-        let part = part_of(tile, v);
-        if !searched[part] || found[part].is_apart {
-            return;
-        }
-        let surface = &tiles[tile].surface;
-        // Of equally large ones the one that begins later.
-        let own = (parts.list[part].faces, part);
-        let is_larger = |[tile, v]: [usize; 2]| {
-            let other = part_of(tile, v);
-            (parts.list[other].faces, other) > own
-        };
-        let place = |[tile, v]: [usize; 2]| tiles[tile].surface.positions[v];
-        let others = around(key(tile, v)).filter_map(|key| near.get(&key)).flatten().map(|at| at.map(|i| i as usize));
-        let distances =
-            others.filter(|at| is_larger(*at)).map(|at| (surface.positions[v].distance_squared(place(at)), at));
-        // Of equally near ones, too, the place decides.
-        let by_place = |a: [usize; 2], b: [usize; 2]| {
-            let [a, b] = [a, b].map(|at| place(at).to_array());
-            (0..3).map(|i| a[i].total_cmp(&b[i])).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-        };
-        let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| by_place(a.1, b.1)));
-        let within = most(f64::from(surface.noise[v]) / voxel);
-        match nearest.filter(|nearest| nearest.0 <= within.powi(2)) {
-            Some((_, [other, at])) => found[part].facing += (normals[tile][v].dot(normals[other][at]) / UNIT) as i64,
-            None => found[part].is_apart = true,
-        }
-    })?;
-    Ok(found)
-}
 
-/// Calls `each` with the tiles' own vertices.
-fn each_own(tiles: &[Tile], progress: &Progress<'_>, mut each: impl FnMut(usize, usize)) -> Result<()> {
-    tiles.iter().enumerate().try_for_each(|(i, tile)| passes::each(tile.own, progress, |v| each(i, v)))
-}
+    /// How far from a vertex of this noise, in world units, a larger part is near.
+    fn within(&self, noise: f64) -> f64 {
+        (self.reach + NEAR + DEVIATIONS * noise.min(MOST_CELLS)) * self.voxel
+    }
 
-/// Unit normals of the vertices of all tiles.
-fn normals(tiles: &[Tile], progress: &Progress<'_>) -> Result<Vec<Vec<Vec3>>> {
-    let mut sums = Vec::new();
-    for tile in tiles {
+    /// Buckets are as large as the search reaches.
+    fn bucket(&self, place: DVec3) -> [i64; 3] {
+        (place / self.within(MOST_CELLS)).floor().to_array().map(|x| x as i64)
+    }
+
+    fn part(&self, tile: usize, part: u32) -> usize {
+        self.parts.of[tile][part as usize] as usize
+    }
+
+    /// What lies around the vertices of a tile.
+    fn around_tile(
+        &self,
+        own: usize,
+        boxes: &[Bounds],
+        sums: &FxHashMap<VertexKey, [i32; 3]>,
+        found: &mut [Surroundings],
+        progress: &Progress<'_>,
+    ) -> Result<()> {
+        let tile = self.tiles.get(own)?;
         let surface = &tile.surface;
-        let mut of_tile = passes::filled([0_i32; 3], surface.positions.len(), progress)?;
-        passes::each(surface.triangles.len(), progress, |t| {
-            let [a, b, c] = surface.triangles[t].map(|v| surface.positions[v as usize]);
-            let normal = ((b - a).cross(c - a).normalize_or_zero().as_vec3() / UNIT).to_array().map(|x| x as i32);
-            for &v in &surface.triangles[t] {
-                (0..3).for_each(|i| of_tile[v as usize][i] += normal[i]);
+        let mut near: FxHashMap<[i64; 3], Vec<Near>> = FxHashMap::default();
+        let mut reached = Bounds::of([]);
+        passes::each(tile.own, progress, |v| {
+            if self.searched[self.part(own, tile.part_of[v])] {
+                near.extend(around(self.bucket(surface.positions[v])).map(|key| (key, Vec::new())));
+                reached.add(surface.positions[v]);
             }
         })?;
-        sums.push(of_tile);
+        if near.is_empty() {
+            return Ok(());
+        }
+        let reached = reached.grown(2.0 * self.within(MOST_CELLS));
+        for other in (0..boxes.len()).filter(|&other| boxes[other].meets(&reached)) {
+            let tile = self.tiles.get(other)?;
+            let normals = normals(&tile, sums, progress)?;
+            passes::each(tile.own, progress, |v| {
+                let place = tile.surface.positions[v];
+                if let Some(list) = near.get_mut(&self.bucket(place)) {
+                    list.push(Near { place, normal: normals[v], part: self.part(other, tile.part_of[v]) });
+                }
+            })?;
+        }
+        let own_normals = normals(&tile, sums, progress)?;
+        passes::each(tile.own, progress, |v| {
+            let (part, place) = (self.part(own, tile.part_of[v]), surface.positions[v]);
+            if !self.searched[part] || found[part].is_apart {
+                return;
+            }
+            // Of equally large ones the one that begins later.
+            let size = |part: usize| (self.parts.list[part].faces, part);
+            let others = around(self.bucket(place)).filter_map(|key| near.get(&key)).flatten();
+            let larger = others.filter(|other| size(other.part) > size(part));
+            let distances = larger.map(|other| (place.distance_squared(other.place), other));
+            // Of equally near ones, too, the place decides.
+            let by_place = |a: &Near, b: &Near| {
+                let [a, b] = [a, b].map(|of| of.place.to_array());
+                (0..3).map(|i| a[i].total_cmp(&b[i])).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+            };
+            let nearest = distances.min_by(|a, b| a.0.total_cmp(&b.0).then_with(|| by_place(a.1, b.1)));
+            let within = self.within(f64::from(surface.noise[v]) / self.voxel);
+            match nearest.filter(|nearest| nearest.0 <= within.powi(2)) {
+                Some((_, other)) => found[part].facing += (own_normals[v].dot(other.normal) / UNIT) as i64,
+                None => found[part].is_apart = true,
+            }
+        })
     }
-    // Triangles of a tile at vertices of another.
-    let index = Index::new(tiles);
-    for (i, tile) in tiles.iter().enumerate() {
-        for (at, key) in tile.foreign.iter().enumerate() {
-            let [owner, v] = index.find(key);
-            let more = sums[i][tile.own + at];
-            (0..3).for_each(|axis| sums[owner][v][axis] += more[axis]);
+
+    /// Of vertices that tiles share, the sums of the normals of triangles of other tiles.
+    fn sums_of_others(&self, progress: &Progress<'_>) -> Result<FxHashMap<VertexKey, [i32; 3]>> {
+        let mut all: FxHashMap<VertexKey, [i32; 3]> = FxHashMap::default();
+        for i in 0..self.tiles.count() {
+            let tile = self.tiles.get(i)?;
+            if tile.foreign.is_empty() {
+                continue;
+            }
+            let sums = sums(&tile, progress)?;
+            for (key, more) in tile.foreign.iter().zip(&sums[tile.own..]) {
+                let sum = all.entry(*key).or_default();
+                (0..3).for_each(|axis| sum[axis] += more[axis]);
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// The box of a tile's own vertices.
+fn bounds(tile: &Tile) -> Bounds {
+    Bounds::of(tile.surface.positions[..tile.own].iter().copied())
+}
+
+/// Sums of the unit normals of a tile's triangles at each vertex.
+fn sums(tile: &Tile, progress: &Progress<'_>) -> Result<Vec<[i32; 3]>> {
+    let surface = &tile.surface;
+    let mut sums = passes::filled([0_i32; 3], surface.positions.len(), progress)?;
+    passes::each(surface.triangles.len(), progress, |t| {
+        let [a, b, c] = surface.triangles[t].map(|v| surface.positions[v as usize]);
+        let normal = ((b - a).cross(c - a).normalize_or_zero().as_vec3() / UNIT).to_array().map(|x| x as i32);
+        for &v in &surface.triangles[t] {
+            (0..3).for_each(|i| sums[v as usize][i] += normal[i]);
+        }
+    })?;
+    Ok(sums)
+}
+
+/// Unit normals of a tile's own vertices; `others` are sums of the normals of triangles of other tiles.
+fn normals(tile: &Tile, others: &FxHashMap<VertexKey, [i32; 3]>, progress: &Progress<'_>) -> Result<Vec<Vec3>> {
+    let mut sums = sums(tile, progress)?;
+    for &v in &tile.shared {
+        if let Some(more) = others.get(&tile.key(v)) {
+            (0..3).for_each(|axis| sums[v as usize][axis] += more[axis]);
         }
     }
-    let unit = |sum: &[i32; 3]| Vec3::from_array(sum.map(|x| x as f32)).normalize_or_zero();
-    sums.iter().map(|of_tile| passes::made(of_tile.len(), progress, |v| unit(&of_tile[v]))).collect()
+    passes::made(tile.own, progress, |v| Vec3::from_array(sums[v].map(|x| x as f32)).normalize_or_zero())
 }
 
 /// A bucket and its neighbours.

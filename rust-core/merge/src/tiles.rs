@@ -4,6 +4,7 @@
 //! ends within a brick. So a block is made with the bricks around it, and what it has made of these is left to others.
 //! Bricks are numbered in the order of their places, whatever block they are in.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -15,6 +16,7 @@ use super::extract::{self, Extracted, Surface};
 use super::field::BrickLabels;
 use super::fuse::Fused;
 use super::lattice::{self, BRICK, BRICK_BITS, Lattice};
+use super::parts::{self, Part};
 use super::pinches;
 use super::{BUILDING, BrickVertices, Labels, MergeReport};
 use base::error::Result;
@@ -91,6 +93,7 @@ pub struct Share {
 }
 
 /// What a block has of the surface.
+#[derive(Clone)]
 pub struct Tile {
     /// Its vertices brick by brick, then those split from them, then those of other blocks that its triangles have.
     pub surface: Surface,
@@ -108,6 +111,32 @@ pub struct Tile {
     pub shared: Vec<u32>,
     /// Vertices that no crossing places.
     pub artificial: u64,
+    /// Its connected parts, as far as its own triangles tell, in the order of their lowest vertices.
+    pub parts: Vec<Part>,
+    /// The part of each vertex.
+    pub part_of: Vec<u32>,
+}
+
+/// Tiles, in memory or in files.
+pub trait Tiles: Sync {
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// It can't be read.
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>>;
+}
+
+impl Tiles for [Tile] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
+        Ok(Cow::Borrowed(&self[tile]))
+    }
 }
 
 impl Tile {
@@ -240,8 +269,10 @@ fn build(
     let copied = pinches::split(&mut surface, lattice, progress)?;
     let window = Window { surface, copied, sides, bricks };
     let artificial = artificial.iter().filter(|a| block.contains(a.node.map(|x| x >> BRICK_BITS))).count() as u64;
-    let tile = window.cut(block, artificial);
+    let mut tile = window.cut(block, artificial);
     progress.lap("pinches");
+    (tile.part_of, tile.parts) = parts::within(&tile, progress)?;
+    progress.lap("components");
     Ok(tile)
 }
 
@@ -307,7 +338,18 @@ impl Window<'_> {
         }
         let own = self.surface.positions.len();
         let Window { surface, copied, sides, .. } = self;
-        let whole = Tile { surface, shares, first, copied, own, foreign: Vec::new(), shared: Vec::new(), artificial };
+        let whole = Tile {
+            surface,
+            shares,
+            first,
+            copied,
+            own,
+            foreign: Vec::new(),
+            shared: Vec::new(),
+            artificial,
+            parts: Vec::new(),
+            part_of: Vec::new(),
+        };
         let is_own: Vec<bool> = whole.shares.iter().map(|share| block.contains(share.brick)).collect();
         if is_own.iter().all(|&own| own) { whole } else { whole.cut(&is_own, &sides) }
     }
@@ -369,6 +411,8 @@ impl Tile {
             foreign: foreign.into_iter().map(|vertex| self.key(vertex)).collect(),
             shared: beside.into_iter().map(renamed).collect(),
             artificial: self.artificial,
+            parts: Vec::new(),
+            part_of: Vec::new(),
         }
     }
 }

@@ -20,6 +20,7 @@ pub mod measure;
 pub mod point_cloud;
 pub mod quads;
 pub mod shapes;
+pub mod sink;
 pub mod srgb;
 
 pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};

@@ -68,7 +68,8 @@ impl Merger {
         // Where a refused allocation ends the call, nothing is kept.
         let mut kept = self.kept.take().unwrap_or_default();
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
-        let merged = started(&sources, params, progress, || kept.merge(scans, params, setup, progress));
+        let merged =
+            started(&sources, params, progress, || kept.merge(scans, params, setup, progress)).map(Merged::in_system);
         self.kept = Some(kept);
         merged
     }

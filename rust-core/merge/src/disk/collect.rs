@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed};
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::files::{Columns, Place, Stored};
 use super::Workspace;
+use super::files::{Columns, Place, Stored};
 use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
 use crate::crossing::{BundleKey, Crossing, OnLine};
 use crate::discretize::discretize;

@@ -99,7 +99,10 @@ impl Columns {
 /// What a write that failed is told as: on full disks with what had been written.
 fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
     if error.kind() == std::io::ErrorKind::StorageFull {
-        let text = format!("the disk is full after {} of this file: free some, or choose another workspace", size(bytes as f64));
+        let text = format!(
+            "the disk is full after {} of this file: free some, or choose another workspace",
+            size(bytes as f64)
+        );
         return Error::io(path, std::io::Error::new(error.kind(), text));
     }
     Error::io(path, error)

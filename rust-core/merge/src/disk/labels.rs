@@ -95,8 +95,10 @@ impl BlockLabels {
             }
             let found = fuse::label_nodes(&bundles, bricks, rule, gains, progress)?;
             progress.advance(1)?;
-            let count: usize =
-                found.iter().filter_map(|(_, labelled)| Some(labelled.as_ref()?.1.iter().map(Vec::len).sum::<usize>())).sum();
+            let count: usize = found
+                .iter()
+                .filter_map(|(_, labelled)| Some(labelled.as_ref()?.1.iter().map(Vec::len).sum::<usize>()))
+                .sum();
             let file = LabelFile::write(workspace.path("labels", number as u32), &found)?;
             Ok((file.map(|file| (block, file)), count as u64))
         };
@@ -127,14 +129,16 @@ impl BlockLabels {
         let (mut labels, mut vertices) = (Labels::default(), BrickVertices::default());
         for beside in self.cut.around(block, 2) {
             let Some(file) = self.files.get(&beside) else { continue };
-            let wanted: Vec<&Entry> = file.table.iter().filter(|entry| self.cut.is_near(entry.brick, block, 2)).collect();
+            let wanted: Vec<&Entry> =
+                file.table.iter().filter(|entry| self.cut.is_near(entry.brick, block, 2)).collect();
             if wanted.is_empty() {
                 continue;
             }
             let stored = Stored::again(&file.path)?;
             for entry in wanted {
                 let planes: Vec<u32> = stored.get(&entry.planes)?;
-                let mut of_brick = Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: entry.bounds });
+                let mut of_brick =
+                    Box::new(BrickLabels { inside: [0; ROWS], outside: [0; ROWS], bounds: entry.bounds });
                 of_brick.inside.copy_from_slice(&planes[..ROWS]);
                 of_brick.outside.copy_from_slice(&planes[ROWS..]);
                 labels.insert(entry.brick, of_brick);
@@ -158,7 +162,8 @@ impl BlockLabels {
 
 impl LabelFile {
     fn write(path: PathBuf, found: &[([i32; 3], Labelled)]) -> Result<Option<Self>> {
-        let labelled: Vec<_> = found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?))).collect();
+        let labelled: Vec<_> =
+            found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?))).collect();
         if labelled.is_empty() {
             return Ok(None);
         }

@@ -60,7 +60,9 @@ pub fn drop_seen_through(
         let ask = |(number, block): (usize, &[i32; 3])| {
             progress.check()?;
             let before = is_voted[number].then(|| path(number));
-            let Some(votes) = looking.at(*block, workspace.cut.side, blocks, before.as_deref())? else { return Ok(is_voted[number]) };
+            let Some(votes) = looking.at(*block, workspace.cut.side, blocks, before.as_deref())? else {
+                return Ok(is_voted[number]);
+            };
             let mut file = Columns::new(&path(number))?;
             let place = file.put(&votes)?;
             file.finish(&[place])?;
@@ -78,7 +80,10 @@ pub fn drop_seen_through(
             dropped += gone;
             let mut votes = votes.iter();
             let mut bricks = blocks.read(block)?;
-            bricks.iter_mut().flat_map(|brick| &mut brick.1).for_each(|list| list.retain(|_| !votes.next().is_some_and(goes)));
+            bricks
+                .iter_mut()
+                .flat_map(|brick| &mut brick.1)
+                .for_each(|list| list.retain(|_| !votes.next().is_some_and(goes)));
             bricks.retain(|brick| brick.1.iter().any(|list| !list.is_empty()));
             blocks.replace(block, bricks)?;
         }
@@ -101,7 +106,13 @@ struct Looking<'a> {
 
 impl Looking<'_> {
     /// The votes on the tallies of a block, in the order of its file, with those before; nothing where none sees any of it.
-    fn at(&self, block: [i32; 3], side: i32, blocks: &Blocks, before: Option<&std::path::Path>) -> Result<Option<Vec<Votes>>> {
+    fn at(
+        &self,
+        block: [i32; 3],
+        side: i32,
+        blocks: &Blocks,
+        before: Option<&std::path::Path>,
+    ) -> Result<Option<Vec<Votes>>> {
         let half = 0.5 * f64::from(BRICK) * f64::from(side) * self.lattice.voxel;
         let centre = self.lattice.world(block.map(|at| (at * side) << BRICK_BITS), 0, 0.0) + DVec3::splat(half);
         let radius = 3.0_f64.sqrt() * half + self.tolerance;

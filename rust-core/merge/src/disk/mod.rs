@@ -11,18 +11,25 @@
 
 mod blocks;
 mod collect;
+mod colours;
 mod files;
+mod holes;
 mod labels;
 mod looks;
+mod noise;
+mod numbers;
 mod tiles;
+mod whole;
+mod write;
 
 use std::path::{Path, PathBuf};
 
-use super::{BUILDING, FUSING, MergeParams, MergeReport, Merged, colour, defaults, fuse, numbers, started};
+use super::{BUILDING, FUSING, MergeParams, MergeReport, colour, components, defaults, fuse, refuse_nothing, started};
 use crate::tiles::Block;
 use base::error::Result;
 use base::progress::Progress;
-use image::source::ScanSource;
+use image::source::{ScanSource, common_crs};
+use mesh::sink::MeshSink;
 
 /// Where a merge keeps what memory does not hold, and how much it may hold.
 #[derive(Clone, Copy, Debug)]
@@ -33,16 +40,23 @@ pub struct Space<'a> {
     pub memory: u64,
 }
 
-/// Merges scans, of which there may be more than memory holds, into one surface: the same as [`super::run`] gives.
+/// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`super::run`] gives.
 ///
 /// # Errors
-/// As [`super::run`]; a file can't be written.
-pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, space: Space<'_>, progress: &Progress<'_>) -> Result<Merged> {
+/// As [`super::run`]; a file can't be written; the sink's.
+pub fn run(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    space: Space<'_>,
+    sink: &mut dyn MeshSink,
+    progress: &Progress<'_>,
+) -> Result<MergeReport> {
     started(sources, params, progress, || {
         let folder = tempfile::Builder::new().prefix("surfrecon-").tempdir_in(space.folder);
         let folder = folder.map_err(|error| base::error::Error::io(space.folder, error))?;
-        merge(sources, params, &Workspace::of(folder.path(), space.memory), progress)
+        merge(sources, params, &Workspace::of(folder.path(), space.memory), sink, progress)
     })
+    .map(|(report, _)| report)
 }
 
 /// The folder, and what follows from the memory there is.
@@ -115,11 +129,12 @@ fn merge(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     workspace: &Workspace<'_>,
+    sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
-) -> Result<Merged> {
+) -> Result<MergeReport> {
     let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
     let content = |place: usize| sources[place].content(&params.triangulation, progress);
-    let order = numbers::in_order(sources, content, progress)?;
+    let order = crate::numbers::in_order(sources, content, progress)?;
     let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
     let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
     report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
@@ -152,9 +167,19 @@ fn merge(
     let tiles = tiles::build(&labels, &found.lattice, workspace, progress)?;
     labels.remove();
     progress.lap("reconstruct");
-    let tiles = tiles.iter().map(tiles::TileFile::read).collect::<Result<Vec<_>>>()?;
-    crate::tiles::tell(&tiles, &mut report);
-    super::finish(tiles, reaches.reach, found, params, report, progress)
+    report.artificial_intersections = tiles.iter().map(tiles::TileFile::artificial).sum();
+    report.noise = noise::typical(&tiles, progress)?;
+    let chosen = components::choose(&tiles[..], reaches.reach, params.min_component_share, &mut report, progress)?;
+    let mut whole = whole::Whole::new(tiles, chosen, progress)?;
+    progress.lap("components");
+    refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
+    holes::close(&mut whole, &found.lattice, params, workspace, &mut report, progress)?;
+    let colours = if found.coloured { Some(colours::fill_in(&whole, progress)?) } else { None };
+    progress.lap("holes");
+    report.faces = write::write(&whole, colours.as_ref(), common_crs(&sources)?, sink, progress)?;
+    progress.lap("write");
+    report.seconds = progress.seconds();
+    Ok(report)
 }
 
 #[cfg(test)]

@@ -26,8 +26,9 @@ fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: 
     let folder = tempfile::tempdir().unwrap();
     let workspace = Workspace { folder: folder.path(), cut: Cut { side }, held, kept, corner: [0; 3] };
     let pool = base::threads::pool(3).unwrap();
-    let merged = pool.install(|| merge(sources, params, &workspace, &Progress::none())).unwrap();
-    without_cost(merged)
+    let mut mesh = TriMesh::default();
+    let report = pool.install(|| merge(sources, params, &workspace, &mut mesh, &Progress::none())).unwrap();
+    without_cost(Merged { mesh, report })
 }
 
 fn same_in_files(scans: &[RangeImage], params: &MergeParams) -> Merged {
@@ -37,6 +38,7 @@ fn same_in_files(scans: &[RangeImage], params: &MergeParams) -> Merged {
         whole = in_memory(&sources, params, kept);
         for (side, held) in [(2, 1 << 16), (3, 0), (64, u64::MAX)] {
             let found = in_files(&sources, params, side, held, kept);
+            assert_eq!(found.report, whole.report, "blocks of {side}, {held} bytes held, {kept} kept");
             assert!(found == whole, "blocks of {side}, {held} bytes held, {kept} kept");
         }
     }

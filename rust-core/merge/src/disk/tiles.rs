@@ -1,5 +1,6 @@
 //! Stages 5 to 7 in blocks: the tile of each, in a file.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use bytemuck::{Pod, Zeroable};
@@ -10,9 +11,11 @@ use super::files::{Columns, Place, Stored};
 use super::labels::BlockLabels;
 use crate::extract::{Case, Surface};
 use crate::lattice::Lattice;
-use crate::tiles::{Share, Tile, VertexKey, build_block, first_vertices};
+use crate::parts::Part;
+use crate::tiles::{Share, Tile, Tiles, VertexKey, build_block, first_vertices};
 use base::error::Result;
 use base::progress::Progress;
+use glam::DVec3;
 
 /// A tile in a file.
 pub struct TileFile {
@@ -20,6 +23,8 @@ pub struct TileFile {
     table: Table,
     /// What each of its bricks has, in order.
     pub shares: Vec<Share>,
+    /// Its parts, as far as its own triangles tell.
+    parts: Vec<Part>,
 }
 
 #[repr(C)]
@@ -38,6 +43,7 @@ struct Table {
     copied: Place,
     foreign: Place,
     shared: Place,
+    part_of: Place,
 }
 
 /// A [`VertexKey`] as it is kept: those that were split off have a number from 1 on.
@@ -73,9 +79,42 @@ pub fn build(
     Ok(tiles.into_iter().flatten().collect())
 }
 
+impl Tiles for [TileFile] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
+        self[tile].read().map(Cow::Owned)
+    }
+}
+
 impl TileFile {
+    /// Vertices that no crossing places.
+    pub fn artificial(&self) -> u64 {
+        self.table.artificial
+    }
+
+    /// Where its vertices are, those of other tiles among them.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn positions(&self) -> Result<Vec<DVec3>> {
+        Stored::again(&self.path)?.get(&self.table.positions)
+    }
+
+    /// The noise of its own vertices.
+    ///
+    /// # Errors
+    /// The file can't be read.
+    pub fn noise(&self) -> Result<Vec<f32>> {
+        let mut noise: Vec<f32> = Stored::again(&self.path)?.get(&self.table.noise)?;
+        noise.truncate(self.table.own as usize);
+        Ok(noise)
+    }
+
     fn write(path: PathBuf, tile: Tile) -> Result<Self> {
-        let Tile { surface, shares, copied, foreign, own, shared, artificial, .. } = tile;
+        let Tile { surface, shares, copied, foreign, own, shared, artificial, parts, part_of, .. } = tile;
         let keys: Vec<Key> =
             foreign.iter().map(|key| Key { brick: key.brick, number: key.number, copy: key.copy }).collect();
         let cases: Vec<u8> = surface.cases.iter().map(|&case| case as u8).collect();
@@ -94,12 +133,13 @@ impl TileFile {
             copied: file.put(&copied)?,
             foreign: file.put(&keys)?,
             shared: file.put(&shared)?,
+            part_of: file.put(&part_of)?,
         };
         file.finish(&[table])?;
-        Ok(TileFile { path, table, shares })
+        Ok(TileFile { path, table, shares, parts })
     }
 
-    /// Reads it.
+    /// The tile.
     ///
     /// # Errors
     /// The file can't be read.
@@ -125,6 +165,8 @@ impl TileFile {
             foreign: file.get::<Key>(&table.foreign)?.into_iter().map(key).collect(),
             shared: file.get(&table.shared)?,
             artificial: table.artificial,
+            parts: self.parts.clone(),
+            part_of: file.get(&table.part_of)?,
         })
     }
 }

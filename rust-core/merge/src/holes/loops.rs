@@ -15,8 +15,7 @@ pub(super) struct EdgeLoop {
 
 impl EdgeLoop {
     /// Sum of the edges' lengths.
-    pub fn length(&self, positions: &[DVec3]) -> f64 {
-        let at = |v: u32| positions[v as usize];
+    pub fn length(&self, at: impl Fn(u32) -> DVec3) -> f64 {
         let next = self.vertices.iter().cycle().skip(1);
         self.vertices.iter().zip(next).map(|(&a, &b)| at(a).distance(at(b))).sum()
     }

@@ -69,6 +69,17 @@ pub struct OpenLoop {
     pub reason: Reason,
 }
 
+/// A loop that was closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filled {
+    /// The one of its vertices of the smallest index.
+    pub vertex: u32,
+    /// Vertices that were appended for it.
+    pub points: usize,
+    /// Triangles that were.
+    pub faces: usize,
+}
+
 /// What [`close`] did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HoleReport {
@@ -80,6 +91,8 @@ pub struct HoleReport {
     pub first_vertex: usize,
     /// Number of triangles before: the new ones have this index and up.
     pub first_triangle: usize,
+    /// Those that were closed, in order.
+    pub fills: Vec<Filled>,
     /// Three vertices for each new vertex, old ones or earlier new ones: attributes of a new vertex are the mean of
     /// theirs. Going through them in order gives every new vertex a value.
     pub sources: Vec<[u32; 3]>,
@@ -107,11 +120,23 @@ pub fn close(
     limit: impl Fn(&[u32]) -> f64,
     progress: &Progress<'_>,
 ) -> Result<HoleReport> {
-    let mut report =
-        HoleReport { first_vertex: positions.len(), first_triangle: triangles.len(), ..HoleReport::default() };
-    let mut holes = Vec::new();
+    let (holes, open) = sort_out(boundary, |v| positions[v as usize], limit);
+    let mut report = close_loops(positions, triangles, &holes, progress)?;
+    report.open.extend(open);
+    report.open.sort_by_key(|open| open.vertex);
+    Ok(report)
+}
+
+/// The loops of a boundary that are to be closed, by their vertices, and those that stay open; both in the order of their smallest
+/// vertices. As in [`close`]; `place` is where vertices are.
+pub fn sort_out(
+    boundary: &[[u32; 2]],
+    place: impl Fn(u32) -> DVec3,
+    limit: impl Fn(&[u32]) -> f64,
+) -> (Vec<Vec<u32>>, Vec<OpenLoop>) {
+    let (mut holes, mut open) = (Vec::new(), Vec::new());
     for edge_loop in loops::trace(boundary) {
-        let length = edge_loop.length(positions);
+        let length = edge_loop.length(&place);
         let reason = if !edge_loop.is_simple {
             Reason::NotSimple
         } else if length <= limit(&edge_loop.vertices) {
@@ -120,8 +145,24 @@ pub fn close(
         } else {
             Reason::TooLong
         };
-        report.open.push(edge_loop.left_open(length, reason));
+        open.push(edge_loop.left_open(length, reason));
     }
+    (holes, open)
+}
+
+/// Closes loops as [`close`] does, of which [`sort_out`] says that they are to be closed. Of the mesh the triangles have to be known whose
+/// boxes meet the [`region`] of any of them.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn close_loops(
+    positions: &mut Vec<DVec3>,
+    triangles: &mut Vec<[u32; 3]>,
+    holes: &[Vec<u32>],
+    progress: &Progress<'_>,
+) -> Result<HoleReport> {
+    let mut report =
+        HoleReport { first_vertex: positions.len(), first_triangle: triangles.len(), ..HoleReport::default() };
     if holes.is_empty() {
         return Ok(report);
     }
@@ -134,7 +175,7 @@ pub fn close(
         .zip(&surroundings)
         .map(|(hole, near)| fill::close(mesh, hole, near, &[], progress))
         .collect::<Result<_>>()?;
-    let fills = settle(mesh, &holes, &regions, &surroundings, fills, progress)?;
+    let fills = settle(mesh, holes, &regions, &surroundings, fills, progress)?;
     let [points, faces] =
         fills.iter().flatten().map(Fill::size).fold([0; 2], |sum, size| [sum[0] + size[0], sum[1] + size[1]]);
     // Growing by pushing would double what is there.
@@ -144,15 +185,17 @@ pub fn close(
         match fill {
             Some(fill) => {
                 report.closed += 1;
+                let [points, faces] = fill.size();
+                report.fills.push(Filled { vertex: hole[0], points, faces });
                 fill.append(hole, positions, triangles, &mut report.sources);
             }
             None => {
                 let edge_loop = loops::EdgeLoop { vertices: hole.clone(), is_simple: true };
-                report.open.push(edge_loop.left_open(edge_loop.length(positions), Reason::Crossing));
+                let length = edge_loop.length(|v| positions[v as usize]);
+                report.open.push(edge_loop.left_open(length, Reason::Crossing));
             }
         }
     }
-    report.open.sort_by_key(|open| open.vertex);
     Ok(report)
 }
 

@@ -45,6 +45,11 @@ impl Bounds {
         points.into_iter().fold(Self::EMPTY, |b, p| Bounds { min: b.min.min(p), max: b.max.max(p) })
     }
 
+    /// Takes a point in.
+    pub fn add(&mut self, point: DVec3) {
+        (self.min, self.max) = (self.min.min(point), self.max.max(point));
+    }
+
     /// Whether they have a point in common.
     pub fn meets(&self, other: &Bounds) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()

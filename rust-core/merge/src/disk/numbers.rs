@@ -1,0 +1,131 @@
+//! What vertices and triangles of tiles are called in the whole surface: bricks in order, then the vertices that were split off.
+
+use rustc_hash::FxHashMap;
+
+use super::tiles::TileFile;
+use crate::components::Chosen;
+use crate::extract::refuse_many;
+use crate::tiles::{Tile, VertexKey};
+use base::error::Result;
+use base::progress::Progress;
+
+/// Of what goes.
+pub const NONE: u32 = u32::MAX;
+
+/// The numbers of all that is kept.
+pub struct Numbers {
+    of: FxHashMap<[i32; 3], Brick>,
+    /// Vertices.
+    pub vertices: u32,
+    /// Triangles.
+    pub triangles: u64,
+}
+
+/// What a brick has.
+#[derive(Default)]
+struct Brick {
+    vertices: u32,
+    /// Its vertices that go, rising.
+    gone: Vec<u32>,
+    first_vertex: u32,
+    /// Those split off that are kept: from which, and which of these.
+    copies: Vec<[u32; 2]>,
+    first_copy: u32,
+    triangles: u32,
+    first_triangle: u64,
+}
+
+/// A tile with the numbers of its vertices and triangles; [`NONE`] and [`u64::MAX`] of those that go.
+pub struct Numbered {
+    /// The tile.
+    pub tile: Tile,
+    /// Of each vertex.
+    pub vertices: Vec<u32>,
+    /// Of each triangle.
+    pub triangles: Vec<u64>,
+}
+
+impl Numbers {
+    /// Numbers what is chosen.
+    ///
+    /// # Errors
+    /// A tile can't be read; more vertices than there are numbers for; cancelled.
+    pub fn new(tiles: &[TileFile], chosen: &Chosen, progress: &Progress<'_>) -> Result<Self> {
+        let mut of: FxHashMap<[i32; 3], Brick> = FxHashMap::default();
+        for (i, tile) in tiles.iter().enumerate() {
+            progress.check()?;
+            let tile = tile.read()?;
+            let is_kept = |v: usize| chosen.is_kept(i, tile.part_of[v]);
+            let (mut triangle, mut copy) = (0, tile.own - tile.copied.len());
+            for (share, &first) in tile.shares.iter().zip(&tile.first) {
+                let gone = (0..share.vertices).filter(|&v| !is_kept((first + v) as usize)).collect();
+                let of_share = triangle..triangle + share.triangles as usize;
+                triangle = of_share.end;
+                let triangles = of_share.filter(|&t| is_kept(tile.surface.triangles[t][0] as usize)).count() as u32;
+                let mut copies = Vec::new();
+                for v in copy..copy + share.copies as usize {
+                    let key = tile.key(v as u32);
+                    if is_kept(v) {
+                        copies.push([key.number, key.copy]);
+                    }
+                }
+                copy += share.copies as usize;
+                of.insert(share.brick, Brick { vertices: share.vertices, gone, copies, triangles, ..Brick::default() });
+            }
+        }
+        let mut order: Vec<[i32; 3]> = of.keys().copied().collect();
+        order.sort_unstable();
+        let (mut vertices, mut triangles) = (0_u64, 0_u64);
+        for brick in &order {
+            let brick = of.get_mut(brick).expect("its key is from there");
+            (brick.first_vertex, brick.first_triangle) = (vertices as u32, triangles);
+            vertices += u64::from(brick.vertices) - brick.gone.len() as u64;
+            triangles += u64::from(brick.triangles);
+        }
+        for brick in &order {
+            let brick = of.get_mut(brick).expect("its key is from there");
+            brick.first_copy = vertices as u32;
+            vertices += brick.copies.len() as u64;
+        }
+        refuse_many(vertices)?;
+        Ok(Numbers { of, vertices: vertices as u32, triangles })
+    }
+
+    /// The number of a vertex that is kept.
+    fn vertex(&self, key: &VertexKey) -> u32 {
+        let brick = &self.of[&key.brick];
+        if key.is_copy {
+            return brick.first_copy + brick.copies.partition_point(|copy| *copy < [key.number, key.copy]) as u32;
+        }
+        brick.first_vertex + key.number - brick.gone.partition_point(|&gone| gone < key.number) as u32
+    }
+
+    /// Numbers a tile.
+    pub fn of_tile(&self, i: usize, tile: Tile, chosen: &Chosen) -> Numbered {
+        let is_kept = |v: usize| chosen.is_kept(i, tile.part_of[v]);
+        let split_off = tile.own - tile.copied.len();
+        let mut vertices = vec![NONE; tile.surface.positions.len()];
+        let mut triangles = vec![u64::MAX; tile.surface.triangles.len()];
+        let mut triangle = 0;
+        for (share, &first) in tile.shares.iter().zip(&tile.first) {
+            let brick = &self.of[&share.brick];
+            let mut next = brick.first_vertex;
+            for v in (first..first + share.vertices).map(|v| v as usize).filter(|&v| is_kept(v)) {
+                vertices[v] = next;
+                next += 1;
+            }
+            let of_share = triangle..triangle + share.triangles as usize;
+            triangle = of_share.end;
+            let mut next = brick.first_triangle;
+            for t in of_share.filter(|&t| is_kept(tile.surface.triangles[t][0] as usize)) {
+                triangles[t] = next;
+                next += 1;
+            }
+        }
+        // Split off, then of other tiles.
+        for v in (split_off..vertices.len()).filter(|&v| is_kept(v)) {
+            vertices[v] = self.vertex(&tile.key(v as u32));
+        }
+        Numbered { tile, vertices, triangles }
+    }
+}

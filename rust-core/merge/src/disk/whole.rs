@@ -1,0 +1,272 @@
+//! The surface of all tiles as it is put together: what is kept of the tiles, what is added and changed where holes are closed, and
+//! windows of that as surfaces of their own.
+
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::colours::Corners;
+use super::numbers::{NONE, Numbered, Numbers};
+use super::tiles::TileFile;
+use crate::components::Chosen;
+use crate::extract::Surface;
+use crate::holes::{self, Bounds};
+use base::error::Result;
+use base::progress::Progress;
+use glam::DVec3;
+
+/// The whole surface.
+pub struct Whole {
+    pub tiles: Vec<TileFile>,
+    pub chosen: Chosen,
+    pub numbers: Numbers,
+    /// The box around each tile's vertices, those of other tiles among them.
+    pub boxes: Vec<Bounds>,
+    /// What was added: its vertices and triangles follow those of the tiles.
+    pub added: Surface,
+    /// Vertices of tiles that triangles of `added` have, as they are there.
+    pub rims: Surface,
+    /// Their numbers, rising.
+    pub rim: Vec<u32>,
+    /// What of the surface, the added among it, is not as it was.
+    pub changes: Changes,
+}
+
+/// What has changed of vertices and triangles, by their numbers.
+#[derive(Default)]
+pub struct Changes {
+    /// Vertices that lie elsewhere, and whether they are on a scan still.
+    pub moved: FxHashMap<u32, (DVec3, i32)>,
+    /// Triangles that are gone.
+    pub removed: FxHashSet<u64>,
+    /// Triangles with other corners.
+    pub renamed: FxHashMap<u64, [u32; 3]>,
+    /// Vertices without a triangle, rising.
+    pub bare: Vec<u32>,
+}
+
+/// Some of the surface.
+#[derive(Default)]
+pub struct Window {
+    /// It as a surface; without its boundary.
+    pub surface: Surface,
+    /// Numbers of its vertices, rising.
+    pub vertices: Vec<u32>,
+    /// Numbers of its triangles, rising.
+    pub triangles: Vec<u64>,
+    /// Parts of its vertices; [`NONE`] of those that were added.
+    pub part_of: Vec<u32>,
+}
+
+impl Whole {
+    /// What is chosen of the tiles.
+    ///
+    /// # Errors
+    /// A tile can't be read; more vertices than there are numbers for; cancelled.
+    pub fn new(tiles: Vec<TileFile>, chosen: Chosen, progress: &Progress<'_>) -> Result<Self> {
+        let numbers = Numbers::new(&tiles, &chosen, progress)?;
+        let bounds = |tile: &TileFile| Ok(Bounds::of(tile.positions()?));
+        let boxes = tiles.iter().map(bounds).collect::<Result<_>>()?;
+        let (added, rims, rim, changes) = Default::default();
+        Ok(Whole { tiles, chosen, numbers, boxes, added, rims, rim, changes })
+    }
+
+    /// A tile with its numbers.
+    pub fn tile(&self, i: usize) -> Result<Numbered> {
+        Ok(self.numbers.of_tile(i, self.tiles[i].read()?, &self.chosen))
+    }
+
+    /// Vertices of tiles and those that were added.
+    pub fn vertices(&self) -> u64 {
+        u64::from(self.numbers.vertices) + self.added.positions.len() as u64
+    }
+
+    /// Triangles of tiles and those that were added.
+    pub fn triangles(&self) -> u64 {
+        self.numbers.triangles + self.added.triangles.len() as u64
+    }
+
+    /// The longest side of the boxes of triangles that were added.
+    pub fn longest_added(&self) -> f64 {
+        let known = self.numbers.vertices;
+        let place = |v: u32| match v.checked_sub(known) {
+            Some(added) => self.added.positions[added as usize],
+            None => self.rims.positions[self.rim.partition_point(|&other| other < v)],
+        };
+        let size = |t: &[u32; 3]| {
+            let bounds = Bounds::of(t.map(place));
+            (bounds.max - bounds.min).max_element()
+        };
+        self.added.triangles.iter().map(size).fold(0.0, f64::max)
+    }
+
+    /// The triangles whose boxes meet any of these regions.
+    ///
+    /// # Errors
+    /// A tile can't be read; cancelled.
+    pub fn window(&self, regions: &[Bounds], progress: &Progress<'_>) -> Result<Window> {
+        let mut found = Gathered::default();
+        for (i, bounds) in self.boxes.iter().enumerate() {
+            let regions: Vec<Bounds> = regions.iter().filter(|region| region.meets(bounds)).copied().collect();
+            if regions.is_empty() {
+                continue;
+            }
+            let Numbered { tile, vertices, triangles } = self.tile(i)?;
+            let surface = &tile.surface;
+            let near = holes::near(&surface.positions, &surface.triangles, &regions, progress)?;
+            let mut near: Vec<u32> = near.concat();
+            near.sort_unstable();
+            near.dedup();
+            for t in near.into_iter().map(|t| t as usize).filter(|&t| triangles[t] != u64::MAX) {
+                found.add(surface, t, triangles[t], &vertices, |v| self.chosen.part(i, tile.part_of[v]));
+            }
+        }
+        let (rims, known) = (&self.rims, self.numbers.vertices);
+        if !self.added.triangles.is_empty() {
+            // The added triangles among the vertices that they have.
+            let mut surface = Surface::default();
+            surface.append_vertices(rims, 0..rims.positions.len());
+            surface.append_vertices(&self.added, 0..self.added.positions.len());
+            let first = rims.positions.len() as u32;
+            let local = |v: u32| match v.checked_sub(known) {
+                Some(added) => first + added,
+                None => self.rim.partition_point(|&other| other < v) as u32,
+            };
+            surface.triangles = self.added.triangles.iter().map(|t| t.map(local)).collect();
+            surface.cases = self.added.cases.clone();
+            let vertices: Vec<u32> =
+                self.rim.iter().copied().chain(known..known + self.added.positions.len() as u32).collect();
+            let near = holes::near(&surface.positions, &surface.triangles, regions, progress)?;
+            let mut near: Vec<u32> = near.concat();
+            near.sort_unstable();
+            near.dedup();
+            for t in near {
+                let number = self.numbers.triangles + u64::from(t);
+                found.add(&surface, t as usize, number, &vertices, |_| NONE);
+            }
+        }
+        Ok(found.into_window())
+    }
+}
+
+impl Whole {
+    /// Calls `each` with the corners of every triangle.
+    ///
+    /// # Errors
+    /// A tile can't be read; cancelled.
+    pub fn each_triangle(&self, progress: &Progress<'_>, mut each: impl FnMut(Corners)) -> Result<()> {
+        let Changes { moved, removed, renamed, .. } = &self.changes;
+        let at = |v: u32, place: DVec3| moved.get(&v).map_or(place, |moved| moved.0);
+        // Where corners are others they are added ones.
+        let known = self.numbers.vertices;
+        let added = |v: u32| match v.checked_sub(known) {
+            Some(place) => (v, at(v, self.added.positions[place as usize]), self.added.colour[place as usize]),
+            None => {
+                let place = self.rim.partition_point(|&other| other < v);
+                (v, at(v, self.rims.positions[place]), self.rims.colour[place])
+            }
+        };
+        for i in 0..self.tiles.len() {
+            progress.check()?;
+            let Numbered { tile, vertices, triangles } = self.tile(i)?;
+            let surface = &tile.surface;
+            for (t, &number) in triangles.iter().enumerate().filter(|t| *t.1 != u64::MAX && !removed.contains(t.1)) {
+                let corners = surface.triangles[t].map(|v| v as usize);
+                let mut found =
+                    corners.map(|v| (vertices[v], at(vertices[v], surface.positions[v]), surface.colour[v]));
+                if let Some(renamed) = renamed.get(&number) {
+                    for (corner, &v) in found.iter_mut().zip(renamed).filter(|(corner, v)| corner.0 != **v) {
+                        *corner = added(v);
+                    }
+                }
+                each(found);
+            }
+        }
+        for (t, corners) in (self.numbers.triangles..).zip(&self.added.triangles).filter(|t| !removed.contains(&t.0)) {
+            each(renamed.get(&t).unwrap_or(corners).map(added));
+        }
+        Ok(())
+    }
+
+    /// Calls `each` with the number, place and colour of every vertex.
+    ///
+    /// # Errors
+    /// A tile can't be read; cancelled.
+    pub fn each_vertex(&self, progress: &Progress<'_>, mut each: impl FnMut(u32, DVec3, [u8; 4])) -> Result<()> {
+        let mut call = |v: u32, place: DVec3, colour: [u8; 4]| {
+            if self.changes.bare.binary_search(&v).is_err() {
+                each(v, self.changes.moved.get(&v).map_or(place, |moved| moved.0), colour);
+            }
+        };
+        for i in 0..self.tiles.len() {
+            progress.check()?;
+            let Numbered { tile, vertices, .. } = self.tile(i)?;
+            let surface = &tile.surface;
+            for v in (0..tile.own).filter(|&v| vertices[v] != NONE) {
+                call(vertices[v], surface.positions[v], surface.colour[v]);
+            }
+        }
+        let added = self.added.positions.iter().zip(&self.added.colour);
+        (self.numbers.vertices..).zip(added).for_each(|(v, (&place, &colour))| call(v, place, colour));
+        Ok(())
+    }
+}
+
+/// Triangles with their vertices, as they are found.
+#[derive(Default)]
+struct Gathered {
+    surface: Surface,
+    place_of: FxHashMap<u32, u32>,
+    vertices: Vec<u32>,
+    part_of: Vec<u32>,
+    triangles: Vec<u64>,
+}
+
+impl Gathered {
+    fn add(&mut self, surface: &Surface, t: usize, number: u64, vertices: &[u32], part: impl Fn(usize) -> u32) {
+        let corners = surface.triangles[t].map(|v| {
+            let v = v as usize;
+            let next = self.vertices.len() as u32;
+            let place = *self.place_of.entry(vertices[v]).or_insert(next);
+            if place == next {
+                self.vertices.push(vertices[v]);
+                self.part_of.push(part(v));
+                self.surface.append_vertices(surface, v..v + 1);
+            } else if self.part_of[place as usize] == NONE {
+                self.part_of[place as usize] = part(v);
+            }
+            place
+        });
+        self.surface.triangles.push(corners);
+        self.surface.cases.push(surface.cases[t]);
+        self.triangles.push(number);
+    }
+
+    /// In the order of the numbers.
+    fn into_window(self) -> Window {
+        let mut order: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        order.sort_unstable_by_key(|&v| self.vertices[v as usize]);
+        let mut place = vec![0; order.len()];
+        (0..).zip(&order).for_each(|(new, &old)| place[old as usize] = new);
+        let mut window = Window::default();
+        for &old in &order {
+            let old = old as usize;
+            window.surface.append_vertices(&self.surface, old..old + 1);
+            window.vertices.push(self.vertices[old]);
+            window.part_of.push(self.part_of[old]);
+        }
+        let mut order: Vec<usize> = (0..self.triangles.len()).collect();
+        order.sort_unstable_by_key(|&t| self.triangles[t]);
+        for t in order {
+            window.surface.triangles.push(self.surface.triangles[t].map(|v| place[v as usize]));
+            window.surface.cases.push(self.surface.cases[t]);
+            window.triangles.push(self.triangles[t]);
+        }
+        window
+    }
+}
+
+impl Window {
+    /// Where a vertex is that it has.
+    pub fn local(&self, vertex: u32) -> Option<u32> {
+        self.vertices.binary_search(&vertex).ok().map(|place| place as u32)
+    }
+}

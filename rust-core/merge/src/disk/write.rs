@@ -1,0 +1,154 @@
+//! Hands the surface over, tile by tile: where each of its vertices and triangles belongs is known.
+
+use std::sync::Mutex;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::numbers::{NONE, Numbered};
+use super::whole::Whole;
+use crate::extract::{Case, Surface};
+use base::error::Result;
+use base::progress::Progress;
+use mesh::sink::{MeshOutline, MeshSink};
+use mesh::{Attribute, AttributeData, Crs};
+
+/// Writes the surface; `colours` are those of vertices that no scan has a colour of, nothing where no scan has any. Returns the number of
+/// triangles of each case.
+///
+/// # Errors
+/// A tile can't be read; the sink's; cancelled.
+pub fn write(
+    whole: &Whole,
+    colours: Option<&FxHashMap<u32, [u8; 4]>>,
+    crs: Option<Crs>,
+    sink: &mut dyn MeshSink,
+    progress: &Progress<'_>,
+) -> Result<[u64; 3]> {
+    let mut removed: Vec<u64> = whole.changes.removed.iter().copied().collect();
+    removed.sort_unstable();
+    let out = Out { whole, colours, removed, sink: Mutex::new(sink) };
+    let mut vertex_attributes = vec![
+        Attribute::f32("confidence", Vec::new()),
+        Attribute::f32("noise", Vec::new()),
+        Attribute::i32("source_scan", Vec::new()),
+        Attribute::bool("interpolated", Vec::new()),
+    ];
+    if colours.is_some() {
+        vertex_attributes.push(Attribute::colour("colour", Vec::new()));
+    }
+    let outline = MeshOutline {
+        vertices: whole.vertices() - whole.changes.bare.len() as u64,
+        triangles: whole.triangles() - out.removed.len() as u64,
+        vertex_attributes,
+        face_attributes: vec![Attribute::bool("hole_fill", Vec::new())],
+        crs,
+    };
+    out.to_sink(|sink| sink.begin(&outline))?;
+    let tile = |i: usize| {
+        progress.check()?;
+        out.tile(whole.tile(i)?)
+    };
+    let counts = (0..whole.tiles.len()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;
+    let added = out.added()?;
+    Ok(counts.into_iter().fold(added, |all, of| [0, 1, 2].map(|case| all[case] + of[case])))
+}
+
+struct Out<'a> {
+    whole: &'a Whole,
+    colours: Option<&'a FxHashMap<u32, [u8; 4]>>,
+    /// Triangles that are gone, rising.
+    removed: Vec<u64>,
+    sink: Mutex<&'a mut dyn MeshSink>,
+}
+
+/// Triangles with numbers that follow each other, as they are found.
+#[derive(Default)]
+struct Run {
+    triangles: Vec<[u32; 3]>,
+    cases: Vec<Case>,
+}
+
+impl Out<'_> {
+    fn to_sink<T>(&self, call: impl FnOnce(&mut dyn MeshSink) -> Result<T>) -> Result<T> {
+        call(&mut **self.sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
+    }
+
+    /// What a vertex is called where those without a triangle are left out.
+    fn vertex(&self, v: u32) -> u32 {
+        v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u32
+    }
+
+    fn tile(&self, numbered: Numbered) -> Result<[u64; 3]> {
+        let Numbered { tile, vertices, triangles } = numbered;
+        // Of each share the numbers follow each other, but for what goes.
+        let split_off = tile.own - tile.copied.len();
+        let mut copy = split_off;
+        let mut triangle = 0;
+        let mut counts = [0; 3];
+        for (share, &first) in tile.shares.iter().zip(&tile.first) {
+            let own = first as usize..(first + share.vertices) as usize;
+            let copies = copy..copy + share.copies as usize;
+            copy = copies.end;
+            for range in [own, copies] {
+                self.vertices(&tile.surface, range.map(|v| (v, vertices[v])).filter(|v| v.1 != NONE))?;
+            }
+            let of_share = triangle..triangle + share.triangles as usize;
+            triangle = of_share.end;
+            let corners = |t: usize| tile.surface.triangles[t].map(|v| vertices[v as usize]);
+            let of_share = of_share.filter(|&t| triangles[t] != u64::MAX);
+            let found = self.triangles(of_share.map(|t| (triangles[t], corners(t), tile.surface.cases[t])))?;
+            (0..3).for_each(|case| counts[case] += found[case]);
+        }
+        Ok(counts)
+    }
+
+    fn added(&self) -> Result<[u64; 3]> {
+        let (added, numbers) = (&self.whole.added, &self.whole.numbers);
+        self.vertices(added, (0..added.positions.len()).zip(numbers.vertices..))?;
+        let cases = added.triangles.iter().zip(&added.cases);
+        self.triangles((numbers.triangles..).zip(cases).map(|(t, (corners, case))| (t, *corners, *case)))
+    }
+
+    /// Hands over vertices of a surface, with their numbers.
+    fn vertices(&self, surface: &Surface, list: impl Iterator<Item = (usize, u32)>) -> Result<()> {
+        let changes = &self.whole.changes;
+        let list: Vec<(usize, u32)> = list.filter(|v| changes.bare.binary_search(&v.1).is_err()).collect();
+        let Some(&(_, first)) = list.first() else { return Ok(()) };
+        let moved = |v: u32| changes.moved.get(&v);
+        let positions: Vec<_> =
+            list.iter().map(|&(at, v)| moved(v).map_or(surface.positions[at], |moved| moved.0)).collect();
+        let scan: Vec<i32> = list.iter().map(|&(at, v)| moved(v).map_or(surface.scan[at], |moved| moved.1)).collect();
+        let mut attributes = vec![
+            AttributeData::F32(list.iter().map(|&(at, _)| surface.confidence[at]).collect()),
+            AttributeData::F32(list.iter().map(|&(at, _)| surface.noise[at]).collect()),
+            AttributeData::I32(scan.clone()),
+            AttributeData::Bool(scan.iter().map(|&scan| scan < 0).collect()),
+        ];
+        if let Some(colours) = self.colours {
+            let colour = |&(at, v): &(usize, u32)| colours.get(&v).copied().unwrap_or(surface.colour[at]);
+            attributes.push(AttributeData::Colour(list.iter().map(colour).collect()));
+        }
+        self.to_sink(|sink| sink.vertices(self.vertex(first).into(), &positions, &attributes))
+    }
+
+    /// Hands over triangles with their numbers, corners and cases; counts the cases.
+    fn triangles(&self, list: impl Iterator<Item = (u64, [u32; 3], Case)>) -> Result<[u64; 3]> {
+        let (mut first, mut counts, mut run) = (None, [0; 3], Run::default());
+        for (t, corners, case) in list {
+            let before = self.removed.partition_point(|&removed| removed < t);
+            if self.removed.get(before) == Some(&t) {
+                continue;
+            }
+            first = first.or(Some(t - before as u64));
+            let corners = self.whole.changes.renamed.get(&t).copied().unwrap_or(corners);
+            run.triangles.push(corners.map(|v| self.vertex(v)));
+            run.cases.push(case);
+            counts[case as usize] += 1;
+        }
+        let Some(first) = first else { return Ok(counts) };
+        let fills = run.cases.iter().map(|&case| case == Case::Fill).collect();
+        self.to_sink(|sink| sink.triangles(first, &run.triangles, &[AttributeData::Bool(fills)]))?;
+        Ok(counts)
+    }
+}

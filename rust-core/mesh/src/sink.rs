@@ -1,0 +1,98 @@
+//! Meshes that are handed over piece by piece: what is larger than memory is never in one place.
+
+use base::error::Result;
+use glam::DVec3;
+
+use crate::{Attribute, AttributeData, Crs, TriMesh};
+
+/// What a mesh that is handed over will have.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshOutline {
+    /// Vertices.
+    pub vertices: u64,
+    /// Triangles.
+    pub triangles: u64,
+    /// Attributes of the vertices, without entries.
+    pub vertex_attributes: Vec<Attribute>,
+    /// Attributes of the triangles, without entries.
+    pub face_attributes: Vec<Attribute>,
+    /// The system of the world, where it is known.
+    pub crs: Option<Crs>,
+}
+
+/// Takes a mesh piece by piece, in any order, each piece once.
+pub trait MeshSink: Send {
+    /// Told first what there will be.
+    ///
+    /// # Errors
+    /// It can't take that much.
+    fn begin(&mut self, outline: &MeshOutline) -> Result<()>;
+
+    /// Vertices from `first` on, in the world, with their attributes in the order of the outline.
+    ///
+    /// # Errors
+    /// It can't take them.
+    fn vertices(&mut self, first: u64, positions: &[DVec3], attributes: &[AttributeData]) -> Result<()>;
+
+    /// Triangles from `first` on.
+    ///
+    /// # Errors
+    /// It can't take them.
+    fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()>;
+}
+
+impl AttributeData {
+    /// So many entries of the same kind: zeros.
+    fn blank(&self, count: usize) -> Self {
+        match self {
+            AttributeData::F32(_) => AttributeData::F32(vec![0.0; count]),
+            AttributeData::I32(_) => AttributeData::I32(vec![0; count]),
+            AttributeData::Bool(_) => AttributeData::Bool(vec![false; count]),
+            AttributeData::Colour(_) => AttributeData::Colour(vec![[0; 4]; count]),
+        }
+    }
+
+    /// Puts entries of the same kind in from `first` on.
+    fn put(&mut self, first: usize, entries: &Self) {
+        fn put<T: Copy>(all: &mut [T], first: usize, entries: &[T]) {
+            all[first..first + entries.len()].copy_from_slice(entries);
+        }
+        match (self, entries) {
+            (AttributeData::F32(all), AttributeData::F32(entries)) => put(all, first, entries),
+            (AttributeData::I32(all), AttributeData::I32(entries)) => put(all, first, entries),
+            (AttributeData::Bool(all), AttributeData::Bool(entries)) => put(all, first, entries),
+            (AttributeData::Colour(all), AttributeData::Colour(entries)) => put(all, first, entries),
+            _ => unreachable!("pieces have the attributes of the outline"),
+        }
+    }
+}
+
+/// A mesh in memory.
+impl MeshSink for TriMesh {
+    fn begin(&mut self, outline: &MeshOutline) -> Result<()> {
+        let blank = |list: &[Attribute], count: u64| {
+            let blank = |of: &Attribute| Attribute { name: of.name.clone(), data: of.data.blank(count as usize) };
+            list.iter().map(blank).collect()
+        };
+        self.positions = vec![DVec3::ZERO; outline.vertices as usize];
+        self.triangles = vec![[0; 3]; outline.triangles as usize];
+        self.vertex_attributes = blank(&outline.vertex_attributes, outline.vertices);
+        self.face_attributes = blank(&outline.face_attributes, outline.triangles);
+        self.crs.clone_from(&outline.crs);
+        Ok(())
+    }
+
+    fn vertices(&mut self, first: u64, positions: &[DVec3], attributes: &[AttributeData]) -> Result<()> {
+        let first = first as usize;
+        self.positions[first..first + positions.len()].copy_from_slice(positions);
+        self.vertex_attributes.iter_mut().zip(attributes).for_each(|(all, entries)| all.data.put(first, entries));
+        Ok(())
+    }
+
+    fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()> {
+        let first = first as usize;
+        self.triangles[first..first + triangles.len()].copy_from_slice(triangles);
+        self.face_attributes.iter_mut().zip(attributes).for_each(|(all, entries)| all.data.put(first, entries));
+        Ok(())
+    }
+}
