@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::collect::Collected;
 use super::files::{Columns, Place, Stored};
-use super::{Cut, Workspace};
+use super::{Cut, Setting};
 use crate::crossing::{BundleKey, OnLine};
 use crate::field;
 use crate::gains;
@@ -48,7 +48,7 @@ impl Blocks {
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
-    pub fn fuse(collected: &Collected, workspace: &Workspace<'_>, progress: &Progress<'_>) -> Result<Self> {
+    pub fn fuse(collected: &Collected, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<Self> {
         let blocks = collected.blocks();
         let fuse = |(number, block): (usize, [i32; 3])| {
             let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
@@ -62,12 +62,12 @@ impl Blocks {
                     }
                 }
             }
-            let file = BlockFile::write(workspace.path("block", number as u32), &bricks)?;
+            let file = BlockFile::write(setting.path("block", number as u32), &bricks)?;
             progress.advance(1)?;
             Ok((block, file))
         };
         let files = blocks.into_par_iter().enumerate().with_max_len(1).map(fuse).collect::<Result<_>>()?;
-        Ok(Blocks { cut: workspace.cut, files })
+        Ok(Blocks { cut: setting.cut, files })
     }
 
     /// The blocks there are, in order.

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed};
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::Workspace;
+use super::Setting;
 use super::files::{Columns, Place, Stored};
 use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
 use crate::crossing::{BundleKey, Crossing, OnLine};
@@ -78,14 +78,14 @@ pub fn collect(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     voxel: f64,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Collected> {
     let loading = Loading { triangulation: params.triangulation, cell: voxel };
-    let lattice = first_lattice(sources, &loading, workspace.corner, progress)?;
+    let lattice = first_lattice(sources, &loading, setting.corner, progress)?;
     progress.stage(DISCRETIZING, sources.len() as u64);
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
-    let shared = Shared { sources, loading, lattice, workspace, segments: Mutex::default(), names: AtomicU32::new(0) };
+    let shared = Shared { sources, loading, lattice, setting, segments: Mutex::default(), names: AtomicU32::new(0) };
     let workers = rayon::current_num_threads().min(sources.len());
     let work = |_| {
         let mut worker = Worker { shared: &shared, buckets: Buckets::default(), found: Discretized::none(lattice) };
@@ -153,7 +153,7 @@ struct Shared<'a> {
     sources: &'a [&'a dyn ScanSource],
     loading: Loading,
     lattice: Lattice,
-    workspace: &'a Workspace<'a>,
+    setting: &'a Setting<'a>,
     segments: Mutex<Vec<Segment>>,
     names: AtomicU32,
 }
@@ -167,7 +167,7 @@ struct Worker<'a> {
 impl Worker<'_> {
     /// Loads a scan and finds its crossings.
     fn take(&mut self, scan: usize, progress: &Progress<'_>) -> Result<()> {
-        let Shared { sources, loading, lattice, workspace, .. } = self.shared;
+        let Shared { sources, loading, lattice, setting, .. } = self.shared;
         let surface = sources[scan].load(loading, progress)?;
         progress.check()?;
         discretize(&surface, sources[scan].name(), scan as u32, lattice, &mut self.buckets, progress)?;
@@ -179,7 +179,7 @@ impl Worker<'_> {
             found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
         }
         self.found.add(&found);
-        if self.buckets.bytes() > workspace.held {
+        if self.buckets.bytes() > setting.held {
             self.spill(progress)?;
         }
         progress.advance(1)
@@ -194,9 +194,9 @@ impl Worker<'_> {
         if raw.is_empty() {
             return Ok(());
         }
-        let Shared { workspace, sources, names, segments, .. } = self.shared;
-        let path = workspace.path("segment", names.fetch_add(1, Relaxed));
-        let segment = write(raw, path, workspace, sources.len(), progress)?;
+        let Shared { setting, sources, names, segments, .. } = self.shared;
+        let path = setting.path("segment", names.fetch_add(1, Relaxed));
+        let segment = write(raw, path, setting, sources.len(), progress)?;
         segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(segment);
         Ok(())
     }
@@ -206,16 +206,16 @@ impl Worker<'_> {
 fn write(
     raw: Vec<RawBundle>,
     path: PathBuf,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     scans: usize,
     progress: &Progress<'_>,
 ) -> Result<Segment> {
     let crossings: usize = raw.iter().flat_map(|bundle| &bundle.found.chunks).map(Vec::len).sum();
-    let are_few = crossings as u64 <= workspace.kept;
+    let are_few = crossings as u64 <= setting.kept;
     // Bundles in rows of blocks.
     let mut rows: BTreeMap<(u8, [i32; 2]), Vec<RawBundle>> = BTreeMap::new();
     for bundle in raw {
-        let row = bundle.key.across.map(|brick| workspace.cut.of(brick));
+        let row = bundle.key.across.map(|brick| setting.cut.of(brick));
         rows.entry((bundle.key.axis, row)).or_default().push(bundle);
     }
     let mut file = Columns::new(&path)?;
@@ -233,7 +233,7 @@ fn write(
             }
             let tallies = lines::tallies(&found.chunks);
             for tally in tallies {
-                let (bundles, list) = blocks.entry(workspace.cut.of(tally.cell() >> BRICK_BITS)).or_default();
+                let (bundles, list) = blocks.entry(setting.cut.of(tally.cell() >> BRICK_BITS)).or_default();
                 match bundles.last_mut() {
                     Some(last) if last.across == key.across => last.count += 1,
                     _ => bundles.push(Row { across: key.across, count: 1 }),

@@ -1,7 +1,7 @@
 //! Files of a workspace: columns of plain numbers, each with its checksum, and a table of where they are.
 //!
 //! A file is written under a name of its own and gets its name once it is whole, so what has a name is complete. Numbers are written as the
-//! machine has them; a workspace says which machine that was.
+//! machine has them; a workspace is of one machine.
 
 use std::fs::File;
 use std::io::{BufWriter, Read as _, Seek as _, SeekFrom, Write as _};

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use super::Workspace;
+use super::Setting;
 use super::numbers::NONE;
 use super::whole::{Changes, Whole, Window};
 use crate::close::Limit;
@@ -50,7 +50,7 @@ pub fn close(
     whole: &mut Whole,
     lattice: &Lattice,
     params: &MergeParams,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<()> {
@@ -66,7 +66,7 @@ pub fn close(
     let regions: Vec<Bounds> = wanted.iter().map(|hole| holes::region(boundary.bounds(hole))).collect();
     let mut additions = Vec::new();
     let mut rims = BTreeMap::new();
-    for batch in batches(&regions, 0.0, lattice.voxel, workspace, progress)? {
+    for batch in batches(&regions, 0.0, lattice.voxel, setting, progress)? {
         let window = whole.window(&pick(&regions, &batch), progress)?;
         let holes: Vec<&Vec<u32>> = batch.iter().map(|&hole| &wanted[hole]).collect();
         open.extend(fill(window, &holes, &mut additions, &mut rims, progress)?);
@@ -85,7 +85,7 @@ pub fn close(
         }
     }
     let least = components::least(&whole.chosen.parts.list, params.min_component_share);
-    let peeled = peel(whole, &boundary, &stuck, limit, least, lattice, workspace, progress)?;
+    let peeled = peel(whole, &boundary, &stuck, limit, least, lattice, setting, progress)?;
     report.holes = [closed + peeled.closed, open.len() as u64 - peeled.holes];
     (0..2).for_each(|i| report.dropped_components[i] += peeled.dropped[i]);
     let left = whole.triangles() - whole.changes.removed.len() as u64;
@@ -127,7 +127,7 @@ fn batches(
     regions: &[Bounds],
     apart: f64,
     voxel: f64,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Vec<usize>>> {
     let grown: Vec<(usize, Bounds)> = regions.iter().map(|region| region.grown(0.5 * apart)).enumerate().collect();
@@ -140,7 +140,7 @@ fn batches(
     // Those that lie beside each other follow each other, so that a batch needs few tiles.
     let mut groups: Vec<Vec<usize>> = groups.into_values().collect();
     let key = |group: &Vec<usize>| {
-        let block = f64::from(workspace.cut.side << crate::lattice::BRICK_BITS) * voxel;
+        let block = f64::from(setting.cut.side << crate::lattice::BRICK_BITS) * voxel;
         (regions[group[0]].min / block).floor().to_array().map(|x| x as i64)
     };
     groups.sort_by_cached_key(key);
@@ -152,7 +152,7 @@ fn batches(
     let mut held = f64::INFINITY;
     for group in groups {
         let more: f64 = group.iter().map(bytes).sum();
-        if held + more > workspace.held as f64 {
+        if held + more > setting.held as f64 {
             batches.push(Vec::new());
             held = 0.0;
         }
@@ -255,7 +255,7 @@ fn peel(
     limit: Limit,
     least: f64,
     lattice: &Lattice,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Peeled> {
     let mut peeled = Peeled::default();
@@ -264,7 +264,7 @@ fn peel(
     let mut rims = BTreeMap::new();
     // Two windows may have a triangle in common that is as long as this.
     let longest = whole.longest_added().max(LONGEST * lattice.voxel);
-    for batch in batches(&windows, longest, lattice.voxel, workspace, progress)? {
+    for batch in batches(&windows, longest, lattice.voxel, setting, progress)? {
         let mut window = whole.window(&pick(&windows, &batch), progress)?;
         let sides = boundary.sides.iter().filter_map(|&[a, b]| Some([window.local(a)?, window.local(b)?]));
         window.surface.boundary = sides.collect();

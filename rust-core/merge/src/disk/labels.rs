@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::files::{Columns, Place, Stored};
-use super::{Cut, Workspace};
+use super::{Cut, Setting};
 use crate::colour::Gains;
 use crate::field::{BrickLabels, Rule, Vertex, Vertices};
 use crate::fuse::{self, Labelled};
@@ -77,10 +77,10 @@ impl BlockLabels {
         blocks: &Blocks,
         rule: &Rule,
         gains: &Gains,
-        workspace: &Workspace<'_>,
+        setting: &Setting<'_>,
         progress: &Progress<'_>,
     ) -> Result<Self> {
-        let cut = workspace.cut;
+        let cut = setting.cut;
         // What speaks of nodes may lie in the brick before, of another block.
         let mut list: Vec<[i32; 3]> = blocks.list().flat_map(|block| cut.around(block, 1)).collect();
         list.sort_unstable();
@@ -99,7 +99,7 @@ impl BlockLabels {
                 .iter()
                 .filter_map(|(_, labelled)| Some(labelled.as_ref()?.1.iter().map(Vec::len).sum::<usize>()))
                 .sum();
-            let file = LabelFile::write(workspace.path("labels", number as u32), &found)?;
+            let file = LabelFile::write(setting.path("labels", number as u32), &found)?;
             Ok((file.map(|file| (block, file)), count as u64))
         };
         let found = list.into_par_iter().enumerate().with_max_len(1).map(label).collect::<Result<Vec<_>>>()?;

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::Workspace;
+use super::Setting;
 use super::blocks::{Blocks, in_bundle};
 use super::files::{Columns, Place, Stored};
 use crate::LOOKING;
@@ -27,7 +27,7 @@ pub fn drop_seen_through(
     sources: &[&dyn ScanSource],
     found: &Discretized,
     tolerance: f64,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<u64> {
     let voters = voters(&found.images);
@@ -36,7 +36,7 @@ pub fn drop_seen_through(
     }
     progress.stage(LOOKING, voters.len() as u64);
     let list: Vec<[i32; 3]> = blocks.list().collect();
-    let path = |number: usize| workspace.path("votes", number as u32);
+    let path = |number: usize| setting.path("votes", number as u32);
     let mut is_voted = vec![false; list.len()];
     let mut rest = &voters[..];
     while !rest.is_empty() {
@@ -52,7 +52,7 @@ pub fn drop_seen_through(
             let loaded = now.par_iter().with_max_len(1).map(load).collect::<Result<Vec<_>>>()?;
             sights.extend(loaded.into_iter().flatten());
             let held: u64 = sights.iter().map(LinesOfSight::bytes).sum();
-            if rest.is_empty() || held >= workspace.held {
+            if rest.is_empty() || held >= setting.held {
                 break;
             }
         }
@@ -60,7 +60,7 @@ pub fn drop_seen_through(
         let ask = |(number, block): (usize, &[i32; 3])| {
             progress.check()?;
             let before = is_voted[number].then(|| path(number));
-            let Some(votes) = looking.at(*block, workspace.cut.side, blocks, before.as_deref())? else {
+            let Some(votes) = looking.at(*block, setting.cut.side, blocks, before.as_deref())? else {
                 return Ok(is_voted[number]);
             };
             let mut file = Columns::new(&path(number))?;

@@ -33,7 +33,7 @@ use mesh::sink::MeshSink;
 
 /// Where a merge keeps what memory does not hold, and how much it may hold.
 #[derive(Clone, Copy, Debug)]
-pub struct Space<'a> {
+pub struct Workspace<'a> {
     /// A folder that exists: what is kept there is removed at the end.
     pub folder: &'a Path,
     /// Bytes of memory.
@@ -47,20 +47,20 @@ pub struct Space<'a> {
 pub fn run(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
-    space: Space<'_>,
+    workspace: Workspace<'_>,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
     started(sources, params, progress, || {
-        let folder = tempfile::Builder::new().prefix("surfrecon-").tempdir_in(space.folder);
-        let folder = folder.map_err(|error| base::error::Error::io(space.folder, error))?;
-        merge(sources, params, &Workspace::of(folder.path(), space.memory), sink, progress)
+        let folder = tempfile::Builder::new().prefix("surfrecon-").tempdir_in(workspace.folder);
+        let folder = folder.map_err(|error| base::error::Error::io(workspace.folder, error))?;
+        merge(sources, params, &Setting::of(folder.path(), workspace.memory), sink, progress)
     })
     .map(|(report, _)| report)
 }
 
 /// The folder, and what follows from the memory there is.
-struct Workspace<'a> {
+struct Setting<'a> {
     folder: &'a Path,
     cut: Cut,
     /// Bytes of crossings that a worker holds.
@@ -70,12 +70,12 @@ struct Workspace<'a> {
     corner: [i64; 3],
 }
 
-impl<'a> Workspace<'a> {
+impl<'a> Setting<'a> {
     fn of(folder: &'a Path, memory: u64) -> Self {
         let workers = rayon::current_num_threads() as u64;
         let each = memory / workers;
         let side = (each as f64 / 3.0e6).sqrt() as i32;
-        Workspace {
+        Setting {
             folder,
             cut: Cut { side: side.clamp(2, 64) },
             held: (each / 8).max(1 << 20),
@@ -128,7 +128,7 @@ impl Cut {
 fn merge(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
@@ -139,32 +139,32 @@ fn merge(
     let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
     report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
     defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
-    let collected = collect::collect(&sources, params, report.voxel, workspace, progress)?;
+    let collected = collect::collect(&sources, params, report.voxel, setting, progress)?;
     let found = &collected.found;
     found.tell(&mut report);
     report.intersections = collected.intersections;
     progress.lap("discretize");
     progress.stage(FUSING, collected.steps());
-    let distances = collected.distances(sources.len(), workspace.kept, progress)?;
+    let distances = collected.distances(sources.len(), setting.kept, progress)?;
     let reaches = fuse::Reaches::of(&distances, params, &mut report);
     progress.lap("overlap");
-    let mut blocks = blocks::Blocks::fuse(&collected, workspace, progress)?;
+    let mut blocks = blocks::Blocks::fuse(&collected, setting, progress)?;
     collected.remove();
     progress.lap("sort");
     let tolerance = reaches.tolerance * report.voxel;
-    report.seen_through = looks::drop_seen_through(&mut blocks, &sources, found, tolerance, workspace, progress)?;
+    report.seen_through = looks::drop_seen_through(&mut blocks, &sources, found, tolerance, setting, progress)?;
     progress.lap("sight");
     if params.match_exposure && found.coloured {
         report.colour_gains = blocks.gains(sources.len(), progress)?;
         progress.lap("colours");
     }
     let gains = colour::Gains::new(&report.colour_gains);
-    let labels = labels::BlockLabels::label(&blocks, &reaches.rule(), &gains, workspace, progress)?;
+    let labels = labels::BlockLabels::label(&blocks, &reaches.rule(), &gains, setting, progress)?;
     blocks.remove();
     report.fused_intersections = labels.vertices;
     progress.lap("label");
     progress.stage(BUILDING, 2 * labels.bricks());
-    let tiles = tiles::build(&labels, &found.lattice, workspace, progress)?;
+    let tiles = tiles::build(&labels, &found.lattice, setting, progress)?;
     labels.remove();
     progress.lap("reconstruct");
     report.artificial_intersections = tiles.iter().map(tiles::TileFile::artificial).sum();
@@ -173,7 +173,7 @@ fn merge(
     let mut whole = whole::Whole::new(tiles, chosen, progress)?;
     progress.lap("components");
     refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
-    holes::close(&mut whole, &found.lattice, params, workspace, &mut report, progress)?;
+    holes::close(&mut whole, &found.lattice, params, setting, &mut report, progress)?;
     let colours = if found.coloured { Some(colours::fill_in(&whole, progress)?) } else { None };
     progress.lap("holes");
     report.faces = write::write(&whole, colours.as_ref(), common_crs(&sources)?, sink, progress)?;

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
-use super::{Cut, Workspace, merge};
+use super::{Cut, Setting, merge};
 use crate::tests::{clean_scans, scans, scans_with};
 use crate::{MergeParams, Merged, PlacedMesh, ScanSource, Setup};
 use base::progress::Progress;
@@ -24,10 +24,10 @@ fn in_memory(sources: &[&dyn ScanSource], params: &MergeParams, kept: u64) -> Me
 
 fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: u64, kept: u64) -> Merged {
     let folder = tempfile::tempdir().unwrap();
-    let workspace = Workspace { folder: folder.path(), cut: Cut { side }, held, kept, corner: [0; 3] };
+    let setting = Setting { folder: folder.path(), cut: Cut { side }, held, kept, corner: [0; 3] };
     let pool = base::threads::pool(3).unwrap();
     let mut mesh = TriMesh::default();
-    let report = pool.install(|| merge(sources, params, &workspace, &mut mesh, &Progress::none())).unwrap();
+    let report = pool.install(|| merge(sources, params, &setting, &mut mesh, &Progress::none())).unwrap();
     without_cost(Merged { mesh, report })
 }
 

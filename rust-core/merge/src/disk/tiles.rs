@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::Workspace;
+use super::Setting;
 use super::files::{Columns, Place, Stored};
 use super::labels::BlockLabels;
 use crate::extract::{Case, Surface};
@@ -62,7 +62,7 @@ struct Key {
 pub fn build(
     labels: &BlockLabels,
     lattice: &Lattice,
-    workspace: &Workspace<'_>,
+    setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<TileFile>> {
     let build = |(number, block): (usize, [i32; 3])| {
@@ -71,9 +71,9 @@ pub fn build(
         if labels.is_empty() {
             return Ok(None);
         }
-        let tile = build_block(workspace.cut.block(block), &labels, &vertices, lattice, progress)?;
+        let tile = build_block(setting.cut.block(block), &labels, &vertices, lattice, progress)?;
         let is_none = tile.own == 0 && tile.surface.triangles.is_empty();
-        Ok(if is_none { None } else { Some(TileFile::write(workspace.path("tile", number as u32), tile)?) })
+        Ok(if is_none { None } else { Some(TileFile::write(setting.path("tile", number as u32), tile)?) })
     };
     let tiles = labels.blocks().into_par_iter().enumerate().with_max_len(1).map(build).collect::<Result<Vec<_>>>()?;
     Ok(tiles.into_iter().flatten().collect())
