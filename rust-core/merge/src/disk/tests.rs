@@ -70,6 +70,32 @@ fn parts_that_go_are_the_same_in_files() {
     }
 }
 
+#[test]
+fn holes_and_colours_nobody_has_are_the_same_in_files() {
+    // Scans off their places have ragged borders, between which holes are stuck; beside the shape lies one without colours.
+    let shifted = ScanParams { noise: 0.004, pose_shift: 0.02, ..ScanParams::default() };
+    let mut scans = scans_with(Shape::Torus { major: 1.0, minor: 0.3 }, 90, &shifted);
+    scans.iter_mut().step_by(2).for_each(|scan| scan.colour = None);
+    let mut beside = scans_with(Shape::Sphere { radius: 0.4 }, 60, &shifted);
+    for scan in &mut beside {
+        scan.name.insert_str(0, "beside");
+        scan.world_from_sensor.translation += DVec3::X * 3.0;
+        scan.colour = None;
+    }
+    scans.append(&mut beside);
+    for share in [0.0, 0.02] {
+        let params = MergeParams {
+            voxel: Some(0.025),
+            merge_distance: Some(0.05),
+            max_hole_length: Some(2.0),
+            min_component_share: share,
+            ..MergeParams::default()
+        };
+        let found = same_in_files(&scans, &params);
+        assert!(found.report.holes[0] > 5, "{:?}", found.report);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     // Whole numbers put vertices into nodes, and many triangles through an edge make pinches.
@@ -77,13 +103,14 @@ proptest! {
     fn soups_of_triangles_are_the_same_in_files(
         corners in prop::collection::vec(prop::array::uniform3(-50..50_i32), 60..120),
         halves in any::<bool>(),
+        share in prop::sample::select(vec![0.0, 0.1]),
     ) {
         let unit = if halves { 0.5 } else { 0.37 };
         let positions: Vec<DVec3> = corners.iter().map(|c| DVec3::from_array(c.map(|x| f64::from(x) * unit))).collect();
         let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let mesh = TriMesh::new(positions, triangles);
         let placed = PlacedMesh { name: "soup".to_owned(), mesh: &mesh, world_from_mesh: DAffine3::IDENTITY };
-        let params = MergeParams { voxel: Some(1.0), ..MergeParams::default() };
+        let params = MergeParams { voxel: Some(1.0), min_component_share: share, ..MergeParams::default() };
         let whole = in_memory(&[&placed], &params, u64::MAX);
         for side in [1, 2, 3] {
             prop_assert!(in_files(&[&placed], &params, side, 0, u64::MAX) == whole, "blocks of {side}");
