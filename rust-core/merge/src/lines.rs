@@ -75,6 +75,19 @@ pub fn tallies(chunks: &[Vec<Crossing>]) -> Vec<Tally> {
     all
 }
 
+/// Adds up crossings of a bundle that are in order, without those that [`remove_fine_details`] drops.
+pub fn add_up_sorted(crossings: &[Crossing], all: &mut Vec<Tally>) {
+    crossings.chunk_by(|a, b| a.line() == b.line()).for_each(|line| tally_line(line, all));
+}
+
+/// How many tallies such crossings come to.
+pub fn count_tallies(crossings: &[Crossing]) -> usize {
+    let of_edge = |of_edge: &[Crossing]| {
+        [false, true].into_iter().filter(|&enters| of_edge.iter().any(|crossing| crossing.enters() == enters)).count()
+    };
+    crossings.chunk_by(|a, b| a.line() == b.line() && a.cell == b.cell).map(of_edge).sum()
+}
+
 /// Adds the crossings of a bundle to what is added up of it, and sorts it.
 pub fn sort(key: BundleKey, mut all: Vec<Tally>, rest: Vec<Vec<Crossing>>) -> SortedBundle {
     let tallies = tallies(&rest);

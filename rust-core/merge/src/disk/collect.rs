@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -11,11 +11,12 @@ use rayon::prelude::*;
 use super::Setting;
 use super::files::{Columns, Place, Stored};
 use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
-use crate::crossing::{BundleKey, Crossing, OnLine};
+use crate::crossing::{BundleKey, Crossing};
 use crate::discretize::discretize;
 use crate::intake::Discretized;
 use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
 use crate::overlap::{BundleDistances, OverlapDistances};
+use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
 use crate::{DISCRETIZING, MergeParams, lines, nothing_to_merge};
 use base::error::{Error, Result};
@@ -39,21 +40,23 @@ pub struct Segment {
     table: Vec<Entry>,
 }
 
-/// Where a segment has what there is in a block, on lines along an axis; a sample of crossings, by [`SAMPLE`] and the row of blocks.
+/// Where a segment has what there is in a block, on lines along an axis, sorted by bundle, line and place; or a sample of crossings in a
+/// row of blocks, by bundle.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 struct Entry {
     axis: u32,
     kind: u32,
     block: [i32; 3],
-    unused: u32,
+    /// Whether crossings are added up.
+    are_tallies: u32,
     /// [`Row`]s.
     bundles: Place,
     /// What the rows have, one after the other.
     list: Place,
 }
 
-const TALLIES: u32 = 0;
+const BLOCK: u32 = 0;
 const SAMPLE: u32 = 1;
 
 impl Entry {
@@ -82,11 +85,19 @@ pub fn collect(
     progress: &Progress<'_>,
 ) -> Result<Collected> {
     let loading = Loading { triangulation: params.triangulation, cell: voxel };
-    let lattice = first_lattice(sources, &loading, setting.corner, progress)?;
+    let (lattice, samples) = first_lattice(sources, &loading, setting.corner, progress)?;
+    let workers = setting.workers(samples)?.min(sources.len());
     progress.stage(DISCRETIZING, sources.len() as u64);
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
-    let shared = Shared { sources, loading, lattice, setting, segments: Mutex::default(), names: AtomicU32::new(0) };
-    let workers = rayon::current_num_threads().min(sources.len());
+    let shared = Shared {
+        sources,
+        loading,
+        lattice,
+        setting,
+        segments: Mutex::default(),
+        names: AtomicU32::new(0),
+        crossings: AtomicU64::new(0),
+    };
     let work = |_| {
         let mut worker = Worker { shared: &shared, buckets: Buckets::default(), found: Discretized::none(lattice) };
         let mut scan = 0;
@@ -130,19 +141,19 @@ pub fn collect(
     Ok(all)
 }
 
-/// The grid that scans are counted in: that of the first that has a triangle.
+/// The grid that scans are counted in: that of the first that has a triangle; and of how many samples that is.
 fn first_lattice(
     sources: &[&dyn ScanSource],
     loading: &Loading,
     corner: [i64; 3],
     progress: &Progress<'_>,
-) -> Result<Lattice> {
+) -> Result<(Lattice, usize)> {
     for source in sources {
         let surface = source.load(loading, progress)?;
         progress.check()?;
         if let Some(&[first, ..]) = surface.triangles.first() {
             let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
-            return Lattice::new(loading.cell, near, corner);
+            return Ok((Lattice::new(loading.cell, near, corner)?, surface.positions.len()));
         }
     }
     Err(nothing_to_merge())
@@ -156,6 +167,8 @@ struct Shared<'a> {
     setting: &'a Setting<'a>,
     segments: Mutex<Vec<Segment>>,
     names: AtomicU32,
+    /// Crossings written.
+    crossings: AtomicU64,
 }
 
 struct Worker<'a> {
@@ -194,24 +207,26 @@ impl Worker<'_> {
         if raw.is_empty() {
             return Ok(());
         }
-        let Shared { setting, sources, names, segments, .. } = self.shared;
+        let Shared { setting, sources, names, segments, crossings, .. } = self.shared;
+        let found: usize = raw.iter().flat_map(|bundle| &bundle.found.chunks).map(Vec::len).sum();
+        // More than those of all segments so far there will be.
+        let are_few = crossings.fetch_add(found as u64, Relaxed) + found as u64 <= setting.kept;
         let path = setting.path("segment", names.fetch_add(1, Relaxed));
-        let segment = write(raw, path, setting, sources.len(), progress)?;
+        let segment = write(raw, path, setting, sources.len(), are_few, progress)?;
         segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(segment);
         Ok(())
     }
 }
 
-/// Writes crossings of whole scans, of `scans` in all, to a segment.
+/// Writes crossings of whole scans, of `scans` in all, to a segment; if `are_few`, overlaps are measured by all of them.
 fn write(
     raw: Vec<RawBundle>,
     path: PathBuf,
     setting: &Setting<'_>,
     scans: usize,
+    are_few: bool,
     progress: &Progress<'_>,
 ) -> Result<Segment> {
-    let crossings: usize = raw.iter().flat_map(|bundle| &bundle.found.chunks).map(Vec::len).sum();
-    let are_few = crossings as u64 <= setting.kept;
     // Bundles in rows of blocks.
     let mut rows: BTreeMap<(u8, [i32; 2]), Vec<RawBundle>> = BTreeMap::new();
     for bundle in raw {
@@ -222,7 +237,7 @@ fn write(
     let mut table = Vec::new();
     for ((axis, row), list) in rows {
         progress.check()?;
-        let mut blocks: BTreeMap<i32, (Vec<Row>, Vec<Tally>)> = BTreeMap::new();
+        let mut blocks: BTreeMap<i32, (Vec<Row>, Vec<Crossing>)> = BTreeMap::new();
         let (mut sampled, mut sample) = (Vec::new(), Vec::new());
         for RawBundle { key, found } in list {
             let before = sample.len();
@@ -231,32 +246,51 @@ fn write(
             if sample.len() > before {
                 sampled.push(Row { across: key.across, count: (sample.len() - before) as u32 });
             }
-            let tallies = lines::tallies(&found.chunks);
-            for tally in tallies {
-                let (bundles, list) = blocks.entry(setting.cut.of(tally.cell() >> BRICK_BITS)).or_default();
-                match bundles.last_mut() {
-                    Some(last) if last.across == key.across => last.count += 1,
-                    _ => bundles.push(Row { across: key.across, count: 1 }),
+            lines::for_each_line(&found.chunks, |_, line| {
+                remove_fine_details(line);
+                for crossing in line {
+                    let (bundles, list) = blocks.entry(setting.cut.of(crossing.cell >> BRICK_BITS)).or_default();
+                    match bundles.last_mut() {
+                        Some(last) if last.across == key.across => last.count += 1,
+                        _ => bundles.push(Row { across: key.across, count: 1 }),
+                    }
+                    list.push(*crossing);
                 }
-                list.push(tally);
-            }
+            });
         }
         let [u, v] = ACROSS[axis as usize];
-        let mut entry = |kind, block, bundles, list| {
-            table.push(Entry { axis: axis.into(), kind, block, unused: 0, bundles, list });
+        let mut entry = |kind, block, are_tallies: bool, bundles, list| {
+            table.push(Entry { axis: axis.into(), kind, block, are_tallies: are_tallies.into(), bundles, list });
         };
-        for (along, (bundles, list)) in blocks {
+        for (along, (mut bundles, list)) in blocks {
             let mut block = [along; 3];
             [block[u], block[v]] = row;
-            entry(TALLIES, block, file.put(&bundles)?, file.put(&list)?);
+            // Whichever takes less: where scans overlap that is the sums.
+            let are_tallies = lines::count_tallies(&list) * size_of::<Tally>() < size_of_val(&list[..]);
+            let list = if are_tallies { file.put(&added_up(&mut bundles, &list))? } else { file.put(&list)? };
+            entry(BLOCK, block, are_tallies, file.put(&bundles)?, list);
         }
         if !sample.is_empty() {
-            entry(SAMPLE, [row[0], row[1], 0], file.put(&sampled)?, file.put(&sample)?);
+            entry(SAMPLE, [row[0], row[1], 0], false, file.put(&sampled)?, file.put(&sample)?);
         }
     }
     table.sort_unstable_by_key(Entry::key);
     file.finish(&table)?;
     Ok(Segment { path, table })
+}
+
+/// The crossings of bundles added up, which then have so many.
+fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<Tally> {
+    let mut all = Vec::new();
+    let mut rest = crossings;
+    for bundle in bundles {
+        let (of_bundle, others) = rest.split_at(bundle.count as usize);
+        rest = others;
+        let before = all.len();
+        lines::add_up_sorted(of_bundle, &mut all);
+        bundle.count = (all.len() - before) as u32;
+    }
+    all
 }
 
 impl Segment {
@@ -270,7 +304,7 @@ impl Segment {
 impl Collected {
     /// The blocks in which there is anything, in order.
     pub fn blocks(&self) -> Vec<[i32; 3]> {
-        self.all(TALLIES, |entry| entry.block)
+        self.all(BLOCK, |entry| entry.block)
     }
 
     /// What is different of the entries of a kind, in order.
@@ -331,11 +365,15 @@ impl Collected {
     ) -> Result<BTreeMap<[i32; 2], Vec<Tally>>> {
         let mut all: BTreeMap<[i32; 2], Vec<Tally>> = BTreeMap::new();
         for segment in &self.segments {
-            let Some(entry) = segment.find(TALLIES, block, axis as u32) else { continue };
+            let Some(entry) = segment.find(BLOCK, block, axis as u32) else { continue };
             progress.check()?;
             let stored = Stored::again(&segment.path)?;
-            let list: Vec<Tally> = stored.get(&entry.list)?;
-            for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
+            let mut bundles: Vec<Row> = stored.get(&entry.bundles)?;
+            let list = match entry.are_tallies {
+                0 => added_up(&mut bundles, &stored.get::<Crossing>(&entry.list)?),
+                _ => stored.get(&entry.list)?,
+            };
+            for (across, list) in by_bundle(&bundles, &list) {
                 tally::add_up(all.entry(across).or_default(), list);
             }
         }

@@ -179,3 +179,58 @@ fn read_at(file: &mut File, offset: u64, bytes: &mut [u8]) -> std::io::Result<()
 fn damaged(path: &Path) -> Error {
     Error::format(path, "the file", "is damaged: remove the workspace and merge again")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_and_what_is_damaged_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("columns");
+        let numbers: Vec<u32> = (0..1000).collect();
+        let mut file = Columns::new(&path).unwrap();
+        let places = [file.put(&numbers).unwrap(), file.put::<u64>(&[]).unwrap(), file.put(&[0.5_f64, -1.0]).unwrap()];
+        assert!(!path.exists());
+        file.finish(&places).unwrap();
+        let (stored, table) = Stored::open::<Place>(&path).unwrap();
+        assert_eq!(table, places);
+        assert_eq!(stored.get::<u32>(&table[0]).unwrap(), numbers);
+        assert!(stored.get::<u64>(&table[1]).unwrap().is_empty());
+        assert_eq!(stored.get::<f64>(&table[2]).unwrap(), [0.5, -1.0]);
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+
+        let whole = std::fs::read(&path).unwrap();
+        let read = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            let (stored, table) = Stored::open::<Place>(&path)?;
+            let (numbers, more): (Vec<u32>, Vec<f64>) = (stored.get(&table[0])?, stored.get(&table[2])?);
+            Ok((numbers, more))
+        };
+        assert!(read(&whole).is_ok());
+        for at in 0..whole.len() {
+            let mut damaged = whole.clone();
+            damaged[at] ^= 0x10;
+            let found: Result<_> = read(&damaged);
+            // What is beside a place in the table is not looked at.
+            if let Ok(found) = found {
+                assert_eq!(found, (numbers.clone(), vec![0.5, -1.0]), "byte {at}");
+            }
+        }
+        for length in [0, 10, 40, whole.len() / 2, whole.len() - 1] {
+            assert!(read(&whole[..length]).is_err(), "{length} bytes");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_not_finished_is_not_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut file = Columns::new(&folder.path().join("columns")).unwrap();
+        file.put(&[1_u8; 100]).unwrap();
+        drop(file);
+        assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+        let nowhere = folder.path().join("nowhere").join("columns");
+        let text = Columns::new(&nowhere).map(|_| ()).unwrap_err().to_string();
+        assert!(text.contains("nowhere"), "{text}");
+    }
+}

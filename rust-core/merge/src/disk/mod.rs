@@ -26,7 +26,8 @@ use std::path::{Path, PathBuf};
 
 use super::{BUILDING, FUSING, MergeParams, MergeReport, colour, components, defaults, fuse, refuse_nothing, started};
 use crate::tiles::Block;
-use base::error::Result;
+use base::error::{Error, Result};
+use base::memory::size;
 use base::progress::Progress;
 use image::source::{ScanSource, common_crs};
 use mesh::sink::MeshSink;
@@ -39,6 +40,13 @@ pub struct Workspace<'a> {
     /// Bytes of memory.
     pub memory: u64,
 }
+
+/// Bytes that loading a scan takes, for each of its samples and beside. Measured.
+const BYTES_A_SAMPLE: u64 = 140;
+const SCAN: u64 = 1 << 20;
+/// Bytes that a brick takes, with those around a block and what is made of it: a block has some twice as many with a part of the surface as
+/// it has along two sides. Measured.
+const BYTES_A_BRICK: f64 = 0.75e6;
 
 /// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`super::run`] gives.
 ///
@@ -53,7 +61,7 @@ pub fn run(
 ) -> Result<MergeReport> {
     started(sources, params, progress, || {
         let folder = tempfile::Builder::new().prefix("surfrecon-").tempdir_in(workspace.folder);
-        let folder = folder.map_err(|error| base::error::Error::io(workspace.folder, error))?;
+        let folder = folder.map_err(|error| Error::io(workspace.folder, error))?;
         merge(sources, params, &Setting::of(folder.path(), workspace.memory), sink, progress)
     })
     .map(|(report, _)| report)
@@ -63,6 +71,8 @@ pub fn run(
 struct Setting<'a> {
     folder: &'a Path,
     cut: Cut,
+    /// Bytes that all may take.
+    memory: u64,
     /// Bytes of crossings that a worker holds.
     held: u64,
     /// Crossings of all scans up to which overlaps are measured by all of them.
@@ -74,13 +84,30 @@ impl<'a> Setting<'a> {
     fn of(folder: &'a Path, memory: u64) -> Self {
         let workers = rayon::current_num_threads() as u64;
         let each = memory / workers;
-        let side = (each as f64 / 3.0e6).sqrt() as i32;
+        let side = (each as f64 / (2.0 * BYTES_A_BRICK)).sqrt() as i32;
         Setting {
             folder,
             cut: Cut { side: side.clamp(2, 64) },
-            held: (each / 8).max(1 << 20),
+            memory,
+            held: (each / 4).max(1 << 20),
             kept: crate::bundles::MANY,
             corner: [0; 3],
+        }
+    }
+
+    /// How many scans of so many samples may be loaded at a time.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`]: not one.
+    fn workers(&self, samples: usize) -> Result<usize> {
+        let each = SCAN + BYTES_A_SAMPLE * samples as u64 + self.held;
+        match self.memory / each {
+            0 => Err(Error::OutOfMemory(format!(
+                "scans of {samples} samples need {} or more even in files, {} are allowed",
+                size(each as f64),
+                size(self.memory as f64)
+            ))),
+            workers => Ok((workers as usize).min(rayon::current_num_threads())),
         }
     }
 
