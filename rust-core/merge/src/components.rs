@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::extract::Surface;
 use super::parts::{self, Part, Parts};
-use super::tiles::{self, Tile, Tiles};
-use super::{MergeReport, dump, passes, refuse_nothing, stray};
+use super::tiles::{Tile, Tiles};
+use super::{MergeReport, dump, join, passes, refuse_nothing, stray};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -38,7 +38,7 @@ pub fn keep(
     for (part_of, of) in of_vertex.iter_mut().zip(&parts.of) {
         passes::each(part_of.len(), progress, |v| part_of[v] = of[part_of[v] as usize])?;
     }
-    let (mut surface, mut part_of) = tiles::join(tiles, of_vertex, progress)?;
+    let (mut surface, mut part_of) = join::join(tiles, of_vertex, progress)?;
     if kept.contains(&false) {
         let keep = passes::made(part_of.len(), progress, |v| kept[part_of[v] as usize])?;
         compact(&mut surface, &keep, progress)?;

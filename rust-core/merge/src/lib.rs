@@ -66,6 +66,7 @@ mod pinches;
 // 8. parts that are no evidence of a surface; small parts
 mod components;
 mod connected;
+mod join;
 mod parts;
 mod stray;
 

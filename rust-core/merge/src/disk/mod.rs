@@ -42,7 +42,7 @@ pub struct Workspace<'a> {
 }
 
 /// Bytes that loading a scan takes, for each of its samples and beside. Measured.
-const BYTES_A_SAMPLE: u64 = 140;
+const BYTES_A_SAMPLE: u64 = 160;
 const SCAN: u64 = 1 << 20;
 /// Bytes that a brick takes, with those around a block and what is made of it: a block has some twice as many with a part of the surface as
 /// it has along two sides. Measured.
@@ -89,7 +89,7 @@ impl<'a> Setting<'a> {
             folder,
             cut: Cut { side: side.clamp(2, 64) },
             memory,
-            held: (each / 4).max(1 << 20),
+            held: (each / 6).max(1 << 20),
             kept: crate::bundles::MANY,
             corner: [0; 3],
         }

@@ -109,18 +109,12 @@ impl Numbers {
         let mut triangle = 0;
         for (share, &first) in tile.shares.iter().zip(&tile.first) {
             let brick = &self.of[&share.brick];
-            let mut next = brick.first_vertex;
-            for v in (first..first + share.vertices).map(|v| v as usize).filter(|&v| is_kept(v)) {
-                vertices[v] = next;
-                next += 1;
-            }
+            let own = (first..first + share.vertices).map(|v| v as usize).filter(|&v| is_kept(v));
+            own.zip(brick.first_vertex..).for_each(|(v, number)| vertices[v] = number);
             let of_share = triangle..triangle + share.triangles as usize;
             triangle = of_share.end;
-            let mut next = brick.first_triangle;
-            for t in of_share.filter(|&t| is_kept(tile.surface.triangles[t][0] as usize)) {
-                triangles[t] = next;
-                next += 1;
-            }
+            let kept = of_share.filter(|&t| is_kept(tile.surface.triangles[t][0] as usize));
+            kept.zip(brick.first_triangle..).for_each(|(t, number)| triangles[t] = number);
         }
         // Split off, then of other tiles.
         for v in (split_off..vertices.len()).filter(|&v| is_kept(v)) {

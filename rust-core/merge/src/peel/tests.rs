@@ -1,0 +1,122 @@
+//! What peeling must hold, on sheets with holes.
+
+use glam::DVec3;
+use proptest::prelude::*;
+
+use super::*;
+use crate::close::{Limit, close_holes};
+use mesh::{TriMesh, check};
+
+/// Squares along each side of a sheet.
+const SIDE: i32 = 20;
+/// How far sheets lie apart: exact in all places of a sheet.
+const APART: f64 = 1024.0;
+
+/// A sheet with a hole, around which vertices stand out of it, by place and height; a fin through the hole's middle.
+#[derive(Clone, Debug)]
+struct Sheet {
+    hole: i32,
+    spikes: Vec<(i32, i32, i32)>,
+    fin: bool,
+}
+
+fn sheet() -> impl Strategy<Value = Sheet> {
+    let spikes = prop::collection::vec((5..16_i32, 5..16_i32, -200..200_i32), 0..25);
+    (2..6_i32, spikes, prop::bool::weighted(0.2)).prop_map(|(hole, spikes, fin)| Sheet { hole, spikes, fin })
+}
+
+impl Sheet {
+    fn mesh(&self) -> TriMesh {
+        let at = |x: i32, y: i32| (y * (SIDE + 1) + x) as u32;
+        let places = (0..=SIDE).flat_map(|y| (0..=SIDE).map(move |x| DVec3::new(x.into(), y.into(), 0.5)));
+        let mut positions: Vec<DVec3> = places.collect();
+        for &(x, y, height) in &self.spikes {
+            // Toward the middle, so that what stands out leans over the hole.
+            let moved = f64::from(height) / 64.0;
+            let middle = DVec3::new(10.0, 10.0, 0.0);
+            let place = &mut positions[at(x, y) as usize];
+            let toward = ((middle - *place) * 8.0).round() / 8.0 * DVec3::new(1.0, 1.0, 0.0);
+            *place += toward * 0.5 + DVec3::Z * moved;
+        }
+        let is_cut = |x: i32, y: i32| {
+            [x, y].iter().all(|a| (10 - self.hole / 2..10 + self.hole / 2 + self.hole % 2).contains(a))
+        };
+        let mut triangles = Vec::new();
+        for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)).filter(|&(x, y)| !is_cut(x, y)) {
+            let [p, q, r, s] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            triangles.extend([[p, q, r], [p, r, s]]);
+        }
+        if self.fin {
+            let first = positions.len() as u32;
+            let corners = [[9.75, -1.0], [10.5, -1.0], [10.5, 2.0], [9.75, 2.0]];
+            positions.extend(corners.map(|[x, z]| DVec3::new(x, 10.25, z)));
+            triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        }
+        TriMesh::new(positions, triangles)
+    }
+}
+
+/// The surface of several sheets, side by side.
+fn surface(sheets: &[Sheet], first: usize) -> Surface {
+    let mut surface = Surface::default();
+    for (i, sheet) in sheets.iter().enumerate() {
+        let (mesh, before) = (sheet.mesh(), surface.positions.len() as u32);
+        let aside = DVec3::X * APART * (first + i) as f64;
+        surface.positions.extend(mesh.positions.iter().map(|p| p + aside));
+        surface.triangles.extend(mesh.triangles.iter().map(|t| t.map(|v| v + before)));
+    }
+    let sides = || surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let all: FxHashSet<[u32; 2]> = sides().collect();
+    surface.boundary = sides().filter(|&[a, b]| !all.contains(&[b, a])).collect();
+    let count = surface.positions.len();
+    (surface.confidence, surface.noise) = (vec![1.0; count], vec![0.0; count]);
+    (surface.colour, surface.scan) = (vec![[9; 4]; count], vec![0; count]);
+    surface.cases = vec![Case::Direct; surface.triangles.len()];
+    surface
+}
+
+/// Holes closed and left open, and the triangles by their corners.
+fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
+    let mut surface = surface(sheets, first);
+    let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
+    let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), 0.0, &lattice, &Progress::none()).unwrap();
+    let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
+    let mut triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
+    triangles.sort_unstable();
+    let report = check(&TriMesh::new(surface.positions, surface.triangles));
+    assert!(report.is_manifold(), "{report}");
+    assert_eq!((report.boundary_edges, report.boundary_loops as u64), (surface.boundary.len(), found.open));
+    ([found.closed, found.open], triangles)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// Theorem: what is done in one place does not depend on what is elsewhere.
+    #[test]
+    fn places_do_not_decide_about_each_other(sheets in prop::collection::vec(sheet(), 2..12)) {
+        let (holes, triangles) = closed(&sheets, 0);
+        let alone: Vec<_> = sheets.iter().enumerate().map(|(i, sheet)| closed(std::slice::from_ref(sheet), i)).collect();
+        let sum = |i: usize| alone.iter().map(|(holes, _)| holes[i]).sum::<u64>();
+        prop_assert_eq!(holes, [sum(0), sum(1)]);
+        let mut expected: Vec<_> = alone.into_iter().flat_map(|(_, triangles)| triangles).collect();
+        expected.sort_unstable();
+        prop_assert!(triangles == expected);
+    }
+}
+
+#[test]
+fn what_leans_over_a_hole_is_peeled_and_what_stands_in_it_stays() {
+    let spikes: Vec<_> = (8..13).map(|x| (x, 7, if x % 2 == 0 { 40 } else { -40 })).collect();
+    let flap = Sheet { hole: 4, spikes, fin: false };
+    let surface = surface(std::slice::from_ref(&flap), 0);
+    let ([closed_holes, open], triangles) = closed(std::slice::from_ref(&flap), 0);
+    assert_eq!((closed_holes, open), (1, 1));
+    let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
+    let gone = surface.triangles.iter().filter(|t| triangles.binary_search(&t.map(corner)).is_err()).count();
+    assert!(gone > 5, "{gone}");
+    let fin = Sheet { hole: 4, spikes: Vec::new(), fin: true };
+    let before = self::surface(std::slice::from_ref(&fin), 0);
+    let (holes, triangles) = closed(&[fin], 0);
+    assert_eq!((holes, triangles.len()), ([0, 3], before.triangles.len()));
+}
