@@ -78,6 +78,25 @@ impl OverlapDistances {
         OverlapDistances { of_axis: [0; 3].map(|_| Counts::none()) }
     }
 
+    /// They in numbers, exactly.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        self.of_axis.iter().flat_map(|of| of.pairs.iter().copied().chain([of.crossings])).collect()
+    }
+
+    /// What [`OverlapDistances::to_numbers`] gave; `None` for other numbers.
+    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let mut all = Self::none();
+        let each = all.of_axis[0].pairs.len() + 1;
+        if numbers.len() != each * all.of_axis.len() {
+            return None;
+        }
+        for (of_axis, numbers) in all.of_axis.iter_mut().zip(numbers.chunks(each)) {
+            of_axis.pairs.copy_from_slice(&numbers[..each - 1]);
+            of_axis.crossings = numbers[each - 1];
+        }
+        Some(all)
+    }
+
     /// Adds those of a bundle of lines along an axis.
     pub fn add(&mut self, axis: u8, bundle: &BundleDistances) {
         let counts = &mut self.of_axis[axis as usize];

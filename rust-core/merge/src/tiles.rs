@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::anomalies::{self, Analyser, BrickSurface};
@@ -78,7 +79,8 @@ pub struct VertexKey {
 }
 
 /// What a brick has of the surface.
-#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Share {
     /// The brick.
     pub brick: [i32; 3],

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::collect::Collected;
 use super::files::{Columns, Place, Stored};
@@ -44,13 +45,17 @@ struct Entry {
 }
 
 impl Blocks {
-    /// Adds up what the segments have.
+    /// Adds up what the segments have, as far as that is not done.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
-    pub fn fuse(collected: &Collected, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<Self> {
+    pub fn fuse(collected: &Collected, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
         let blocks = collected.blocks();
         let fuse = |(number, block): (usize, [i32; 3])| {
+            let path = setting.path("block", number as u32);
+            if path.exists() {
+                return progress.advance(1);
+            }
             let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
             for axis in 0..3 {
                 let [u, v] = ACROSS[axis];
@@ -62,12 +67,26 @@ impl Blocks {
                     }
                 }
             }
-            let file = BlockFile::write(setting.path("block", number as u32), &bricks)?;
-            progress.advance(1)?;
-            Ok((block, file))
+            BlockFile::write(path, &bricks)?;
+            progress.advance(1)
         };
-        let files = blocks.into_par_iter().enumerate().with_max_len(1).map(fuse).collect::<Result<_>>()?;
-        Ok(Blocks { cut: setting.cut, files })
+        blocks.into_par_iter().enumerate().with_max_len(1).try_for_each(fuse)
+    }
+
+    /// Those that are there.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn open(setting: &Setting<'_>) -> Result<Self> {
+        let mut blocks = Blocks { cut: setting.cut, files: BTreeMap::new() };
+        for (_, path) in setting.files("block")? {
+            let file = BlockFile::open(path)?;
+            // Those in which all sums are none have no brick.
+            if let Some(entry) = file.table.first() {
+                blocks.files.insert(entry.brick.map(|at| setting.cut.of(at)), file);
+            }
+        }
+        Ok(blocks)
     }
 
     /// The blocks there are, in order.
@@ -83,13 +102,30 @@ impl Blocks {
         self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
     }
 
-    /// Writes what is left of a block instead of what there was.
+    /// Writes what is left of a block; what there was stays until [`Blocks::show`].
     ///
     /// # Errors
     /// The file can't be written.
-    pub fn replace(&mut self, block: [i32; 3], bricks: Vec<([i32; 3], BrickTallies)>) -> Result<()> {
-        let Some(file) = self.files.get_mut(&block) else { return Ok(()) };
-        *file = BlockFile::write(file.path.clone(), &bricks.into_iter().collect())?;
+    pub fn write_left(
+        &self,
+        number: usize,
+        bricks: Vec<([i32; 3], BrickTallies)>,
+        setting: &Setting<'_>,
+    ) -> Result<()> {
+        BlockFile::write(setting.path("left", number as u32), &bricks.into_iter().collect()).map(|_| ())
+    }
+
+    /// Has what is left of blocks in the place of what there was.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn show(&mut self, setting: &Setting<'_>) -> Result<()> {
+        let left: FxHashMap<u32, PathBuf> = setting.files("left")?.into_iter().collect();
+        for (number, file) in (0..).zip(self.files.values_mut()) {
+            if let Some(path) = left.get(&number) {
+                *file = BlockFile::open(path.clone())?;
+            }
+        }
         Ok(())
     }
 
@@ -110,11 +146,6 @@ impl Blocks {
         let pairs = |block: &[i32; 3]| Ok(each(block)?.flat_map(|list| sample.pairs(&list)).collect::<Vec<_>>());
         let found = list.par_iter().with_max_len(1).map(pairs).collect::<Result<Vec<_>>>()?;
         gains::solve(found.concat(), scans, progress)
-    }
-
-    /// Removes the files.
-    pub fn remove(self) {
-        self.files.values().for_each(|file| drop(std::fs::remove_file(&file.path)));
     }
 
     /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each tally
@@ -167,6 +198,11 @@ pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<Tally>) -> SortedBundle
 }
 
 impl BlockFile {
+    fn open(path: PathBuf) -> Result<Self> {
+        let (_, table) = Stored::open(&path)?;
+        Ok(BlockFile { path, table })
+    }
+
     fn write(path: PathBuf, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<Self> {
         let mut file = Columns::new(&path)?;
         let mut table = Vec::new();

@@ -7,9 +7,10 @@ use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::Setting;
-use super::files::{Columns, Place, Stored};
+use super::files::{Columns, Place, Stored, damaged};
 use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
 use crate::crossing::{BundleKey, Crossing};
 use crate::discretize::discretize;
@@ -19,23 +20,85 @@ use crate::overlap::{BundleDistances, OverlapDistances};
 use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
 use crate::{DISCRETIZING, MergeParams, lines, nothing_to_merge};
-use base::error::{Error, Result};
+use base::error::Result;
 use base::progress::Progress;
-use image::source::{Loading, ScanSource};
+use image::range_image::noise::Noise;
+use image::source::{Loading, Measured, ScanSource};
 
 /// What all scans came to.
 pub struct Collected {
+    /// What was found out of them.
+    pub about: About,
+    /// Where their crossings are.
+    pub segments: Vec<Segment>,
+}
+
+/// What was found out of some scans, but for their crossings.
+pub struct About {
+    /// Their numbers.
+    scans: Vec<u32>,
+    /// How many crossings there are.
+    pub intersections: u64,
     /// What was measured of them; no crossings.
     pub found: Discretized,
-    /// Crossings.
-    pub intersections: u64,
-    /// Where they are.
-    pub segments: Vec<Segment>,
+}
+
+impl About {
+    fn none(lattice: Lattice) -> Self {
+        About { scans: Vec::new(), intersections: 0, found: Discretized::none(lattice) }
+    }
+
+    fn add(&mut self, other: &About) {
+        self.scans.extend(&other.scans);
+        self.intersections += other.intersections;
+        self.found.add(&other.found);
+    }
+
+    /// It in numbers, exactly.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let About { scans, intersections, found } = self;
+        let Discretized { triangles, full_trust, coloured, images, .. } = found;
+        let mut all =
+            vec![*intersections as f64, *triangles as f64, (*full_trust).into(), f64::from(u8::from(*coloured))];
+        all.push(scans.len() as f64);
+        all.extend(scans.iter().map(|&scan| f64::from(scan)));
+        for (scan, Measured { noise, has_lines_of_sight }) in images {
+            let noise = noise.to_numbers();
+            all.extend([f64::from(*scan), f64::from(u8::from(*has_lines_of_sight)), noise.len() as f64]);
+            all.extend(noise);
+        }
+        all
+    }
+
+    /// What [`About::to_numbers`] gave; `None` for other numbers.
+    pub fn from_numbers(lattice: Lattice, numbers: &[f64]) -> Option<Self> {
+        let (&[intersections, triangles, full_trust, coloured, scans], rest) = numbers.split_first_chunk()?;
+        let (scans, mut rest) = rest.split_at_checked(scans as usize)?;
+        let mut about = About {
+            scans: scans.iter().map(|&scan| scan as u32).collect(),
+            intersections: intersections as u64,
+            found: Discretized {
+                triangles: triangles as u64,
+                full_trust: full_trust as f32,
+                coloured: coloured > 0.0,
+                ..Discretized::none(lattice)
+            },
+        };
+        while !rest.is_empty() {
+            let (&[scan, has_lines, count], more) = rest.split_first_chunk()?;
+            let (noise, more) = more.split_at_checked(count as usize)?;
+            let measured = Measured { noise: Noise::from_numbers(noise)?, has_lines_of_sight: has_lines > 0.0 };
+            about.found.images.push((scan as u32, measured));
+            rest = more;
+        }
+        Some(about)
+    }
 }
 
 /// A file with crossings of some scans, added up, and where it has those of each block.
 pub struct Segment {
     path: PathBuf,
+    number: u32,
     /// Sorted.
     table: Vec<Entry>,
 }
@@ -58,6 +121,8 @@ struct Entry {
 
 const BLOCK: u32 = 0;
 const SAMPLE: u32 = 1;
+/// The list has what was found out of the scans, in numbers.
+const ABOUT: u32 = 2;
 
 impl Entry {
     fn key(&self) -> (u32, [i32; 3], u32) {
@@ -88,6 +153,15 @@ pub fn collect(
     let (lattice, samples) = first_lattice(sources, &loading, setting.corner, progress)?;
     let workers = setting.workers(samples)?.min(sources.len());
     progress.stage(DISCRETIZING, sources.len() as u64);
+    let known = Segment::all(setting, lattice)?;
+    let mut all = Collected { about: About::none(lattice), segments: Vec::new() };
+    for (segment, about) in known {
+        all.about.add(&about);
+        all.segments.push(segment);
+    }
+    let done: FxHashSet<u32> = all.about.scans.iter().copied().collect();
+    let todo: Vec<usize> = (0..sources.len()).filter(|&scan| !done.contains(&(scan as u32))).collect();
+    progress.advance(done.len() as u64)?;
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let shared = Shared {
         sources,
@@ -95,49 +169,38 @@ pub fn collect(
         lattice,
         setting,
         segments: Mutex::default(),
-        names: AtomicU32::new(0),
-        crossings: AtomicU64::new(0),
+        names: AtomicU32::new(all.segments.iter().map(|segment| segment.number + 1).max().unwrap_or(0)),
+        crossings: AtomicU64::new(all.about.intersections),
     };
     let work = |_| {
-        let mut worker = Worker { shared: &shared, buckets: Buckets::default(), found: Discretized::none(lattice) };
+        let mut worker = Worker { shared: &shared, buckets: Buckets::default(), about: About::none(lattice) };
         let mut scan = 0;
         let mut go = || {
             loop {
-                scan = next.fetch_add(1, Relaxed);
-                if scan >= sources.len() || scan > last.load(Relaxed) {
+                let Some(&another) = todo.get(next.fetch_add(1, Relaxed)) else { return worker.spill(progress) };
+                scan = another;
+                if scan > last.load(Relaxed) {
                     return worker.spill(progress);
                 }
                 worker.take(scan, progress)?;
             }
         };
-        match go() {
-            Ok(()) => Ok((worker.found, worker.buckets.len)),
-            Err(error) => {
-                last.fetch_min(scan, Relaxed);
-                Err((scan, error))
-            }
-        }
+        go().map_err(|error| {
+            last.fetch_min(scan, Relaxed);
+            (scan, error)
+        })
     };
     let workers: Vec<_> = (0..workers).into_par_iter().with_max_len(1).map(work).collect();
     progress.check()?;
-    let mut all = Collected { found: Discretized::none(lattice), intersections: 0, segments: Vec::new() };
-    let mut failure: Option<(usize, Error)> = None;
-    for of_worker in workers {
-        match of_worker {
-            Ok((found, crossings)) => {
-                all.found.add(&found);
-                all.intersections += crossings;
-            }
-            Err(failed) if failure.as_ref().is_none_or(|known| failed.0 < known.0) => failure = Some(failed),
-            Err(_) => {}
-        }
-    }
-    if let Some((_, error)) = failure {
+    if let Some((_, error)) = workers.into_iter().filter_map(Result::err).min_by_key(|failed| failed.0) {
         return Err(error);
     }
-    all.segments = shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+    for (segment, about) in shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
+        all.about.add(&about);
+        all.segments.push(segment);
+    }
     // What is added up of them does not depend on their order.
-    all.segments.sort_unstable_by(|a, b| a.path.cmp(&b.path));
+    all.segments.sort_unstable_by_key(|segment| segment.number);
     Ok(all)
 }
 
@@ -165,7 +228,7 @@ struct Shared<'a> {
     loading: Loading,
     lattice: Lattice,
     setting: &'a Setting<'a>,
-    segments: Mutex<Vec<Segment>>,
+    segments: Mutex<Vec<(Segment, About)>>,
     names: AtomicU32,
     /// Crossings written.
     crossings: AtomicU64,
@@ -174,7 +237,8 @@ struct Shared<'a> {
 struct Worker<'a> {
     shared: &'a Shared<'a>,
     buckets: Buckets,
-    found: Discretized,
+    /// What was found out of those whose crossings are held.
+    about: About,
 }
 
 impl Worker<'_> {
@@ -191,7 +255,7 @@ impl Worker<'_> {
         if found.triangles > 0 {
             found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
         }
-        self.found.add(&found);
+        self.about.add(&About { scans: vec![scan as u32], intersections: 0, found });
         if self.buckets.bytes() > setting.held {
             self.spill(progress)?;
         }
@@ -200,19 +264,18 @@ impl Worker<'_> {
 
     /// Writes what is held to a segment.
     fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let before = self.buckets.len;
+        let Shared { setting, sources, names, segments, crossings, lattice, .. } = self.shared;
         let buckets = std::mem::take(&mut self.buckets);
-        self.buckets.len = before;
-        let raw = bundles::gather(vec![buckets]);
-        if raw.is_empty() {
+        let mut about = std::mem::replace(&mut self.about, About::none(*lattice));
+        if about.scans.is_empty() {
             return Ok(());
         }
-        let Shared { setting, sources, names, segments, crossings, .. } = self.shared;
-        let found: usize = raw.iter().flat_map(|bundle| &bundle.found.chunks).map(Vec::len).sum();
+        about.intersections = buckets.len;
+        let raw = bundles::gather(vec![buckets]);
         // More than those of all segments so far there will be.
-        let are_few = crossings.fetch_add(found as u64, Relaxed) + found as u64 <= setting.kept;
-        let path = setting.path("segment", names.fetch_add(1, Relaxed));
-        let segment = write(raw, path, setting, sources.len(), are_few, progress)?;
+        let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
+        let number = names.fetch_add(1, Relaxed);
+        let segment = (write(raw, &about, number, setting, sources.len(), are_few, progress)?, about);
         segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(segment);
         Ok(())
     }
@@ -221,7 +284,8 @@ impl Worker<'_> {
 /// Writes crossings of whole scans, of `scans` in all, to a segment; if `are_few`, overlaps are measured by all of them.
 fn write(
     raw: Vec<RawBundle>,
-    path: PathBuf,
+    about: &About,
+    number: u32,
     setting: &Setting<'_>,
     scans: usize,
     are_few: bool,
@@ -233,8 +297,11 @@ fn write(
         let row = bundle.key.across.map(|brick| setting.cut.of(brick));
         rows.entry((bundle.key.axis, row)).or_default().push(bundle);
     }
+    let path = setting.path("segment", number);
     let mut file = Columns::new(&path)?;
     let mut table = Vec::new();
+    let list = file.put(&about.to_numbers())?;
+    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: 0, bundles: Place::default(), list });
     for ((axis, row), list) in rows {
         progress.check()?;
         let mut blocks: BTreeMap<i32, (Vec<Row>, Vec<Crossing>)> = BTreeMap::new();
@@ -276,7 +343,7 @@ fn write(
     }
     table.sort_unstable_by_key(Entry::key);
     file.finish(&table)?;
-    Ok(Segment { path, table })
+    Ok(Segment { path, number, table })
 }
 
 /// The crossings of bundles added up, which then have so many.
@@ -294,6 +361,21 @@ fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<Tally> {
 }
 
 impl Segment {
+    /// Those that a merge has left that was stopped.
+    fn all(setting: &Setting<'_>, lattice: Lattice) -> Result<Vec<(Self, About)>> {
+        let open = |(number, path): (u32, PathBuf)| {
+            let (stored, table) = Stored::open::<Entry>(&path)?;
+            let segment = Segment { path, number, table };
+            let numbers: Vec<f64> = match segment.find(ABOUT, [0; 3], 0) {
+                Some(entry) => stored.get(&entry.list)?,
+                None => Vec::new(),
+            };
+            let about = About::from_numbers(lattice, &numbers).ok_or_else(|| damaged(&segment.path))?;
+            Ok((segment, about))
+        };
+        setting.files("segment")?.into_iter().map(open).collect()
+    }
+
     /// Where it has what there is in a block, or of a row of blocks the sample.
     fn find(&self, kind: u32, block: [i32; 3], axis: u32) -> Option<&Entry> {
         let place = self.table.binary_search_by_key(&(kind, block, axis), Entry::key).ok()?;
@@ -327,7 +409,7 @@ impl Collected {
     /// A segment can't be read; cancelled.
     pub fn distances(&self, scans: usize, kept: u64, progress: &Progress<'_>) -> Result<OverlapDistances> {
         let rows = self.all(SAMPLE, |entry| (entry.axis, entry.block));
-        let sampled = (self.intersections > kept).then_some(scans);
+        let sampled = (self.about.intersections > kept).then_some(scans);
         let of_row = |(axis, row): (u32, [i32; 3])| {
             progress.advance(1)?;
             let mut bundles: BTreeMap<[i32; 2], Vec<Vec<Crossing>>> = BTreeMap::new();
@@ -378,14 +460,6 @@ impl Collected {
             }
         }
         Ok(all)
-    }
-
-    /// Removes the segments.
-    pub fn remove(&self) {
-        for segment in &self.segments {
-            // What stays goes with the workspace.
-            let _ = std::fs::remove_file(&segment.path);
-        }
     }
 }
 

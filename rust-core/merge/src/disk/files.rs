@@ -176,7 +176,8 @@ fn read_at(file: &mut File, offset: u64, bytes: &mut [u8]) -> std::io::Result<()
     file.read_exact(bytes)
 }
 
-fn damaged(path: &Path) -> Error {
+/// A file that is not what was written.
+pub fn damaged(path: &Path) -> Error {
     Error::format(path, "the file", "is damaged: remove the workspace and merge again")
 }
 

@@ -21,8 +21,6 @@ use base::progress::Progress;
 pub struct BlockLabels {
     cut: Cut,
     files: BTreeMap<[i32; 3], LabelFile>,
-    /// Vertices on edges.
-    pub vertices: u64,
 }
 
 struct LabelFile {
@@ -69,7 +67,7 @@ impl From<&Kept> for Vertex {
 }
 
 impl BlockLabels {
-    /// Labels all blocks.
+    /// Labels all blocks, as far as that is not done.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
@@ -79,7 +77,7 @@ impl BlockLabels {
         gains: &Gains,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
-    ) -> Result<Self> {
+    ) -> Result<()> {
         let cut = setting.cut;
         // What speaks of nodes may lie in the brick before, of another block.
         let mut list: Vec<[i32; 3]> = blocks.list().flat_map(|block| cut.around(block, 1)).collect();
@@ -87,24 +85,42 @@ impl BlockLabels {
         list.dedup();
         progress.stage(LABELLING, list.len() as u64);
         let label = |(number, block): (usize, [i32; 3])| {
+            let path = setting.path("labels", number as u32);
+            if path.exists() {
+                return progress.advance(1);
+            }
             let bundles = blocks.bundles_around(block)?;
             let mut bricks = bundles.labelled_bricks();
             bricks.retain(|&brick| cut.is_near(brick, block, 0));
             if bricks.is_empty() {
-                return Ok((None, 0));
+                return Ok(());
             }
             let found = fuse::label_nodes(&bundles, bricks, rule, gains, progress)?;
-            progress.advance(1)?;
-            let count: usize = found
-                .iter()
-                .filter_map(|(_, labelled)| Some(labelled.as_ref()?.1.iter().map(Vec::len).sum::<usize>()))
-                .sum();
-            let file = LabelFile::write(setting.path("labels", number as u32), &found)?;
-            Ok((file.map(|file| (block, file)), count as u64))
+            LabelFile::write(path, &found)?;
+            progress.advance(1)
         };
-        let found = list.into_par_iter().enumerate().with_max_len(1).map(label).collect::<Result<Vec<_>>>()?;
-        let vertices = found.iter().map(|of| of.1).sum();
-        Ok(BlockLabels { cut, files: found.into_iter().filter_map(|of| of.0).collect(), vertices })
+        list.into_par_iter().enumerate().with_max_len(1).try_for_each(label)
+    }
+
+    /// Those that are there.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn open(setting: &Setting<'_>) -> Result<Self> {
+        let mut labels = BlockLabels { cut: setting.cut, files: BTreeMap::new() };
+        for (_, path) in setting.files("labels")? {
+            let file = LabelFile::open(path)?;
+            if let Some(entry) = file.table.first() {
+                labels.files.insert(entry.brick.map(|at| setting.cut.of(at)), file);
+            }
+        }
+        Ok(labels)
+    }
+
+    /// Vertices on edges.
+    pub fn vertices(&self) -> u64 {
+        let entries = self.files.values().flat_map(|file| &file.table);
+        entries.flat_map(|entry| &entry.vertices).map(|place| place.count::<Kept>() as u64).sum()
     }
 
     /// The blocks that may have a part of the surface, in order.
@@ -153,19 +169,19 @@ impl BlockLabels {
         }
         Ok((labels, vertices))
     }
-
-    /// Removes the files.
-    pub fn remove(self) {
-        self.files.values().for_each(|file| drop(std::fs::remove_file(&file.path)));
-    }
 }
 
 impl LabelFile {
-    fn write(path: PathBuf, found: &[([i32; 3], Labelled)]) -> Result<Option<Self>> {
+    fn open(path: PathBuf) -> Result<Self> {
+        let (_, table) = Stored::open(&path)?;
+        Ok(LabelFile { path, table })
+    }
+
+    fn write(path: PathBuf, found: &[([i32; 3], Labelled)]) -> Result<()> {
         let labelled: Vec<_> =
             found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?))).collect();
         if labelled.is_empty() {
-            return Ok(None);
+            return Ok(());
         }
         let mut file = Columns::new(&path)?;
         let mut table = Vec::new();
@@ -177,7 +193,6 @@ impl LabelFile {
             }
             table.push(Entry { brick, bounds: labels.bounds, unused: 0, planes, vertices: of_axis });
         }
-        file.finish(&table)?;
-        Ok(Some(LabelFile { path, table }))
+        file.finish(&table).map(|_| ())
     }
 }

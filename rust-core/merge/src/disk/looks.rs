@@ -23,7 +23,7 @@ type Votes = [u8; 2];
 /// # Errors
 /// A scan can't be loaded any more; a file can't be read or written; cancelled.
 pub fn drop_seen_through(
-    blocks: &mut Blocks,
+    blocks: &Blocks,
     sources: &[&dyn ScanSource],
     found: &Discretized,
     tolerance: f64,
@@ -71,6 +71,7 @@ pub fn drop_seen_through(
         is_voted = list.par_iter().enumerate().with_max_len(1).map(ask).collect::<Result<_>>()?;
     }
     let mut dropped = 0;
+    setting.remove("left")?;
     for (number, &block) in list.iter().enumerate().filter(|(number, _)| is_voted[*number]) {
         progress.check()?;
         let votes = read(&path(number))?;
@@ -85,7 +86,7 @@ pub fn drop_seen_through(
                 .flat_map(|brick| &mut brick.1)
                 .for_each(|list| list.retain(|_| !votes.next().is_some_and(goes)));
             bricks.retain(|brick| brick.1.iter().any(|list| !list.is_empty()));
-            blocks.replace(block, bricks)?;
+            blocks.write_left(number, bricks, setting)?;
         }
         let _ = std::fs::remove_file(path(number));
     }

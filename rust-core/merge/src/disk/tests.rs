@@ -1,9 +1,12 @@
 //! The same bytes in files as in memory.
 
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
-use super::{Cut, Setting, Workspace, merge, run};
+use super::{Cut, Setting, Workspace, kept_folder, merge, run};
 use crate::tests::{clean_scans, scans, scans_with};
 use crate::{MergeParams, Merged, PlacedMesh, ScanSource, Setup};
 use base::error::Error;
@@ -123,7 +126,7 @@ fn nothing_is_left_of_a_merge_that_is_cancelled_or_fails() {
     let mut sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let params = MergeParams { voxel: Some(0.05), threads: 2, ..MergeParams::default() };
     let folder = tempfile::tempdir().unwrap();
-    let workspace = Workspace { folder: folder.path(), memory: 1 << 26 };
+    let workspace = Workspace { folder: folder.path(), memory: 1 << 26, scans: None };
     for checks in [0, 3, 30, 100, 300] {
         let mut mesh = TriMesh::default();
         let found = run(&sources, &params, workspace, &mut mesh, &Progress::cancel_after(checks));
@@ -156,6 +159,76 @@ fn nothing_is_left_of_a_merge_that_is_cancelled_or_fails() {
         &Progress::none(),
     );
     assert!(found.unwrap_err().to_string().starts_with(nowhere.to_str().unwrap()));
+}
+
+/// Scans that count how often they are loaded.
+struct Counted<'a>(&'a RangeImage, &'a AtomicU32);
+
+impl ScanSource for Counted<'_> {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+    fn load(&self, loading: &crate::Loading, progress: &Progress<'_>) -> base::error::Result<crate::OrientedSurface> {
+        self.1.fetch_add(1, Relaxed);
+        self.0.load(loading, progress)
+    }
+    fn image(&self, progress: &Progress<'_>) -> base::error::Result<Option<Cow<'_, RangeImage>>> {
+        self.0.image(progress)
+    }
+}
+
+#[test]
+fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
+    let scans = scans(Shape::Torus { major: 1.0, minor: 0.3 }, 70);
+    let loaded = AtomicU32::new(0);
+    let counted: Vec<Counted<'_>> = scans.iter().map(|scan| Counted(scan, &loaded)).collect();
+    let sources: Vec<&dyn ScanSource> = counted.iter().map(|scan| scan as &dyn ScanSource).collect();
+    // A segment for each scan, and blocks of few bricks.
+    let params = MergeParams { voxel: Some(0.02), threads: 2, ..MergeParams::default() };
+    let whole = in_memory(&sources, &params, u64::MAX);
+    let folder = tempfile::tempdir().unwrap();
+    let beside = folder.path().join("somebody's");
+    std::fs::write(&beside, "else").unwrap();
+    let workspace = Workspace { folder: folder.path(), memory: 6 << 20, scans: Some(7) };
+    let go_on = |checks: u64| {
+        let mut mesh = TriMesh::default();
+        let progress = Progress::cancel_after(checks);
+        run(&sources, &params, workspace, &mut mesh, &progress).map(|report| without_cost(Merged { mesh, report }))
+    };
+    loaded.store(0, Relaxed);
+    let (mut stops, mut checks) = (0, 40);
+    let found = loop {
+        match go_on(checks) {
+            Ok(found) => break found,
+            Err(Error::Cancelled) => (stops, checks) = (stops + 1, checks + 40),
+            Err(error) => panic!("{error}"),
+        }
+    };
+    assert_eq!(found.report, whole.report);
+    assert!(found == whole);
+    assert!(stops > 5, "{stops}");
+    // The first is loaded each time, of the others each once but for those that were not complete.
+    let again = loaded.load(Relaxed) - stops - 1;
+    assert!(again < 3 * scans.len() as u32, "{again} loads, {stops} stops");
+    assert_eq!(std::fs::read(&beside).unwrap(), b"else");
+    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+
+    // Other scans and other parameters have another folder; what is damaged is told; two are not at work at once.
+    assert!(go_on(300).is_err());
+    let left =
+        || folder.path().read_dir().unwrap().map(|file| file.unwrap().path()).find(|path| path.is_dir()).unwrap();
+    let (_, lock) = kept_folder(folder.path(), 7, &params).unwrap();
+    let text = go_on(u64::MAX).unwrap_err().to_string();
+    assert!(text.contains("another merge of the same scans is at work"), "{text}");
+    drop(lock);
+    let other = Workspace { scans: Some(8), ..workspace };
+    run(&sources, &params, other, &mut TriMesh::default(), &Progress::none()).unwrap();
+    let segment = left().join("segment-000000");
+    let mut bytes = std::fs::read(&segment).unwrap();
+    bytes[5] ^= 1;
+    std::fs::write(&segment, bytes).unwrap();
+    let text = go_on(u64::MAX).unwrap_err().to_string();
+    assert!(text.contains("segment-000000") && text.contains("is damaged"), "{text}");
 }
 
 #[test]

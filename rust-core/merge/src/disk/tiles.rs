@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::Setting;
-use super::files::{Columns, Place, Stored};
+use super::files::{Columns, Place, Stored, damaged};
 use super::labels::BlockLabels;
 use crate::extract::{Case, Surface};
 use crate::lattice::Lattice;
@@ -44,6 +44,8 @@ struct Table {
     foreign: Place,
     shared: Place,
     part_of: Place,
+    shares: Place,
+    parts: Place,
 }
 
 /// A [`VertexKey`] as it is kept: those that were split off have a number from 1 on.
@@ -55,28 +57,71 @@ struct Key {
     copy: u32,
 }
 
-/// Makes the tiles of all blocks that have a part of the surface.
+/// A [`Part`] as it is kept.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct KeptPart {
+    counts: [u64; 4],
+    low: DVec3,
+    high: DVec3,
+    first: Key,
+    unused: u32,
+}
+
+impl From<&VertexKey> for Key {
+    fn from(key: &VertexKey) -> Self {
+        Key { brick: key.brick, number: key.number, copy: key.copy }
+    }
+}
+
+impl From<Key> for VertexKey {
+    fn from(key: Key) -> Self {
+        VertexKey { is_copy: key.copy > 0, brick: key.brick, number: key.number, copy: key.copy }
+    }
+}
+
+impl From<&Part> for KeptPart {
+    fn from(part: &Part) -> Self {
+        let &Part { faces, vertices, unseen, noisy, low, high, first } = part;
+        KeptPart { counts: [faces, vertices, unseen, noisy], low, high, first: (&first).into(), unused: 0 }
+    }
+}
+
+impl From<KeptPart> for Part {
+    fn from(kept: KeptPart) -> Self {
+        let KeptPart { counts: [faces, vertices, unseen, noisy], low, high, first, .. } = kept;
+        Part { faces, vertices, unseen, noisy, low, high, first: first.into() }
+    }
+}
+
+/// Those that are there.
+///
+/// # Errors
+/// A file can't be read.
+pub fn open(setting: &Setting<'_>) -> Result<Vec<TileFile>> {
+    setting.files("tile")?.into_iter().map(|(_, path)| TileFile::open(path)).collect()
+}
+
+/// Makes the tiles of all blocks that have a part of the surface, as far as that is not done.
 ///
 /// # Errors
 /// A file can't be read or written; cancelled.
-pub fn build(
-    labels: &BlockLabels,
-    lattice: &Lattice,
-    setting: &Setting<'_>,
-    progress: &Progress<'_>,
-) -> Result<Vec<TileFile>> {
+pub fn build(labels: &BlockLabels, lattice: &Lattice, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
     let build = |(number, block): (usize, [i32; 3])| {
         progress.check()?;
+        let path = setting.path("tile", number as u32);
+        if path.exists() {
+            return Ok(());
+        }
         let (labels, vertices) = labels.around(block)?;
         if labels.is_empty() {
-            return Ok(None);
+            return Ok(());
         }
         let tile = build_block(setting.cut.block(block), &labels, &vertices, lattice, progress)?;
         let is_none = tile.own == 0 && tile.surface.triangles.is_empty();
-        Ok(if is_none { None } else { Some(TileFile::write(setting.path("tile", number as u32), tile)?) })
+        if is_none { Ok(()) } else { TileFile::write(path, tile) }
     };
-    let tiles = labels.blocks().into_par_iter().enumerate().with_max_len(1).map(build).collect::<Result<Vec<_>>>()?;
-    Ok(tiles.into_iter().flatten().collect())
+    labels.blocks().into_par_iter().enumerate().with_max_len(1).try_for_each(build)
 }
 
 impl Tiles for [TileFile] {
@@ -90,6 +135,13 @@ impl Tiles for [TileFile] {
 }
 
 impl TileFile {
+    fn open(path: PathBuf) -> Result<Self> {
+        let (stored, table) = Stored::open::<Table>(&path)?;
+        let Some(&table) = table.first() else { return Err(damaged(&path)) };
+        let parts = stored.get::<KeptPart>(&table.parts)?.into_iter().map(Part::from).collect();
+        Ok(TileFile { shares: stored.get(&table.shares)?, parts, table, path })
+    }
+
     /// Vertices that no crossing places.
     pub fn artificial(&self) -> u64 {
         self.table.artificial
@@ -113,10 +165,9 @@ impl TileFile {
         Ok(noise)
     }
 
-    fn write(path: PathBuf, tile: Tile) -> Result<Self> {
+    fn write(path: PathBuf, tile: Tile) -> Result<()> {
         let Tile { surface, shares, copied, foreign, own, shared, artificial, parts, part_of, .. } = tile;
-        let keys: Vec<Key> =
-            foreign.iter().map(|key| Key { brick: key.brick, number: key.number, copy: key.copy }).collect();
+        let keys: Vec<Key> = foreign.iter().map(Key::from).collect();
         let cases: Vec<u8> = surface.cases.iter().map(|&case| case as u8).collect();
         let mut file = Columns::new(&path)?;
         let table = Table {
@@ -134,9 +185,10 @@ impl TileFile {
             foreign: file.put(&keys)?,
             shared: file.put(&shared)?,
             part_of: file.put(&part_of)?,
+            shares: file.put(&shares)?,
+            parts: file.put(&parts.iter().map(KeptPart::from).collect::<Vec<_>>())?,
         };
-        file.finish(&[table])?;
-        Ok(TileFile { path, table, shares, parts })
+        file.finish(&[table]).map(|_| ())
     }
 
     /// The tile.
@@ -145,7 +197,6 @@ impl TileFile {
     /// The file can't be read.
     pub fn read(&self) -> Result<Tile> {
         let (table, file) = (&self.table, Stored::again(&self.path)?);
-        let key = |key: Key| VertexKey { is_copy: key.copy > 0, brick: key.brick, number: key.number, copy: key.copy };
         let surface = Surface {
             positions: file.get(&table.positions)?,
             confidence: file.get(&table.confidence)?,
@@ -162,7 +213,7 @@ impl TileFile {
             shares: self.shares.clone(),
             copied: file.get(&table.copied)?,
             own: table.own as usize,
-            foreign: file.get::<Key>(&table.foreign)?.into_iter().map(key).collect(),
+            foreign: file.get::<Key>(&table.foreign)?.into_iter().map(VertexKey::from).collect(),
             shared: file.get(&table.shared)?,
             artificial: table.artificial,
             parts: self.parts.clone(),

@@ -77,6 +77,22 @@ struct Level {
 }
 
 impl Noise {
+    /// It in numbers, exactly.
+    pub fn to_numbers(&self) -> Vec<f64> {
+        let levels = self.levels.iter().flat_map(|level| [level.range, level.deviation, level.step]);
+        [self.growth, self.correlation, self.typical].into_iter().chain(levels).collect()
+    }
+
+    /// What [`Noise::to_numbers`] gave; `None` for other numbers.
+    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let (&[growth, correlation, typical], rest) = numbers.split_first_chunk()?;
+        let levels = rest.chunks(3).map(|of| match *of {
+            [range, deviation, step] => Some(Level { range, deviation, step }),
+            _ => None,
+        });
+        Some(Noise { levels: levels.collect::<Option<_>>()?, growth, correlation, typical })
+    }
+
     /// Measures an image. O(pixels), 8 bytes a pixel, one thread. Where too few samples have neighbours to tell, the noise is
     /// 0.
     ///
