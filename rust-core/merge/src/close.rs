@@ -4,12 +4,12 @@ use glam::DVec3;
 
 use super::components::{self, Kept};
 use super::extract::Surface;
-use super::holes::{self, Reason, successors, walk};
 use super::lattice::Lattice;
 use super::parts::Part;
 use super::{CLOSING, MergeParams, MergeReport, peel, refuse_nothing};
 use base::error::Result;
 use base::progress::Progress;
+use mesh::holes::{self, Reason, successors, walk};
 
 /// By default holes are closed up to a boundary of this many voxels ...
 const HOLE_VOXELS: f64 = 100.0;

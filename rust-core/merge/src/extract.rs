@@ -11,12 +11,12 @@ use rustc_hash::FxHashMap;
 
 use super::anomalies::{BrickSurface, gather};
 use super::field::Vertices;
-use super::holes::HoleReport;
 use super::lattice::{BRICK, BRICK_BITS, Lattice, row};
 use super::passes;
 use super::table::{EDGE_CORNERS, INTERIOR, Table, table};
 use base::error::{Error, Result};
 use base::progress::Progress;
+use mesh::holes::HoleReport;
 use mesh::srgb::Mix;
 use mesh::{Attribute, TriMesh};
 

@@ -1,7 +1,5 @@
 //! Marching Intersections: registered scans -> one surface. \[MI04\]
 
-mod holes;
-
 mod lattice;
 
 mod crossing;

@@ -13,12 +13,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::connected::parts;
 use super::extract::{Case, Surface};
-use super::holes::{self, Bounds, Reason, successors, walk};
 use super::lattice::Lattice;
 use super::passes;
 use super::pinches;
 use base::error::Result;
 use base::progress::Progress;
+use mesh::holes::{self, Bounds, Reason, successors, walk};
 
 /// Rings peeled at most.
 const ROUNDS: usize = 3;

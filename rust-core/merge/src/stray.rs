@@ -11,12 +11,12 @@ use std::cmp::Ordering;
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::holes::Bounds;
 use super::parts::{Part, Parts};
 use super::passes;
 use super::tiles::{Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
+use mesh::holes::Bounds;
 
 /// Parts with at most this many triangles, about as many as the cells around a node hold, surround it.
 const STRAY: u64 = 24;

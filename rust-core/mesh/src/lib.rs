@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `crs` | coordinate reference systems of surveys, by name |
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
+//! | `holes/` | boundary loops closed |
 //! | `quads` | meshes of quads |
 //! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `point_cloud` | points without connectivity |
@@ -16,6 +17,8 @@ pub mod certify;
 pub mod check;
 pub mod crs;
 pub mod dump;
+#[doc(hidden)]
+pub mod holes;
 pub mod measure;
 pub mod point_cloud;
 pub mod quads;

@@ -68,7 +68,7 @@ pub(super) struct Basins {
 }
 
 /// Balls that exceed the clearance of their common facet by this factor make the facet a tangent one.
-const TANGENT: f32 = 2.0;
+pub(super) const TANGENT: f32 = 2.0;
 
 impl Basins {
     pub(super) fn find(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Basins> {

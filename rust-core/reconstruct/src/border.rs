@@ -22,6 +22,16 @@ impl Border {
         self.next[vertex as usize] != UNUSED
     }
 
+    /// Takes a vertex that has no triangle yet inside.
+    pub(super) fn enclose(&mut self, vertex: u32) {
+        (self.next[vertex as usize], self.previous[vertex as usize]) = (NONE, NONE);
+    }
+
+    /// Whether triangles are all around a vertex.
+    pub(super) fn is_inside(&self, vertex: u32) -> bool {
+        self.next[vertex as usize] == NONE
+    }
+
     /// The vertex after one of the border.
     pub(super) fn next(&self, vertex: u32) -> Option<u32> {
         Some(self.next[vertex as usize]).filter(|&next| next < UNUSED)
@@ -36,7 +46,7 @@ impl Border {
         self.next[from as usize] == to
     }
 
-    fn link(&mut self, from: u32, to: u32) {
+    pub(super) fn link(&mut self, from: u32, to: u32) {
         self.next[from as usize] = to;
         self.previous[to as usize] = from;
     }
@@ -45,7 +55,7 @@ impl Border {
     pub(super) fn enter(&mut self, [a, b, c]: [u32; 3], has_triangle: impl Fn([u32; 2]) -> bool) {
         for vertex in [a, b, c] {
             if !self.is_used(vertex) {
-                (self.next[vertex as usize], self.previous[vertex as usize]) = (NONE, NONE);
+                self.enclose(vertex);
             }
         }
         for [from, to] in [[a, b], [b, c], [c, a]] {

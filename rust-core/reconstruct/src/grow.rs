@@ -1,8 +1,9 @@
-//! Open surfaces, continued: from the facets all agree on, the surface grows over the rest. \[CSD04\]
+//! Open surfaces: the surface grows over the facets of the tetrahedralization. \[CSD04\]
 //!
-//! At an edge of the border, of all facets with that edge the best continues the surface: among those that bend it
-//! little the one with the smallest empty ball, else the one that bends it least. Always the best of all edges is taken
-//! next, and only if it is not larger than the sampling around it allows. It may end
+//! It begins at a facet that is certain, one between two balls much larger than it is. At an edge of the border, of all
+//! facets with that edge the best continues the surface: among those that bend it little the one with the smallest empty
+//! ball, else the one that bends it least. Always the best of all edges is taken next, and only if it is not larger than
+//! the sampling around it allows. It may end
 //!
 //! * in a new sample,
 //! * between two or three edges of the border, which closes an ear or a hole,
@@ -11,19 +12,22 @@
 //!
 //! So every vertex has one fan of triangles and the surface is oriented, always. What waits is tried again when nothing
 //! else is left, first with any facet that joins it, then with the next best facet of its edge.
+//!
+//! A facet that ends at another loop of the border of the same part makes a handle, and is refused: whatever was scanned
+//! from one side has none, but noise offers one at every crumpled place. `handles` finds those that the samples force.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::balls::Balls;
+use super::basins::TANGENT;
 use super::border::Border;
+use super::certain::{Certain, certain};
 use super::complex::Complex;
-use super::fans::keep_largest;
-use super::sheet::Choice;
 use base::error::Result;
-use base::progress::{Pace, Progress};
+use base::progress::Progress;
 use geom::delaunay3::INFINITE;
 
 /// Cosine of the bend up to which the size of a facet decides: 30 degrees, as in \[CSD04\].
@@ -31,30 +35,27 @@ const SMOOTH: f64 = 0.866;
 /// Cosine of the sharpest bend: 150 degrees.
 const SHARPEST: f64 = -0.866;
 
-/// Facets joined over edges, each with a cell that has it.
-type Part = Vec<([u32; 3], u32)>;
+/// Of so many facets one is looked at first: nearly all parts are begun by one of these.
+const FEW: u32 = 16;
 
-/// What a facet counts whose samples' spacings may have to be found first, in entries looked at.
-const COSTLY: usize = 64;
-
-/// Share of the perimeter allowed for facets that none of their vertices chose.
-const STRANGER: f64 = 0.6;
+/// Share of the samples that parts begun by certain facets must miss for others to begin some, too.
+const MISSED: f64 = 0.01;
 
 /// How good a facet is at an edge, smaller is better: smooth ones by size, then the others by bend.
-type Rank = (bool, u32);
+pub(super) type Rank = (bool, u32);
 
 /// A facet that could continue the surface over the edge from `edge[0]` to `edge[1]`, with a cell that has it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Candidate {
-    rank: Rank,
-    edge: [u32; 2],
-    apex: u32,
-    cell: u32,
+pub(super) struct Candidate {
+    pub(super) rank: Rank,
+    pub(super) edge: [u32; 2],
+    pub(super) apex: u32,
+    pub(super) cell: u32,
 }
 
 /// What may happen to facets that would pinch the surface.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Patience {
+pub(super) enum Patience {
     /// They wait until the facet that joins them is the best at its edge ...
     Strict,
     /// ... until there is one.
@@ -64,186 +65,141 @@ enum Patience {
 }
 
 /// Whether a facet fits onto the border.
-enum Fit {
+pub(super) enum Fit {
     No,
     Waits,
     Alone,
     /// With this facet beside it, and a cell that has it.
     WithTwin([u32; 3], u32),
+    /// With another part turned over.
+    Turned,
+}
+
+/// Which facets are not too large.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Reach {
+    /// Those that the sampling allows.
+    Sampling,
+    /// Between parts those so many times as large ...
+    Times(u32),
+    /// ... and any that continues its part smoothly ...
+    Smooth(u32),
+    /// ... and any.
+    All,
 }
 
 /// A surface that grows.
 pub(super) struct Front<'a, F> {
-    complex: Complex<'a>,
+    pub(super) complex: Complex<'a>,
     balls: &'a Balls,
-    choices: &'a [Choice],
     /// Largest perimeter that the sampling around a facet allows.
-    allowed: F,
-    triangles: Vec<[u32; 3]>,
-    /// A cell of each triangle.
-    cells: Vec<u32>,
-    /// The triangle of each directed edge.
-    edges: FxHashMap<[u32; 2], u32>,
-    border: Border,
+    pub(super) allowed: F,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Of each cell, for each slot (bit) whether its facet is one of the triangles.
+    used: Vec<u8>,
+    pub(super) border: Border,
+    /// The triangle beside each edge of the border, by the edge's first vertex: its third vertex, and a cell that has it.
+    pub(super) beside: Vec<[u32; 2]>,
     queue: BinaryHeap<Reverse<Candidate>>,
-    patience: Patience,
+    pub(super) patience: Patience,
+    /// The part that each sample came to first.
+    pub(super) part_of: Vec<u32>,
+    /// Of each part one that it is joined with.
+    pub(super) parts: Vec<u32>,
+    /// Facets that would make a handle, by edge and apex.
+    pub(super) refused: FxHashSet<([u32; 2], u32)>,
+    pub(super) reach: Reach,
+    /// While parts are joined, the triangles of each that is joined with no other or is the first of those that are.
+    pub(super) members: FxHashMap<u32, Vec<u32>>,
 }
 
 impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
-    /// The surface over the facets chosen, oriented, its parts in any of their two orientations.
-    pub(super) fn grow(
-        complex: Complex<'a>,
-        balls: &'a Balls,
-        choices: &'a [Choice],
-        allowed: F,
-        progress: &Progress<'_>,
-    ) -> Result<Vec<[u32; 3]>> {
+    /// Grows a part from every certain facet that no other part came to, the most certain first.
+    pub(super) fn grow(complex: Complex<'a>, balls: &'a Balls, allowed: F, progress: &Progress<'_>) -> Result<Self> {
+        let count = complex.points.len();
         let mut front = Front {
             complex,
             balls,
-            choices,
             allowed,
-            triangles: Vec::new(),
-            cells: Vec::new(),
-            edges: FxHashMap::default(),
-            border: Border::new(complex.points.len()),
+            triangles: Vec::with_capacity(2 * count),
+            used: vec![0; complex.len()],
+            border: Border::new(count),
+            beside: vec![[u32::MAX; 2]; count],
             queue: BinaryHeap::new(),
             patience: Patience::Strict,
+            part_of: vec![u32::MAX; count],
+            parts: Vec::new(),
+            refused: FxHashSet::default(),
+            reach: Reach::Sampling,
+            members: FxHashMap::default(),
         };
-        for part in front.parts(progress)? {
-            front.grow_from(&part, progress)?;
-        }
-        // Where opposite walls are nearer than their samples are to each other, too few facets are agreed on.
-        let samples = complex.points.len();
-        if 2 * (0..samples as u32).filter(|&vertex| front.border.is_used(vertex)).count() < samples {
-            for seed in front.disputed(progress)? {
-                front.grow_from(&[seed], progress)?;
+        for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
+            // Where opposite walls are nearer than their samples are to each other, few facets are certain or none.
+            let missed = (0..count as u32).filter(|&v| !front.border.is_used(v)).count();
+            if factor == 0.0 && (missed as f64) < MISSED * count as f64 {
+                break;
+            }
+            let is_wanted =
+                |facet: [u32; 3]| facet[0].is_multiple_of(share) && !facet.iter().any(|&v| front.border.is_used(v));
+            for certain in certain(complex, balls, factor, is_wanted, progress)? {
+                front.grow_from(certain, progress)?;
             }
         }
-        front.close_small_holes(progress)?;
-        Ok(front.triangles)
+        Ok(front)
     }
 
-    /// Enters a part, unless it was grown over meanwhile, from a larger one, and grows on from it.
-    fn grow_from(&mut self, part: &[([u32; 3], u32)], progress: &Progress<'_>) -> Result<()> {
-        progress.check()?;
-        if part.iter().flat_map(|seed| seed.0).any(|vertex| self.border.is_used(vertex)) {
+    /// Grows a part from a facet, unless it is too large or another part has one of its vertices.
+    fn grow_from(&mut self, Certain { facet, cell, .. }: Certain, progress: &Progress<'_>) -> Result<()> {
+        if facet.iter().any(|&vertex| self.border.is_used(vertex))
+            || self.complex.perimeter(facet) > (self.allowed)(facet)
+        {
             return Ok(());
         }
-        let first = self.triangles.len();
-        for &(triangle, cell) in part {
-            self.add(triangle, cell);
-        }
-        for triangle in part {
-            self.border.enter(triangle.0, |edge| self.edges.contains_key(&edge));
-        }
+        let (first, part) = (self.triangles.len(), self.parts.len() as u32);
+        self.parts.push(part);
+        facet.iter().for_each(|&vertex| self.part_of[vertex as usize] = part);
+        self.place(facet, cell);
+        self.border.enter(facet, |_| false);
+        self.note(facet, cell);
         self.run(first, progress)
     }
 
-    /// The facets that two of their vertices chose, the smallest first.
-    fn disputed(&mut self, progress: &Progress<'_>) -> Result<Vec<([u32; 3], u32)>> {
-        let choices = self.choices;
-        let mut seeds = Vec::new();
-        for block in progress.blocks(choices) {
-            let disputed = block?.iter().filter(|choice| choice.votes == 2 && choice.vertices[2] != INFINITE);
-            seeds.extend(
-                disputed
-                    .map(|choice| (self.complex.perimeter(choice.vertices), choice.vertices, choice.cell))
-                    .filter(|&(perimeter, facet, _)| perimeter <= (self.allowed)(facet)),
-            );
+    /// The first of the parts that a sample's part is joined with.
+    pub(super) fn part(&mut self, vertex: u32) -> u32 {
+        let mut part = self.part_of[vertex as usize];
+        while self.parts[part as usize] != part {
+            let up = self.parts[self.parts[part as usize] as usize];
+            self.parts[part as usize] = up;
+            part = up;
         }
-        type Seed = (f64, [u32; 3], u32);
-        progress.sort(&mut seeds, &|a: &Seed, b: &Seed| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
-        Ok(seeds.into_iter().map(|(_, facet, cell)| (facet, cell)).collect())
+        part
     }
 
-    /// Closes holes of three or four edges whose facets are none of the tetrahedralization's, as there are where the surface
-    /// folds.
-    fn close_small_holes(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let mut pace = Pace::new(progress);
-        for from in 0..self.complex.points.len() as u32 {
-            pace.after(1)?;
-            let mut hole = vec![from];
-            while let Some(next) = self.border.next(hole[hole.len() - 1]).filter(|_| hole.len() < 5) {
-                hole.push(next);
-            }
-            let facets = match hole[..] {
-                [a, b, c, d, _] if d == a => vec![[[b, a, c]; 2]],
-                [a, b, c, d, e] if e == a => vec![[[b, a, c], [d, c, a]], [[c, b, d], [a, d, b]]],
-                _ => continue,
-            };
-            let length = |edge: [u32; 2]| {
-                let [a, b] = edge.map(|vertex| self.complex.points[vertex as usize]);
-                a.distance(b)
-            };
-            let longest = hole.windows(2).map(|edge| length([edge[0], edge[1]])).fold(0.0, f64::max);
-            let diagonal = |[[_, a, c], _]: &[[u32; 3]; 2]| length([*a, *c]);
-            // Facets of the hole's own corners beside it: then it is the other side of a part that small.
-            let is_alone = hole.windows(2).any(|edge| {
-                let inside = self.edges.get(&[edge[0], edge[1]]);
-                inside.is_some_and(|&t| self.triangles[t as usize].iter().all(|vertex| hole.contains(vertex)))
-            });
-            let fits = |pair: &[[u32; 3]; 2]| {
-                // Between samples no farther apart than some that the surface joins already, however dense they are.
-                let is_trusted = diagonal(pair) <= longest;
-                let is_free =
-                    |[a, b, c]: [u32; 3]| ![[a, b], [b, c], [c, a]].iter().any(|edge| self.edges.contains_key(edge));
-                !is_alone && is_trusted && pair.iter().all(|&facet| is_free(facet))
-            };
-            let mut facets = facets;
-            facets.sort_by(|a, b| diagonal(a).total_cmp(&diagonal(b)));
-            if let Some([first, second]) = facets.into_iter().find(fits) {
-                self.add(first, u32::MAX);
-                self.border.attach(first);
-                if second != first {
-                    self.add(second, u32::MAX);
-                    self.border.attach(second);
-                }
-            }
+    /// Enters a triangle.
+    fn place(&mut self, triangle: [u32; 3], cell: u32) {
+        let vertices = self.complex.vertices(cell);
+        let slot = (0..4).find(|&slot| !triangle.contains(&vertices[slot])).expect("a facet of the cell");
+        let beyond = self.complex.neighbour(cell, slot);
+        self.used[cell as usize] |= 1 << slot;
+        self.used[beyond as usize] |= 1 << self.complex.mirror(cell, slot);
+        if !self.members.is_empty() {
+            let part = self.part(triangle[0]);
+            self.members.entry(part).or_default().push(self.triangles.len() as u32);
         }
-        Ok(())
+        self.triangles.push(triangle);
     }
 
-    /// The facets on which all agree, in parts joined over edges with two of them, oriented, each vertex with one fan; the
-    /// largest part first.
-    fn parts(&mut self, progress: &Progress<'_>) -> Result<Vec<Part>> {
-        let mut agreed: Vec<([u32; 3], u32)> = Vec::new();
-        let mut pace = Pace::new(progress);
-        for choice in self.choices.iter().filter(|choice| choice.is_agreed()) {
-            pace.after(COSTLY)?;
-            if self.complex.perimeter(choice.vertices) <= (self.allowed)(choice.vertices) {
-                agreed.push((choice.vertices, choice.cell));
+    /// Notes what lies beside those of a triangle's edges that are on the border.
+    fn note(&mut self, [a, b, c]: [u32; 3], cell: u32) {
+        for (edge, apex) in [([a, b], c), ([b, c], a), ([c, a], b)] {
+            if self.border.has(edge) {
+                self.beside[edge[0] as usize] = [apex, cell];
             }
         }
-        let mut parts = oriented_parts(&agreed, progress)?;
-        let complex = self.complex;
-        let mut all: Vec<[u32; 3]> = parts.iter().flatten().map(|seed| seed.0).collect();
-        if keep_largest(&mut all, complex.points.len(), |triangle| complex.perimeter(triangle), progress)? > 0 {
-            // In the order they were in.
-            let mut kept = all.into_iter().peekable();
-            agreed = Vec::with_capacity(kept.len());
-            for seed in parts.into_iter().flatten() {
-                if kept.next_if_eq(&seed.0).is_some() {
-                    agreed.push(seed);
-                }
-            }
-            parts = oriented_parts(&agreed, progress)?;
-        }
-        parts.sort_by_key(|part| Reverse(part.len()));
-        Ok(parts)
-    }
-
-    /// Enters a triangle; its edges are free.
-    fn add(&mut self, [a, b, c]: [u32; 3], cell: u32) {
-        for edge in [[a, b], [b, c], [c, a]] {
-            self.edges.insert(edge, self.triangles.len() as u32);
-        }
-        self.triangles.push([a, b, c]);
-        self.cells.push(cell);
     }
 
     /// Grows from the triangles from `first` on until nothing fits.
-    fn run(&mut self, first: usize, progress: &Progress<'_>) -> Result<()> {
+    pub(super) fn run(&mut self, first: usize, progress: &Progress<'_>) -> Result<()> {
         self.patience = Patience::Strict;
         loop {
             let before = self.triangles.len();
@@ -273,35 +229,94 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                 continue;
             }
             let triangle = [to, from, apex];
-            match self.fit(triangle) {
+            match self.fit(triangle, cell) {
                 Fit::Alone => {
-                    self.add(triangle, cell);
-                    self.border.attach(triangle);
+                    self.attach(triangle, cell);
+                    self.enqueue([from, apex]);
+                    self.enqueue([apex, to]);
                 }
-                Fit::WithTwin(twin, twin_cell) => {
-                    self.add(triangle, cell);
-                    self.add(twin, twin_cell);
-                    self.border.glue(triangle, twin);
+                Fit::WithTwin(..) if self.part(from) == self.part(apex) && !self.is_same_loop(from, apex) => {
+                    self.refused.insert(([from, to], apex));
+                    self.enqueue_possible([from, to]);
                 }
-                Fit::Waits if self.patience < Patience::NextBest => continue,
-                Fit::No | Fit::Waits => {
+                Fit::WithTwin(twin, twin_cell) => self.glue(triangle, cell, twin, twin_cell),
+                Fit::Turned => {
+                    self.turn_smaller(from, apex);
                     self.enqueue([from, to]);
-                    continue;
+                    self.enqueue([to, from]);
                 }
-            }
-            for vertex in triangle {
-                if let Some(next) = self.border.next(vertex) {
-                    self.enqueue([vertex, next]);
-                }
+                Fit::Waits if self.patience < Patience::NextBest => {}
+                Fit::No | Fit::Waits => self.enqueue_possible([from, to]),
             }
         }
         Ok(())
     }
 
+    /// Adds a triangle that fits alone.
+    fn attach(&mut self, triangle: [u32; 3], cell: u32) {
+        let [to, _, apex] = triangle;
+        if !self.border.is_used(apex) {
+            self.part_of[apex as usize] = self.part_of[to as usize];
+        }
+        self.place(triangle, cell);
+        self.border.attach(triangle);
+        self.note(triangle, cell);
+    }
+
+    /// Adds a triangle with its twin, and goes on around them.
+    pub(super) fn glue(&mut self, triangle: [u32; 3], cell: u32, twin: [u32; 3], twin_cell: u32) {
+        self.unite(triangle[0], triangle[2]);
+        self.place(triangle, cell);
+        self.place(twin, twin_cell);
+        self.border.glue(triangle, twin);
+        self.note(triangle, cell);
+        self.note(twin, twin_cell);
+        for vertex in triangle {
+            if let Some(next) = self.border.next(vertex) {
+                self.enqueue([vertex, next]);
+            }
+        }
+    }
+
+    /// Whether two vertices of the border are on one loop of it. Takes as long as it is from the one to the other, or
+    /// around the shorter loop.
+    fn is_same_loop(&self, a: u32, b: u32) -> bool {
+        let next = |vertex| self.border.next(vertex).expect("on the border");
+        let (mut from_a, mut from_b) = (next(a), next(b));
+        loop {
+            if from_a == a || from_a == b {
+                return from_a == b;
+            }
+            if from_b == a || from_b == b {
+                return from_b == a;
+            }
+            (from_a, from_b) = (next(from_a), next(from_b));
+        }
+    }
+
+    /// Whether a directed edge of a cell has no triangle on its side, and at most one on the other.
+    fn is_free(&self, [from, to]: [u32; 2], cell: u32) -> bool {
+        if !self.border.is_used(from) || !self.border.is_used(to) || self.border.has([to, from]) {
+            return true;
+        }
+        if self.border.has([from, to]) || self.border.is_inside(from) || self.border.is_inside(to) {
+            return false;
+        }
+        let mut around = Around::new(self.complex, [from, to], cell);
+        loop {
+            if self.used[around.cell as usize] >> around.slot & 1 == 1 {
+                return false;
+            }
+            if !around.turn(self.complex) {
+                return true;
+            }
+        }
+    }
+
     /// Whether a triangle over the border's edge from `from` to `to` fits.
-    fn fit(&mut self, triangle: [u32; 3]) -> Fit {
+    pub(super) fn fit(&mut self, triangle: [u32; 3], cell: u32) -> Fit {
         let [to, from, apex] = triangle;
-        if [[from, apex], [apex, to]].iter().any(|edge| self.edges.contains_key(edge)) {
+        if !self.is_free([from, apex], cell) || !self.is_free([apex, to], cell) {
             return Fit::No;
         }
         if !self.border.is_used(apex) || self.border.has([apex, from]) || self.border.has([to, apex]) {
@@ -314,12 +329,19 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         // The facet between this one and the border's edge after the apex, or before it.
         for (edge, end) in [([apex, next], from), ([previous, apex], to)] {
             let third = if edge[0] == apex { [from, next] } else { [previous, to] };
-            if self.edges.contains_key(&third) || third[0] == third[1] {
+            let Some(twin) = self.twin(edge, end).filter(|twin| third[0] != third[1] && self.is_free(third, twin.cell))
+            else {
                 continue;
-            }
-            let Some(twin) = self.twin(edge, end) else { continue };
+            };
             if best.is_none_or(|best| twin.rank < best.0) {
                 best = Some((twin.rank, [edge[1], edge[0], end], twin.cell));
+            }
+        }
+        if !self.members.is_empty() && self.part(from) != self.part(apex) {
+            for (edge, end) in [([previous, apex], from), ([apex, next], to)] {
+                if self.twin(edge, end).is_some_and(|twin| best.is_none_or(|best| twin.rank < best.0)) {
+                    return Fit::Turned;
+                }
             }
         }
         best.map_or(Fit::Waits, |(_, twin, cell)| Fit::WithTwin(twin, cell))
@@ -331,38 +353,56 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         let mut twin: Option<Candidate> = None;
         let mut best: Option<Candidate> = None;
         self.around(edge, |front, candidate| {
-            if candidate.apex == apex {
+            if candidate.apex == apex && front.is_trusted(candidate) {
                 twin = Some(candidate);
             }
-            if is_strict && best.is_none_or(|best| candidate < best) && front.is_possible(candidate) {
+            if is_strict
+                && best.is_none_or(|best| candidate < best)
+                && front.is_possible(candidate)
+                && front.is_trusted(candidate)
+            {
                 best = Some(candidate);
             }
         });
         twin.filter(|twin| !is_strict || best.is_none_or(|best| best.apex == twin.apex))
     }
 
-    /// Whether a facet's edges are free and its apex is not inside the surface.
+    /// Whether a facet's edges are free and it is not one that was refused.
     fn is_possible(&self, candidate: Candidate) -> bool {
-        let Candidate { edge: [from, to], apex, .. } = candidate;
-        (!self.border.is_used(apex) || self.border.next(apex).is_some())
-            && ![[from, apex], [apex, to]].iter().any(|edge| self.edges.contains_key(edge))
+        let Candidate { edge: [from, to], apex, cell, .. } = candidate;
+        !self.border.is_used(apex)
+            || self.is_free([from, apex], cell)
+                && self.is_free([apex, to], cell)
+                && !self.refused.contains(&(candidate.edge, apex))
     }
 
-    /// Queues the best facet that could continue the surface over an edge of the border, if there is one.
-    fn enqueue(&mut self, edge: [u32; 2]) {
+    /// Queues the best facet that could continue the surface over an edge of the border, if there is one. Whether it is
+    /// possible turns out when its turn comes: mostly it is.
+    pub(super) fn enqueue(&mut self, edge: [u32; 2]) {
+        if self.patience == Patience::NextBest {
+            self.enqueue_possible(edge);
+        } else {
+            self.enqueue_if(edge, |_, _| true);
+        }
+    }
+
+    /// Like [`Front::enqueue`] for the best that is possible; with the least patience, that fits at once.
+    fn enqueue_possible(&mut self, edge: [u32; 2]) {
+        let is_last = self.patience == Patience::NextBest;
+        self.enqueue_if(edge, |front, candidate| {
+            let Candidate { edge: [from, to], apex, cell, .. } = candidate;
+            front.is_possible(candidate)
+                && !(is_last && matches!(front.fit([to, from, apex], cell), Fit::No | Fit::Waits))
+        });
+    }
+
+    fn enqueue_if(&mut self, edge: [u32; 2], may_go: impl Fn(&mut Self, Candidate) -> bool) {
         if !self.border.has(edge) {
             return;
         }
-        let is_last = self.patience == Patience::NextBest;
         let mut best: Option<Candidate> = None;
         self.around(edge, |front, candidate| {
-            if best.is_none_or(|best| candidate < best)
-                && front.is_possible(candidate)
-                && !(is_last && {
-                    let [from, to] = candidate.edge;
-                    matches!(front.fit([to, from, candidate.apex]), Fit::No | Fit::Waits)
-                })
-            {
+            if best.is_none_or(|best| candidate < best) && front.is_trusted(candidate) && may_go(front, candidate) {
                 best = Some(candidate);
             }
         });
@@ -371,98 +411,85 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         }
     }
 
-    /// Whether a facet is not too large, by a stricter measure where none of its vertices chose it.
-    fn is_trusted(&mut self, facet: [u32; 3]) -> bool {
-        let mut vertices = facet;
-        vertices.sort_unstable();
-        let is_chosen = self.choices.binary_search_by(|choice| choice.vertices.cmp(&vertices)).is_ok();
-        let share = if is_chosen { 1.0 } else { STRANGER };
-        self.complex.perimeter(facet) <= share * (self.allowed)(facet)
+    /// Whether a facet is not too large.
+    pub(super) fn is_trusted(&mut self, candidate: Candidate) -> bool {
+        let facet = [candidate.edge[0], candidate.edge[1], candidate.apex];
+        if self.reach != Reach::Sampling {
+            let parts = facet.map(|vertex| self.part_of[vertex as usize]);
+            if parts.contains(&u32::MAX) || parts == [parts[0]; 3] {
+                return false;
+            }
+        }
+        let times = match self.reach {
+            Reach::Sampling => 1,
+            Reach::Smooth(_) if !candidate.rank.0 => return true,
+            Reach::Times(times) | Reach::Smooth(times) => times,
+            Reach::All => return true,
+        };
+        self.complex.perimeter(facet) <= f64::from(times) * (self.allowed)(facet)
     }
 
-    /// Looks at all facets with an edge of the border that are neither too large nor too sharply bent.
-    fn around(&mut self, edge: [u32; 2], mut look: impl FnMut(&mut Self, Candidate)) {
-        let triangle = self.edges[&edge] as usize;
-        let opposite = self.triangles[triangle].into_iter().find(|v| !edge.contains(v)).expect("a third vertex");
-        let start = self.cells[triangle];
+    /// Looks at all facets with an edge of the border that end at no vertex inside the surface and are not bent too sharply.
+    pub(super) fn around(&mut self, edge: [u32; 2], mut look: impl FnMut(&mut Self, Candidate)) {
+        let [opposite, start] = self.beside[edge[0] as usize];
         let complex = self.complex;
         let [a, b, c] = [edge[0], edge[1], opposite].map(|v| complex.points[v as usize]);
         let before = (b - a).cross(c - a).normalize_or_zero();
-        // Around the edge, through the facet that the walk came to a cell by.
-        let vertices = complex.vertices(start);
-        let mut here = start;
-        let mut apex = vertices.into_iter().find(|v| !edge.contains(v)).expect("two other vertices");
+        let mut around = Around::new(complex, edge, start);
         loop {
-            // Leaves `here` through the facet of the edge and `apex`.
-            let slot = (0..4)
-                .find(|&slot| complex.vertices(here)[slot] != apex && !edge.contains(&complex.vertices(here)[slot]))
-                .expect("two other vertices");
-            let beyond = complex.neighbour(here, slot);
-            if apex != opposite && apex != INFINITE {
+            let apex = around.apex;
+            if apex != opposite && apex != INFINITE && !self.border.is_inside(apex) {
                 let after = (a - b).cross(complex.points[apex as usize] - b).normalize_or_zero();
                 let bend = before.dot(after);
-                let facet = [edge[0], edge[1], apex];
-                if bend >= SHARPEST && self.is_trusted(facet) {
+                // What closes a hole of three edges is welcome however it is bent: facets cross nothing.
+                let closes = || self.border.has([apex, edge[0]]) && self.border.has([edge[1], apex]);
+                if bend >= SHARPEST || closes() {
                     let rank = if bend >= SMOOTH {
-                        (false, self.balls.clearance(complex, here, slot).to_bits())
+                        (false, self.balls.clearance(complex, around.cell, around.slot).to_bits())
                     } else {
                         (true, ((1.0 - bend) as f32).to_bits())
                     };
-                    look(self, Candidate { rank, edge, apex, cell: here });
+                    look(self, Candidate { rank, edge, apex, cell: around.cell });
                 }
             }
-            let next = complex.vertices(beyond).into_iter().find(|v| *v != apex && !edge.contains(v));
-            apex = next.expect("two other vertices");
-            here = beyond;
-            if here == start {
+            if !around.turn(complex) {
                 return;
             }
         }
     }
 }
 
-/// Facets in parts joined over edges with two of them, oriented.
-fn oriented_parts(facets: &[([u32; 3], u32)], progress: &Progress<'_>) -> Result<Vec<Part>> {
-    let mut pace = Pace::new(progress);
-    let mut at_edge: FxHashMap<[u32; 2], [u32; 3]> = FxHashMap::default();
-    for (i, &(facet, _)) in facets.iter().enumerate() {
-        pace.after(8)?;
-        let [a, b, c] = facet;
-        for edge in [[a, b], [b, c], [c, a]] {
-            let entry = at_edge.entry([edge[0].min(edge[1]), edge[0].max(edge[1])]).or_insert([0, u32::MAX, u32::MAX]);
-            entry[0] += 1;
-            let count = entry[0] as usize;
-            if let Some(place) = entry.get_mut(count) {
-                *place = i as u32;
-            }
-        }
+/// The facets with an edge, one after the other.
+struct Around {
+    edge: [u32; 2],
+    start: u32,
+    /// A cell with the facet, its slot opposite to it, and the facet's third vertex.
+    cell: u32,
+    slot: usize,
+    apex: u32,
+}
+
+impl Around {
+    fn new(complex: Complex<'_>, edge: [u32; 2], cell: u32) -> Self {
+        let others = complex.vertices(cell).into_iter().find(|v| !edge.contains(v));
+        let mut around = Around { edge, start: cell, cell, slot: 0, apex: others.expect("two other vertices") };
+        around.find_slot(complex);
+        around
     }
-    let mut parts = Vec::new();
-    let mut turned: Vec<Option<[u32; 3]>> = vec![None; facets.len()];
-    for first in 0..facets.len() {
-        if turned[first].is_some() {
-            continue;
-        }
-        turned[first] = Some(facets[first].0);
-        let mut part = vec![first];
-        let mut next = 0;
-        while next < part.len() {
-            pace.after(8)?;
-            let here = part[next];
-            next += 1;
-            let [a, b, c] = turned[here].expect("turned when it was reached");
-            for [from, to] in [[a, b], [b, c], [c, a]] {
-                let [count, x, y] = at_edge[&[from.min(to), from.max(to)]];
-                let other = (if x as usize == here { y } else { x }) as usize;
-                if count == 2 && turned[other].is_none() {
-                    let apex = facets[other].0.into_iter().find(|&v| v != from && v != to).expect("a third vertex");
-                    turned[other] = Some([to, from, apex]);
-                    part.push(other);
-                }
-            }
-        }
-        let seed = |i: usize| (turned[i].expect("turned when it was reached"), facets[i].1);
-        parts.push(part.into_iter().map(seed).collect());
+
+    /// The slot of the vertex that is neither the edge's nor the apex.
+    fn find_slot(&mut self, complex: Complex<'_>) {
+        let vertices = complex.vertices(self.cell);
+        let is_other = |&slot: &usize| vertices[slot] != self.apex && !self.edge.contains(&vertices[slot]);
+        self.slot = (0..4).find(is_other).expect("two other vertices");
     }
-    Ok(parts)
+
+    /// Goes on through the facet; false once all were seen.
+    fn turn(&mut self, complex: Complex<'_>) -> bool {
+        self.cell = complex.neighbour(self.cell, self.slot);
+        let next = complex.vertices(self.cell).into_iter().find(|v| *v != self.apex && !self.edge.contains(v));
+        self.apex = next.expect("two other vertices");
+        self.find_slot(complex);
+        self.cell != self.start
+    }
 }

@@ -9,7 +9,8 @@
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
-//! | 5 | `sheet`, `grow`, `border`, `fans` | open surfaces, which divide nothing |
+//! | 5 | `certain`, `grow`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
+//! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
 //! With `topology = free` stages 2 to 5 give way to `carve`, the paper's own. `space` has them in their order. Samples that
@@ -51,9 +52,13 @@ mod manifold;
 
 // 5. open surfaces
 mod border;
+mod certain;
 mod fans;
+mod gather;
 mod grow;
-mod sheet;
+mod handles;
+mod join;
+mod lids;
 
 // the paper's own carving
 mod carve;
@@ -88,6 +93,9 @@ use mesh::point_cloud::PointCloud;
 /// Spacings that the mean side of a trusted facet may have, before the factor. Samples at random over a plane leave
 /// triangles with a perimeter of up to three times the mean.
 const TRUSTED: f64 = 2.5;
+
+/// How many times as large facets across the gaps of an open surface may be as others before they have to be smooth.
+const BRIDGED: u32 = 4;
 
 /// Reconstructs a surface from a cloud. To try several parameters use a [`Reconstructor`].
 ///
@@ -212,22 +220,36 @@ fn close(
     Ok(triangles)
 }
 
-/// The open surface, grown from what all samples agree on.
+/// The open surface, grown from what is certain.
 fn open(
     complex: Complex<'_>,
     incident: &[u32],
-    choices: &[sheet::Choice],
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
 ) -> Result<Vec<[u32; 3]>> {
+    let balls = balls::Balls::of(complex, progress)?;
     let typical = || {
-        let agreed: Vec<[u32; 3]> = choices.iter().filter(|c| c.is_agreed()).map(|c| c.vertices).collect();
-        mean_perimeter(complex, &agreed, progress)
+        let mut certain = certain::certain(complex, &balls, basins::TANGENT, |_| true, progress)?;
+        if certain.is_empty() {
+            certain = certain::certain(complex, &balls, 0.0, |_| true, progress)?;
+        }
+        mean_perimeter(complex, &certain.iter().map(|c| c.facet).collect::<Vec<_>>(), progress)
     };
     let mut scale = scale(complex, incident, params, typical, report)?;
-    let balls = balls::Balls::of(complex, progress)?;
-    let mut triangles = grow::Front::grow(complex, &balls, choices, |facet| scale.allowed(facet), progress)?;
+    if scale.global.is_none() {
+        scale.spacings = spacing::all(complex, progress)?;
+    }
+    let is_joined = params.closure == Closure::Auto;
+    let times = if is_joined { BRIDGED } else { 1 };
+    let mut front = grow::Front::grow(complex, &balls, |facet| scale.allowed(facet), progress)?;
+    front.join_loops(progress)?;
+    if is_joined {
+        front.join_parts(times, progress)?;
+        front.join_loops(progress)?;
+    }
+    front.gather(incident, times, progress)?;
+    let mut triangles = front.close_loops(times, is_joined, progress)?;
     report.cut_facets =
         fans::keep_largest(&mut triangles, complex.points.len(), |triangle| complex.perimeter(triangle), progress)?;
     report.closed = fans::are_closed(&triangles, complex.points.len());
@@ -244,7 +266,7 @@ fn carve_freely<'a>(
     let carved = match params.threshold {
         Threshold::Global => carve::carve(complex, params.factor, |facet| complex.perimeter(facet), progress)?,
         Threshold::Local => {
-            let spacings = spacing::all(complex, &complex.incident(), progress)?;
+            let spacings = spacing::all(complex, progress)?;
             let size = |mut facet: [u32; 3]| {
                 facet.sort_unstable();
                 3.0 * complex.perimeter(facet) / facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>()

@@ -15,6 +15,7 @@ const NEIGHBOURS: usize = 6;
 
 /// The nearest samples found so far.
 struct Nearest {
+    /// Squared.
     distances: [f64; NEIGHBOURS],
     /// `u32::MAX` where there is none yet.
     names: [u32; NEIGHBOURS],
@@ -25,8 +26,9 @@ impl Nearest {
         Nearest { distances: [f64::INFINITY; NEIGHBOURS], names: [u32::MAX; NEIGHBOURS] }
     }
 
+    /// `distance`: squared.
     fn enter(&mut self, other: u32, distance: f64) {
-        if self.names.contains(&other) {
+        if distance >= self.distances[NEIGHBOURS - 1] || self.names.contains(&other) {
             return;
         }
         let place = self.distances.partition_point(|&d| d <= distance);
@@ -39,7 +41,7 @@ impl Nearest {
 
     fn mean(&self) -> f64 {
         let known = self.names.iter().take_while(|&&name| name != u32::MAX).count();
-        self.distances[..known].iter().sum::<f64>() / known.max(1) as f64
+        self.distances[..known].iter().map(|d| d.sqrt()).sum::<f64>() / known.max(1) as f64
     }
 }
 
@@ -51,26 +53,34 @@ pub(super) fn spacing(complex: Complex<'_>, vertex: u32, cell: u32, star: &mut S
     for &(cell, _) in &star.cells {
         for other in complex.vertices(cell) {
             if other != vertex && other != INFINITE {
-                nearest.enter(other, here.distance(complex.points[other as usize]));
+                nearest.enter(other, here.distance_squared(complex.points[other as usize]));
             }
         }
     }
     nearest.mean()
 }
 
-/// The spacing at every sample.
-pub(super) fn all(complex: Complex<'_>, incident: &[u32], progress: &Progress<'_>) -> Result<Vec<f64>> {
-    let mut spacings = vec![0.0; incident.len()];
-    spacings.par_chunks_mut(CHUNK / 8).enumerate().try_for_each_init(Star::default, |star, (chunk, spacings)| {
-        for (i, to) in spacings.iter_mut().enumerate() {
-            let vertex = chunk * (CHUNK / 8) + i;
-            if incident[vertex] != u32::MAX {
-                *to = spacing(complex, vertex as u32, incident[vertex], star);
+/// The spacing at every sample: like [`spacing`], from all cells one after the other.
+pub(super) fn all(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    let mut nearest: Vec<Nearest> = (0..complex.points.len()).map(|_| Nearest::none()).collect();
+    // Beside them, how near a sample must be to count: most are not.
+    let mut within = vec![f64::INFINITY; complex.points.len()];
+    for cells in progress.ranges(complex.finite) {
+        for cell in &complex.cells[cells?] {
+            let points = cell.vertices.map(|v| complex.points[v as usize]);
+            for [i, j] in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]] {
+                let distance = points[i].distance_squared(points[j]);
+                let [a, b] = [cell.vertices[i], cell.vertices[j]];
+                for (at, other) in [(a as usize, b), (b as usize, a)] {
+                    if distance < within[at] {
+                        nearest[at].enter(other, distance);
+                        within[at] = nearest[at].distances[NEIGHBOURS - 1];
+                    }
+                }
             }
         }
-        progress.check()
-    })?;
-    Ok(spacings)
+    }
+    Ok(nearest.iter().map(Nearest::mean).collect())
 }
 
 /// The same at every sample of a plane: to the six nearest samples of all. In space a sample has more than twice as many
@@ -85,7 +95,7 @@ pub(super) fn in_plane(points: &[DVec3], triangles: &[[u32; 3]], progress: &Prog
         let enter_around = |nearest: &mut Nearest, sample: u32| {
             for other in corners.of(sample).iter().flat_map(|&corner| ends(triangles, corner)) {
                 if other != vertex {
-                    nearest.enter(other, here.distance(points[other as usize]));
+                    nearest.enter(other, here.distance_squared(points[other as usize]));
                 }
             }
         };

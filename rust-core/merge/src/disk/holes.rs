@@ -10,13 +10,13 @@ use super::whole::{Changes, Whole, Window};
 use crate::close::Limit;
 use crate::connected::parts;
 use crate::extract::Surface;
-use crate::holes::{self, Bounds, Reason, successors, walk};
 use crate::lattice::Lattice;
 use crate::peel::{self, Attempt, Peeled};
 use crate::{CLOSING, MergeParams, MergeReport, components, refuse_nothing};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
+use mesh::holes::{self, Bounds, Reason, successors, walk};
 
 /// Bytes that a triangle near a hole takes, with its vertices.
 const BYTES_A_TRIANGLE: f64 = 200.0;

@@ -8,10 +8,10 @@ use super::numbers::{NONE, Numbered, Numbers};
 use super::tiles::TileFile;
 use crate::components::Chosen;
 use crate::extract::Surface;
-use crate::holes::{self, Bounds};
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
+use mesh::holes::{self, Bounds};
 
 /// The whole surface.
 pub struct Whole {

@@ -30,6 +30,9 @@ mod patch;
 // 5. smooth positions
 mod fair;
 
+// or over the loop alone, without new vertices
+mod over;
+
 // 6. all of it for one hole, with what to do if the result crosses something
 mod boxes;
 mod fill;
@@ -44,6 +47,7 @@ use fill::Fill;
 pub use boxes::meeting;
 pub use loops::{successors, walk};
 pub use near::{Bounds, region};
+pub use over::{Over, close_over_loops};
 
 /// Why a boundary loop was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +136,7 @@ pub fn close(
 pub fn sort_out(
     boundary: &[[u32; 2]],
     place: impl Fn(u32) -> DVec3,
-    limit: impl Fn(&[u32]) -> f64,
+    mut limit: impl FnMut(&[u32]) -> f64,
 ) -> (Vec<Vec<u32>>, Vec<OpenLoop>) {
     let (mut holes, mut open) = (Vec::new(), Vec::new());
     for edge_loop in loops::trace(boundary) {

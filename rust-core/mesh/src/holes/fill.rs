@@ -21,11 +21,11 @@ impl Fill {
     /// Whether it crosses one of the others.
     pub fn crosses(&self, others: &[&Fill]) -> bool {
         let obstacles = others.iter().flat_map(|other| other.corners());
-        crosses(&self.patch, &obstacles.collect::<Vec<_>>())
+        crosses(&self.corners(), &obstacles.collect::<Vec<_>>())
     }
 
-    fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        (0..self.patch.triangles.len()).map(|t| self.patch.corners(t))
+    fn corners(&self) -> Vec<[DVec3; 3]> {
+        corners(&self.patch)
     }
 
     /// Vertices and triangles that it appends.
@@ -76,7 +76,7 @@ pub(super) fn close(
     obstacles.extend(others.iter().flat_map(|other| other.corners()));
     let stays_clear = |patch: &Patch| {
         let bounds = Bounds::of(patch.points.iter().copied());
-        region.encloses(&bounds) && !crosses(patch, &obstacles)
+        region.encloses(&bounds) && !crosses(&corners(patch), &obstacles)
     };
     let faired = fair::fair(&refined, &rim.triangles, progress)?;
     for patch in [faired, refined, coarse] {
@@ -88,22 +88,26 @@ pub(super) fn close(
     Ok(None)
 }
 
+fn corners(patch: &Patch) -> Vec<[DVec3; 3]> {
+    (0..patch.triangles.len()).map(|t| patch.corners(t)).collect()
+}
+
 /// What the mesh is like along a loop.
-struct Rim {
+pub(super) struct Rim {
     /// Unit normal of the triangle at the edge from vertex i to the next.
-    normals: Vec<Option<DVec3>>,
+    pub normals: Vec<Option<DVec3>>,
     /// Mean length of the edges at each vertex.
     scale: Vec<f64>,
     /// Pairs of the loop's vertices that an edge connects.
-    taken: BTreeSet<[u32; 2]>,
+    pub taken: BTreeSet<[u32; 2]>,
     /// Triangles with a vertex of the loop: corners, and which vertices of the loop they are.
     triangles: Vec<([DVec3; 3], [Option<u32>; 3])>,
     /// Whether a triangle has three vertices of the loop that has only three.
-    is_lone_triangle: bool,
+    pub is_lone_triangle: bool,
 }
 
 impl Rim {
-    fn new(mesh: Mesh<'_>, hole: &[u32], near: &[u32]) -> Self {
+    pub fn new(mesh: Mesh<'_>, hole: &[u32], near: &[u32]) -> Self {
         let n = hole.len();
         let mut order: Vec<(u32, u32)> = hole.iter().enumerate().map(|(i, &v)| (v, i as u32)).collect();
         order.sort_unstable();
@@ -160,10 +164,9 @@ impl Rim {
     }
 }
 
-/// Whether the patch crosses itself or an obstacle.
-fn crosses(patch: &Patch, obstacles: &[[DVec3; 3]]) -> bool {
-    let own: Vec<[DVec3; 3]> = (0..patch.triangles.len()).map(|t| patch.corners(t)).collect();
-    let whole = Bounds::of(patch.points.iter().copied());
+/// Whether triangles cross themselves or an obstacle.
+pub(super) fn crosses(own: &[[DVec3; 3]], obstacles: &[[DVec3; 3]]) -> bool {
+    let whole = Bounds::of(own.iter().flatten().copied());
     let extent = whole.max - whole.min;
     let axis = (0..3).max_by(|&a, &b| extent[a].total_cmp(&extent[b])).unwrap_or(0);
     // Along the longest axis, whatever overlaps a triangle begins before it ends.

@@ -2,8 +2,8 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::{MeshReport, TriMesh, check};
 use geom::triangles::cross;
-use mesh::{MeshReport, TriMesh, check};
 
 /// Boundary edges in the direction of their triangles.
 fn boundary_of(triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {

@@ -1,0 +1,194 @@
+//! Holes closed over their loops alone, for surfaces that go through given points and no others.
+//!
+//! Where noise crumples a surface, what would close a loop crosses triangles beside it, or its chords are edges already. Then
+//! one of these gives way, and the loop runs around it; else all at the loop's vertices, which are given up.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::fill::{Rim, crosses};
+use super::loops::trace;
+use super::minimal::Loop;
+use super::near::{self, Bounds, Mesh, gather};
+use super::{meeting, sort_out};
+use base::error::Result;
+use base::progress::Progress;
+
+/// Loops of more edges are closed as they are or not at all: each triangle beside one may have to be tried.
+const FEW: usize = 32;
+
+/// What [`close_over_loops`] found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Over {
+    /// Triangles that close loops.
+    pub added: Vec<[u32; 3]>,
+    /// Triangles of the mesh that gave way, rising.
+    pub removed: Vec<u32>,
+    /// Boundary edges of the loops that are left.
+    pub boundary: Vec<[u32; 2]>,
+}
+
+/// A loop closed.
+struct Lid {
+    triangles: Vec<[u32; 3]>,
+    /// Triangles that gave way.
+    removed: Vec<u32>,
+}
+
+/// Like [`super::close`] without new vertices; triangles around a hole may give way, so that vertices may lose theirs. Over a
+/// loop of three edges there is but one triangle, which is taken whatever it crosses.
+///
+/// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn close_over_loops(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    boundary: &[[u32; 2]],
+    limit: impl FnMut(&[u32]) -> f64,
+    progress: &Progress<'_>,
+) -> Result<Over> {
+    let mesh = Mesh { positions, triangles };
+    let (holes, _) = sort_out(boundary, |v| positions[v as usize], limit);
+    if holes.is_empty() {
+        return Ok(Over { boundary: boundary.to_vec(), ..Over::default() });
+    }
+    let mut border: Vec<u32> = boundary.iter().map(|edge| edge[0]).collect();
+    border.sort_unstable();
+    let around = |hole: &Vec<u32>| near::region(mesh.region(hole));
+    let regions: Vec<Bounds> = holes.iter().map(around).collect();
+    let surroundings = gather(mesh, &regions, progress)?;
+    let close = |i: usize, others: &[[DVec3; 3]]| {
+        let place = Place { mesh, near: &surroundings[i], region: regions[i], others, border: &border };
+        place.close(&holes[i], progress)
+    };
+    let mut lids: Vec<Option<Lid>> = (0..holes.len()).into_par_iter().map(|i| close(i, &[])).collect::<Result<_>>()?;
+    // In the order of the holes, one that crosses an earlier one is made anew with those in view, or dropped.
+    let boxes: Vec<(usize, Bounds)> =
+        lids.iter().enumerate().filter(|(_, lid)| lid.is_some()).map(|(i, _)| (i, regions[i])).collect();
+    let corners = |t: [u32; 3]| t.map(|v| positions[v as usize]);
+    for group in meeting(&boxes, progress)?.chunk_by(|a, b| a.0 == b.0) {
+        let later = group[0].0;
+        let earlier: Vec<&Lid> = group.iter().filter_map(|&(_, i)| lids[i].as_ref()).collect();
+        let others: Vec<[DVec3; 3]> = earlier.iter().flat_map(|lid| &lid.triangles).map(|&t| corners(t)).collect();
+        let clashes = |lid: &Lid| {
+            let own: Vec<[DVec3; 3]> = lid.triangles.iter().map(|&t| corners(t)).collect();
+            crosses(&own, &others)
+        };
+        if lids[later].as_ref().is_some_and(&clashes) {
+            let anew = close(later, &others)?.filter(|lid| !clashes(lid));
+            lids[later] = anew;
+        }
+    }
+    let mut over = Over::default();
+    // Those for which triangles give way go after the others, and share no vertex with any.
+    let mut lids: Vec<(Lid, &Vec<u32>)> =
+        lids.into_iter().zip(&holes).filter_map(|(lid, hole)| Some((lid?, hole))).collect();
+    lids.sort_by_key(|(lid, _)| !lid.removed.is_empty());
+    let mut touched = vec![false; positions.len()];
+    let mut is_closed = vec![false; positions.len()];
+    for (lid, hole) in lids {
+        let gone = lid.removed.iter().map(|&t| triangles[t as usize]);
+        let vertices: Vec<u32> = lid.triangles.iter().copied().chain(gone).flatten().collect();
+        if !lid.removed.is_empty() && vertices.iter().any(|&v| touched[v as usize]) {
+            continue;
+        }
+        vertices.iter().for_each(|&v| touched[v as usize] = true);
+        hole.iter().for_each(|&v| is_closed[v as usize] = true);
+        over.added.extend(lid.triangles);
+        over.removed.extend(lid.removed);
+    }
+    over.removed.sort_unstable();
+    over.boundary = boundary.iter().copied().filter(|edge| !is_closed[edge[0] as usize]).collect();
+    Ok(over)
+}
+
+/// What is around a hole.
+struct Place<'a> {
+    mesh: Mesh<'a>,
+    /// Triangles in the region.
+    near: &'a [u32],
+    region: Bounds,
+    /// What closes other holes.
+    others: &'a [[DVec3; 3]],
+    /// All vertices of boundaries, rising.
+    border: &'a [u32],
+}
+
+impl Place<'_> {
+    fn close(&self, hole: &[u32], progress: &Progress<'_>) -> Result<Option<Lid>> {
+        if let Some(triangles) = self.over(hole, self.near, progress)? {
+            return Ok(Some(Lid { triangles, removed: Vec::new() }));
+        }
+        if hole.len() > FEW {
+            return Ok(None);
+        }
+        for i in 0..hole.len() {
+            let edge = [hole[(i + 1) % hole.len()], hole[i]];
+            let Some((beside, apex)) = self.beside(edge) else { continue };
+            if hole.contains(&apex) || self.border.binary_search(&apex).is_ok() {
+                continue;
+            }
+            let mut longer = hole.to_vec();
+            longer.insert(i + 1, apex);
+            let near: Vec<u32> = self.near.iter().copied().filter(|&t| t != beside).collect();
+            if let Some(triangles) = self.over(&longer, &near, progress)? {
+                return Ok(Some(Lid { triangles, removed: vec![beside] }));
+            }
+        }
+        let Some((rim, star)) = self.star(hole) else { return Ok(None) };
+        let is_left = |t: &u32| star.binary_search(t).is_err();
+        let near: Vec<u32> = self.near.iter().copied().filter(is_left).collect();
+        Ok(self.over(&rim, &near, progress)?.map(|triangles| Lid { triangles, removed: star }))
+    }
+
+    /// The triangles at a hole's vertices, rising, and the loop around them all, if it is one.
+    fn star(&self, hole: &[u32]) -> Option<(Vec<u32>, Vec<u32>)> {
+        let corners = |t: &u32| self.mesh.triangles[*t as usize];
+        let star: Vec<u32> =
+            self.near.iter().copied().filter(|t| corners(t).iter().any(|v| hole.contains(v))).collect();
+        let edges = || star.iter().map(corners).flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let inner: BTreeSet<[u32; 2]> = edges().collect();
+        let is_rim = |[a, b]: &[u32; 2]| !(inner.contains(&[*b, *a]) || hole.contains(a) && hole.contains(b));
+        let rim: Vec<[u32; 2]> = edges().filter(is_rim).map(|[a, b]| [b, a]).collect();
+        if rim.iter().any(|[a, _]| hole.contains(a) || self.border.binary_search(a).is_ok()) {
+            return None;
+        }
+        let mut loops = trace(&rim);
+        let around = loops.pop()?;
+        (loops.is_empty() && around.is_simple && around.vertices.len() == rim.len()).then_some((around.vertices, star))
+    }
+
+    /// The triangle with a directed edge, and its third vertex.
+    fn beside(&self, [from, to]: [u32; 2]) -> Option<(u32, u32)> {
+        self.near.iter().find_map(|&t| {
+            let [a, b, c] = self.mesh.triangles[t as usize];
+            let apex = [([a, b], c), ([b, c], a), ([c, a], b)].into_iter().find(|(edge, _)| *edge == [from, to])?.1;
+            Some((t, apex))
+        })
+    }
+
+    /// Triangles over a loop that cross nothing.
+    fn over(&self, hole: &[u32], near: &[u32], progress: &Progress<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+        let rim = Rim::new(self.mesh, hole, near);
+        // A loop around a single triangle would get that triangle's other side.
+        if hole.len() == 3 && rim.is_lone_triangle {
+            return Ok(None);
+        }
+        let points: Vec<DVec3> = hole.iter().map(|&v| self.mesh.positions[v as usize]).collect();
+        let lid = Loop { points: &points, outside: &rim.normals, taken: &rim.taken }.triangulate(progress)?;
+        let Some(lid) = lid.filter(|_| self.region.encloses(&Bounds::of(points.iter().copied()))) else {
+            return Ok(None);
+        };
+        if hole.len() == 3 {
+            return Ok(Some(vec![[hole[0], hole[1], hole[2]]]));
+        }
+        let own: Vec<[DVec3; 3]> = lid.iter().map(|t| t.map(|v| points[v as usize])).collect();
+        let mut obstacles: Vec<[DVec3; 3]> = near.iter().map(|&t| self.mesh.corners(t)).collect();
+        obstacles.extend(self.others);
+        Ok((!crosses(&own, &obstacles)).then(|| lid.into_iter().map(|t| t.map(|v| hole[v as usize])).collect()))
+    }
+}
