@@ -1,8 +1,7 @@
 //! Surfaces that are open: scans from one side, parts, borders.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
-use super::shapes::torus;
 use super::*;
 
 /// Two sheets above each other, noise as large as a third of their spacing.
@@ -66,31 +65,4 @@ fn parts_are_joined_unless_gaps_stay_open() {
     let open = ReconstructParams { closure: Closure::Open, ..Default::default() };
     let (_, apart) = reconstruct(halves, &open);
     assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
-}
-
-#[test]
-fn a_handle_that_the_samples_force_is_one() {
-    let open = ReconstructParams { closure: Closure::Open, ..Default::default() };
-    let ring: Vec<DVec3> = torus(12_000, 3.0, 1.0, 5).into_iter().filter(|p| p.z < 0.9).collect();
-    let (made, report) = reconstruct(ring, &open);
-    // Without its top a torus is a ring.
-    assert!(!made.report.closed && report.components == 1, "{report}");
-    assert_eq!(report.genus(), Some(0), "{report}");
-    let holed: Vec<DVec3> =
-        torus(12_000, 3.0, 1.0, 5).into_iter().filter(|p| p.distance(DVec3::X * 4.0) > 0.8).collect();
-    let (_, report) = reconstruct(holed, &open);
-    assert_eq!((report.components, report.genus()), (1, Some(1)), "{report}");
-}
-
-/// A scan from one side: a dome, which a lid would close.
-#[test]
-fn a_scan_from_one_side_gets_no_lid() {
-    let mut random = random(13);
-    let dome: Vec<DVec3> = (0..100 * 100)
-        .map(|i| DVec2::new(f64::from(i % 100), f64::from(i / 100)) / 50.0 - 0.99)
-        .map(|p| DVec3::new(p.x, p.y, 1.2 - 0.5 * p.length_squared() + 0.0016 * (random() - 0.5)))
-        .collect();
-    let (made, report) = reconstruct(dome, &ReconstructParams::default());
-    assert!(!made.report.closed && report.genus() == Some(0), "{report}");
-    assert_eq!((report.boundary_loops, report.components), (1, 1), "{report}");
 }
