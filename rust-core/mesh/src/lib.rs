@@ -6,6 +6,8 @@
 //! | `check` | manifold, oriented, finite, no degenerate or duplicate triangle; components, boundary loops, genus |
 //! | `holes/` | boundary loops closed |
 //! | `quads` | meshes of quads |
+//! | `sink` | meshes that are handed over piece by piece |
+//! | `extent` | where coordinates lie, and how precise they are |
 //! | `certify` | a bound that holds everywhere between two surfaces |
 //! | `point_cloud` | points without connectivity |
 //! | `shapes` | meshes of analytic shapes |
@@ -17,6 +19,7 @@ pub mod certify;
 pub mod check;
 pub mod crs;
 pub mod dump;
+pub mod extent;
 #[doc(hidden)]
 pub mod holes;
 pub mod measure;
@@ -28,6 +31,7 @@ pub mod srgb;
 
 pub use check::{MeshReport, check, check_welded, try_check, try_check_welded};
 pub use crs::Crs;
+pub use extent::Extent;
 pub use point_cloud::PointCloud;
 pub use quads::QuadMesh;
 

@@ -3,7 +3,7 @@
 use base::error::Result;
 use glam::DVec3;
 
-use crate::{Attribute, AttributeData, Crs, TriMesh};
+use crate::{Attribute, AttributeData, Crs, Extent, TriMesh};
 
 /// What a mesh that is handed over will have.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +12,8 @@ pub struct MeshOutline {
     pub vertices: u64,
     /// Triangles.
     pub triangles: u64,
+    /// Where all its vertices lie.
+    pub extent: Extent,
     /// Attributes of the vertices, without entries.
     pub vertex_attributes: Vec<Attribute>,
     /// Attributes of the triangles, without entries.
@@ -63,6 +65,24 @@ impl AttributeData {
             (AttributeData::Bool(all), AttributeData::Bool(entries)) => put(all, first, entries),
             (AttributeData::Colour(all), AttributeData::Colour(entries)) => put(all, first, entries),
             _ => unreachable!("pieces have the attributes of the outline"),
+        }
+    }
+}
+
+impl TriMesh {
+    /// What it has, as it is told where it is handed over.
+    pub fn outline(&self) -> MeshOutline {
+        let blank = |list: &[Attribute]| {
+            let blank = |of: &Attribute| Attribute { name: of.name.clone(), data: of.data.blank(0) };
+            list.iter().map(blank).collect()
+        };
+        MeshOutline {
+            vertices: self.positions.len() as u64,
+            triangles: self.triangles.len() as u64,
+            extent: Extent::of(&self.positions),
+            vertex_attributes: blank(&self.vertex_attributes),
+            face_attributes: blank(&self.face_attributes),
+            crs: self.crs.clone(),
         }
     }
 }

@@ -16,6 +16,34 @@ pub(crate) enum Output<'a> {
     InMemory(&'a mut Writing),
 }
 
+impl Output<'_> {
+    /// Takes so many bytes of the disk for the file, which then has that length, where the system can do that: a full disk is found out
+    /// before the work. Elsewhere the file has that length alone.
+    pub(crate) fn reserve(&self, bytes: u64) -> std::io::Result<()> {
+        match self {
+            Output::File(file) => reserve(file, bytes),
+            Output::InMemory(_) => Ok(()),
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn reserve(file: &File, bytes: u64) -> std::io::Result<()> {
+    use rustix::fs::{FallocateFlags, fallocate};
+    let taken = rustix::io::retry_on_intr(|| fallocate(file, FallocateFlags::empty(), 0, bytes));
+    match taken.map_err(std::io::Error::from) {
+        Err(error) if matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => Err(error),
+        // Not every file system takes room beforehand.
+        Err(_) => file.set_len(bytes),
+        Ok(()) => Ok(()),
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn reserve(file: &File, bytes: u64) -> std::io::Result<()> {
+    file.set_len(bytes)
+}
+
 impl Write for Output<'_> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         #[cfg(test)]

@@ -6,12 +6,13 @@ use glam::DAffine3;
 
 use super::{
     GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_glb,
-    write_obj, write_ply, write_stl,
+    write_obj, write_ply, write_ply_in_pieces, write_stl,
 };
 use base::error::{Error, Result};
 use base::params::{choice, ratio};
 use base::progress::Progress;
 use mesh::TriMesh;
+use mesh::sink::MeshSink;
 
 base::choices! {
     /// How the numbers of PLY files are written.
@@ -53,6 +54,13 @@ base::params! {
     }
 }
 
+impl WriteOptions {
+    /// What of it holds for PLY files.
+    fn ply(&self) -> PlyOptions {
+        PlyOptions { provenance: self.provenance.clone(), ..self.encoding.into() }
+    }
+}
+
 /// Checks, before the work that a mesh takes, that [`write_mesh`] knows the ending of a file's name and has what the options ask for;
 /// returns the ending. Looks at no file.
 ///
@@ -85,10 +93,7 @@ pub fn write_mesh(
         return Err(Error::input(format!("{}: only .glb holds coarser levels", path.display())));
     }
     match ending {
-        "ply" => {
-            let provenance = options.provenance.clone();
-            write_ply(path, mesh, PlyOptions { provenance, ..options.encoding.into() }, progress)
-        }
+        "ply" => write_ply(path, mesh, options.ply(), progress),
         "glb" => {
             let name = path.file_stem().unwrap_or_default().to_string_lossy();
             let node = GlbNode { name: &name, mesh, world_from_mesh: DAffine3::IDENTITY, coarser };
@@ -99,4 +104,36 @@ pub fn write_mesh(
         "stl" => write_stl(path, mesh, progress),
         other => unreachable!("{other} holds no mesh"),
     }
+}
+
+/// Checks, before the work that a mesh takes, that [`write_mesh_in_pieces`] knows the ending of a file's name and has what the options ask
+/// for. Looks at no file.
+///
+/// # Errors
+/// As [`check_mesh_file`]; [`Error::Input`] for anything but binary PLY.
+pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
+    let shown = path.display();
+    if check_mesh_file(path, options)? != "ply" {
+        return Err(Error::input(format!("{shown}: only .ply is written piece by piece: choose such a name")));
+    }
+    if options.encoding == Encoding::Ascii {
+        let encoding = options.encoding.name();
+        return Err(Error::input(format!(
+            "{shown}: what is written piece by piece is binary: the encoding \"{encoding}\" is none"
+        )));
+    }
+    Ok(())
+}
+
+/// Writes a mesh that `make` hands over piece by piece, as [`write_ply_in_pieces`] does; returns what `make` returns.
+///
+/// # Errors
+/// As [`check_file_in_pieces`] and [`write_ply_in_pieces`].
+pub fn write_mesh_in_pieces<R: Send>(
+    path: &Path,
+    options: &WriteOptions,
+    make: impl FnOnce(&mut dyn MeshSink) -> Result<R> + Send,
+) -> Result<R> {
+    check_file_in_pieces(path, options)?;
+    write_ply_in_pieces(path, options.ply(), make)
 }

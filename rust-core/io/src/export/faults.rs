@@ -70,6 +70,19 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
             }),
         ));
     }
+    let pieces = mesh.clone();
+    writers.push((
+        "pieces.ply",
+        Box::new(move |path, progress| {
+            write_ply_in_pieces(path, PlyOptions::default(), |sink| {
+                sink.begin(&pieces.outline())?;
+                progress.check()?;
+                let entries = |list: &[Attribute]| list.iter().map(|of| of.data.clone()).collect::<Vec<_>>();
+                sink.triangles(0, &pieces.triangles, &entries(&pieces.face_attributes))?;
+                sink.vertices(0, &pieces.positions, &entries(&pieces.vertex_attributes))
+            })
+        }),
+    ));
     let (first, second) = (mesh.clone(), mesh.clone());
     writers.push(("mesh.obj", Box::new(move |path, progress| write_obj(path, &first, None, progress))));
     writers.push(("mesh.stl", Box::new(move |path, progress| write_stl(path, &second, progress))));

@@ -33,14 +33,16 @@ mod stl;
 mod temporary;
 
 pub use crate::import::registry::{Holding, ending_for, written_endings};
-pub use by_ending::{Encoding, SCHEMA, WriteOptions, check_mesh_file, write_mesh};
+pub use by_ending::{
+    Encoding, SCHEMA, WriteOptions, check_file_in_pieces, check_mesh_file, write_mesh, write_mesh_in_pieces,
+};
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use crs::crs_note;
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{
-    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_points_ply, write_quads_ply,
-    write_range_grid_ply,
+    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_ply_in_pieces, write_points_ply,
+    write_quads_ply, write_range_grid_ply,
 };
 pub use poses::write_poses;
 pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};

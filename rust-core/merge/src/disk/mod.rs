@@ -43,6 +43,9 @@ use image::source::{ScanSource, common_crs};
 use labels::BlockLabels;
 use mesh::sink::MeshSink;
 
+/// Bytes of memory that a worker needs.
+pub const LEAST: u64 = 12_000_000;
+
 /// Where a merge keeps what memory does not hold, and how much it may hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Workspace<'a> {

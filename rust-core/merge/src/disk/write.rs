@@ -11,7 +11,7 @@ use crate::extract::{Case, Surface};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
-use mesh::{Attribute, AttributeData, Crs};
+use mesh::{Attribute, AttributeData, Crs, Extent};
 
 /// Writes the surface; `colours` are those of vertices that no scan has a colour of, nothing where no scan has any. Returns the number of
 /// triangles of each case.
@@ -37,9 +37,12 @@ pub fn write(
     if colours.is_some() {
         vertex_attributes.push(Attribute::colour("colour", Vec::new()));
     }
+    let mut extent = Extent::default();
+    whole.each_triangle(progress, |corners| corners.iter().for_each(|corner| extent.add(corner.1)))?;
     let outline = MeshOutline {
         vertices: whole.vertices() - whole.changes.bare.len() as u64,
         triangles: whole.triangles() - out.removed.len() as u64,
+        extent,
         vertex_attributes,
         face_attributes: vec![Attribute::bool("hole_fill", Vec::new())],
         crs,

@@ -4,6 +4,7 @@
 //! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts
 //! elements, about every quarter megabyte.
 
+mod pieces;
 mod rows;
 
 use std::io::Write;
@@ -20,7 +21,9 @@ use base::memory;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 use mesh::point_cloud::PointCloud;
-use mesh::{Attribute, AttributeData, Crs, QuadMesh, TriMesh};
+use mesh::{Attribute, AttributeData, Crs, Extent, QuadMesh, TriMesh};
+
+pub use self::pieces::write_ply_in_pieces;
 
 /// Coordinates farther from the origin than this many times their extent are written in double precision: single
 /// precision would keep less than 2^-20 of the extent.
@@ -86,11 +89,7 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
     };
     vertices.columns.push(positions(&mesh.positions, kind)?);
     attributes(&mut vertices, &mesh.vertex_attributes)?;
-    let mut faces = element("face", mesh.triangles.len());
-    faces.columns.push(Column {
-        declaration: "property list uchar int vertex_indices\n".to_owned(),
-        data: Data::Triangle(&mesh.triangles),
-    });
+    let mut faces = faces(&mesh.triangles, mesh.triangles.len());
     attributes(&mut faces, &mesh.face_attributes)?;
     begin(progress, mesh.positions.len() + mesh.triangles.len());
     write(path, "", &[vertices, faces], &options, mesh.crs.as_ref(), progress)?.keep()
@@ -296,31 +295,41 @@ fn channels(prefix: &str) -> String {
 
 /// The column of coordinates; they are known to be finite.
 fn positions(positions: &[DVec3], kind: PositionType) -> Result<Column<'_>> {
-    let low = positions.iter().fold(DVec3::INFINITY, |m, p| m.min(*p));
-    let high = positions.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(*p));
-    let largest = low.abs().max(high.abs()).max_element();
-    let fits = positions.is_empty() || largest <= f64::from(f32::MAX);
-    let near = positions.is_empty() || largest <= FAR * (high - low).max_element() || is_single(positions);
+    Ok(position_column(positions, is_double(&Extent::of(positions), kind)?))
+}
+
+/// Whether coordinates that lie there are written in double precision.
+fn is_double(extent: &Extent, kind: PositionType) -> Result<bool> {
+    let largest = extent.largest();
+    let fits = largest <= f64::from(f32::MAX);
+    let near = largest <= FAR * extent.side() || extent.single;
     let double = match kind {
         PositionType::Auto => !fits || !near,
         PositionType::Float => false,
         PositionType::Double => true,
     };
-    if double {
-        let declaration = ["x", "y", "z"].iter().map(|name| format!("property double {name}\n")).collect();
-        return Ok(Column { declaration, data: Data::Double(positions) });
-    }
-    if !fits {
+    if !double && !fits {
         return Err(Error::input(format!(
             "a coordinate of {largest:e} is too large for single precision: write doubles"
         )));
     }
-    Ok(Column { declaration: floats(&["x", "y", "z"]), data: Data::Single(positions) })
+    Ok(double)
 }
 
-/// Whether single precision holds every coordinate exactly.
-fn is_single(positions: &[DVec3]) -> bool {
-    positions.iter().all(|p| p.as_vec3().as_dvec3() == *p)
+fn position_column(positions: &[DVec3], double: bool) -> Column<'_> {
+    if double {
+        let declaration = ["x", "y", "z"].iter().map(|name| format!("property double {name}\n")).collect();
+        return Column { declaration, data: Data::Double(positions) };
+    }
+    Column { declaration: floats(&["x", "y", "z"]), data: Data::Single(positions) }
+}
+
+/// The element of triangles, without attributes.
+fn faces(triangles: &[[u32; 3]], count: usize) -> Element<'_> {
+    let mut faces = element("face", count);
+    let declaration = "property list uchar int vertex_indices\n".to_owned();
+    faces.columns.push(Column { declaration, data: Data::Triangle(triangles) });
+    faces
 }
 
 fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Result<()> {
@@ -329,12 +338,12 @@ fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Res
         if name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control()) {
             return Err(Error::input(format!("attribute {name:?}: a PLY file needs a name without blanks")));
         }
-        let (declaration, data) = match &attribute.data {
-            AttributeData::F32(values) => (floats(&[name]), Data::F32(values)),
-            AttributeData::I32(values) => (format!("property int {name}\n"), Data::I32(values)),
-            AttributeData::Bool(values) => (format!("property uchar {name}\n"), Data::Bool(values)),
-            AttributeData::Colour(values) if name == "colour" => (channels(""), Data::Colour(values)),
-            AttributeData::Colour(values) => (channels(&format!("{name}_")), Data::Colour(values)),
+        let declaration = match &attribute.data {
+            AttributeData::F32(_) => floats(&[name]),
+            AttributeData::I32(_) => format!("property int {name}\n"),
+            AttributeData::Bool(_) => format!("property uchar {name}\n"),
+            AttributeData::Colour(_) if name == "colour" => channels(""),
+            AttributeData::Colour(_) => channels(&format!("{name}_")),
         };
         // A property's name is the last word of its line.
         let taken = |line: &str| {
@@ -344,9 +353,18 @@ fn attributes<'a>(element: &mut Element<'a>, attributes: &'a [Attribute]) -> Res
         if declaration.lines().any(taken) {
             return Err(Error::input(format!("attribute {name}: the name is taken; rename it")));
         }
-        element.columns.push(Column { declaration, data });
+        element.columns.push(Column { declaration, data: column_data(&attribute.data) });
     }
     Ok(())
+}
+
+fn column_data(entries: &AttributeData) -> Data<'_> {
+    match entries {
+        AttributeData::F32(values) => Data::F32(values),
+        AttributeData::I32(values) => Data::I32(values),
+        AttributeData::Bool(values) => Data::Bool(values),
+        AttributeData::Colour(values) => Data::Colour(values),
+    }
 }
 
 pub(super) fn begin(progress: &Progress<'_>, elements: usize) {
@@ -362,6 +380,17 @@ fn write(
     crs: Option<&Crs>,
     progress: &Progress<'_>,
 ) -> Result<Staged> {
+    let header = header(info, elements, options, crs)?;
+    stage(path, progress, |file| {
+        file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
+        for element in elements {
+            element.write(file, path, options.encoding, progress)?;
+        }
+        Ok(())
+    })
+}
+
+fn header(info: &str, elements: &[Element<'_>], options: &PlyOptions, crs: Option<&Crs>) -> Result<String> {
     if let Some(element) = elements.iter().find(|e| e.count > i32::MAX as usize) {
         return Err(Error::input(format!(
             "{} entries of {} are more than a PLY file holds",
@@ -379,13 +408,7 @@ fn write(
         element.declare(&mut header);
     }
     header += "end_header\n";
-    stage(path, progress, |file| {
-        file.write_all(header.as_bytes()).map_err(|e| Error::io(path, e))?;
-        for element in elements {
-            element.write(file, path, options.encoding, progress)?;
-        }
-        Ok(())
-    })
+    Ok(header)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use base::error::{Error, Result};
 use base::progress::Progress;
 
 /// Bytes of one chunk, about.
-const CHUNK: usize = 1 << 18;
+pub(super) const CHUNK: usize = 1 << 18;
 
 /// A cell of a range grid without a vertex.
 pub(super) const NO_VERTEX: u32 = u32::MAX;
@@ -72,7 +72,8 @@ impl Data<'_> {
 }
 
 impl Element<'_> {
-    fn row_size(&self) -> usize {
+    /// Bytes of a binary row; of cells the most.
+    pub(super) fn row_size(&self) -> usize {
         self.columns.iter().map(|c| c.data.size()).sum()
     }
 
@@ -118,7 +119,8 @@ impl Element<'_> {
         Ok(())
     }
 
-    fn encode(&self, rows: Range<usize>, encoding: PlyEncoding, out: &mut Vec<u8>) {
+    /// Appends rows to `out`, which holds none.
+    pub(super) fn encode(&self, rows: Range<usize>, encoding: PlyEncoding, out: &mut Vec<u8>) {
         match encoding {
             PlyEncoding::Ascii => self.text(rows, out),
             PlyEncoding::BinaryLittleEndian => self.binary::<false>(rows, out),
