@@ -11,6 +11,7 @@
 //!
 #![doc = include_str!("tour.md")]
 
+mod merge_to_file;
 pub mod params;
 
 #[doc(inline)]
@@ -76,6 +77,7 @@ pub mod scattered {
 
 pub use error::{Error, Result};
 pub use image::RangeImage;
+pub use merge_to_file::{IntoFile, merge_to_file};
 pub use mesh::TriMesh;
 pub use point_cloud::PointCloud;
 pub use progress::{Progress, Tick};

@@ -1,0 +1,82 @@
+//! More scans than memory holds, merged straight into a file.
+
+use std::path::{Path, PathBuf};
+
+use base::error::{Error, Result};
+use base::memory::{available, size};
+use base::progress::Progress;
+use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
+use io::memory_folder::MemoryFolder;
+use merge::disk::{LEAST, Workspace};
+use merge::{MergeParams, MergeReport, ScanSource};
+
+/// Taken where neither a limit nor the system says what memory there is.
+const UNKNOWN: u64 = 2 << 30;
+
+/// Where a merge works whose surface goes into a file, and how the file is written.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IntoFile {
+    /// Most bytes of memory that are taken; by default, and at most, what the limit allows or what is free.
+    pub max_memory: Option<u64>,
+    /// A folder that exists, for what memory does not hold, which is removed at the end; by default that of the file.
+    pub workspace: Option<PathBuf>,
+    /// How the file is written.
+    pub write: WriteOptions,
+}
+
+/// Merges scans, of which there may be more than memory holds, into a PLY file: its bytes are those that [`merge::run`] and
+/// [`write_mesh`](io::export::write_mesh) make. Neither the scans nor the surface are in memory at once.
+///
+/// The folder for what memory does not hold needs room: up to 200 bytes for each intersection of a scan with the grid.
+///
+/// # Errors
+/// As [`merge::run`]; a name that does not end in .ply, text as the encoding; a workspace that is no folder; too little memory, with the
+/// least that does; files that can't be written. Then neither file nor anything else is left, and a file that was there is untouched.
+pub fn merge_to_file(
+    sources: &[&dyn ScanSource],
+    path: &Path,
+    params: &MergeParams,
+    into: &IntoFile,
+    progress: &Progress<'_>,
+) -> Result<MergeReport> {
+    params.validate()?;
+    check_file_in_pieces(path, &into.write)?;
+    let folder = folder(path, into.workspace.as_deref())?;
+    let memory = memory(into.max_memory, params.threads)?;
+    let workspace = Workspace { folder, memory };
+    write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))
+}
+
+/// The folder to work in.
+fn folder<'a>(file: &'a Path, given: Option<&'a Path>) -> Result<&'a Path> {
+    let Some(folder) = given else {
+        if MemoryFolder::of(file).is_some() {
+            let file = file.display();
+            return Err(Error::input(format!("{file}: a file in memory has no folder to work in: give a workspace")));
+        }
+        let beside = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        return Ok(beside.unwrap_or(Path::new(".")));
+    };
+    if !folder.is_dir() {
+        return Err(Error::input(format!("{}: the workspace must be a folder that exists", folder.display())));
+    }
+    Ok(folder)
+}
+
+/// Bytes to work with.
+fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
+    let workers = base::threads::pool(threads)?.current_num_threads() as u64;
+    let (there, known) = available();
+    let there = if there.is_finite() { there as u64 } else { UNKNOWN };
+    let (memory, known) = most.filter(|&most| most < there).map_or((there, known), |most| (most, "given"));
+    let least = LEAST * workers;
+    if memory < least {
+        let least = size(least as f64);
+        let (each, memory) = (size(LEAST as f64), size(memory as f64));
+        return Err(Error::OutOfMemory(format!(
+            "merging into a file needs {least} at least, {each} for each of {workers} threads, {memory} are {known}; \
+             allow more, or fewer threads"
+        )));
+    }
+    Ok(memory)
+}

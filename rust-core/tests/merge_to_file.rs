@@ -1,0 +1,108 @@
+//! Merges into a file, with what memory does not hold on a disk.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+
+use surfrecon::export::{Encoding, Provenance, WriteOptions, write_mesh};
+use surfrecon::geom::bvh::Bvh;
+use surfrecon::memory_folder::MemoryFolder;
+use surfrecon::merge::{self, MergeParams, ScanSource};
+use surfrecon::mesh::shapes::Shape;
+use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::{Error, IntoFile, Progress, RangeImage, merge_to_file};
+
+fn scans() -> Vec<RangeImage> {
+    let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
+    let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
+    let table = Turntable { around: 5, above: 1, below: 1, pixels: 90, ..Turntable::default() };
+    let noisy = ScanParams { noise: 0.002, ..ScanParams::default() };
+    let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
+    cameras.iter().map(|camera| scan(&shape, &tree, camera, &noisy, &Progress::none()).unwrap()).collect()
+}
+
+fn sources(scans: &[RangeImage]) -> Vec<&dyn ScanSource> {
+    scans.iter().map(|scan| scan as &dyn ScanSource).collect()
+}
+
+/// Two threads, with as little memory as they do with: blocks of two bricks.
+fn least(workspace: &Path) -> IntoFile {
+    let max_memory = Some(2 * merge::disk::LEAST);
+    IntoFile { max_memory, workspace: Some(workspace.to_owned()), ..IntoFile::default() }
+}
+
+fn params() -> MergeParams {
+    MergeParams { voxel: Some(0.012), threads: 2, ..MergeParams::default() }
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn the_file_is_the_one_that_merging_and_writing_make() {
+    let scans = scans();
+    let merged = merge::run(&sources(&scans), &params(), &Progress::none()).unwrap();
+    assert!(merged.report.grid.iter().max().unwrap() > &(4 * 32), "{:?}", merged.report.grid);
+    let folder = tempfile::tempdir().unwrap();
+    let [at_once, in_pieces] = ["at once.ply", "in pieces.ply"].map(|name| folder.path().join(name));
+    let provenance = Some(Provenance::from_json("{\"command\": \"merge\"}").unwrap());
+    for encoding in [Encoding::Binary, Encoding::BinaryDouble] {
+        let write = WriteOptions { encoding, provenance: provenance.clone(), ..WriteOptions::default() };
+        write_mesh(&at_once, &merged.mesh, &[], &write, &Progress::none()).unwrap();
+        let workspace = tempfile::tempdir().unwrap();
+        for into in [least(workspace.path()), IntoFile::default()] {
+            let into = IntoFile { write: write.clone(), ..into };
+            let report = merge_to_file(&sources(&scans), &in_pieces, &params(), &into, &Progress::none()).unwrap();
+            assert!(std::fs::read(&in_pieces).unwrap() == std::fs::read(&at_once).unwrap());
+            assert_eq!((report.faces, report.holes), (merged.report.faces, merged.report.holes));
+            assert!(names(workspace.path()).is_empty() && names(folder.path()).len() == 2);
+        }
+    }
+}
+
+#[test]
+fn what_can_not_be_is_refused_before_the_work() {
+    let scans = scans();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("surface.ply");
+    let refused = |path: &Path, into: &IntoFile| {
+        let error = merge_to_file(&sources(&scans), path, &params(), into, &Progress::none()).unwrap_err();
+        assert!(names(folder.path()).is_empty());
+        error
+    };
+    let text = refused(&folder.path().join("surface.glb"), &IntoFile::default()).to_string();
+    assert!(text.ends_with("surface.glb: only .ply is written piece by piece: choose such a name"), "{text}");
+    let write = WriteOptions { encoding: Encoding::Ascii, ..WriteOptions::default() };
+    let text = refused(&path, &IntoFile { write, ..IntoFile::default() }).to_string();
+    assert!(text.contains("what is written piece by piece is binary: the encoding \"ascii\""), "{text}");
+    let text = refused(&path, &least(&folder.path().join("none"))).to_string();
+    assert!(text.ends_with("none: the workspace must be a folder that exists"), "{text}");
+    let little = IntoFile { max_memory: Some(1_000_000), ..IntoFile::default() };
+    let error = refused(&path, &little);
+    let wanted = "not enough memory: merging into a file needs 24 MB at least, 12 MB for each of 2 threads, 1 MB are given; \
+                  allow more, or fewer threads";
+    assert!(matches!(error, Error::OutOfMemory(_)) && error.to_string() == wanted, "{error}");
+    let memory = MemoryFolder::new();
+    let text = refused(&memory.path("surface.ply").unwrap(), &IntoFile::default()).to_string();
+    assert!(text.ends_with("a file in memory has no folder to work in: give a workspace"), "{text}");
+    assert!(refused(&folder.path().join("none/surface.ply"), &IntoFile::default()).to_string().contains("no folder"));
+}
+
+#[test]
+fn cancelled_anywhere_it_leaves_nothing() {
+    let scans = scans();
+    let (folder, workspace) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let path = folder.path().join("surface.ply");
+    let params = MergeParams { voxel: Some(0.05), ..params() };
+    let mut checks = 0;
+    loop {
+        let progress = Progress::cancel_after(checks);
+        match merge_to_file(&sources(&scans), &path, &params, &least(workspace.path()), &progress) {
+            Err(Error::Cancelled) => assert!(names(folder.path()).is_empty() && names(workspace.path()).is_empty()),
+            Ok(_) => break,
+            Err(other) => panic!("{other}"),
+        }
+        checks += 1 + checks / 4;
+    }
+    assert!(checks > 100 && names(folder.path()) == ["surface.ply"] && names(workspace.path()).is_empty(), "{checks}");
+}
