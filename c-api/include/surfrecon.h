@@ -2957,6 +2957,34 @@ srf_status srf_merger_run(const srf_merger *merger,
                           srf_mesh **out_mesh,
                           srf_merge_report *out_report);
 
+// Merges what was added, of which there may be more than memory holds, straight into a PLY file: its bytes are those that
+// srf_merger_run() and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were
+// added are; scans of sets and of sources are read and made several times. What memory does not hold is in files of the workspace, up to
+// 200 bytes for each intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is
+// written, or stays as it is. Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
+// merger      not NULL
+// path        UTF-8, ending in .ply; not NULL
+// params      NULL for the defaults
+// max_memory  most bytes that the merge takes, beside the scans that are being read, one a thread; 0 for, and at most, what
+//             srf_set_memory_limit() or the context allow, else what is free
+// workspace   a folder that exists, UTF-8; NULL for that of the file
+// options     how the file is written, not as text; NULL for the defaults
+// provenance  an object in JSON that the file says of where it is from, as by srf_mesh_write_from(); NULL for none
+// progress    NULL for none
+// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a full
+//             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB a thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+//             SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_merger_write(const srf_merger *merger,
+                            const char *path,
+                            const srf_merge_params *params,
+                            uint64_t max_memory,
+                            const char *workspace,
+                            const srf_write_options *options,
+                            const char *provenance,
+                            const srf_progress *progress,
+                            srf_merge_report *out_report);
+
 // Sets the defaults. Call srf_sculpt_params_init(params), which adds the size that this header knows.
 // params   not NULL
 // size     sizeof(srf_sculpt_params): what of the struct this library does not know becomes 0

@@ -1877,6 +1877,17 @@ private:
 };
 
 // A merge being put together.
+// How a surface goes into a file, and where what memory does not hold is kept meanwhile.
+struct IntoFile {
+    // Most bytes that are taken; 0 for what is allowed or free.
+    std::uint64_t max_memory = 0;
+    // A folder that exists; empty for that of the file.
+    std::string workspace;
+    WriteOptions options;
+    // An object in JSON that the file says of where it is from; empty for none.
+    std::string provenance;
+};
+
 class Merger : public detail::Handle<srf_merger, srf_merger_free> {
 public:
     Merger() : Handle(make()) {}
@@ -1949,6 +1960,19 @@ public:
         detail::Watcher watcher(progress);
         sources_.check(watcher, srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
         return Result{Mesh(mesh), report};
+    }
+
+    // More scans than memory holds, straight into a PLY file.
+    srf_merge_report write(const std::string &path, const MergeParams &params = {}, const IntoFile &into = {},
+                           const Progress &progress = {}) const
+    {
+        srf_merge_report report{};
+        check(srf_merge_report_init(&report));
+        detail::Watcher watcher(progress);
+        const auto text = [](const std::string &given) { return given.empty() ? nullptr : given.c_str(); };
+        sources_.check(watcher, srf_merger_write(get(), path.c_str(), &params, into.max_memory, text(into.workspace),
+                                                 &into.options, text(into.provenance), watcher.get(), &report));
+        return report;
     }
 
 private:

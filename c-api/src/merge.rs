@@ -1,13 +1,21 @@
 //! Merging registered scans into one surface.
 
+use std::ffi::c_char;
+use std::path::Path;
+
+use surfrecon::IntoFile;
+use surfrecon::export::WriteOptions;
 use surfrecon::merge::{MergeReport, VoxelReason};
 
+use crate::files::path_of;
 use crate::guard::guard;
 use crate::handle;
 use crate::merger::srf_merger;
 use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
+use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
+use crate::provenance::provenance_of;
 use crate::settings::srf_log_level::SRF_LOG_LEVEL_WARNING;
 use crate::settings::{SRF_FROM_DATA, tell};
 use crate::status::srf_status;
@@ -176,6 +184,57 @@ pub unsafe extern "C" fn srf_merger_run(
             sized::write("out_report", out_report, merged.report.into())?;
         }
         handle::give("out_mesh", out_mesh, merged.mesh.into())
+    })
+}
+
+/// Merges what was added, of which there may be more than memory holds, straight into a PLY file: its bytes are those that
+/// srf_merger_run() and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were
+/// added are; scans of sets and of sources are read and made several times. What memory does not hold is in files of the workspace, up to
+/// 200 bytes for each intersection of scans and grid, which are removed at the end. A file of that name is replaced once all is
+/// written, or stays as it is. Nothing is kept for another run, whatever srf_merger_keep() said. Blocks.
+/// merger      not NULL
+/// path        UTF-8, ending in .ply; not NULL
+/// params      NULL for the defaults
+/// max_memory  most bytes that the merge takes, beside the scans that are being read, one a thread; 0 for, and at most, what
+///             srf_set_memory_limit() or the context allow, else what is free
+/// workspace   a folder that exists, UTF-8; NULL for that of the file
+/// options     how the file is written, not as text; NULL for the defaults
+/// provenance  an object in JSON that the file says of where it is from, as by srf_mesh_write_from(); NULL for none
+/// progress    NULL for none
+/// out_report  initialized by srf_merge_report_init(); NULL if not wanted
+/// returns     SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a full
+///             disk, SRF_ERR_OUT_OF_MEMORY also for less than 12 MB a thread, SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL,
+///             SRF_ERR_STRUCT_SIZE. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_write(
+    merger: *const srf_merger,
+    path: *const c_char,
+    params: *const srf_merge_params,
+    max_memory: u64,
+    workspace: *const c_char,
+    options: *const srf_write_options,
+    provenance: *const c_char,
+    progress: *const srf_progress,
+    out_report: *mut srf_merge_report,
+) -> srf_status {
+    guard(|| {
+        if !out_report.is_null() {
+            sized::writable("out_report", out_report)?;
+        }
+        let (merger, path) = (handle::get("merger", merger)?, path_of("path", path)?);
+        let params = params::read("params", params)?;
+        let workspace = if workspace.is_null() { None } else { Some(path_of("workspace", workspace)?) };
+        let into = IntoFile {
+            max_memory: (max_memory != 0).then_some(max_memory),
+            workspace: workspace.map(Path::to_owned),
+            write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },
+        };
+        let report = merger.write(path, &params, &into, &watched(progress)?)?;
+        warn_of_gaps(&report);
+        if !out_report.is_null() {
+            sized::write("out_report", out_report, report.into())?;
+        }
+        Ok(())
     })
 }
 

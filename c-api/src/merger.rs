@@ -1,13 +1,14 @@
 //! The scans of a merge: added, replaced, removed, and what is kept of them from run to run.
 
 use std::ffi::c_char;
+use std::path::Path;
 use std::sync::Arc;
 
-use surfrecon::Progress;
 use surfrecon::context::Owned;
 use surfrecon::merge::again::{self, Versioned};
-use surfrecon::merge::{self, MergeParams, Merged};
+use surfrecon::merge::{self, MergeParams, MergeReport, Merged};
 use surfrecon::threads::Exclusive;
+use surfrecon::{IntoFile, Progress};
 
 use crate::files::srf_scans;
 use crate::guard::guard;
@@ -87,6 +88,20 @@ impl Merger {
             }
             None => merge::run(&sources::borrowed(&self.sources), params, progress),
         }
+    }
+
+    /// Merges the scans into a file.
+    ///
+    /// # Errors
+    /// Those of [`surfrecon::merge_to_file`].
+    pub fn write(
+        &self,
+        path: &Path,
+        params: &MergeParams,
+        into: &IntoFile,
+        progress: &Progress<'_>,
+    ) -> surfrecon::Result<MergeReport> {
+        surfrecon::merge_to_file(&sources::borrowed(&self.sources), path, params, into, progress)
     }
 }
 

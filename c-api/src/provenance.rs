@@ -16,7 +16,8 @@ use crate::status::{Failure, srf_status};
 use crate::write::write_images;
 use crate::{handle, params, pointer};
 
-fn provenance_of(json: *const c_char) -> Result<Option<Provenance>, Failure> {
+/// What a file is to say of where it is from; NULL for nothing.
+pub fn provenance_of(json: *const c_char) -> Result<Option<Provenance>, Failure> {
     if json.is_null() { Ok(None) } else { Ok(Some(Provenance::from_json(pointer::text("provenance", json)?)?)) }
 }
 

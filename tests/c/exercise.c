@@ -267,6 +267,7 @@ int main(void)
     must(strlen(srf_last_error_message()) > 0, "message");
     must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ENCODING_ASCII, NULL) == SRF_OK, "write");
     must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ENCODING_ASCII, NULL) == SRF_ERR_IO, "write nowhere");
+    must(srf_merger_write(merger, "exercise.ply", &params, 0, ".", NULL, "{}", NULL, &report) == SRF_OK && report.scans == 2, "into a file");
     must(srf_mesh_free(merged) == SRF_OK && srf_mesh_free(surface) == SRF_OK && srf_cloud_free(cloud) == SRF_OK, "free");
     must(srf_merger_free(merger) == SRF_OK && srf_merger_free(NULL) == SRF_OK, "free");
     must(srf_mesh_positions((srf_mesh *)(void *)&params, &view) == SRF_ERR_HANDLE, "a pointer that is no handle");

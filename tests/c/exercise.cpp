@@ -62,6 +62,11 @@ try {
         ++ticks;
         return tick.fraction <= 1.0;
     });
+    IntoFile into;
+    into.workspace = ".";
+    into.provenance = "{}";
+    must(merger.write("exercise.ply", params, into).faces_direct == result.report.faces_direct, "into a file");
+    must(text_of<Error>([&] { merger.write("exercise.obj"); }).find("only .ply") != std::string::npos, "only PLY");
     must(result.mesh.report(true).is_manifold == 1 && result.report.voxel == 0.05, "merge");
     must(result.mesh.attribute<float>(SRF_DOMAIN_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");
     must(result.mesh.distances(mesh.positions()).max < 0.05, "distances");

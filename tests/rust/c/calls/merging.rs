@@ -196,3 +196,50 @@ pub(super) fn runs_at_a_time_and_replacing_meanwhile_give_what_one_state_is() {
         images.iter().for_each(|&image| api.ok((api.srf_image_free)(image)));
     }
 }
+
+/// Theorem: a merge into a file makes the file that merging and writing make, and leaves nothing else.
+#[test]
+pub(super) fn more_scans_than_memory_holds_go_into_a_file() {
+    let api = api();
+    let mesh = octahedron();
+    let merger = merger_of(mesh);
+    let folder = std::env::temp_dir().join(format!(
+        "surfrecon-into-file-{}-{:?}",
+        std::process::id(),
+        std::thread::current().id()
+    ));
+    let workspace = folder.join("workspace");
+    std::fs::create_dir_all(&workspace).unwrap();
+    let c = |path: &std::path::Path| CString::new(path.to_str().unwrap()).unwrap();
+    let [at_once, in_pieces, glb] = ["at once.ply", "in pieces.ply", "surface.glb"].map(|name| c(&folder.join(name)));
+    let (here, none, said) = (c(&workspace), std::ptr::null::<u8>(), c"{\"command\":\"merge\"}");
+    let (mut surface, mut report, mut written) = (Handle::NULL, MergeReport::ZERO, MergeReport::ZERO);
+    let files = |of: &std::path::Path| std::fs::read_dir(of).unwrap().count();
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        for report in [&mut report, &mut written] {
+            api.ok((api.srf_merge_report_init_sized)(report, size_of::<MergeReport>()));
+        }
+        let params = params(0.02);
+        api.ok((api.srf_merger_run)(merger, &params, none.cast(), &mut surface, &mut report));
+        api.ok((api.srf_mesh_write_from)(surface, at_once.as_ptr(), none.cast(), said.as_ptr(), none.cast()));
+        let write = |path: &CStr, memory: u64, workspace: &CStr, written: *mut MergeReport| {
+            let (path, workspace, said) = (path.as_ptr(), workspace.as_ptr(), said.as_ptr());
+            (api.srf_merger_write)(merger, path, &params, memory, workspace, none.cast(), said, none.cast(), written)
+        };
+        api.ok(write(&in_pieces, 0, &here, &mut written));
+        let [one, other] = ["at once.ply", "in pieces.ply"].map(|name| std::fs::read(folder.join(name)).unwrap());
+        assert!(one == other && one.len() > 1000 && files(&workspace) == 0 && files(&folder) == 3);
+        // Scans, and faces of each kind.
+        assert_eq!((written.second, &written.numbers[11..14]), (report.second, &report.numbers[11..14]));
+        let nothing = std::ptr::null_mut();
+        api.refused(write(&glb, 0, &here, nothing), INPUT, "only .ply is written piece by piece");
+        api.refused(write(&in_pieces, 0, &in_pieces, nothing), INPUT, "the workspace must be a folder that exists");
+        api.refused(write(&in_pieces, 1000, &here, nothing), OUT_OF_MEMORY, "12 MB for each of");
+        assert!(std::fs::read(folder.join("in pieces.ply")).unwrap() == one && files(&folder) == 3);
+        for end in [(api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh), (api.srf_mesh_free)(surface)] {
+            api.ok(end);
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}

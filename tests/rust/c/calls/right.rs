@@ -228,6 +228,10 @@ impl<T: 'static> Right for *const T {
                 true => c"\xff".as_ptr().cast(),
                 false => c"name".as_ptr().cast(),
             },
+            (_, "workspace") => match kit.is(Fault::Text) {
+                true => c"\xff".as_ptr().cast(),
+                false => return std::ptr::null(),
+            },
             (_, "provenance") => match () {
                 () if kit.is(Fault::Text) => c"\xff".as_ptr().cast(),
                 () if kit.is(Fault::Values) => c"[]".as_ptr().cast(),

@@ -57,7 +57,8 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 39] = [
+    let all: [fn(); 40] = [
+        more_scans_than_memory_holds_go_into_a_file,
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,
         handles_of_another_kind_and_freed_ones_are_refused,
