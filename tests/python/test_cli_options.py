@@ -39,7 +39,7 @@ def some_value(row):
     if row.kind == "choice":
         name = row.choices[-1][0]
         return name, name
-    if row.kind == "text":
+    if row.kind in ("text", "folder"):
         return "a b", "a b"
     if row.kind in ("counts", "numbers"):
         number = int if row.kind == "counts" else float
@@ -79,7 +79,7 @@ def some_wrong_value(row):
 
 @pytest.mark.parametrize(
     "command, row",
-    [(command, row) for command, row in ROWS if row.kind not in ("flag", "text")],
+    [(command, row) for command, row in ROWS if row.kind not in ("flag", "text", "folder")],
     ids=lambda of: of if isinstance(of, str) else of.name,
 )
 def test_a_wrong_value_names_option_and_range(command, row):
@@ -137,6 +137,24 @@ def test_memory_that_no_computer_has(size):
         asked("info", "x", "--max-memory", size)
 
 
-@pytest.mark.parametrize("size, expected", [("1.5kB", 1500), ("0.1GB", 10**8), ("9223372036854775807", 2**63 - 1)])
+SIZES = [
+    ("1.5kB", 1500),
+    ("0.1GB", 10**8),
+    ("9223372036854775807", 2**63 - 1),
+    ("2K", 2048),
+    ("512M", 2**29),
+    ("1.5G", 3 * 2**29),
+]
+
+
+@pytest.mark.parametrize("size, expected", SIZES)
 def test_memory_is_counted_exactly(size, expected):
     assert parser().parse_args(["info", "x", "--max-memory", size]).max_memory == expected
+
+
+def test_a_folder_has_a_name():
+    row = COMMANDS["merge"].options()["workspace"]
+    assert options.parsed(row, "some where") == "some where"
+    for wrong in ("", "a\0b", 3, True, ["a"]):
+        with pytest.raises(surfrecon.ParameterError, match="workspace must be the name of a folder, got"):
+            options.parsed(row, wrong)

@@ -88,6 +88,9 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
     assert set(keyword_options(surfrecon.merge)) == {*merge, "measure", "progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
+    into_file = {*merge, "max_memory", "workspace", "encoding", "provenance"}
+    assert set(keyword_options(surfrecon.merge_to_file)) == {*into_file, "progress"}
+    assert set(keyword_options(surfrecon.Job.merge_to_file)) == into_file
     align = {p.name for p in surfrecon.parameters("align")}
     known = {"fixed", "picks", "trusted", "rejected", "axis", "angles"}
     assert set(keyword_options(surfrecon.align)) == align | known | {"progress"}

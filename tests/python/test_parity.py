@@ -329,7 +329,7 @@ def test_planes_regions_and_sizes(c):
     same_mesh(c, moved, mesh.transformed(true))
 
 
-def test_a_merge(c):
+def test_a_merge(c, tmp_path):
     scans = shapes.torus_scans(pixels=60, noise=0.002)[:6]
     for k, scan in enumerate(scans):
         scan.colour = np.full((scan.rows, scan.cols, 4), 40 * k, np.uint8)
@@ -343,6 +343,13 @@ def test_a_merge(c):
     same_mesh(c, merged, result.mesh)
     names = [name for name in dir(result.report) if not name.startswith("_")]
     same_report(report, {name: getattr(result.report, name) for name in names}, 15)
+    params = c.struct("merge_params", merge_distance=0.05, max_hole_length=0.3)
+    report = c.merger_write(merger, tmp_path / "c.ply", params, 10**9, tmp_path, None, '{"made": "by hand"}')
+    scans.append((mesh, POSE, "apart"))
+    given = {"merge_distance": 0.05, "max_hole_length": 0.3, "provenance": {"made": "by hand"}}
+    expected = surfrecon.merge_to_file(scans, tmp_path / "python.ply", **given)
+    assert (tmp_path / "c.ply").read_bytes() == (tmp_path / "python.ply").read_bytes()
+    same_report(report, {name: getattr(expected, name) for name in names}, 15)
 
 
 def test_distances(c):

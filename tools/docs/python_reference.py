@@ -30,7 +30,7 @@ PAGES = {
         "Snap",
         "TurntableFound",
     ],
-    "Merging": ["merge", "MergeResult", "MergeReport", "Merger"],
+    "Merging": ["merge", "merge_to_file", "MergeResult", "MergeReport", "Merger"],
     "Sculpting one scan": ["sculpt", "Sculptor", "Sculpted", "SculptReport"],
     "Quad grids and splines": ["adaptive_quads", "QuadGrid", "Spline", "QuadReport"],
     "Surfaces through points": ["reconstruct", "Reconstructor", "Reconstructed", "ReconstructReport"],

@@ -1,6 +1,8 @@
 //! Long calls in the background, for hosts whose main thread must stay free: an entry an operation, that starts it and says
 //! what Python's object of its value is.
 
+use std::path::PathBuf;
+
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -12,7 +14,9 @@ use crate::constraints::constraints;
 use crate::crs::CrsText;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
-use crate::merge::{MergeCall, MergeResult};
+use crate::memory_folder::Place;
+use crate::merge::{MergeCall, MergeResult, merge_report};
+use crate::merge_to_file::FileCall;
 use crate::merger::Merger;
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
@@ -27,7 +31,7 @@ use crate::select::PlaneCall;
 
 /// A long call on a thread of its own: start it, ask for its progress, cancel it, fetch its result.
 ///
-/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
+/// Made by ``Job.dominant_plane``, ``Job.align``, ``Job.aligner``, ``Job.merge``, ``Job.merge_to_file``, ``Job.sculptor``, ``Job.refine``, ``Job.adaptive_quads``, ``Job.surface``, ``Job.cluster``, ``Job.distances``,
 /// ``Job.surface_distance``, ``Job.virtual_scan``, ``Job.open`` or ``Job.read``. Dropping a running job cancels it.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Job {
@@ -112,6 +116,27 @@ impl Job {
                 Ok(Bound::new(py, MergeResult::new(py, merged)?)?.into_any())
             })
         }))
+    }
+
+    /// Starts ``surfrecon.merge_to_file`` with the same arguments but ``progress``.
+    ///
+    /// Raises:
+    ///     ParameterError, InputError, TypeError: an option out of its range or of another kind, at once. Other errors are raised by
+    ///         ``result``.
+    #[staticmethod]
+    // options: merge
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, encoding = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, encoding=None, provenance=None)")]
+    fn merge_to_file(
+        scans: &Bound<'_, PyAny>,
+        path: Place,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<PathBuf>,
+        encoding: Option<&str>,
+        provenance: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let call = FileCall::new(scans, path, max_memory, workspace, encoding, provenance, options)?;
+        Job::of(Background::start(move |progress| made(call.run(progress)?, merge_report)))
     }
 
     /// Starts ``surfrecon.distances`` with the same arguments but ``progress``.

@@ -20,7 +20,8 @@
 //! | `constraints` | what the caller knows of scans that are aligned |
 //! | `aligner` | scans made ready to be aligned, drawn to others by hand, and compared |
 //! | `align` | scans without poses to one frame |
-//! | `merge` | the merge and its report |
+//! | `merge`, `merger`, `again` | the merge and its report; once more, as scans change |
+//! | `merge_to_file` | that of more scans than memory holds |
 //! | `sculpt` | a range image to few triangles |
 //! | `cluster` | a dense mesh to well-shaped triangles |
 //! | `quads` | a range image to a grid of quads |
@@ -47,6 +48,7 @@ mod job;
 mod measure;
 mod memory_folder;
 mod merge;
+mod merge_to_file;
 mod merger;
 mod mesh;
 mod params;
@@ -94,6 +96,8 @@ mod _native {
     use crate::memory_folder::{MemoryFolder, MemoryPath};
     #[pymodule_export]
     use crate::merge::{MergeResult, merge};
+    #[pymodule_export]
+    use crate::merge_to_file::merge_to_file;
     #[pymodule_export]
     use crate::merger::Merger;
     #[pymodule_export]

@@ -168,7 +168,7 @@ impl MergeResult {
 }
 
 /// The report of a merge.
-fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport) -> PyResult<Bound<'py, PyAny>> {
+pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport) -> PyResult<Bound<'py, PyAny>> {
     // Names every field: a figure that is added to the core must be added here.
     let surfrecon::merge::MergeReport {
         scans,

@@ -68,6 +68,7 @@ __all__ = [
     "memory_limit",
     "memory_peak",
     "merge",
+    "merge_to_file",
     "nearest_triangles",
     "open",
     "parameters",
@@ -610,6 +611,26 @@ class Job:
         measure: bool = False,
     ) -> Job: ...
     @staticmethod
+    def merge_to_file(
+        scans: Iterable[_Mergeable],
+        path: _File,
+        *,
+        # options: merge
+        voxel: float | None = None,
+        merge_distance: float | None = None,
+        max_hole_length: float | None = None,
+        min_component_share: float | None = 0.0,
+        match_exposure: bool | None = True,
+        edge_limit: float | None = None,
+        grazing_limit: float | None = 1.5707963267948966,
+        threads: int | None = 0,
+        # end
+        max_memory: int | None = None,
+        workspace: _Path | None = None,
+        encoding: Literal["binary", "binary_double"] | None = None,
+        provenance: Mapping[str, Any] | None = None,
+    ) -> Job: ...
+    @staticmethod
     def sculptor(
         image: RangeImage,
         *,
@@ -909,6 +930,26 @@ def merge(
     measure: bool = False,
     progress: _Progress | None = None,
 ) -> MergeResult: ...
+def merge_to_file(
+    scans: Iterable[_Mergeable],
+    path: _File,
+    *,
+    # options: merge
+    voxel: float | None = None,
+    merge_distance: float | None = None,
+    max_hole_length: float | None = None,
+    min_component_share: float | None = 0.0,
+    match_exposure: bool | None = True,
+    edge_limit: float | None = None,
+    grazing_limit: float | None = 1.5707963267948966,
+    threads: int | None = 0,
+    # end
+    max_memory: int | None = None,
+    workspace: _Path | None = None,
+    encoding: Literal["binary", "binary_double"] | None = None,
+    provenance: Mapping[str, Any] | None = None,
+    progress: _Progress | None = None,
+) -> MergeReport: ...
 
 @final
 class Clustered:

@@ -24,9 +24,6 @@ from .work import Work
 
 __all__ = ["run_batch"]
 
-# What has no say in a result: it is the same for any number of threads.
-_INDIFFERENT = {"threads"}
-
 
 def run_batch(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
     """Runs the jobs of a manifest; returns the exit code.
@@ -175,4 +172,4 @@ def _as_written(job: Job) -> dict[str, Any]:
 
 
 def _settings(report: dict[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in report["parameters"].items() if name not in _INDIFFERENT}
+    return {name: value for name, value in report["parameters"].items() if name not in record.INDIFFERENT}

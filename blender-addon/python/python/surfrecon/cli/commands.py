@@ -65,6 +65,8 @@ class Command:
             encoding = request.parameters.get("encoding", "binary")
             if self.meshes and encoding != "binary" and ending != ".ply":
                 raise UsageError(f'{output}: only .ply has the encoding "{encoding}"')
+        if "workspace" in request.parameters:
+            _check_workspace(request)
         levels = request.parameters.get("levels")
         if levels is None:
             return
@@ -79,6 +81,18 @@ class Command:
     def options(self) -> dict[str, Row]:
         """All its options by name."""
         return {row.name: row for _, options in self.groups() for row in options}
+
+
+def _check_workspace(request: Request) -> None:
+    workspace, output = request.parameters["workspace"], request.output or ""
+    if not os.path.isdir(workspace):
+        raise UsageError(f"{workspace}: the workspace must be a folder that exists")
+    if not output.lower().endswith(".ply"):
+        raise UsageError(f"{output}: with a workspace the surface is written piece by piece, which only .ply is")
+    if request.parameters.get("encoding") == "ascii":
+        raise UsageError('with a workspace the surface is written piece by piece, in binary: encoding "ascii" is none')
+    if request.parameters.get("measure"):
+        raise UsageError("give measure or workspace, not both: surfrecon measure takes the file and the scans")
 
 
 def _written(*kinds: str) -> tuple[str, ...]:
@@ -153,7 +167,16 @@ COMMANDS = {
             "SCANS",
             operations.merge,
             ("merge", "triangulate"),
-            (Own("measure", "flag", "Measures how far the surface lies from the scans."),),
+            (
+                Own("measure", "flag", "Measures how far the surface lies from the scans."),
+                Own(
+                    "workspace",
+                    "folder",
+                    "Merges more scans than memory holds, straight into a .ply file of the same bytes: what memory "
+                    "does not hold, up to 200 bytes for each intersection of a scan with the grid, is kept in this "
+                    "folder meanwhile. --max-memory says how much memory holds.",
+                ),
+            ),
             _MESHES,
             meshes=True,
         ),

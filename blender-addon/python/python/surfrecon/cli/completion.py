@@ -27,6 +27,8 @@ def script(shell: str) -> str:
         for action in one._actions:
             if action.dest in _FILES:
                 action.complete = shtab.FILE  # type: ignore[attr-defined]
+            elif action.dest == "workspace":
+                action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
     return str(shtab.complete(whole, shell=shell))
 
 

@@ -125,7 +125,7 @@ def _checked(name: str, table: dict[str, Any], defaults: dict[str, Any], folder:
         command.name,
         [os.path.join(folder, path) for path in inputs],
         None if output is None else os.path.join(folder, output),
-        _parameters(command, table.get("parameters", {}), defaults),
+        _placed(command, _parameters(command, table.get("parameters", {}), defaults), folder),
     )
     command.check(request)
     return Job(name, request, os.path.join(folder, report or f"{output}.json"))
@@ -141,3 +141,10 @@ def _parameters(command: Command, own: Any, defaults: dict[str, Any]) -> dict[st
             raise UsageError(f"{command.name} has no parameter {name!r}")
     shared = {name: value for name, value in defaults.items() if name in options}
     return {name: parsed(options[name], value) for name, value in {**shared, **for_command, **own}.items()}
+
+
+def _placed(command: Command, parameters: dict[str, Any], folder: str) -> dict[str, Any]:
+    """The parameters, with folders as all files of a manifest: beside it."""
+    options = command.options()
+    is_folder = {name: options[name].kind == "folder" for name in parameters}
+    return {name: os.path.join(folder, value) if is_folder[name] else value for name, value in parameters.items()}

@@ -12,7 +12,7 @@ import numpy as np
 from .. import _native
 from .._errors import InputError
 from .._report import Report
-from . import contents, inputs
+from . import contents, inputs, record
 from .progress import Shown
 from .requests import UsageError
 from .work import Made, Work, Write
@@ -101,16 +101,35 @@ def align(work: Work) -> Made:
 def merge(work: Work) -> Made:
     """Merges scans to one surface."""
     scans = work.open()
+    if "workspace" in work.request.parameters:
+        return _merge_to_file(work, scans)
     options = work.given("merge", "triangulate") | work.request.of("measure")
     with work.showing() as shown:
         result = _native.merge(scans, progress=shown, **options)
     report: Report = result.report
-    lines = [_counts(result.mesh), f"{report.scans} scans, cells of {report.voxel:.4g}: {report.voxel_reason}"]
+    lines = [_counts(result.mesh), _cells(report)]
     if result.distances is not None:
         distances = _summary(result.distances)
         report = Report(report | {"distances": distances})
         lines.append(f"distances of the vertices from the scans: {_figures(distances)}")
     return Made(report, lines, _writer(work, result.mesh))
+
+
+def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
+    options = work.given("merge", "triangulate") | work.request.of("workspace", "encoding")
+    provenance = record.provenance(work)
+    # The output appears at the end of this call: from here on it is progress that stops it.
+    work.stops.check()
+    work.stops.defer()
+    with work.showing() as shown:
+        report = _native.merge_to_file(
+            scans, str(work.request.output), provenance=provenance, progress=shown, **options
+        )
+    return Made(report, [f"{sum(report.faces):,} triangles", _cells(report)], lambda *_: None)
+
+
+def _cells(report: Report) -> str:
+    return f"{report.scans} scans, cells of {report.voxel:.4g}: {report.voxel_reason}"
 
 
 def sculpt(work: Work) -> Made:

@@ -29,7 +29,7 @@ class Row(Protocol):
 
 @dataclass(frozen=True)
 class Own:
-    """An option that is no parameter of the core: ``kind`` is ``"flag"``, ``"text"``, ``"counts"`` or ``"numbers"``.
+    """An option that is no parameter of the core: a ``flag``, ``text``, a ``folder``, ``counts`` or ``numbers``.
 
     Of the last two ``length`` is how many, or 0 for any number; numbers that are ``angles`` may be degrees.
     """
@@ -48,7 +48,12 @@ class Own:
         Raises:
             ParameterError: it is none of this kind.
         """
-        known = {"flag": isinstance(value, bool), "text": isinstance(value, str)}
+        is_text = isinstance(value, str)
+        known = {
+            "flag": isinstance(value, bool),
+            "text": is_text,
+            "folder": is_text and value != "" and "\0" not in str(value),
+        }
         if not known.get(self.kind, isinstance(value, list) and all(map(self._is_number, value))):
             raise ParameterError(f"{self.name} must be {self.allowed}, got {_shown(value)}")
         if isinstance(value, list) and len(value) != (self.length or len(value)) or value == []:
@@ -68,6 +73,7 @@ class Own:
         words = {
             "flag": "on or off",
             "text": "text",
+            "folder": "the name of a folder",
             "counts": f"{many}whole numbers >= 0 and <= {_MOST}",
             "numbers": f"{many}numbers",
         }
@@ -108,7 +114,7 @@ def read(row: Row, text: str) -> Any:
     Raises:
         ParameterError: it lies outside of the range, or is none of this kind; the text names option and range.
     """
-    if row.kind in ("choice", "text"):
+    if row.kind in ("choice", "text", "folder"):
         value: Any = text
     elif row.kind in ("counts", "numbers"):
         value = [_number(row, part) for part in text.split(",")]
@@ -184,7 +190,15 @@ def add(group: argparse._ArgumentGroup, row: Row) -> None:
     group.add_argument(flag, type=value, metavar=_metavar(row), **given)
 
 
-_METAVARS = {"length": "LENGTH", "angle": "ANGLE", "ratio": "NUMBER", "count": "N", "counts": "N,N,...", "text": "TEXT"}
+_METAVARS = {
+    "length": "LENGTH",
+    "angle": "ANGLE",
+    "ratio": "NUMBER",
+    "count": "N",
+    "counts": "N,N,...",
+    "text": "TEXT",
+    "folder": "DIR",
+}
 
 
 def _metavar(row: Row) -> str:

@@ -26,7 +26,9 @@ _EXIT_CODES = """exit codes:
 
 An output that exists is replaced, at once and only if all went well.
 """
-_UNITS = {"": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+_UNITS = {"": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9} | {"KiB": 2**10, "MiB": 2**20, "GiB": 2**30}
+# As other programs have them.
+_UNITS |= {"K": 2**10, "M": 2**20, "G": 2**30}
 
 
 # Of a memory limit.
@@ -112,7 +114,10 @@ def _add_common(to: argparse.ArgumentParser, what: str) -> None:
     group.add_argument("--report", metavar="FILE", help=f"{what} as JSON in a file")
     group.add_argument("-q", "--quiet", action="store_true", help="say nothing but errors")
     group.add_argument(
-        "--max-memory", type=_size, metavar="SIZE", help="most memory to take, for example 4GB or 512MiB"
+        "--max-memory",
+        type=_size,
+        metavar="SIZE",
+        help="most memory to take, for example 4GB or 512M, which is 512MiB",
     )
     group.add_argument(
         "--no-provenance",

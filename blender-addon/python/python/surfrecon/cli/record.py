@@ -13,7 +13,10 @@ from . import inputs
 from .requests import Request
 from .work import Made, Work
 
-__all__ = ["failed", "finished", "given", "provenance", "text"]
+__all__ = ["INDIFFERENT", "failed", "finished", "given", "provenance", "text"]
+
+# What has no say in a result.
+INDIFFERENT = {"threads", "workspace"}
 
 # More are not named in a result one by one, as the frames of a recording.
 _MOST_FILES = 100
@@ -22,12 +25,14 @@ _MOST_FILES = 100
 def provenance(work: Work) -> dict[str, Any] | None:
     """What makes a result again: program, command, parameters that were given, hashes of all files that were read.
 
-    It is the same wherever the files lie and for any number of threads, as results are. Of many files it has one hash.
+    It is the same wherever the files lie, for any number of threads and any workspace, as results are. Of many files
+    it has one hash.
     """
     if not work.hashes:
         return None
     asked = _asked(work.request)
-    asked["parameters"].pop("threads", None)
+    for name in INDIFFERENT:
+        asked["parameters"].pop(name, None)
     files = [{"name": os.path.basename(file["path"]), "sha256": file["sha256"]} for file in work.known]
     if len(files) > _MOST_FILES:
         lines = "".join(f"{file['sha256']}  {file['name']}\n" for file in files)

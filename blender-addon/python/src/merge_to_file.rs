@@ -1,0 +1,110 @@
+//! The merge of more scans than memory holds.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use surfrecon::export::WriteOptions;
+use surfrecon::merge::{MergeParams, MergeReport};
+use surfrecon::params::{Params as _, Value};
+use surfrecon::{IntoFile, Progress};
+
+use crate::errors::to_python;
+use crate::memory_folder::Place;
+use crate::merge::merge_report;
+use crate::mesh::provenance_of;
+use crate::params::params;
+use crate::progress::Watch;
+use crate::settings::limit_of;
+use crate::sources::{Clouds, Source, as_dyn, sources};
+
+/// Merges scans, of which there may be more than memory holds, straight into a PLY file.
+///
+/// The file's bytes are those of ``surfrecon.merge`` with the same options and ``Mesh.write``. Neither all scans nor the surface are in
+/// memory at once: what stages leave for each other is in files of the workspace, which are removed at the end. They take up to 200 bytes
+/// for each intersection of a scan with the grid (``report.intersections``); the room for the surface is taken from the disk as soon as its
+/// size is known. Give ``workspace`` a fast disk.
+///
+/// >>> report = surfrecon.merge_to_file(scans, "surface.ply", max_memory=2 * 10**9)
+///
+/// Args:
+///     scans: as for ``surfrecon.merge``. Only those of files, as ``surfrecon.open`` gives them, are not in memory already.
+///     path: its ending is ``.ply``. A file that is there is replaced once all is written, or stays as it is.
+#[doc = include_str!("params/merge.txt")]
+///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread. Default, and at most: what
+///         ``set_memory_limit`` or the context allow, else what is free.
+///     workspace: a folder that exists, for what memory does not hold. Default: that of the file.
+///     encoding: ``"binary"``, the default, or ``"binary_double"``, as for ``Mesh.write``; text has no place here.
+///     provenance: what the file says of where it is from, as for ``Mesh.write``.
+///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
+///         Ctrl-C cancels as well.
+///
+/// Returns:
+///     The ``MergeReport``.
+///
+/// Raises:
+///     ParameterError: an option out of its range.
+///     InputError: a name that does not end in ``.ply``; a workspace that is no folder; scans that can't be used.
+///     FormatError, FileError: a scan that can't be read, files that can't be written; a full disk, with the bytes that were wanted.
+///     OutOfMemoryError: less memory than it takes at least, 12 MB a thread.
+///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it was.
+#[pyfunction]
+// options: merge
+#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, encoding = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, encoding=None, provenance=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
+pub fn merge_to_file<'py>(
+    py: Python<'py>,
+    scans: &Bound<'py, PyAny>,
+    path: Place,
+    max_memory: Option<&Bound<'py, PyAny>>,
+    workspace: Option<PathBuf>,
+    encoding: Option<&str>,
+    provenance: Option<&Bound<'py, PyAny>>,
+    progress: Option<Py<PyAny>>,
+    options: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let call = FileCall::new(scans, path, max_memory, workspace, encoding, provenance, options)?;
+    merge_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
+}
+
+/// A merge into a file with all it needs, free of Python.
+pub struct FileCall {
+    sources: Vec<Arc<Source>>,
+    path: Place,
+    params: MergeParams,
+    into: IntoFile,
+}
+
+impl FileCall {
+    /// Checks and takes the arguments of Python's `merge_to_file`.
+    ///
+    /// # Errors
+    /// `ParameterError`, `InputError`, `TypeError`.
+    pub fn new(
+        scans: &Bound<'_, PyAny>,
+        path: Place,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<PathBuf>,
+        encoding: Option<&str>,
+        provenance: Option<&Bound<'_, PyAny>>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let params = params("merge_to_file", options)?;
+        let mut write = WriteOptions { provenance: provenance_of(provenance)?, ..WriteOptions::default() };
+        if let Some(encoding) = encoding {
+            write.set("encoding", Value::Choice(encoding)).map_err(|error| to_python(&error))?;
+        }
+        let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
+        let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
+        Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, write } })
+    }
+
+    /// Merges.
+    ///
+    /// # Errors
+    /// See [`surfrecon::merge_to_file`].
+    pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<MergeReport> {
+        surfrecon::merge_to_file(&as_dyn(&self.sources), &self.path, &self.params, &self.into, progress)
+    }
+}

@@ -1,0 +1,189 @@
+"""More scans than memory holds, merged straight into a file."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import shapes
+import surfrecon
+from command_line import run
+
+OPTIONS = {"voxel": 0.02, "threads": 2}
+# The least that two threads do with: blocks of two bricks.
+LEAST = 24_000_000
+
+
+@pytest.fixture(scope="module")
+def scans():
+    return shapes.torus_scans(pixels=60, noise=0.002)
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    folder = tmp_path / "workspace"
+    folder.mkdir()
+    yield folder
+    assert not list(folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def at_once(scans, tmp_path_factory):
+    """What merging and writing make, and the report."""
+    result = surfrecon.merge(scans, **OPTIONS)
+    path = tmp_path_factory.mktemp("at_once") / "surface.ply"
+    result.mesh.write(path)
+    return path.read_bytes(), result.report
+
+
+def known(report):
+    return {name: value for name, value in report.items() if name not in ("seconds", "working_bytes")}
+
+
+def test_the_file_is_the_one_that_merging_and_writing_make(scans, at_once, workspace, tmp_path):
+    path = tmp_path / "surface.ply"
+    for given in ({"max_memory": LEAST, "workspace": workspace}, {}):
+        report = surfrecon.merge_to_file(scans, path, **given, **OPTIONS)
+        assert isinstance(report, surfrecon.MergeReport)
+        assert path.read_bytes() == at_once[0]
+        assert known(report) == known(at_once[1])
+    job = surfrecon.Job.merge_to_file(scans, path, max_memory=LEAST, workspace=os.fspath(workspace), **OPTIONS)
+    assert known(job.result()) == known(at_once[1])
+    assert path.read_bytes() == at_once[0]
+    assert {entry.name for entry in tmp_path.iterdir()} == {"surface.ply", "workspace"}
+
+
+def test_scans_of_files_far_from_the_origin_keep_their_system(workspace, tmp_path):
+    images = shapes.torus_scans(pixels=40)
+    for image in images:
+        pose = np.array(image.world_from_sensor)
+        pose[:3, 3] += (400_000, 5_600_000, 100)
+        image.world_from_sensor = pose
+    surfrecon.write_scans(tmp_path / "scans.conf", images)
+    scans, said = surfrecon.open(tmp_path / "scans.conf", crs="EPSG:25832"), {"made by": "hand"}
+    surfrecon.merge(scans, voxel=0.05).mesh.write(tmp_path / "one.ply", provenance=said)
+    into = tmp_path / "other.ply"
+    surfrecon.merge_to_file(scans, into, voxel=0.05, workspace=workspace, provenance=said)
+    assert into.read_bytes() == (tmp_path / "one.ply").read_bytes()
+    assert surfrecon.provenance(into) == said
+    assert b"property double x" in into.read_bytes()[:2000]
+    surfrecon.merge_to_file(scans, into, voxel=0.05, workspace=workspace, encoding="binary_double")
+    surfrecon.merge(scans, voxel=0.05).mesh.write(tmp_path / "one.ply", encoding="binary_double")
+    assert into.read_bytes() == (tmp_path / "one.ply").read_bytes()
+
+
+def test_what_can_not_be_is_told_before_the_work(scans, tmp_path):
+    def refused(error, text, path="surface.ply", **given):
+        with pytest.raises(error, match=text):
+            surfrecon.merge_to_file(scans, tmp_path / path, **{**OPTIONS, **given})
+        assert not list(tmp_path.iterdir())
+
+    refused(surfrecon.InputError, "surface.obj: only .ply is written piece by piece", "surface.obj")
+    refused(surfrecon.InputError, 'the encoding "ascii" is none', encoding="ascii")
+    refused(surfrecon.ParameterError, "encoding must be", encoding="morse")
+    refused(surfrecon.ParameterError, "voxel must be", voxel=-1)
+    refused(surfrecon.InputError, "none: the workspace must be a folder that exists", workspace=tmp_path / "none")
+    refused(surfrecon.FileError, "there is no folder", "none/surface.ply")
+    refused(MemoryError, "24 MB at least, 12 MB for each of 2 threads, 1 MB are given", max_memory=10**6)
+    refused(surfrecon.InputError, "max_memory must be >= 0", max_memory=-1)
+    with surfrecon.Context(memory_limit=10**7):
+        refused(MemoryError, "10 MB are allowed")
+    with pytest.raises(TypeError, match="unexpected keyword argument 'measure'"):
+        surfrecon.merge_to_file(scans, tmp_path / "surface.ply", measure=True)
+    with pytest.raises(surfrecon.InputError, match="give a workspace"):
+        surfrecon.merge_to_file(scans, surfrecon.MemoryFolder() / "surface.ply", **OPTIONS)
+
+
+def test_cancelled_at_any_tick_it_leaves_nothing(scans, workspace, tmp_path):
+    path = tmp_path / "surface.ply"
+    path.write_text("old")
+    ticks = 0
+    while True:
+        left = ticks
+
+        def tick(*_):
+            nonlocal left
+            left -= 1
+            return left >= 0
+
+        try:
+            surfrecon.merge_to_file(scans, path, workspace=workspace, max_memory=LEAST, progress=tick, **OPTIONS)
+        except surfrecon.Cancelled:
+            assert path.read_text() == "old"
+            assert len(list(tmp_path.iterdir())) == 2
+            assert not list(workspace.iterdir())
+        else:
+            break
+        ticks += 1
+    assert ticks > 2
+
+
+FULL = """
+import os, sys, surfrecon
+folder = sys.argv[1]
+scans = surfrecon.open(os.path.join(folder, "scans.conf"))
+for given in ({"workspace": os.path.join(folder, "workspace")}, {}):
+    try:
+        surfrecon.merge_to_file(scans, os.path.join(folder, "small", "surface.ply"), voxel=0.01, **given)
+    except surfrecon.FileError as problem:
+        print(problem)
+    print(os.listdir(os.path.join(folder, "small")), os.listdir(os.path.join(folder, "workspace")))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="only root mounts file systems")
+def test_a_full_disk_is_told_with_the_bytes_that_were_wanted(scans, workspace, tmp_path):
+    small = tmp_path / "small"
+    small.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", small], capture_output=True).returncode != 0:
+        pytest.skip("mount refuses: a container without that right")
+    try:
+        surfrecon.write_scans(tmp_path / "scans.conf", scans)
+        done = subprocess.run([sys.executable, "-c", FULL, tmp_path], capture_output=True, text=True, check=True)
+    finally:
+        subprocess.run(["umount", small], check=True)
+    file, nothing, kept, nothing_again = done.stdout.splitlines()
+    assert "surface.ply: the disk has no room for the" in file
+    assert "MB of this file" in file
+    assert "the disk is full after" in kept
+    assert nothing == nothing_again == "[] []"
+
+
+def test_the_command_line_and_batches(scans, at_once, tmp_path):
+    surfrecon.write_scans(tmp_path / "scans.conf", scans)
+    (tmp_path / "scratch").mkdir()
+    merge = ["merge", "scans.conf", "--voxel", "0.02", "-o"]
+    assert run(*merge, "one.ply", cwd=tmp_path).returncode == 0
+    done = run(*merge, "other.ply", "--workspace", "scratch", "--max-memory", "512M", "--json", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "one.ply").read_bytes() == (tmp_path / "other.ply").read_bytes()
+    assert not list((tmp_path / "scratch").iterdir())
+    report = json.loads(done.stdout)
+    assert report["parameters"] == {"voxel": 0.02, "workspace": "scratch"}
+    assert report["report"]["scans"] == len(scans)
+    assert report["outputs"][0]["path"] == "other.ply"
+    said = run(*merge, "other.ply", "--workspace", "scratch", cwd=tmp_path).stdout
+    assert f"other.ply: {sum(at_once[1].faces):,} triangles" in said
+    for wrong, text in (
+        (["b.glb", "--workspace", "scratch"], "b.glb: with a workspace the surface is written piece by piece"),
+        (["b.ply", "--workspace", "none"], "none: the workspace must be a folder that exists"),
+        (["b.ply", "--workspace", "scratch", "--encoding", "ascii"], 'encoding "ascii" is none'),
+        (["b.ply", "--workspace", "scratch", "--measure"], "give measure or workspace, not both"),
+    ):
+        refused = run(*merge, *wrong, cwd=tmp_path)
+        assert (refused.returncode, text in refused.stderr) == (2, True), refused.stderr
+    few = run(*merge, "b.ply", "--workspace", "scratch", "--max-memory", "1M", cwd=tmp_path)
+    assert few.returncode == 1
+    assert "1 MB are allowed; allow more, or fewer threads" in few.stderr
+    manifest = tmp_path / "jobs.toml"
+    manifest.write_text(
+        '[[job]]\ncommand = "merge"\ninputs = ["scans.conf"]\noutput = "batch.ply"\n'
+        'parameters = {voxel = 0.02, workspace = "scratch"}\n'
+    )
+    assert run("batch", manifest).returncode == 0
+    assert (tmp_path / "batch.ply").read_bytes() == (tmp_path / "one.ply").read_bytes()
+    manifest.write_text(manifest.read_text().replace(', workspace = "scratch"', ""))
+    assert "up to date" in run("batch", manifest).stderr
+    assert not (tmp_path / "b.ply").exists()
