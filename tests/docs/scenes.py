@@ -74,6 +74,12 @@ class Scenes:
         moved.world_from_sensor = np.array(moved.world_from_sensor) + 0.01 * np.eye(4, k=3)
         return {"scans": look(), "moved": moved}
 
+    def large(self, folder):
+        """`More scans than memory holds`: a list of scans, and a folder to work in."""
+        surfrecon.write_scans(folder / "placed.conf", look())
+        (folder / "fast disk").mkdir()
+        return {}
+
     def host(self, folder):
         """`Range images inside a host`."""
         return {"image": look()[0]}

@@ -21,6 +21,7 @@ FOUND = {
     ("README.md", "What to keep, true size and ground"): "recording",
     ("README.md", "Surveys"): "survey",
     ("README.md", "Merged again"): "again",
+    ("README.md", "More scans than memory holds"): "large",
     ("README.md", "Range images inside a host"): "host",
     ("README.md", "Files in memory"): "memory",
     ("blender-addon/python/README.md", "surfrecon"): "listed",
