@@ -437,9 +437,10 @@ typedef struct {
 } srf_pose;
 
 // Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
-// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
-// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
-// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
+// fraction, the share of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds; message, both
+// as one line; user, as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything
+// else to cancel: the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind; what is answered once
+// all is done changes nothing. Must not unwind.
 typedef int32_t (*srf_progress_fn)(const char *stage, double fraction, const char *message, void *user);
 
 // Who watches a long call, and what cancels it. NULL where one is asked for: nobody and nothing.
@@ -1378,7 +1379,8 @@ srf_status srf_set_threads(uint32_t threads);
 uint32_t srf_threads(void);
 
 // Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
-// the same context or under none. What is foreseen to need more, or more than is
+// the same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
+// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is
 // free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
 // leaves nothing behind.
 // bytes      0, the default, for all that is free
@@ -1401,15 +1403,15 @@ srf_status srf_set_log(srf_log_fn log,
 //              is freed, too. Since 0.2.
 srf_status srf_context_create(srf_context **out_context);
 
-// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one. What
-// was made under it stays.
+// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one; but
+// nothing is told to a log any more under it. What was made under it stays.
 // context    NULL does nothing
 // returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
 srf_status srf_context_free(srf_context *context);
 
 // Calls that this thread makes from now on are made under this context; other threads are not concerned. A function of yours that
 // is called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must
-// put back the former one at its end.
+// put back the former one at its end, which works as well where that one was freed meanwhile.
 // context      NULL for none: the settings of the process
 // out_former   receives what this thread used before, NULL for none, which may have been freed since; NULL if not wanted
 // returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
@@ -1429,8 +1431,9 @@ srf_status srf_context_set_threads(srf_context *context, uint32_t threads);
 srf_status srf_context_threads(const srf_context *context, uint32_t *out_threads);
 
 // Most memory that calls under a context may take; together, where several run at a time. What others take, under another context or
-// under none, does not count, nor does their limit concern this one. Memory that a call hands out (srf_mesh) is no longer taken once it
-// is freed, by whatever thread.
+// under none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before
+// (meshes, images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
+// how much that is. What is given back, by whatever thread, is no longer taken.
 // context    not NULL
 // bytes      0, the default, for as much as srf_set_memory_limit() says
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -1447,14 +1450,15 @@ srf_status srf_context_memory(const srf_context *context, uint64_t *out_limit, u
 // Who gets the messages of calls under a context from now on.
 // context    not NULL
 // log        NULL, the default, for who gets those of the process (srf_set_log()); a function that does nothing, for nobody
-// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it have returned
+// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it that were running then
+//            have returned
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 srf_status srf_context_set_log(srf_context *context,
                                srf_log_fn log,
                                void *user);
 
 // Takes the library's memory from functions of the program's, for the whole process and once: before any other function of this library,
-// but for those that tell its version, and while no other thread is in one. It is counted and limited as the system's is; what they refuse
+// but for those that tell its version or the last error, and while no other thread is in one. Where it is refused it may be called again. It is counted and limited as the system's is; what they refuse
 // is SRF_ERR_OUT_OF_MEMORY. Not taken from them: stacks of worker threads, what the system's own functions take, and a few small blocks in
 // want of memory.
 // allocator  not NULL
@@ -2845,6 +2849,13 @@ srf_status srf_merger_add_mesh(srf_merger *merger,
 // returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.1.
 srf_status srf_merger_add_scans(srf_merger *merger, const srf_scans *scans);
 
+// Adds a scan of a set; it is read when the merge runs, and not kept.
+// merger     not NULL
+// scans      not NULL
+// of_set     number of the scan in the set
+// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+srf_status srf_merger_add_scan(srf_merger *merger, const srf_scans *scans, size_t of_set);
+
 // Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
 // merger             not NULL
 // source             makes it; the struct is copied; not NULL
@@ -2924,12 +2935,15 @@ srf_status srf_merger_replace_by_source(srf_merger *merger,
 srf_status srf_merger_keep(srf_merger *merger,
                            uint32_t keep);
 
-// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of.
+// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. 0 of 0 without
+// srf_merger_keep() and before the first run with it: nothing is kept then, and each run finds out everything.
 // merger       not NULL
 // out_renewed  bricks labelled anew; NULL if not wanted
-// out_bricks   all bricks, 0 where nothing is kept; NULL if not wanted
+// out_bricks   all bricks; NULL if not wanted
 // returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
-srf_status srf_merger_renewed(const srf_merger *merger, size_t *out_renewed, size_t *out_bricks);
+srf_status srf_merger_renewed(const srf_merger *merger,
+                              size_t *out_renewed,
+                              size_t *out_bricks);
 
 // Prepares a struct for srf_merger_run(). Call srf_merge_report_init(report), which adds the size that this header knows.
 // report   not NULL

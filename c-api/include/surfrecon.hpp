@@ -260,7 +260,7 @@ inline void set_log(LogFunction log)
 inline void set_threads(std::uint32_t threads) { check(srf_set_threads(threads)); }
 inline std::uint32_t threads() { return srf_threads(); }
 inline std::uint64_t memory_limit() { return srf_memory_limit(); }
-// See srf_set_memory_limit().
+// Limits what calls take together; what they handed out before does not count once no call is running. See srf_set_memory_limit().
 inline void set_memory_limit(std::uint64_t bytes) { check(srf_set_memory_limit(bytes)); }
 
 // Threads, a limit on memory and a log for a part of a program: what is called while a Use of it lives is under it.
@@ -287,6 +287,7 @@ public:
         check(srf_context_threads(get(), &threads));
         return threads;
     }
+    // Limits what its calls take together; what they handed out before, which held() counts, does not count once none is running.
     void set_memory_limit(std::uint64_t bytes) { check(srf_context_set_memory_limit(get(), bytes)); }
     std::uint64_t memory_limit() const
     {
@@ -1894,6 +1895,7 @@ public:
 
     void add(const Image &image) { check(srf_merger_add_image(get(), image.get())); }
     void add(const Scans &scans) { check(srf_merger_add_scans(get(), scans.get())); }
+    void add(const Scans &scans, std::size_t of_set) { check(srf_merger_add_scan(get(), scans.get(), of_set)); }
     // A scan whose image is made when it is needed, so that it need not stay in memory; the function is kept as long as this is.
     void add(ImageFunction make, const std::string &name, const Pose &world_from_sensor = {})
     {
@@ -1935,7 +1937,8 @@ public:
     // Whether each run keeps what it found out for the next, which then renews only what scans have a part in that are new to it.
     void keep(bool keep = true) { check(srf_merger_keep(get(), keep ? 1 : 0)); }
 
-    // How many of the bricks of space that scans speak of the last run that kept something had to renew.
+    // How many of the bricks of space that scans speak of the last run that kept something had to renew. 0 of 0 without keep() and before the
+    // first run with it: nothing is kept then, and each run finds out everything.
     struct Renewed {
         std::size_t bricks;
         std::size_t of;

@@ -391,9 +391,10 @@ pub unsafe extern "C" fn srf_aligner_run(
         let told = handle::get("aligner", aligner)?;
         let params: AlignParams = params::read("params", params)?;
         told.constraints.validate(told.sources.len())?;
-        let progress = watched(progress)?;
-        let scans = prepared(aligner, &told, params.threads, &progress)?;
-        let found = scans.align(&params, &told.constraints, &progress)?;
-        handle::give("out_alignment", out_alignment, found.report.into())
+        watched(progress, |progress| {
+            let scans = prepared(aligner, &told, params.threads, progress)?;
+            let found = scans.align(&params, &told.constraints, progress)?;
+            handle::give("out_alignment", out_alignment, found.report.into())
+        })
     })
 }

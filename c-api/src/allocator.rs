@@ -1,12 +1,11 @@
 //! Memory from the system, or from functions of the program's.
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::ffi::c_void;
+use std::ffi::{CStr, c_void};
 use std::sync::OnceLock;
 
-use crate::guard::guard;
 use crate::pointer;
-use crate::status::{Failure, srf_status, srf_status::*};
+use crate::status::{remember_fixed, srf_status, srf_status::*};
 
 /// Gives size bytes, at least 1, that begin at a multiple of alignment, a power of two; NULL where there are none.
 #[allow(non_camel_case_types)]
@@ -129,28 +128,35 @@ unsafe impl GlobalAlloc for Memory {
 }
 
 /// Takes the library's memory from functions of the program's, for the whole process and once: before any other function of this library,
-/// but for those that tell its version, and while no other thread is in one. It is counted and limited as the system's is; what they refuse
+/// but for those that tell its version or the last error, and while no other thread is in one. Where it is refused it may be called again. It is counted and limited as the system's is; what they refuse
 /// is SRF_ERR_OUT_OF_MEMORY. Not taken from them: stacks of worker threads, what the system's own functions take, and a few small blocks in
 /// want of memory.
 /// allocator  not NULL
 /// returns    SRF_OK, SRF_ERR_INPUT if the library holds memory already, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_allocator(allocator: *const srf_allocator) -> srf_status {
-    guard(|| {
-        let Some(given) = pointer::read_struct(allocator) else {
-            return Err(Failure::new(SRF_ERR_NULL, "allocator must not be NULL"));
-        };
-        let (Some(allocate), Some(deallocate)) = (given.allocate, given.deallocate) else {
-            return Err(Failure::new(SRF_ERR_NULL, "allocator.allocate and allocator.deallocate must not be NULL"));
-        };
-        let late = || {
-            let text = "the library holds memory already: call srf_set_allocator() before any other function, once";
-            Failure::new(SRF_ERR_INPUT, text)
-        };
-        if surfrecon::memory::held() != 0 {
-            return Err(late());
+    // No [`guard`](crate::guard::guard), whose failures take memory: who is refused may ask again.
+    match set(allocator) {
+        Ok(()) => SRF_OK,
+        Err((status, text)) => {
+            remember_fixed(text);
+            status
         }
-        let user = given.user.expose_provenance();
-        FUNCTIONS.set(Functions { allocate, reallocate: given.reallocate, deallocate, user }).map_err(|_| late())
-    })
+    }
+}
+
+fn set(allocator: *const srf_allocator) -> Result<(), (srf_status, &'static CStr)> {
+    let Some(given) = pointer::read_struct(allocator) else {
+        return Err((SRF_ERR_NULL, c"allocator must not be NULL"));
+    };
+    let (Some(allocate), Some(deallocate)) = (given.allocate, given.deallocate) else {
+        return Err((SRF_ERR_NULL, c"allocator.allocate and allocator.deallocate must not be NULL"));
+    };
+    let late = c"the library holds memory already: call srf_set_allocator() before any other function, once";
+    if surfrecon::memory::held() != 0 {
+        return Err((SRF_ERR_INPUT, late));
+    }
+    let user = given.user.expose_provenance();
+    let functions = Functions { allocate, reallocate: given.reallocate, deallocate, user };
+    FUNCTIONS.set(functions).map_err(|_| (SRF_ERR_INPUT, late))
 }

@@ -79,8 +79,10 @@ pub unsafe extern "C" fn srf_mesh_bounds(
         let positions = &handle::get("mesh", mesh)?.mesh.positions;
         pointer::writable("out_min", out_min)?;
         pointer::writable("out_max", out_max)?;
-        let found = around(positions.len(), |i| positions[i], &watched(progress)?)?;
-        give(found, [out_min, out_max], "the mesh has no vertex")
+        watched(progress, |progress| {
+            let found = around(positions.len(), |i| positions[i], progress)?;
+            give(found, [out_min, out_max], "the mesh has no vertex")
+        })
     })
 }
 
@@ -102,8 +104,10 @@ pub unsafe extern "C" fn srf_cloud_bounds(
         pointer::writable("out_min", out_min)?;
         pointer::writable("out_max", out_max)?;
         let in_world = |i: usize| cloud.world_from_cloud.transform_point3(cloud.positions[i]);
-        let found = around(cloud.positions.len(), in_world, &watched(progress)?)?;
-        give(found, [out_min, out_max], "the cloud has no point whose coordinates are finite")
+        watched(progress, |progress| {
+            let found = around(cloud.positions.len(), in_world, progress)?;
+            give(found, [out_min, out_max], "the cloud has no point whose coordinates are finite")
+        })
     })
 }
 
@@ -124,8 +128,10 @@ pub unsafe extern "C" fn srf_image_bounds(
         let image = &handle::get("image", image)?.image;
         pointer::writable("out_min", out_min)?;
         pointer::writable("out_max", out_max)?;
-        let found = around(image.len(), |i| image.point_in_world(i), &watched(progress)?)?;
-        give(found, [out_min, out_max], "the image has no valid pixel")
+        watched(progress, |progress| {
+            let found = around(image.len(), |i| image.point_in_world(i), progress)?;
+            give(found, [out_min, out_max], "the image has no valid pixel")
+        })
     })
 }
 
@@ -149,22 +155,23 @@ fn near(
     if !origin.is_finite() {
         return Err(Failure::new(SRF_ERR_PARAMETER, "origin has a number that is not finite"));
     }
-    let progress = watched(progress)?;
-    let near = progress.watch(|| {
-        let mut near: Vec<[f32; 3]> = Vec::with_capacity(positions.len());
-        for range in progress.ranges(positions.len()) {
-            for i in range? {
-                let point = (positions[i] - origin).as_vec3();
-                if !point.is_finite() && positions[i].is_finite() {
-                    let text = format!("{what} {i} is farther from origin than single precision can hold");
-                    return Err(surfrecon::Error::input(text));
+    watched(progress, |progress| {
+        let near = progress.watch(|| {
+            let mut near: Vec<[f32; 3]> = Vec::with_capacity(positions.len());
+            for range in progress.ranges(positions.len()) {
+                for i in range? {
+                    let point = (positions[i] - origin).as_vec3();
+                    if !point.is_finite() && positions[i].is_finite() {
+                        let text = format!("{what} {i} is farther from origin than single precision can hold");
+                        return Err(surfrecon::Error::input(text));
+                    }
+                    near.push(point.to_array());
                 }
-                near.push(point.to_array());
             }
-        }
-        Ok(near)
-    })?;
-    pointer::copy_out("out_positions", out, bytemuck::cast_slice::<[f32; 3], f32>(&near))
+            Ok(near)
+        })?;
+        pointer::copy_out("out_positions", out, bytemuck::cast_slice::<[f32; 3], f32>(&near))
+    })
 }
 
 /// Copies the positions of a mesh in single precision, as vertices of graphics have them: 3 floats a vertex, relative to an origin, so that

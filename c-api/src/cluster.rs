@@ -91,8 +91,9 @@ pub unsafe extern "C" fn srf_mesh_cluster(
     out_report: *mut srf_cluster_report,
 ) -> srf_status {
     guard(|| {
-        let run =
-            |params: &ClusterParams| Ok(cluster::run(&handle::get("mesh", mesh)?.mesh, params, &watched(progress)?)?);
+        let run = |params: &ClusterParams| {
+            watched(progress, |progress| Ok(cluster::run(&handle::get("mesh", mesh)?.mesh, params, progress)?))
+        };
         one(params, out_mesh, out_report, run)
     })
 }
@@ -117,7 +118,7 @@ pub unsafe extern "C" fn srf_cloud_cluster(
     guard(|| {
         let run = |params: &ClusterParams| {
             let cloud = handle::get("cloud", cloud)?;
-            Ok(cluster::run_points(&cloud, params, &watched(progress)?)?)
+            watched(progress, |progress| Ok(cluster::run_points(&cloud, params, progress)?))
         };
         one(params, out_mesh, out_report, run)
     })
@@ -162,7 +163,8 @@ pub unsafe extern "C" fn srf_mesh_cluster_levels(
 ) -> srf_status {
     guard(|| {
         chain(vertices, count, params, out_meshes, |levels, params| {
-            Ok(cluster::levels(&handle::get("mesh", mesh)?.mesh, levels, params, &watched(progress)?)?)
+            let mesh = handle::get("mesh", mesh)?;
+            watched(progress, |progress| Ok(cluster::levels(&mesh.mesh, levels, params, progress)?))
         })
     })
 }
@@ -188,7 +190,7 @@ pub unsafe extern "C" fn srf_cloud_cluster_levels(
     guard(|| {
         chain(vertices, count, params, out_meshes, |levels, params| {
             let cloud = handle::get("cloud", cloud)?;
-            Ok(cluster::levels_of_points(&cloud, levels, params, &watched(progress)?)?)
+            watched(progress, |progress| Ok(cluster::levels_of_points(&cloud, levels, params, progress)?))
         })
     })
 }

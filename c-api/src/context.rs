@@ -3,14 +3,17 @@
 use std::cell::Cell;
 use std::ffi::c_void;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use surfrecon::context::{Context, choose};
+use surfrecon::context::{Chosen, Context, exchange};
+use surfrecon::threads::of_worker;
+use surfrecon_allocator::{ACCOUNTS, current};
 
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::pointer;
-use crate::settings::{self, srf_log_fn};
-use crate::status::srf_status;
+use crate::settings::{self, Log, srf_log_fn};
+use crate::status::{Failure, srf_status};
 
 /// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host: what it has none of
 /// is the process's (srf_set_threads(), srf_set_memory_limit(), srf_set_log()). Released with srf_context_free().
@@ -22,8 +25,31 @@ pub struct srf_context {
 handle!(srf_context, Arc<Context>);
 
 thread_local! {
-    /// The handle of what this thread uses.
-    static USED: Cell<*mut srf_context> = const { Cell::new(std::ptr::null_mut()) };
+    /// The handle of what this thread uses, once it has said that; until then it is that of the call which the thread works for.
+    static USED: Cell<Option<*mut srf_context>> = const { Cell::new(None) };
+}
+
+/// The handle of each account's context, also once that is freed; 0 for none.
+static HANDLES: [AtomicUsize; ACCOUNTS] = [const { AtomicUsize::new(0) }; ACCOUNTS];
+
+fn handle_of(account: usize) -> *mut srf_context {
+    std::ptr::without_provenance_mut(HANDLES[account].load(Ordering::Relaxed))
+}
+
+/// What a thread is under from now on that uses a context: in a call that is under that one it is what it was at first, also where the
+/// handle was freed since. `of_call` is the account of the call that this thread works for.
+fn chosen(context: *mut srf_context, of_call: usize) -> Result<Chosen, Failure> {
+    if context.is_null() {
+        return Ok(Chosen::Process);
+    }
+    if handle_of(of_worker()) == context {
+        return Ok(Chosen::Inherited);
+    }
+    match handle::get("context", context.cast_const()) {
+        Ok(context) => Ok(Chosen::Context(Arc::clone(context.as_ref()))),
+        Err(_) if handle_of(of_call) == context => Ok(Chosen::Inherited),
+        Err(failure) => Err(failure),
+    }
 }
 
 /// Makes a context. Its worker threads are its own, started when they are first needed.
@@ -35,35 +61,47 @@ pub unsafe extern "C" fn srf_context_create(out_context: *mut *mut srf_context) 
     guard(|| {
         pointer::writable("out_context", out_context)?;
         let context = Context::new()?;
-        settings::set_log(context.number(), None, std::ptr::null_mut());
-        handle::give("out_context", out_context, context)
+        let number = context.number();
+        settings::set_log(number, Log::OfProcess);
+        handle::give_numbered("out_context", out_context, |handle| {
+            HANDLES[number].store(handle, Ordering::Relaxed);
+            Ok(context)
+        })
     })
 }
 
-/// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one. What
-/// was made under it stays.
+/// Releases a context. Calls that began under it end under it, and threads that use it go on with it until they use another one; but
+/// nothing is told to a log any more under it. What was made under it stays.
 /// context    NULL does nothing
 /// returns    SRF_OK, SRF_ERR_HANDLE. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_free(context: *mut srf_context) -> srf_status {
-    guard(|| handle::free("context", context))
+    guard(|| {
+        if context.is_null() {
+            return Ok(());
+        }
+        let kept = handle::get("context", context.cast_const())?;
+        handle::free("context", context)?;
+        settings::set_log(kept.number(), Log::Silent);
+        Ok(())
+    })
 }
 
 /// Calls that this thread makes from now on are made under this context; other threads are not concerned. A function of yours that
 /// is called by the library on one of its own threads is under the context of the call that it serves; where it uses another one, it must
-/// put back the former one at its end.
+/// put back the former one at its end, which works as well where that one was freed meanwhile.
 /// context      NULL for none: the settings of the process
 /// out_former   receives what this thread used before, NULL for none, which may have been freed since; NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_HANDLE: all is as it was. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_use(context: *mut srf_context, out_former: *mut *mut srf_context) -> srf_status {
+    // Of the call that called the caller, before this one is under what the thread uses.
+    let of_call = current();
     guard(|| {
-        let chosen = match context.is_null() {
-            true => None,
-            false => Some(Arc::clone(handle::get("context", context.cast_const())?.as_ref())),
-        };
-        drop(choose(chosen));
-        let former = USED.replace(context);
+        let chosen = chosen(context, of_call)?;
+        let used = (!matches!(chosen, Chosen::Inherited)).then_some(context);
+        drop(exchange(chosen));
+        let former = USED.replace(used).unwrap_or_else(|| handle_of(of_call));
         if out_former.is_null() { Ok(()) } else { pointer::write("out_former", out_former, former) }
     })
 }
@@ -92,8 +130,9 @@ pub unsafe extern "C" fn srf_context_threads(context: *const srf_context, out_th
 }
 
 /// Most memory that calls under a context may take; together, where several run at a time. What others take, under another context or
-/// under none, does not count, nor does their limit concern this one. Memory that a call hands out (srf_mesh) is no longer taken once it
-/// is freed, by whatever thread.
+/// under none, does not count, nor does their limit concern this one. It limits calls, not what they leave: what was handed out before
+/// (meshes, images) does not count, however much it is, unless another call of the context was running all the time since; srf_context_memory() says
+/// how much that is. What is given back, by whatever thread, is no longer taken.
 /// context    not NULL
 /// bytes      0, the default, for as much as srf_set_memory_limit() says
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
@@ -127,7 +166,8 @@ pub unsafe extern "C" fn srf_context_memory(
 /// Who gets the messages of calls under a context from now on.
 /// context    not NULL
 /// log        NULL, the default, for who gets those of the process (srf_set_log()); a function that does nothing, for nobody
-/// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it have returned
+/// user       handed to log as it is; must stay usable until another log is set or the context freed, and calls under it that were running then
+///            have returned
 /// returns    SRF_OK, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_context_set_log(
@@ -136,7 +176,7 @@ pub unsafe extern "C" fn srf_context_set_log(
     user: *mut c_void,
 ) -> srf_status {
     guard(|| {
-        settings::set_log(handle::get("context", context.cast_const())?.number(), log, user);
+        settings::set_log(handle::get("context", context.cast_const())?.number(), Log::of(log, user));
         Ok(())
     })
 }

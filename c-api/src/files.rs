@@ -80,7 +80,7 @@ pub unsafe extern "C" fn srf_scans_open(
     progress: *const srf_progress,
     out_scans: *mut *mut srf_scans,
 ) -> srf_status {
-    guard(|| open(paths, count, options, &watched(progress)?, out_scans))
+    guard(|| watched(progress, |progress| open(paths, count, options, progress, out_scans)))
 }
 
 /// What the caller told of the files; the camera is no parameter of the table.
@@ -251,23 +251,25 @@ fn read(
     pointer::writable("out_mesh", out_mesh)?;
     pointer::writable("out_cloud", out_cloud)?;
     let scans = handle::get("scans", scans)?;
-    let content = at(&scans.set.scans, index)?.read_with(&watched(progress)?)?;
-    pointer::write("out_image", out_image, std::ptr::null_mut())?;
-    pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
-    pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;
-    let kind = match content {
-        Content::RangeImage(image) => {
-            handle::give("out_image", out_image, image.into())?;
-            srf_content::SRF_CONTENT_IMAGE
-        }
-        Content::Mesh(mesh) => {
-            handle::give("out_mesh", out_mesh, mesh.into())?;
-            srf_content::SRF_CONTENT_MESH
-        }
-        Content::Points(cloud) => {
-            handle::give("out_cloud", out_cloud, cloud)?;
-            srf_content::SRF_CONTENT_CLOUD
-        }
-    };
-    pointer::write("out_content", out_content, kind as u32)
+    watched(progress, |progress| {
+        let content = at(&scans.set.scans, index)?.read_with(progress)?;
+        pointer::write("out_image", out_image, std::ptr::null_mut())?;
+        pointer::write("out_mesh", out_mesh, std::ptr::null_mut())?;
+        pointer::write("out_cloud", out_cloud, std::ptr::null_mut())?;
+        let kind = match content {
+            Content::RangeImage(image) => {
+                handle::give("out_image", out_image, image.into())?;
+                srf_content::SRF_CONTENT_IMAGE
+            }
+            Content::Mesh(mesh) => {
+                handle::give("out_mesh", out_mesh, mesh.into())?;
+                srf_content::SRF_CONTENT_MESH
+            }
+            Content::Points(cloud) => {
+                handle::give("out_cloud", out_cloud, cloud)?;
+                srf_content::SRF_CONTENT_CLOUD
+            }
+        };
+        pointer::write("out_content", out_content, kind as u32)
+    })
 }

@@ -3,15 +3,16 @@
 use std::collections::BTreeMap;
 use std::ffi::{CString, c_char, c_void};
 use std::io::ErrorKind;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use surfrecon::memory_folder::{MemoryFolder, Sink, Source};
+use surfrecon::threads::Turns;
 
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::status::{self, Failure, srf_status, srf_status::*};
 use crate::text::c_text;
-use crate::{last_error, pointer};
+use crate::{fork, last_error, pointer};
 
 /// A folder whose files lie in memory, or behind functions of yours. Each of its files has a path (srf_folder_path()), which every
 /// function that takes the path of a file takes: so scans, lists of scans and whole recordings are read from memory, and whatever can be
@@ -36,15 +37,16 @@ struct Lent {
 }
 
 impl Folder {
-    fn lent(&self) -> MutexGuard<'_, Lent> {
-        self.lent.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Works with what was lent.
+    fn lent<R>(&self, work: impl FnOnce(&mut Lent) -> R) -> R {
+        let _fork = fork::prevent();
+        work(&mut self.lent.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Gives a text that stays as long as the folder.
     fn give_text(&self, name: &str, out: *mut *const c_char, text: &str) -> Result<(), Failure> {
-        let mut lent = self.lent();
-        let kept = lent.texts.entry(text.to_owned()).or_insert_with(|| c_text(text));
-        pointer::write(name, out, kept.as_ptr())
+        let kept = self.lent(|lent| lent.texts.entry(text.to_owned()).or_insert_with(|| c_text(text)).as_ptr());
+        pointer::write(name, out, kept)
     }
 }
 
@@ -135,7 +137,8 @@ fn answered(answer: i32, text: &str) -> std::io::Result<()> {
 struct Bytes {
     length: u64,
     read: unsafe extern "C" fn(*mut c_void, u64, *mut c_void, usize, *mut usize) -> i32,
-    user: Mutex<User>,
+    user: User,
+    turns: Turns,
 }
 
 impl Source for Bytes {
@@ -144,10 +147,12 @@ impl Source for Bytes {
     }
 
     fn read_at(&self, at: u64, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let user = self.user.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut count = 0;
-        let (answer, text) = status::said(|| pointer::call_read(self.read, user.pointer(), at, buffer, &mut count));
-        answered(answer, &text).map(|()| count)
+        self.turns.take(|| {
+            let mut count = 0;
+            let user = self.user.pointer();
+            let (answer, text) = status::said(|| pointer::call_read(self.read, user, at, buffer, &mut count));
+            answered(answer, &text).map(|()| count)
+        })
     }
 }
 
@@ -268,8 +273,10 @@ pub unsafe extern "C" fn srf_folder_put_source(
         let read = source.read.ok_or_else(|| Failure::new(SRF_ERR_NULL, "source.read must not be NULL"))?;
         // A wrong name must not release what stays the caller's.
         folder.folder.path(name)?;
-        let user = Mutex::new(User::new(source.user, source.release));
-        folder.folder.put_source(name, Arc::new(Bytes { length: source.length, read, user }))?;
+        let user = User::new(source.user, source.release);
+        folder
+            .folder
+            .put_source(name, Arc::new(Bytes { length: source.length, read, user, turns: Turns::default() }))?;
         Ok(())
     })
 }
@@ -288,7 +295,8 @@ pub unsafe extern "C" fn srf_folder_remove(
     guard(|| {
         let (folder, name) = (handle::get("folder", folder)?, pointer::text("name", name)?);
         let removed = folder.folder.remove(name);
-        folder.lent().bytes.remove(name);
+        let lent = folder.lent(|lent| lent.bytes.remove(name));
+        drop(lent);
         if out_removed.is_null() { Ok(()) } else { pointer::write("out_removed", out_removed, removed.into()) }
     })
 }
@@ -344,7 +352,8 @@ pub unsafe extern "C" fn srf_folder_bytes(
         };
         pointer::write("out_count", out_count, bytes.len())?;
         pointer::write("out_bytes", out_bytes, bytes.as_ptr().cast())?;
-        folder.lent().bytes.insert(name.to_owned(), bytes);
+        let former = folder.lent(|lent| lent.bytes.insert(name.to_owned(), bytes));
+        drop(former);
         Ok(())
     })
 }

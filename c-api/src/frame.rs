@@ -174,12 +174,13 @@ pub unsafe extern "C" fn srf_image_from_frame(
             reach: form.reach,
             ..Frame::new(depth)
         };
-        let progress = watched(progress)?;
-        let (image, left_out) = progress.watch(|| taken.into_range_image(&progress))?;
-        if !out_left_out.is_null() {
-            sized::write("out_left_out", out_left_out, left_out.into())?;
-        }
-        handle::give("out_image", out_image, image.into())
+        watched(progress, |progress| {
+            let (image, left_out) = progress.watch(|| taken.into_range_image(progress))?;
+            if !out_left_out.is_null() {
+                sized::write("out_left_out", out_left_out, left_out.into())?;
+            }
+            handle::give("out_image", out_image, image.into())
+        })
     })
 }
 

@@ -30,7 +30,7 @@ pub trait Handle {
 /// that works with it on another thread goes on with what it began with.
 type Slot<T> = RwLock<Shared<T>>;
 
-/// What a handle stands for, as long as somebody works with it. It is given back on the account of who made it.
+/// What a handle stands for, as long as somebody works with it.
 pub struct Shared<T>(Arc<Owned<T>>);
 
 impl<T> Clone for Shared<T> {
@@ -90,20 +90,33 @@ pub fn get<H: Handle>(name: &str, handle: *const H) -> Result<Shared<H::Inner>, 
     Ok(slot(name, handle)?.read().unwrap_or_else(PoisonError::into_inner).clone())
 }
 
-/// Changes what a handle stands for; unchanged if `change` fails.
-pub fn change<H: Handle>(
+/// Changes what a handle stands for; unchanged if `change` fails. What goes may be the caller's to release, in a function that calls this
+/// library: `change` must drop nothing of that kind, but hand it back.
+pub fn change<H: Handle, R>(
     name: &str,
     handle: *const H,
-    change: impl FnOnce(&mut H::Inner) -> Result<(), Failure>,
-) -> Result<(), Failure>
+    change: impl FnOnce(&mut H::Inner) -> Result<R, Failure>,
+) -> Result<R, Failure>
 where
     H::Inner: Clone,
 {
-    let _fork = fork::prevent();
-    let slot = slot(name, handle)?;
-    let mut inner = slot.write().unwrap_or_else(PoisonError::into_inner);
-    let owned: &mut Owned<H::Inner> = Arc::make_mut(&mut inner.0);
-    change(owned)
+    let slot = {
+        let _fork = fork::prevent();
+        slot(name, handle)?
+    };
+    let (changed, former) = {
+        let _fork = fork::prevent();
+        let mut inner = slot.write().unwrap_or_else(PoisonError::into_inner);
+        // Another thread may work with what it stood for, and be done with that just now.
+        let former = (Arc::strong_count(&inner.0) > 1).then(|| {
+            let copy = Shared(Arc::new(Owned::clone(&inner.0)));
+            std::mem::replace(&mut *inner, copy)
+        });
+        let owned: &mut Owned<H::Inner> = Arc::make_mut(&mut inner.0);
+        (change(owned), former)
+    };
+    drop((former, slot));
+    changed
 }
 
 /// Makes a handle and writes it to the caller.
@@ -133,8 +146,7 @@ pub fn free<H: Handle>(name: &str, handle: *mut H) -> Result<(), Failure> {
     if handle.is_null() {
         return Ok(());
     }
-    // What is kept of the handle itself was taken on the same account.
-    let _account = get(name, handle.cast_const())?.0.enter();
+    get(name, handle.cast_const())?;
     let ended = {
         let _fork = fork::prevent();
         TABLE.write().unwrap_or_else(PoisonError::into_inner).remove(&handle.addr())

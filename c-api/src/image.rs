@@ -248,15 +248,16 @@ pub unsafe extern "C" fn srf_image_world_points(
             let text = format!("capacity must be >= {}, got {capacity} (in doubles)", 3 * image.len());
             return Err(Failure::new(SRF_ERR_PARAMETER, text));
         }
-        let progress = watched(progress)?;
-        let points = progress.watch(|| {
-            let mut points: Vec<[f64; 3]> = Vec::with_capacity(image.len());
-            for range in progress.ranges(image.len()) {
-                points.extend(range?.map(|i| image.point_in_world(i).to_array()));
-            }
-            Ok(points)
-        })?;
-        pointer::copy_out("out_points", out_points, bytemuck::cast_slice::<[f64; 3], f64>(&points))
+        watched(progress, |progress| {
+            let points = progress.watch(|| {
+                let mut points: Vec<[f64; 3]> = Vec::with_capacity(image.len());
+                for range in progress.ranges(image.len()) {
+                    points.extend(range?.map(|i| image.point_in_world(i).to_array()));
+                }
+                Ok(points)
+            })?;
+            pointer::copy_out("out_points", out_points, bytemuck::cast_slice::<[f64; 3], f64>(&points))
+        })
     })
 }
 
@@ -394,9 +395,10 @@ pub unsafe extern "C" fn srf_image_triangulate(
         let params = params::read("params", params)?;
         let image = handle::get("image", image)?;
         let image = &image.image;
-        let progress = watched(progress)?;
-        let mesh = triangulate::triangulate(image, &params, &progress)?.into_mesh(image, &progress)?;
-        handle::give("out_mesh", out_mesh, mesh.into())
+        watched(progress, |progress| {
+            let mesh = triangulate::triangulate(image, &params, progress)?.into_mesh(image, progress)?;
+            handle::give("out_mesh", out_mesh, mesh.into())
+        })
     })
 }
 
@@ -413,7 +415,9 @@ pub unsafe extern "C" fn srf_image_to_cloud(
 ) -> srf_status {
     guard(|| {
         pointer::writable("out_cloud", out_cloud)?;
-        let cloud = handle::get("image", image)?.image.to_point_cloud(&watched(progress)?)?;
-        handle::give("out_cloud", out_cloud, cloud)
+        watched(progress, |progress| {
+            let cloud = handle::get("image", image)?.image.to_point_cloud(progress)?;
+            handle::give("out_cloud", out_cloud, cloud)
+        })
     })
 }

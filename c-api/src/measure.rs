@@ -90,14 +90,16 @@ pub unsafe extern "C" fn srf_mesh_distances(
         }
         let mesh = handle::get("mesh", mesh)?;
         let points = Borrowed::new("points", points, 3)?.points()?;
-        let deviation = measure::deviation(&points, &mesh.mesh, side, threads as usize, &watched(progress)?)?;
-        if !out_figures.is_null() {
-            sized::write("out_figures", out_figures, deviation.summary.into())?;
-        }
-        if out_distances.is_null() {
-            return Ok(());
-        }
-        pointer::copy_out("out_distances", out_distances, &deviation.distances)
+        watched(progress, |progress| {
+            let deviation = measure::deviation(&points, &mesh.mesh, side, threads as usize, progress)?;
+            if !out_figures.is_null() {
+                sized::write("out_figures", out_figures, deviation.summary.into())?;
+            }
+            if out_distances.is_null() {
+                return Ok(());
+            }
+            pointer::copy_out("out_distances", out_distances, &deviation.distances)
+        })
     })
 }
 
@@ -133,19 +135,23 @@ pub unsafe extern "C" fn srf_mesh_surface_distance(
             sized::writable("out_figures", out_figures)?;
         }
         let (mesh, reference) = (handle::get("mesh", mesh)?, handle::get("reference", reference)?);
-        let found = certify(&mesh.mesh, &reference.mesh, side, threads as usize, &watched(progress)?)?;
-        if !out_figures.is_null() {
-            sized::write("out_figures", out_figures, found.vertices.summary.into())?;
-        }
-        for (name, out, value) in [("out_reached", out_reached, found.reached), ("out_bound", out_bound, found.bound)] {
-            if !out.is_null() {
-                pointer::write(name, out, value)?;
+        watched(progress, |progress| {
+            let found = certify(&mesh.mesh, &reference.mesh, side, threads as usize, progress)?;
+            if !out_figures.is_null() {
+                sized::write("out_figures", out_figures, found.vertices.summary.into())?;
             }
-        }
-        if out_distances.is_null() {
-            return Ok(());
-        }
-        pointer::copy_out("out_distances", out_distances, &found.vertices.distances)
+            for (name, out, value) in
+                [("out_reached", out_reached, found.reached), ("out_bound", out_bound, found.bound)]
+            {
+                if !out.is_null() {
+                    pointer::write(name, out, value)?;
+                }
+            }
+            if out_distances.is_null() {
+                return Ok(());
+            }
+            pointer::copy_out("out_distances", out_distances, &found.vertices.distances)
+        })
     })
 }
 

@@ -178,12 +178,14 @@ pub unsafe extern "C" fn srf_merger_run(
         }
         let merger = handle::get("merger", merger)?;
         let params = params::read("params", params)?;
-        let merged = merger.run(&params, &watched(progress)?)?;
-        warn_of_gaps(&merged.report);
-        if !out_report.is_null() {
-            sized::write("out_report", out_report, merged.report.into())?;
-        }
-        handle::give("out_mesh", out_mesh, merged.mesh.into())
+        watched(progress, |progress| {
+            let merged = merger.run(&params, progress)?;
+            warn_of_gaps(&merged.report);
+            if !out_report.is_null() {
+                sized::write("out_report", out_report, merged.report.into())?;
+            }
+            handle::give("out_mesh", out_mesh, merged.mesh.into())
+        })
     })
 }
 

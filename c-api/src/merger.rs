@@ -48,18 +48,19 @@ impl Merger {
         self.ever += 1;
     }
 
-    fn replace(&mut self, index: usize, source: Source) -> Result<(), Failure> {
+    /// Puts a source in the place of another one, which it becomes.
+    fn replace(&mut self, index: usize, source: &mut Source) -> Result<(), Failure> {
         self.check(index)?;
-        (self.sources[index], self.versions[index]) = (source, self.ever);
+        std::mem::swap(&mut self.sources[index], source);
+        self.versions[index] = self.ever;
         self.ever += 1;
         Ok(())
     }
 
-    fn remove(&mut self, index: usize) -> Result<(), Failure> {
+    fn remove(&mut self, index: usize) -> Result<Source, Failure> {
         self.check(index)?;
-        self.sources.remove(index);
         self.versions.remove(index);
-        Ok(())
+        Ok(self.sources.remove(index))
     }
 
     fn check(&self, index: usize) -> Result<(), Failure> {
@@ -80,7 +81,7 @@ impl Merger {
         // Where another thread runs it, too, this run neither takes nor leaves anything.
         match self.kept.as_ref().and_then(|kept| kept.take().ok()) {
             Some(mut kept) => {
-                // What the calls of another context found out is on its account, where nothing of this one's can be added.
+                // What the calls of another context found out stays on its account.
                 if !kept.is_of_this_thread() {
                     *kept = Owned::default();
                 }
@@ -105,8 +106,12 @@ impl Merger {
     }
 }
 
-fn change(merger: *mut srf_merger, change: impl FnOnce(&mut Merger) -> Result<(), Failure>) -> Result<(), Failure> {
+fn change<R>(merger: *mut srf_merger, change: impl FnOnce(&mut Merger) -> Result<R, Failure>) -> Result<R, Failure> {
     handle::change("merger", merger.cast_const(), change)
+}
+
+fn replace(merger: *mut srf_merger, index: usize, mut source: Source) -> Result<(), Failure> {
+    change(merger, |merger| merger.replace(index, &mut source))
 }
 
 fn add(merger: *mut srf_merger, added: impl IntoIterator<Item = Source>) -> Result<(), Failure> {
@@ -166,6 +171,20 @@ pub unsafe extern "C" fn srf_merger_add_scans(merger: *mut srf_merger, scans: *c
     guard(|| add(merger, Source::of_scans(scans)?))
 }
 
+/// Adds a scan of a set; it is read when the merge runs, and not kept.
+/// merger     not NULL
+/// scans      not NULL
+/// of_set     number of the scan in the set
+/// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_add_scan(
+    merger: *mut srf_merger,
+    scans: *const srf_scans,
+    of_set: usize,
+) -> srf_status {
+    guard(|| add(merger, [Source::of_scan(scans, "of_set", of_set)?]))
+}
+
 /// Adds a scan whose range image a function makes: it is made when the merge runs, one a thread at a time, and not kept.
 /// merger             not NULL
 /// source             makes it; the struct is copied; not NULL
@@ -197,7 +216,7 @@ pub unsafe extern "C" fn srf_merger_count(merger: *const srf_merger, out_scans: 
 /// returns    SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_remove(merger: *mut srf_merger, index: usize) -> srf_status {
-    guard(|| change(merger, |merger| merger.remove(index)))
+    guard(|| change(merger, |merger| merger.remove(index)).map(drop))
 }
 
 /// Puts a range image as it is now in the place of a scan: another measurement, or the same at another pose.
@@ -211,10 +230,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_image(
     index: usize,
     image: *const srf_image,
 ) -> srf_status {
-    guard(|| {
-        let source = Source::of_image(image)?;
-        change(merger, |merger| merger.replace(index, source))
-    })
+    guard(|| replace(merger, index, Source::of_image(image)?))
 }
 
 /// Puts an oriented mesh as it is now in the place of a scan; as srf_merger_add_mesh().
@@ -232,10 +248,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_mesh(
     world_from_mesh: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| {
-        let source = Source::of_mesh(mesh, world_from_mesh, name)?;
-        change(merger, |merger| merger.replace(index, source))
-    })
+    guard(|| replace(merger, index, Source::of_mesh(mesh, world_from_mesh, name)?))
 }
 
 /// Puts a scan of a set in the place of a scan; it is read when the merge runs.
@@ -251,14 +264,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_scan(
     scans: *const srf_scans,
     of_set: usize,
 ) -> srf_status {
-    guard(|| {
-        let mut set = Source::of_scans(scans)?;
-        if of_set >= set.len() {
-            let text = format!("of_set must be < {}, the number of scans in the set, got {of_set}", set.len());
-            return Err(Failure::new(SRF_ERR_PARAMETER, text));
-        }
-        change(merger, |merger| merger.replace(index, set.swap_remove(of_set)))
-    })
+    guard(|| replace(merger, index, Source::of_scan(scans, "of_set", of_set)?))
 }
 
 /// Puts a scan whose range image a function makes in the place of a scan; as srf_merger_add_source().
@@ -276,10 +282,7 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
     world_from_sensor: *const srf_pose,
     name: *const c_char,
 ) -> srf_status {
-    guard(|| {
-        let source = Source::of_source(source, world_from_sensor, name)?;
-        change(merger, |merger| merger.replace(index, source))
-    })
+    guard(|| replace(merger, index, Source::of_source(source, world_from_sensor, name)?))
 }
 
 /// Says whether each run keeps what it found out for the next, which then loads and counts only those scans that are new to it, and
@@ -295,21 +298,23 @@ pub unsafe extern "C" fn srf_merger_replace_by_source(
 pub unsafe extern "C" fn srf_merger_keep(merger: *mut srf_merger, keep: u32) -> srf_status {
     guard(|| {
         let keep = flag("keep", keep)?;
-        change(merger, |merger| {
-            if keep {
-                merger.kept.get_or_insert_with(|| Arc::new(Exclusive::new(Owned::default())));
-            } else {
-                merger.kept = None;
+        let given_back = change(merger, |merger| {
+            if !keep {
+                return Ok(merger.kept.take());
             }
-            Ok(())
-        })
+            merger.kept.get_or_insert_with(|| Arc::new(Exclusive::new(Owned::default())));
+            Ok(None)
+        })?;
+        drop(given_back);
+        Ok(())
     })
 }
 
-/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of.
+/// How much the last run that kept something had to renew: bricks of 32 cells a side that scans speak of. 0 of 0 without
+/// srf_merger_keep() and before the first run with it: nothing is kept then, and each run finds out everything.
 /// merger       not NULL
 /// out_renewed  bricks labelled anew; NULL if not wanted
-/// out_bricks   all bricks, 0 where nothing is kept; NULL if not wanted
+/// out_bricks   all bricks; NULL if not wanted
 /// returns      SRF_OK, SRF_ERR_INPUT, SRF_ERR_HANDLE, SRF_ERR_NULL. Since 0.2.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_merger_renewed(

@@ -314,7 +314,9 @@ pub unsafe extern "C" fn srf_mesh_check(
         sized::writable("out_report", out_report)?;
         let mesh = handle::get("mesh", mesh)?;
         let check = if flag("welded", welded)? { try_check_welded } else { try_check };
-        let report = check(&mesh.mesh, &watched(progress)?)?;
-        sized::write("out_report", out_report, report.into())
+        watched(progress, |progress| {
+            let report = check(&mesh.mesh, progress)?;
+            sized::write("out_report", out_report, report.into())
+        })
     })
 }

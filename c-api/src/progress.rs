@@ -10,9 +10,10 @@ use crate::status::Failure;
 use crate::{handle, pointer};
 
 /// Asked about every 30 ms during a long call, on the thread that made the call: stage, what is being done, for people;
-/// fraction, the share of the whole call that is done, 0 to 1, never falling; message, both as one line; user, as given in
-/// srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything else to cancel:
-/// the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind. Must not unwind.
+/// fraction, the share of the whole call that is done, 0 to 1, never falling, and 1 in the last report of a call that succeeds; message, both
+/// as one line; user, as given in srf_progress. The texts are UTF-8 and valid during the call of the function. Answer 0 to go on, anything
+/// else to cancel: the call then returns SRF_ERR_CANCELLED within a tenth of a second and leaves nothing behind; what is answered once
+/// all is done changes nothing. Must not unwind.
 #[allow(non_camel_case_types)]
 pub type srf_progress_fn =
     Option<unsafe extern "C" fn(stage: *const c_char, fraction: f64, message: *const c_char, user: *mut c_void) -> i32>;
@@ -31,8 +32,19 @@ pub struct srf_progress {
     pub cancel: *const srf_cancel,
 }
 
+/// Work that reports to the caller's progress; at its end too, if it succeeds.
+pub fn watched<R>(
+    progress: *const srf_progress,
+    work: impl FnOnce(&Progress<'static>) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    let progress = reporting(progress)?;
+    let done = work(&progress)?;
+    progress.finish();
+    Ok(done)
+}
+
 /// The progress of the core that reports to the caller's.
-pub fn watched(progress: *const srf_progress) -> Result<Progress<'static>, Failure> {
+fn reporting(progress: *const srf_progress) -> Result<Progress<'static>, Failure> {
     let Some(srf_progress { report, user, cancel }) = pointer::read_struct(progress) else {
         return Ok(Progress::none());
     };

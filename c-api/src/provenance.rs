@@ -41,9 +41,11 @@ pub unsafe extern "C" fn srf_mesh_write_from(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         let options = WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? };
-        write_mesh(path, &mesh.mesh, &[], &options, &watched(progress)?)?;
-        tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
-        Ok(())
+        watched(progress, |progress| {
+            write_mesh(path, &mesh.mesh, &[], &options, progress)?;
+            tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
+            Ok(())
+        })
     })
 }
 

@@ -133,12 +133,14 @@ pub unsafe extern "C" fn srf_quads_create(
         }
         let image = handle::get("image", image)?;
         let params = params::read::<QuadParams, _>("params", params)?;
-        let grid = quads::run(&image.image, &params, &watched(progress)?)?;
-        if !out_report.is_null() {
-            sized::write("out_report", out_report, (&grid.report).into())?;
-        }
-        let mesh = grid.mesh();
-        handle::give("out_quads", out_quads, Gridded { grid, mesh })
+        watched(progress, |progress| {
+            let grid = quads::run(&image.image, &params, progress)?;
+            if !out_report.is_null() {
+                sized::write("out_report", out_report, (&grid.report).into())?;
+            }
+            let mesh = grid.mesh();
+            handle::give("out_quads", out_quads, Gridded { grid, mesh })
+        })
     })
 }
 
@@ -249,6 +251,6 @@ pub unsafe extern "C" fn srf_quads_write_obj(
             provenance: None,
             crs: mesh.crs.as_ref(),
         };
-        Ok(write_obj_polygons(path, &polygons, &watched(progress)?)?)
+        watched(progress, |progress| Ok(write_obj_polygons(path, &polygons, progress)?))
     })
 }

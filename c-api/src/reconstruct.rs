@@ -215,7 +215,7 @@ fn surface(
         };
         Failure::new(SRF_ERR_INPUT, text.to_owned())
     })?;
-    Ok(reconstructor.surface(params, &watched(progress)?)?)
+    watched(progress, |progress| Ok(reconstructor.surface(params, progress)?))
 }
 
 /// Of each point, why it is not on the surface.

@@ -130,9 +130,12 @@ pub unsafe extern "C" fn srf_dominant_plane(
         let aligner = handle::get("aligner", aligner)?;
         sized::writable("out_plane", out_plane)?;
         let params: PlaneParams = params::read("params", params)?;
-        let found = dominant(&sources::borrowed(aligner.sources()), &params, &watched(progress)?)?;
-        let plane = srf_plane { is_found: 1, share: found.share, spread: found.spread, ..srf_plane::of(&found.plane) };
-        sized::write("out_plane", out_plane, plane)
+        watched(progress, |progress| {
+            let found = dominant(&sources::borrowed(aligner.sources()), &params, progress)?;
+            let plane =
+                srf_plane { is_found: 1, share: found.share, spread: found.spread, ..srf_plane::of(&found.plane) };
+            sized::write("out_plane", out_plane, plane)
+        })
     })
 }
 

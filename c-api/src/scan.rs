@@ -42,9 +42,10 @@ pub unsafe extern "C" fn srf_scan_mesh(
         let projection = pointer::read("projection", projection)?.to_core()?;
         let world_from_sensor = pose::read_rigid("world_from_sensor", world_from_sensor)?;
         let camera = Camera { rows, cols, projection, world_from_sensor };
-        let progress = watched(progress)?;
-        let bvh = Bvh::build_with(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads, &progress)?;
-        let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, &progress)?;
-        handle::give("out_image", out_image, image.into())
+        watched(progress, |progress| {
+            let bvh = Bvh::build_with(&mesh.mesh.positions, &mesh.mesh.triangles, params.threads, progress)?;
+            let image = scan::scan(&mesh.mesh, &bvh, &camera, &params, progress)?;
+            handle::give("out_image", out_image, image.into())
+        })
     })
 }

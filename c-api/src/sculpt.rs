@@ -123,8 +123,10 @@ pub unsafe extern "C" fn srf_sculptor_create(
         pointer::writable("out_sculptor", out_sculptor)?;
         let image = handle::get("image", image)?;
         let params = params::read::<SculptParams, _>("params", params)?;
-        let sculptor = Sculptor::prepare(Kept(image), &params, &watched(progress)?)?;
-        handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
+        watched(progress, |progress| {
+            let sculptor = Sculptor::prepare(Kept(image), &params, progress)?;
+            handle::give("out_sculptor", out_sculptor, Prepared { sculptor, tolerance: params.tolerance })
+        })
     })
 }
 
@@ -200,9 +202,11 @@ fn sculpt(
         sized::writable("out_certificate", out_certificate)?;
     }
     let prepared = handle::get(name, sculptor)?;
-    let sculpted = work(&prepared, &watched(progress)?)?;
-    if !out_certificate.is_null() {
-        sized::write("out_certificate", out_certificate, (&sculpted).into())?;
-    }
-    handle::give("out_mesh", out_mesh, sculpted.mesh.into())
+    watched(progress, |progress| {
+        let sculpted = work(&prepared, progress)?;
+        if !out_certificate.is_null() {
+            sized::write("out_certificate", out_certificate, (&sculpted).into())?;
+        }
+        handle::give("out_mesh", out_mesh, sculpted.mesh.into())
+    })
 }

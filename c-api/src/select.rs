@@ -60,8 +60,9 @@ pub unsafe extern "C" fn srf_image_select(
 ) -> srf_status {
     guard(|| {
         let selection = selection(region, keep)?;
-        let progress = watched(progress)?;
-        removed(out_removed, edited("image", image, |image| Ok(selection.of_image(&mut image.image, &progress)?))?)
+        watched(progress, |progress| {
+            removed(out_removed, edited("image", image, |image| Ok(selection.of_image(&mut image.image, progress)?))?)
+        })
     })
 }
 
@@ -82,8 +83,9 @@ pub unsafe extern "C" fn srf_cloud_select(
 ) -> srf_status {
     guard(|| {
         let selection = selection(region, keep)?;
-        let progress = watched(progress)?;
-        removed(out_removed, edited("cloud", cloud, |cloud| Ok(selection.of_cloud(cloud, &progress)?))?)
+        watched(progress, |progress| {
+            removed(out_removed, edited("cloud", cloud, |cloud| Ok(selection.of_cloud(cloud, progress)?))?)
+        })
     })
 }
 
@@ -109,8 +111,9 @@ pub unsafe extern "C" fn srf_mesh_select(
     guard(|| {
         let selection = selection(region, keep)?;
         let place = pose::read("world_from_mesh", world_from_mesh)?;
-        let progress = watched(progress)?;
-        removed(out_removed, edited("mesh", mesh, |mesh| Ok(selection.of_mesh(&mut mesh.mesh, place, &progress)?))?)
+        watched(progress, |progress| {
+            removed(out_removed, edited("mesh", mesh, |mesh| Ok(selection.of_mesh(&mut mesh.mesh, place, progress)?))?)
+        })
     })
 }
 

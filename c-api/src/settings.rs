@@ -30,10 +30,28 @@ pub enum srf_log_level {
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
 
-type Log = (unsafe extern "C" fn(i32, *const c_char, *mut c_void), usize);
+type Function = unsafe extern "C" fn(i32, *const c_char, *mut c_void);
 
-/// By account; that of number 0 is for all that have none.
-static LOGS: [RwLock<Option<Log>>; ACCOUNTS] = [const { RwLock::new(None) }; ACCOUNTS];
+/// Who is told by the calls of an account.
+#[derive(Clone, Copy)]
+pub enum Log {
+    /// Who is told by those of number 0; nobody by these.
+    OfProcess,
+    /// Who said so, and its pointer.
+    Function(Function, usize),
+    /// Nobody.
+    Silent,
+}
+
+impl Log {
+    /// What the caller said.
+    pub fn of(log: srf_log_fn, user: *mut c_void) -> Self {
+        log.map_or(Log::OfProcess, |log| Log::Function(log, user.expose_provenance()))
+    }
+}
+
+/// By account.
+static LOGS: [RwLock<Log>; ACCOUNTS] = [const { RwLock::new(Log::OfProcess) }; ACCOUNTS];
 
 /// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
 /// threads    at most 1024; 0, the default, for one a core
@@ -62,7 +80,8 @@ pub extern "C" fn srf_threads() -> u32 {
 }
 
 /// Most memory that calls may take, unless made under a context with a limit of its own; together, where several run at a time under
-/// the same context or under none. What is foreseen to need more, or more than is
+/// the same context or under none. It limits calls, not what they leave: what was handed out before (meshes, images) does not count, however
+/// much it is, unless another call was running all the time since. What is foreseen to need more, or more than is
 /// free, is refused with SRF_ERR_OUT_OF_MEMORY before it begins; what turns out to need more ends with it then, and
 /// leaves nothing behind.
 /// bytes      0, the default, for all that is free
@@ -88,15 +107,15 @@ pub extern "C" fn srf_memory_limit() -> u64 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_log(log: srf_log_fn, user: *mut c_void) -> srf_status {
     guard(|| {
-        set_log(0, log, user);
+        set_log(0, Log::of(log, user));
         Ok(())
     })
 }
 
 /// Who is told by the calls of an account.
-pub fn set_log(account: usize, log: srf_log_fn, user: *mut c_void) {
+pub fn set_log(account: usize, log: Log) {
     let _fork = fork::prevent();
-    *LOGS[account].write().unwrap_or_else(PoisonError::into_inner) = log.map(|log| (log, user.expose_provenance()));
+    *LOGS[account].write().unwrap_or_else(PoisonError::into_inner) = log;
 }
 
 /// Tells the log.
@@ -104,9 +123,12 @@ pub fn tell(level: srf_log_level, text: &str) {
     let log = {
         let _fork = fork::prevent();
         let of = |account: usize| *LOGS[account].read().unwrap_or_else(PoisonError::into_inner);
-        of(surfrecon_allocator::current()).or_else(|| of(0))
+        match of(surfrecon_allocator::current()) {
+            Log::OfProcess => of(0),
+            own => own,
+        }
     };
-    if let Some((log, user)) = log {
+    if let Log::Function(log, user) = log {
         pointer::call_log(log, level as i32, &c_text(text), std::ptr::with_exposed_provenance_mut(user));
     }
 }

@@ -102,14 +102,15 @@ pub unsafe extern "C" fn srf_aligner_snap(
         let scan = known(&told, "scan", scan)?;
         let poses = told.poses(world_from_scan, count)?;
         let params: AlignParams = params::read("params", params)?;
-        let progress = watched(progress)?;
-        let scans = prepared(aligner, &told, params.threads, &progress)?;
-        let snap = scans.snap(scan, &poses, &params, &progress)?;
-        if !out_touches.is_null() {
-            let touches: Vec<u8> = (0..poses.len()).map(|other| snap.touches.contains(&other).into()).collect();
-            pointer::copy_out("out_touches", out_touches, &touches)?;
-        }
-        sized::write("out_snap", out_snap, srf_snap::from(&snap))
+        watched(progress, |progress| {
+            let scans = prepared(aligner, &told, params.threads, progress)?;
+            let snap = scans.snap(scan, &poses, &params, progress)?;
+            if !out_touches.is_null() {
+                let touches: Vec<u8> = (0..poses.len()).map(|other| snap.touches.contains(&other).into()).collect();
+                pointer::copy_out("out_touches", out_touches, &touches)?;
+            }
+            sized::write("out_snap", out_snap, srf_snap::from(&snap))
+        })
     })
 }
 
@@ -144,8 +145,9 @@ pub unsafe extern "C" fn srf_aligner_misfit(
         if !points.is_empty() {
             pointer::writable("out_distances", out_distances)?;
         }
-        let progress = watched(progress)?;
-        let scans = prepared(aligner, &told, 0, &progress)?;
-        pointer::copy_out("out_distances", out_distances, &scans.misfit(scan, &poses, &points, &progress)?)
+        watched(progress, |progress| {
+            let scans = prepared(aligner, &told, 0, progress)?;
+            pointer::copy_out("out_distances", out_distances, &scans.misfit(scan, &poses, &points, progress)?)
+        })
     })
 }

@@ -18,7 +18,7 @@ use crate::image::{Image, srf_image};
 use crate::image_source::{MadeScan, srf_image_source};
 use crate::mesh::{Mesh, srf_mesh};
 use crate::pose::{self, srf_pose};
-use crate::status::Failure;
+use crate::status::{Failure, srf_status::SRF_ERR_PARAMETER};
 use crate::{handle, pointer};
 
 /// A scan that was added to a merge or an alignment; those of a set are read, and those of a source made, when their turn comes.
@@ -73,6 +73,17 @@ impl Source {
     pub fn of_scans(scans: *const srf_scans) -> Result<Vec<Self>, Failure> {
         let set = handle::get("scans", scans)?;
         Ok((0..set.set.scans.len()).map(|index| Source::Scan { set: set.clone(), index }).collect())
+    }
+
+    /// A scan of a set; `name` is the argument's that says which.
+    pub fn of_scan(scans: *const srf_scans, name: &str, index: usize) -> Result<Self, Failure> {
+        let set = handle::get("scans", scans)?;
+        let count = set.set.scans.len();
+        if index >= count {
+            let text = format!("{name} must be < {count}, the number of scans in the set, got {index}");
+            return Err(Failure::new(SRF_ERR_PARAMETER, text));
+        }
+        Ok(Source::Scan { set, index })
     }
 
     /// A scan whose image the caller makes, placed and named by the caller.

@@ -48,16 +48,18 @@ pub unsafe extern "C" fn srf_spline_create(
         pointer::writable("out_spline", out_spline)?;
         let quads = handle::get("quads", quads)?;
         let params = params::read("params", params)?;
-        let fit = quads.grid.spline(&params, &watched(progress)?)?;
-        for (name, out, value) in [
-            ("out_max_residual", out_max_residual, fit.max_residual),
-            ("out_rms_residual", out_rms_residual, fit.rms_residual),
-        ] {
-            if !out.is_null() {
-                pointer::write(name, out, value)?;
+        watched(progress, |progress| {
+            let fit = quads.grid.spline(&params, progress)?;
+            for (name, out, value) in [
+                ("out_max_residual", out_max_residual, fit.max_residual),
+                ("out_rms_residual", out_rms_residual, fit.rms_residual),
+            ] {
+                if !out.is_null() {
+                    pointer::write(name, out, value)?;
+                }
             }
-        }
-        handle::give("out_spline", out_spline, Surface { fit, mirrored: quads.grid.mirrored })
+            handle::give("out_spline", out_spline, Surface { fit, mirrored: quads.grid.mirrored })
+        })
     })
 }
 

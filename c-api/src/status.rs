@@ -1,7 +1,8 @@
 //! The outcome of a call, and what is kept of the last failure.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
-use std::ffi::CString;
+use std::ffi::CStr;
 
 use crate::text::c_text;
 
@@ -84,18 +85,23 @@ pub fn flag(name: &str, value: u32) -> Result<bool, Failure> {
 
 thread_local! {
     /// What `srf_last_error_message` answers on this thread.
-    pub static LAST_ERROR: RefCell<CString> = RefCell::default();
+    pub static LAST_ERROR: RefCell<Cow<'static, CStr>> = const { RefCell::new(Cow::Borrowed(c"")) };
 }
 
 /// Keeps the text for `srf_last_error_message`.
 pub fn remember(text: &str) {
     let text = c_text(text);
-    LAST_ERROR.with(|last| *last.borrow_mut() = text);
+    LAST_ERROR.with(|last| *last.borrow_mut() = text.into());
+}
+
+/// Keeps a text for `srf_last_error_message` that takes no memory.
+pub fn remember_fixed(text: &'static CStr) {
+    LAST_ERROR.with(|last| *last.borrow_mut() = text.into());
 }
 
 /// Calls a function of the caller's; its answer, and what it left as the text of the last error, which becomes what it was.
 pub fn said<R>(call: impl FnOnce() -> R) -> (R, String) {
-    let before = LAST_ERROR.take();
+    let before = LAST_ERROR.replace(Cow::Borrowed(c""));
     let answer = call();
     let text = LAST_ERROR.replace(before);
     (answer, text.to_string_lossy().into_owned())

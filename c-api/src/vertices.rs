@@ -122,8 +122,10 @@ pub unsafe extern "C" fn srf_image_grid_camera(
 ) -> srf_status {
     guard(|| {
         sized::writable("out_camera", out_camera)?;
-        let camera = GridCamera::of(&handle::get("image", image)?.image, &watched(progress)?)?;
-        sized::write("out_camera", out_camera, srf_grid_camera::from_core(&camera))
+        watched(progress, |progress| {
+            let camera = GridCamera::of(&handle::get("image", image)?.image, progress)?;
+            sized::write("out_camera", out_camera, srf_grid_camera::from_core(&camera))
+        })
     })
 }
 
@@ -158,8 +160,10 @@ pub unsafe extern "C" fn srf_image_to_mesh(
         pointer::writable("out_mesh", out_mesh)?;
         let image = handle::get("image", image)?;
         let faces = flag("faces", faces)?;
-        let mesh = vertices::to_mesh(&image.image, faces, &watched(progress)?)?;
-        handle::give("out_mesh", out_mesh, mesh.into())
+        watched(progress, |progress| {
+            let mesh = vertices::to_mesh(&image.image, faces, progress)?;
+            handle::give("out_mesh", out_mesh, mesh.into())
+        })
     })
 }
 
@@ -216,8 +220,10 @@ pub unsafe extern "C" fn srf_image_from_vertices(
             intensity: intensity.as_deref(),
             confidence: confidence.as_deref(),
         };
-        let mut image = vertices::from_vertices(&camera, &vertices, world_from_host, &watched(progress)?)?;
-        image.name = name;
-        handle::give("out_image", out_image, image.into())
+        watched(progress, |progress| {
+            let mut image = vertices::from_vertices(&camera, &vertices, world_from_host, progress)?;
+            image.name = name;
+            handle::give("out_image", out_image, image.into())
+        })
     })
 }

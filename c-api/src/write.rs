@@ -45,9 +45,11 @@ pub unsafe extern "C" fn srf_mesh_write(
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
         let options = params::read("options", options)?;
-        export::write_mesh(path, &mesh.mesh, &[], &options, &watched(progress)?)?;
-        tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
-        Ok(())
+        watched(progress, |progress| {
+            export::write_mesh(path, &mesh.mesh, &[], &options, progress)?;
+            tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
+            Ok(())
+        })
     })
 }
 
@@ -80,7 +82,7 @@ pub unsafe extern "C" fn srf_mesh_write_ply(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_ply(path, &mesh.mesh, encoding_of(encoding)?, &watched(progress)?)?)
+        watched(progress, |progress| Ok(export::write_ply(path, &mesh.mesh, encoding_of(encoding)?, progress)?))
     })
 }
 
@@ -158,7 +160,7 @@ fn write_glb(
     };
     let node = GlbNode { name, mesh, world_from_mesh: glam::DAffine3::IDENTITY, coarser };
     let options = GlbOptions { up, metres_per_unit, ..GlbOptions::default() };
-    Ok(export::write_glb(path, &[node], &options, &watched(progress)?)?)
+    watched(progress, |progress| Ok(export::write_glb(path, &[node], &options, progress)?))
 }
 
 /// Writes a mesh as Wavefront OBJ, with the colours of its vertices; coordinates keep double precision. A file of that name is
@@ -175,7 +177,7 @@ pub unsafe extern "C" fn srf_mesh_write_obj(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        Ok(export::write_obj(path, &mesh.mesh, None, &watched(progress)?)?)
+        watched(progress, |progress| Ok(export::write_obj(path, &mesh.mesh, None, progress)?))
     })
 }
 
@@ -193,9 +195,11 @@ pub unsafe extern "C" fn srf_mesh_write_stl(
 ) -> srf_status {
     guard(|| {
         let (mesh, path) = (handle::get("mesh", mesh)?, path_of("path", path)?);
-        export::write_stl(path, &mesh.mesh, &watched(progress)?)?;
-        tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
-        Ok(())
+        watched(progress, |progress| {
+            export::write_stl(path, &mesh.mesh, progress)?;
+            tell_left_out(path, Holding::Mesh, mesh.mesh.crs.as_ref());
+            Ok(())
+        })
     })
 }
 
@@ -215,7 +219,7 @@ pub unsafe extern "C" fn srf_cloud_write_ply(
 ) -> srf_status {
     guard(|| {
         let (cloud, path) = (handle::get("cloud", cloud)?, path_of("path", path)?);
-        Ok(export::write_points_ply(path, &cloud, encoding_of(encoding)?, &watched(progress)?)?)
+        watched(progress, |progress| Ok(export::write_points_ply(path, &cloud, encoding_of(encoding)?, progress)?))
     })
 }
 
@@ -238,9 +242,11 @@ pub fn write_images(
         return Err(Failure::new(SRF_ERR_PARAMETER, "there is no image to write: count is 0"));
     }
     let images: Vec<&RangeImage> = images.iter().map(|image| &image.image).collect();
-    write(path, &images, &watched(progress)?)?;
-    tell_left_out(path, Holding::Images, images.iter().find_map(|image| image.crs.as_ref()));
-    Ok(())
+    watched(progress, |progress| {
+        write(path, &images, progress)?;
+        tell_left_out(path, Holding::Images, images.iter().find_map(|image| image.crs.as_ref()));
+        Ok(())
+    })
 }
 
 /// Writes images so that they open as one set: each as a Stanford range grid (PLY) named like it, in the folder of path, and

@@ -56,7 +56,7 @@ pub mod memory {
 
 /// Parts of a program that share the library, each with settings of its own.
 pub mod context {
-    pub use base::context::{Context, Owned, choose, chosen};
+    pub use base::context::{Chosen, Context, Owned, choose, chosen, exchange};
 }
 
 /// Progress and cancelling as one value.
@@ -66,7 +66,12 @@ pub mod progress {
 
 /// Pools of our own: we live inside other people's programs and leave the global pool alone.
 pub mod threads {
-    pub use base::threads::{Exclusive, Taken, pool, set_threads, threads};
+    pub use base::threads::{Exclusive, Taken, Turns, of_worker, pool, set_threads, threads};
+}
+
+/// Forks of a host's program, which wait until nobody is at a table of this library.
+pub mod fork {
+    pub use base::fork::{Prevented, close, open, prevent};
 }
 
 /// The former name of [`reconstruct`].

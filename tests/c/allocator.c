@@ -15,6 +15,9 @@ static pthread_mutex_t one = PTHREAD_MUTEX_INITIALIZER;
 static size_t blocks, bytes, asked;
 /* At which call nothing is given, and from then on; 0 for never. */
 static size_t refuse_at;
+/* Whether nothing is given that is aligned to more than that, on other threads than this. */
+static int none_for_workers;
+static pthread_t here;
 static const char *wrong;
 
 /* What lies before each block. */
@@ -31,7 +34,7 @@ static void *allocate(void *user, size_t size, size_t alignment)
     pthread_mutex_lock(&one);
     if (user != &blocks || size == 0 || alignment == 0 || (alignment & (alignment - 1)) != 0) wrong = "asked for";
     ++asked;
-    refused = refuse_at != 0 && asked >= refuse_at;
+    refused = (refuse_at != 0 && asked >= refuse_at) || (none_for_workers && alignment > 64 && !pthread_equal(pthread_self(), here));
     pthread_mutex_unlock(&one);
     if (refused) return NULL;
     whole = malloc(size + alignment + sizeof(struct head));
@@ -125,7 +128,18 @@ int main(int count, char **arguments)
     allocator.deallocate = deallocate;
     if (count > 1) allocator.reallocate = reallocate;
     allocator.user = &blocks;
+    here = pthread_self();
+    /* Who asks wrongly, and reads why, may ask again. */
+    must(srf_last_error_message()[0] == 0 && srf_set_allocator(NULL) == SRF_ERR_NULL, "null");
+    must(strstr(srf_last_error_message(), "allocator must not be NULL") != NULL, "null");
+    allocator.deallocate = NULL;
+    must(srf_set_allocator(&allocator) == SRF_ERR_NULL && strstr(srf_last_error_message(), "deallocate") != NULL, "half");
+    allocator.deallocate = deallocate;
     must(srf_abi_version() == SRF_ABI_VERSION && srf_set_allocator(&allocator) == SRF_OK, "set");
+    /* Threads that begin find a small block, however it is aligned: they could tell nobody that there is none. */
+    none_for_workers = 1;
+    must(work() == SRF_OK, "aligned");
+    none_for_workers = 0;
     must(work() == SRF_OK && blocks > 0, "work");
     must(srf_set_allocator(&allocator) == SRF_ERR_INPUT && strstr(srf_last_error_message(), "once") != NULL, "twice");
     must(srf_set_memory_limit(20000) == SRF_OK && work() == SRF_ERR_OUT_OF_MEMORY, "limited");

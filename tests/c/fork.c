@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -122,6 +123,39 @@ static void *at_the_table(void *mesh)
     return NULL;
 }
 
+static srf_folder *shared;
+
+/* Reads a byte of a file behind a function, which takes its time. */
+static int32_t read_slowly(void *user, uint64_t at, void *buffer, size_t count, size_t *out_count)
+{
+    (void)at;
+    usleep(200);
+    memset(buffer, *(char *)user, count);
+    *out_count = count;
+    return SRF_OK;
+}
+
+static void in_folders(int folders)
+{
+    const char *path = NULL;
+    srf_scans *scans = NULL;
+    srf_folder *own = NULL;
+    int i;
+
+    for (i = 0; i < folders; ++i) {
+        must(srf_folder_create(NULL, &own) == SRF_OK && srf_folder_put(own, "a", "x", 1) == SRF_OK, "folder");
+        must(srf_folder_free(own) == SRF_OK, "folder");
+        must(srf_folder_put(shared, "b", "xy", 2) == SRF_OK && srf_folder_path(shared, "slow.ply", &path) == SRF_OK, "shared");
+    }
+    must(srf_scans_open(&path, 1, NULL, NULL, &scans) == SRF_ERR_FORMAT, "no ply");
+}
+
+static void *at_folders(void *nothing)
+{
+    while (!at_an_end) in_folders(100);
+    return nothing;
+}
+
 /* Forks; the child merges, or only asks for a handle, and has twenty seconds for it. */
 static void child(const srf_mesh *mesh, size_t expected)
 {
@@ -139,6 +173,7 @@ static void child(const srf_mesh *mesh, size_t expected)
             srf_array positions;
             must(srf_mesh_positions(mesh, &positions) == SRF_OK && positions.count == 6, "the parent's mesh");
             must(srf_set_log(NULL, NULL) == SRF_OK && srf_mesh_free(own) == SRF_OK, "free");
+            in_folders(1);
         }
         _exit(0);
     }
@@ -151,16 +186,21 @@ int main(void)
 {
     srf_mesh *mesh = octahedron();
     const size_t expected = merge(mesh);
-    pthread_t threads[4];
+    pthread_t threads[5];
+    static char filling = '#';
+    srf_file_source slow = {300, read_slowly, NULL, &filling};
     int i;
 
+    must(srf_folder_create(NULL, &shared) == SRF_OK && srf_folder_put_source(shared, "slow.ply", &slow) == SRF_OK, "folder");
     child(mesh, expected);
     must(pthread_create(&threads[0], NULL, merging, mesh) == 0, "thread");
     for (i = 1; i < 3; ++i) must(pthread_create(&threads[i], NULL, at_the_table, mesh) == 0, "thread");
     must(pthread_create(&threads[3], NULL, aligning, NULL) == 0, "thread");
+    must(pthread_create(&threads[4], NULL, at_folders, NULL) == 0, "thread");
     for (i = 0; i < 2000; ++i) child(mesh, i % 100 == 0 ? expected : 0);
     at_an_end = 1;
-    for (i = 0; i < 4; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
+    for (i = 0; i < 5; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
+    must(srf_folder_free(shared) == SRF_OK, "free");
     must(srf_mesh_free(mesh) == SRF_OK, "free");
     puts("fine");
     return 0;

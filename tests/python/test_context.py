@@ -56,6 +56,36 @@ def test_threads_enter_and_leave_a_context_by_themselves():
         context.__exit__(None, None, None)
 
 
+def test_blocks_may_end_in_another_order_than_they_began():
+    def part(context):
+        with context:
+            yield
+            yield
+
+    narrow, wide = surfrecon.Context(memory_limit=10_000), surfrecon.Context()
+    for first, second, is_narrow in [(narrow, wide, False), (wide, narrow, True), (narrow, narrow, True)]:
+        blocks = part(first), part(second)
+        for block in blocks:
+            next(block)
+        blocks[0].close()
+        if is_narrow:
+            with pytest.raises(surfrecon.OutOfMemoryError):
+                surfrecon.reconstruct(POINTS)
+        else:
+            surfrecon.reconstruct(POINTS)
+        blocks[1].close()
+        surfrecon.reconstruct(POINTS)
+    # As in a block that is entered while another context holds.
+    with narrow:
+        blocks = part(wide), part(surfrecon.Context())
+        for block in blocks:
+            next(block)
+        for block in blocks:
+            block.close()
+        with pytest.raises(surfrecon.OutOfMemoryError):
+            surfrecon.reconstruct(POINTS)
+
+
 def test_results_are_the_same_under_any_context():
     mesh = surfrecon.sculpture(cell=8.0)
     expected = surfrecon.merge([mesh], voxel=6.0).mesh

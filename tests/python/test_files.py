@@ -184,6 +184,7 @@ def test_writing_shows_progress_and_can_be_cancelled(tmp_path):
         ticks = []
         surfrecon.write(tmp_path / f"a.{ending}", mesh, progress=lambda *tick, ticks=ticks: ticks.append(tick))
         assert ticks and all(stage == "writing" and 0 <= share <= 1 for stage, share in ticks)
+        assert ticks[-1][1] == 1
         (tmp_path / f"a.{ending}").write_text("old")
         with pytest.raises(surfrecon.Cancelled):
             mesh.write(tmp_path / f"a.{ending}", progress=lambda *_: False)

@@ -103,6 +103,59 @@ def test_children_forked_in_the_middle_of_a_call_of_another_thread():
     assert rounds and all(rounds)
 
 
+def test_children_forked_while_other_threads_are_at_folders_in_memory():
+    end = threading.Event()
+    shared = surfrecon.MemoryFolder()
+
+    def work_on():
+        while not end.is_set():
+            for _ in range(100):
+                surfrecon.MemoryFolder()
+                shared["a"] = b"abc"
+
+    def put():
+        folder = surfrecon.MemoryFolder()
+        folder["b"] = shared["b"] = b"x"
+        return folder["b"] + shared["b"]
+
+    threads = [threading.Thread(target=work_on) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in range(60):
+            assert in_child(put) == b"xx"
+    finally:
+        end.set()
+        for thread in threads:
+            thread.join()
+
+
+def test_a_child_is_told_that_a_sink_was_in_use():
+    began, end = threading.Event(), threading.Event()
+
+    def sink(_, piece):
+        began.set()
+        end.wait(LIMIT)
+
+    folder = surfrecon.MemoryFolder(sink)
+    thread = threading.Thread(target=lambda: torus(8).write(folder / "a.ply"))
+    thread.start()
+    assert began.wait(LIMIT)
+
+    def write():
+        try:
+            torus(8).write(folder / "b.ply")
+        except OSError as error:
+            return str(error)
+        return ""
+
+    try:
+        assert "forked while another thread wrote into this folder" in in_child(write)
+    finally:
+        end.set()
+        thread.join()
+
+
 def test_a_job_of_the_parent_says_that_it_is_not_the_child_s():
     job = surfrecon.Job.merge(scans(), voxel=0.002)
 

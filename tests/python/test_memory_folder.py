@@ -387,3 +387,18 @@ def test_folders_and_files_do_not_share_names():
     assert folder.items() == [("a/b.xyz", b"0 0 0\n")] and folder.values() == [b"0 0 0\n"]
     with pytest.raises(UnicodeEncodeError):
         folder / "\ud800"
+
+
+@pytest.mark.parametrize("name", ["a.ply", "a.glb", "a.obj", "a.stl"])
+def test_what_has_failed_is_not_written_to_again(name):
+    for good in (0, 1):
+        calls = []
+
+        def sink(of, piece, calls=calls, good=good):
+            calls.append(of)
+            if len(calls) > good:
+                raise ValueError("full")
+
+        with pytest.raises(ValueError, match="full"):
+            mesh().write(surfrecon.MemoryFolder(sink) / name)
+        assert len(calls) == good + 1

@@ -1,5 +1,7 @@
 """Merges that are run again as their scans change: what is kept changes no bytes, and spares work."""
 
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -140,3 +142,39 @@ def test_what_is_wrong_is_said_and_changes_nothing(scans):
     with pytest.raises(surfrecon.InputError, match="no scan to merge"):
         surfrecon.Merger().merge()
     assert len(merger) == 2
+
+
+@pytest.mark.parametrize("how", ["delete", "replace"])
+def test_what_a_scan_is_behind_is_let_go_of_without_a_lock(how):
+    """In a process of its own, since what is wrong here hangs."""
+    code = f"""
+import io, threading, time
+import numpy as np
+import surfrecon
+image = surfrecon.RangeImage.orthographic(np.zeros((9, 9)), step=(1, 1))
+file = io.BytesIO()
+file.name = "a.ply"
+image.triangulate().write(file)
+data = file.getvalue()
+lengths = []
+class Reader:
+    def __call__(self, at, count):
+        return data[at : at + count]
+    def __del__(self):
+        lengths.append(len(merger))
+        time.sleep(0.2)  # others run
+folder = surfrecon.MemoryFolder()
+folder.put_source("a.ply", len(data), Reader())
+merger = surfrecon.Merger([image, surfrecon.open(folder / "a.ply")[0]])
+del folder
+other = threading.Thread(target=lambda: [len(merger) for _ in range(300) if not time.sleep(0.001)])
+other.start()
+if {how!r} == "delete":
+    del merger[1]
+else:
+    merger[1] = image
+other.join()
+print(lengths)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout.strip() == ("[1]" if how == "delete" else "[2]"), done.stderr

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
@@ -59,7 +59,9 @@ impl Background {
             if context.is_some() {
                 drop(context::choose(context));
             }
-            catch_unwind(AssertUnwindSafe(|| memory::guarded(|| work(&calls))))
+            let outcome = catch_unwind(AssertUnwindSafe(|| memory::guarded(|| work(&calls))));
+            calls.succeeded.store(matches!(outcome, Ok(Ok(_))), Relaxed);
+            outcome
         };
         let thread = std::thread::Builder::new()
             .name("surfrecon-job".to_owned())
@@ -148,12 +150,14 @@ impl Drop for Background {
 pub struct Calls {
     list: Vec<(Progress<'static>, f64)>,
     running: AtomicUsize,
+    /// Whether all of them have succeeded.
+    succeeded: AtomicBool,
 }
 
 impl Calls {
     fn new(shares: &[f64]) -> Self {
         let list = shares.iter().map(|&share| (Progress::none(), share)).collect();
-        Calls { list, running: AtomicUsize::new(0) }
+        Calls { list, running: AtomicUsize::new(0), succeeded: AtomicBool::new(false) }
     }
 
     /// The progress of a call that begins.
@@ -168,7 +172,8 @@ impl Calls {
         let (whole, before) = (self.share_of(self.list.len()), self.share_of(index));
         let (progress, share) = &self.list[index];
         let tick = progress.tick();
-        Tick { fraction: (before + share * tick.fraction) / whole, ..tick }
+        let done = self.succeeded.load(Relaxed);
+        Tick { fraction: if done { 1.0 } else { (before + share * tick.fraction) / whole }, ..tick }
     }
 
     fn share_of(&self, calls: usize) -> f64 {

@@ -1,17 +1,24 @@
 //! Settings for a part of a program.
 
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::ThreadId;
+use std::cell::RefCell;
+use std::sync::Arc;
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use surfrecon::context::{self, choose};
+use surfrecon::context::{self, Chosen, exchange};
 
 use crate::errors::{parameter_error, to_python};
 use crate::settings::limit_of;
 
-/// What a thread had chosen before it entered a context.
-type Former = (ThreadId, Option<Arc<context::Context>>);
+/// What a thread has entered and not left, in that order, and what it had chosen before the first.
+struct Entered {
+    before: Chosen,
+    contexts: Vec<Arc<context::Context>>,
+}
+
+thread_local! {
+    static ENTERED: RefCell<Entered> = const { RefCell::new(Entered { before: Chosen::Inherited, contexts: Vec::new() }) };
+}
 
 /// Threads and a limit on memory for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
 /// them has to live with what another one set::
@@ -20,7 +27,11 @@ type Former = (ThreadId, Option<Arc<context::Context>>);
 ///         merged = surfrecon.merge(scans)
 ///
 /// Holds for the thread that runs the block, and for jobs that are started in it; not for other tasks of an event loop: don't ``await``
-/// in it. May be entered again, by several threads as well: their calls share the limit.
+/// in it. May be entered again, by several threads as well: their calls share the limit. Where blocks end in another order than they began
+/// (generators may), what is called is under the one that was entered last of those that have not ended.
+///
+/// The limit is on calls, not on what they leave: what was handed out before (meshes, images) does not count, however much it is, unless
+/// another call of the context was running all the time since.
 ///
 /// Args:
 ///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.
@@ -33,7 +44,6 @@ type Former = (ThreadId, Option<Arc<context::Context>>);
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Context {
     core: Arc<context::Context>,
-    entered: Mutex<Vec<Former>>,
 }
 
 #[pymethods]
@@ -49,7 +59,7 @@ impl Context {
         let core = context::Context::new().map_err(|error| to_python(&error))?;
         core.set_threads(threads);
         core.set_memory_limit(limit);
-        Ok(Context { core, entered: Mutex::default() })
+        Ok(Context { core })
     }
 
     /// Worker threads of calls that are not told how many.
@@ -65,20 +75,28 @@ impl Context {
     }
 
     fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
-        let former = (std::thread::current().id(), choose(Some(slf.core.clone())));
-        slf.entered.lock().unwrap_or_else(PoisonError::into_inner).push(former);
+        let former = exchange(Chosen::Context(slf.core.clone()));
+        ENTERED.with_borrow_mut(|entered| {
+            if entered.contexts.is_empty() {
+                entered.before = former;
+            }
+            entered.contexts.push(slf.core.clone());
+        });
         slf
     }
 
     #[pyo3(signature = (*_raised))]
     fn __exit__(&self, _raised: &Bound<'_, pyo3::types::PyTuple>) -> PyResult<()> {
-        let here = std::thread::current().id();
-        let mut entered = self.entered.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(last) = entered.iter().rposition(|(thread, _)| *thread == here) else {
-            return Err(PyRuntimeError::new_err("this thread has not entered the context"));
-        };
-        choose(entered.remove(last).1);
-        Ok(())
+        let left = ENTERED.with_borrow_mut(|entered| {
+            let last = entered.contexts.iter().rposition(|context| Arc::ptr_eq(context, &self.core))?;
+            let left = entered.contexts.remove(last);
+            let now = match entered.contexts.last() {
+                Some(context) => Chosen::Context(context.clone()),
+                None => std::mem::replace(&mut entered.before, Chosen::Inherited),
+            };
+            Some((left, exchange(now)))
+        });
+        left.map(drop).ok_or_else(|| PyRuntimeError::new_err("this thread has not entered the context"))
     }
 
     fn __repr__(&self) -> String {

@@ -6,6 +6,7 @@
 //! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
 //! | `progress` | a Python callback and Ctrl-C -> the core's progress |
 //! | `settings`, `context` | the most memory a call may take; that and threads for a part of a program |
+//! | `forks` | forks of the process wait until nobody is at a table |
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
 //! | `range_image`, `mesh`, `point_cloud` | the data types |
@@ -43,6 +44,7 @@ mod context;
 mod crs;
 mod edit;
 mod errors;
+mod forks;
 mod frame;
 mod job;
 mod measure;
@@ -132,6 +134,7 @@ mod _native {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::calling::watch_the_end(module.py())?;
+        crate::forks::watch();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -48,6 +48,13 @@ impl Scans {
         self.ever += 1;
         (self.ever, source.into())
     }
+
+    fn place(&self, index: isize) -> PyResult<usize> {
+        let count = self.list.len();
+        let place = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
+        let place = place.and_then(|place| usize::try_from(place).ok()).filter(|&place| place < count);
+        place.ok_or_else(|| PyIndexError::new_err(format!("there are {count} scans and none at {index}")))
+    }
 }
 
 impl Merger {
@@ -58,13 +65,6 @@ impl Merger {
     /// What a merge of its scans as they are now needs.
     pub fn call(&self) -> Again {
         Again { scans: self.scans().list.clone(), kept: self.kept.clone() }
-    }
-
-    fn place(&self, index: isize) -> PyResult<usize> {
-        let count = self.scans().list.len();
-        let place = if index < 0 { index.checked_add_unsigned(count) } else { Some(index) };
-        let place = place.and_then(|place| usize::try_from(place).ok()).filter(|&place| place < count);
-        place.ok_or_else(|| PyIndexError::new_err(format!("there are {count} scans and none at {index}")))
     }
 }
 
@@ -102,17 +102,27 @@ impl Merger {
     }
 
     fn __setitem__(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {
-        let place = self.place(index)?;
+        let place = self.scans().place(index)?;
         let source = source(place, scan, Clouds::Refused)?;
-        let mut scans = self.scans();
-        let numbered = scans.numbered(source);
-        scans.list[place] = numbered;
+        let replaced = {
+            let mut scans = self.scans();
+            // Another thread may have removed some meanwhile.
+            let place = scans.place(index)?;
+            let numbered = scans.numbered(source);
+            std::mem::replace(&mut scans.list[place], numbered)
+        };
+        // Only now: a scan may be behind functions of Python's, and what deletes these may ask for the scans.
+        drop(replaced);
         Ok(())
     }
 
     fn __delitem__(&self, index: isize) -> PyResult<()> {
-        let place = self.place(index)?;
-        self.scans().list.remove(place);
+        let removed = {
+            let mut scans = self.scans();
+            let place = scans.place(index)?;
+            scans.list.remove(place)
+        };
+        drop(removed);
         Ok(())
     }
 

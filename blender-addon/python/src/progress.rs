@@ -7,11 +7,13 @@ use std::sync::{Mutex, PoisonError};
 use pyo3::prelude::*;
 use surfrecon::{Progress, Tick};
 
-/// Calls `callback(stage, fraction)` with the interpreter lock at every tick, on the calling thread; `False` cancels. An
-/// exception of the callback, or Ctrl-C, cancels as well and is kept for the caller.
+/// Calls `callback(stage, fraction)` with the interpreter lock at every tick, on the calling thread, and with 1 at the end of what
+/// succeeded; `False` cancels. An exception of the callback, or Ctrl-C, cancels as well and is kept for the caller.
 pub struct Watch {
     callback: Option<Py<PyAny>>,
     raised: Mutex<Option<PyErr>>,
+    /// The stage that was shown last.
+    stage: Mutex<&'static str>,
     /// Whether it has cancelled: a part may end before it hears that, and then the next one must not begin.
     stopped: AtomicBool,
 }
@@ -19,7 +21,7 @@ pub struct Watch {
 impl Watch {
     /// Watches with a callable, or only for Ctrl-C.
     pub fn new(callback: Option<Py<PyAny>>) -> Self {
-        Watch { callback, raised: Mutex::new(None), stopped: AtomicBool::new(false) }
+        Watch { callback, raised: Mutex::new(None), stage: Mutex::new("starting"), stopped: AtomicBool::new(false) }
     }
 
     /// Runs `work` without the interpreter lock under this watch.
@@ -38,6 +40,11 @@ impl Watch {
         work: impl FnOnce(&Self) -> surfrecon::Result<T> + Send,
     ) -> PyResult<T> {
         let outcome = crate::errors::detached(py, || work(self));
+        if outcome.is_ok() && !self.stopped.load(Ordering::Relaxed) {
+            let stage = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            // All is done: False can't cancel it any more.
+            let _ = self.ask(Tick { stage, fraction: 1.0 });
+        }
         match self.raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
             Some(raised) => Err(raised),
             None => outcome,
@@ -59,6 +66,7 @@ impl Watch {
         if self.stopped.load(Ordering::Relaxed) {
             return ControlFlow::Break(());
         }
+        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = tick.stage;
         let answer = self.ask(tick);
         self.stopped.store(answer.is_break(), Ordering::Relaxed);
         answer

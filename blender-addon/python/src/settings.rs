@@ -9,8 +9,9 @@ use crate::errors::input_error;
 /// Sets the most memory that calls may take, in bytes; together, where several run at a time.
 ///
 /// What is foreseen to need more, or more than is free, raises ``MemoryError`` before it begins; what turns out to need more
-/// raises it then, and nothing is left behind. What Python and NumPy allocate does not count. ``None``, the default, allows
-/// all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
+/// raises it then, and nothing is left behind. It limits calls, not what they leave: what was handed out before (meshes, images) does not
+/// count, however much it is, unless another call was running all the time since; nor does what Python and NumPy allocate. ``None``, the
+/// default, allows all that is free. Calls in a ``Context`` with a limit of its own have that one instead.
 ///
 /// Raises:
 ///     InputError: a negative number, or one that 64 bits can't hold.

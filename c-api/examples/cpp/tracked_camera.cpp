@@ -141,6 +141,7 @@ void record(Queue &queue, const std::string &out)
     camera.scale = MILLIMETRE;
 
     surfrecon::Merger merger;
+    merger.keep();  // each preview then reads its new frames alone, and renews what these show
     int count = 0;
     while (const auto frame = queue.take()) {
         const surfrecon::View<std::uint16_t> depths(frame->depths.data(), frame->depths.size());

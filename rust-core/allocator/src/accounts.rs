@@ -1,11 +1,11 @@
 //! Accounts of those who share the library within a program, beside that of the program itself.
 //!
-//! A thread works for one at a time: what it takes is charged to that, and what it gives back is taken off that. So whoever
-//! frees what was taken for another must work for that one meanwhile. Either is one addition to the account's number, so that an
-//! allocation costs the same with and without accounts of others, but for a look at who the thread works for.
+//! A thread works for one at a time: what it takes is charged to that. Each block says who paid for it ([`Payer`]), so whoever gives it
+//! back, it is taken off the account it was charged to. Either is one addition to the account's number, so that an allocation costs the
+//! same with and without accounts of others, but for a look at who the thread works for.
 
 use std::cell::Cell;
-use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicIsize, AtomicU32, AtomicUsize, Ordering::Relaxed};
 
 use crate::reserve::SMALL;
 
@@ -19,10 +19,55 @@ const LARGE: usize = 16 << 10;
 struct Shared {
     held: AtomicIsize,
     ceiling: AtomicIsize,
+    /// How often it was closed.
+    closed: AtomicU32,
 }
 
 static ALL: [Shared; ACCOUNTS] =
-    [const { Shared { held: AtomicIsize::new(0), ceiling: AtomicIsize::new(isize::MAX) } }; ACCOUNTS];
+    [const { Shared { held: AtomicIsize::new(0), ceiling: AtomicIsize::new(isize::MAX), closed: AtomicU32::new(0) } };
+        ACCOUNTS];
+
+/// Whom a block is charged to: an account, as long as it is not closed; the program then.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub struct Payer {
+    account: u32,
+    closed: u32,
+}
+
+impl Payer {
+    const PROGRAM: Payer = Payer { account: 0, closed: 0 };
+
+    /// Whom this thread works for.
+    #[inline]
+    pub fn here() -> Self {
+        if OPEN.load(Relaxed) == 0 { Payer::PROGRAM } else { Payer::of(current()) }
+    }
+
+    #[inline]
+    fn of(account: usize) -> Self {
+        Payer { account: account as u32, closed: ALL[account].closed.load(Relaxed) }
+    }
+
+    /// Charges bytes; false if they may not be had.
+    #[inline]
+    pub fn charge(self, bytes: usize) -> bool {
+        let Some(held) = add(&ALL[self.account as usize], bytes) else { return false };
+        if OPEN.load(Relaxed) == 0 {
+            note(usize::try_from(held).unwrap_or(0));
+        } else if bytes >= LARGE {
+            note(self::held());
+        }
+        true
+    }
+
+    /// Takes bytes off what it holds.
+    #[inline]
+    pub fn discharge(self, bytes: usize) {
+        let account = if self == Payer::of(self.account as usize) { self.account as usize } else { 0 };
+        ALL[account].held.fetch_sub(bytes as isize, Relaxed);
+    }
+}
 
 /// Accounts that are in use, without the program's.
 static OPEN: AtomicUsize = AtomicUsize::new(0);
@@ -55,7 +100,7 @@ pub fn held() -> usize {
     usize::try_from(all).unwrap_or(0)
 }
 
-/// Bytes that an account holds now. Less than 0 where it gave back what others had taken.
+/// Bytes that an account holds now.
 pub fn held_by(account: usize) -> isize {
     ALL[account].held.load(Relaxed)
 }
@@ -77,7 +122,8 @@ pub fn set_ceiling(account: usize, bytes: isize) {
 
 /// Takes an account other than the program's into use: it holds nothing and has no ceiling.
 pub fn open(account: usize) {
-    ALL[account].held.store(0, Relaxed);
+    // A thread may have looked before it was closed whom to give back to, and done it since.
+    ALL[0].held.fetch_add(ALL[account].held.swap(0, Relaxed), Relaxed);
     set_ceiling(account, isize::MAX);
     HIGHEST.fetch_max(account, Relaxed);
     OPEN.fetch_add(1, Relaxed);
@@ -85,19 +131,9 @@ pub fn open(account: usize) {
 
 /// Takes an account out of use that no thread works for; what it holds still is the program's.
 pub fn close(account: usize) {
+    ALL[account].closed.fetch_add(1, Relaxed);
     ALL[0].held.fetch_add(ALL[account].held.swap(0, Relaxed), Relaxed);
     OPEN.fetch_sub(1, Relaxed);
-}
-
-/// Charges bytes; false if they may not be had.
-#[inline]
-pub fn charge(bytes: usize) -> bool {
-    if OPEN.load(Relaxed) != 0 {
-        return charge_current(bytes);
-    }
-    let Some(held) = add(&ALL[0], bytes) else { return false };
-    note(held as usize);
-    true
 }
 
 /// What the account then holds; none if it may not.
@@ -117,20 +153,4 @@ fn note(held: usize) {
     if held > MOST.load(Relaxed) {
         MOST.fetch_max(held, Relaxed);
     }
-}
-
-#[inline(never)]
-fn charge_current(bytes: usize) -> bool {
-    let may = add(&ALL[current()], bytes).is_some();
-    if may && bytes >= LARGE {
-        note(held());
-    }
-    may
-}
-
-/// Takes bytes off what the account of this thread holds.
-#[inline]
-pub fn discharge(bytes: usize) {
-    let account = if OPEN.load(Relaxed) == 0 { 0 } else { current() };
-    ALL[account].held.fetch_sub(bytes as isize, Relaxed);
 }

@@ -16,8 +16,8 @@ mod reserve;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 
+use accounts::Payer;
 pub use accounts::{ACCOUNTS, close, current, held, held_by, open, peak, restart_peak, set_ceiling, switch};
-use accounts::{charge, discharge};
 use reserve::{RESERVE, SMALL};
 
 /// What unwinds from an allocation that was refused: look for it in the payload of a caught panic.
@@ -45,76 +45,140 @@ pub const fn unwinds() -> bool {
 /// to another.
 pub struct Account<A = System>(pub A);
 
+/// A block with what lies in front of it: at its end, who paid.
+struct Whole {
+    layout: Layout,
+    /// Bytes in front of the block, as many as keep its alignment.
+    head: usize,
+}
+
+impl Whole {
+    /// `None` for more than there can be.
+    #[inline]
+    fn of(block: Layout) -> Option<Self> {
+        let head = block.align().max(16);
+        let layout = Layout::from_size_align(block.size().checked_add(head)?, head).ok()?;
+        Some(Whole { layout, head })
+    }
+
+    /// That of a block that is there.
+    #[inline]
+    fn made(block: Layout) -> Self {
+        let head = block.align().max(16);
+        // SAFETY: as `of`, which found it to be a layout when the block was made.
+        let layout = unsafe { Layout::from_size_align_unchecked(block.size() + head, head) };
+        Whole { layout, head }
+    }
+
+    /// Writes who paid; the block.
+    ///
+    /// # Safety
+    /// So many bytes as the layout has lie there, and are the caller's.
+    #[inline]
+    unsafe fn paid(&self, start: *mut u8, payer: Payer) -> *mut u8 {
+        // SAFETY: the head is as long as its alignment, 16 or more, and a payer has 8 bytes and an alignment of 4.
+        unsafe {
+            let block = start.add(self.head);
+            block.cast::<Payer>().sub(1).write(payer);
+            block
+        }
+    }
+}
+
+/// Who paid for a block.
+///
+/// # Safety
+/// It is one of [`Account`].
+#[inline]
+unsafe fn payer_of(block: *mut u8) -> Payer {
+    // SAFETY: written there when it was made.
+    unsafe { block.cast::<Payer>().sub(1).read() }
+}
+
 impl<A: GlobalAlloc> Account<A> {
     #[inline]
-    fn obtain(layout: Layout, from: impl FnOnce() -> *mut u8) -> *mut u8 {
-        if !charge(layout.size()) {
+    fn obtain(layout: Layout, from: impl FnOnce(Layout) -> *mut u8) -> *mut u8 {
+        let payer = Payer::here();
+        let Some(whole) = Whole::of(layout) else { return std::ptr::null_mut() };
+        if !payer.charge(layout.size()) {
             return std::ptr::null_mut();
         }
-        let pointer = from();
-        if !pointer.is_null() {
-            return pointer;
+        let mut start = from(whole.layout);
+        if start.is_null() {
+            start = RESERVE.take(whole.layout);
         }
-        let pointer = RESERVE.take(layout);
-        if pointer.is_null() {
-            discharge(layout.size());
+        if start.is_null() {
+            payer.discharge(layout.size());
+            return start;
         }
-        pointer
+        // SAFETY: it was just made.
+        unsafe { whole.paid(start, payer) }
     }
 }
 
 // SAFETY: blocks come from `A` or from the reserve, each of which keeps the contract, and go back where they came from, which
-// their addresses tell; beside them only numbers are kept. Nothing here panics or allocates.
+// their addresses tell; beside them only numbers are kept, and in front of each, who paid for it. Nothing here panics or allocates.
 unsafe impl<A: GlobalAlloc> GlobalAlloc for Account<A> {
+    #[inline]
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        // SAFETY: the caller keeps the contract of `alloc`.
-        Self::obtain(layout, || unsafe { self.0.alloc(layout) })
+        // SAFETY: the caller keeps the contract of `alloc`, and no layout here is empty.
+        Self::obtain(layout, |whole| unsafe { self.0.alloc(whole) })
     }
 
     // Not the default one, which would write the zeros of pages that the system hands out as zeros.
+    #[inline]
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         // SAFETY: the caller keeps the contract of `alloc_zeroed`; the reserve's blocks are zero.
-        Self::obtain(layout, || unsafe { self.0.alloc_zeroed(layout) })
+        Self::obtain(layout, |whole| unsafe { self.0.alloc_zeroed(whole) })
     }
 
+    #[inline]
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        discharge(layout.size());
-        if !RESERVE.give_back(pointer) {
-            // SAFETY: the caller keeps the contract of `dealloc`; what isn't the reserve's came from `A`.
-            unsafe { self.0.dealloc(pointer, layout) }
+        let whole = Whole::made(layout);
+        // SAFETY: a block of this allocator, with its head in front.
+        unsafe {
+            payer_of(pointer).discharge(layout.size());
+            let start = pointer.sub(whole.head);
+            if !RESERVE.give_back(start) {
+                self.0.dealloc(start, whole.layout);
+            }
         }
     }
 
-    // Not the default one, which would copy what the system can move.
+    // Not the default one, which would copy what the system can move. What grows is charged to whom the thread works for.
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, bytes: usize) -> *mut u8 {
-        if !RESERVE.has(pointer) {
-            let more = bytes.saturating_sub(layout.size());
-            if more > 0 && !charge(more) {
+        let (size, old) = (layout.size(), Whole::made(layout));
+        // SAFETY: a block of this allocator, with its head in front.
+        let (former, start) = unsafe { (payer_of(pointer), pointer.sub(old.head)) };
+        // SAFETY: a size that the caller may ask `realloc` for makes a layout with the old alignment.
+        let wanted = unsafe { Layout::from_size_align_unchecked(bytes, layout.align()) };
+        if !RESERVE.has(start) {
+            let payer = if bytes > size { Payer::here() } else { former };
+            let more = if payer == former { bytes.saturating_sub(size) } else { bytes };
+            let Some(whole) = Whole::of(wanted) else { return std::ptr::null_mut() };
+            if more > 0 && !payer.charge(more) {
                 return std::ptr::null_mut();
             }
             // SAFETY: the caller keeps the contract of `realloc`; the block came from `A`.
-            let moved = unsafe { self.0.realloc(pointer, layout, bytes) };
+            let moved = unsafe { self.0.realloc(start, old.layout, whole.layout.size()) };
             if !moved.is_null() {
-                if bytes < layout.size() {
-                    discharge(layout.size() - bytes);
-                }
-                return moved;
+                former.discharge(if payer == former { size.saturating_sub(bytes) } else { size });
+                // SAFETY: it was just made.
+                return unsafe { whole.paid(moved, payer) };
             }
             if more > 0 {
-                discharge(more);
+                payer.discharge(more);
             }
             if bytes > SMALL {
                 return moved;
             }
         }
-        // SAFETY: a size that the caller may ask `realloc` for makes a layout with the old alignment.
-        let wanted = unsafe { Layout::from_size_align_unchecked(bytes, layout.align()) };
         // SAFETY: `wanted` isn't empty by the contract of `realloc`.
         let moved = unsafe { self.alloc(wanted) };
         if !moved.is_null() {
             // SAFETY: both blocks are at least so long and different; the old one is the caller's to give back.
             unsafe {
-                std::ptr::copy_nonoverlapping(pointer, moved, layout.size().min(bytes));
+                std::ptr::copy_nonoverlapping(pointer, moved, size.min(bytes));
                 self.dealloc(pointer, layout);
             }
         }

@@ -88,32 +88,27 @@ impl Drop for Entered {
     }
 }
 
-/// What lives on after the call that made it, and is given back on that call's account.
+/// What lives on after the call that made it, and keeps that call's account.
 pub struct Owned<T> {
-    /// Empty while it is dropped alone.
-    value: Option<T>,
+    // Dropped in this order.
+    value: T,
     pub(crate) account: Account,
 }
 
 impl<T> Owned<T> {
     /// Of the call which this thread works for.
     pub fn new(value: T) -> Self {
-        Owned { value: Some(value), account: Account::of_this_thread() }
+        Owned { value, account: Account::of_this_thread() }
     }
 
-    /// Has this thread work for the account that it is given back on.
-    pub fn enter(&self) -> Entered {
-        self.account.enter()
-    }
-
-    /// Whether it is given back on the account of the call which this thread works for.
+    /// Whether its account is that of the call which this thread works for.
     pub fn is_of_this_thread(&self) -> bool {
         self.account.number() == current()
     }
 
     /// What is owned no longer.
-    pub fn into_inner(mut self) -> T {
-        self.value.take().expect("it is dropped alone")
+    pub fn into_inner(self) -> T {
+        self.value
     }
 }
 
@@ -126,25 +121,18 @@ impl<T: Default> Default for Owned<T> {
 impl<T> Deref for Owned<T> {
     type Target = T;
     fn deref(&self) -> &T {
-        self.value.as_ref().expect("it is dropped alone")
+        &self.value
     }
 }
 
 impl<T> std::ops::DerefMut for Owned<T> {
     fn deref_mut(&mut self) -> &mut T {
-        self.value.as_mut().expect("it is dropped alone")
+        &mut self.value
     }
 }
 
 impl<T: Clone> Clone for Owned<T> {
     fn clone(&self) -> Self {
         Owned::new(T::clone(self))
-    }
-}
-
-impl<T> Drop for Owned<T> {
-    fn drop(&mut self) {
-        let _entered = self.account.enter();
-        drop(self.value.take());
     }
 }

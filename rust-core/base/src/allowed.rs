@@ -1,13 +1,18 @@
 //! What memory calls may take: the limits that were set, by account, and the address space that the system gives the process.
 
-use std::sync::atomic::{AtomicIsize, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicIsize, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use surfrecon_allocator::{ACCOUNTS, current, set_ceiling};
 
+use crate::fork::{self, Prevented};
+
 /// What is known of the calls that work for one account.
 pub(crate) struct Calls {
-    /// Bytes; `u64::MAX` for none of their own.
-    pub(crate) limit: AtomicU64,
+    /// Whether they have a limit of their own.
+    is_limited: AtomicBool,
+    /// That, in bytes.
+    limit: AtomicU64,
     /// Calls that are running.
     pub(crate) running: AtomicUsize,
     /// The process that the first of them began in.
@@ -16,17 +21,33 @@ pub(crate) struct Calls {
     pub(crate) before: AtomicIsize,
     /// The largest estimate since then, in bytes beyond that.
     pub(crate) foreseen: AtomicU64,
+    /// Held by who begins or ends a call, or says what they may take: the account's ceiling goes with that.
+    settling: Mutex<()>,
 }
 
 pub(crate) static CALLS: [Calls; ACCOUNTS] = [const {
     Calls {
-        limit: AtomicU64::new(u64::MAX),
+        is_limited: AtomicBool::new(false),
+        limit: AtomicU64::new(0),
         running: AtomicUsize::new(0),
         process: AtomicU32::new(0),
         before: AtomicIsize::new(0),
         foreseen: AtomicU64::new(0),
+        settling: Mutex::new(()),
     }
 }; ACCOUNTS];
+
+/// Nobody else begins or ends a call of the account meanwhile, nor says what they may take.
+pub(crate) struct Settling {
+    // Dropped in this order.
+    _alone: MutexGuard<'static, ()>,
+    _fork: Prevented,
+}
+
+pub(crate) fn settle(account: usize) -> Settling {
+    let fork = fork::prevent();
+    Settling { _alone: CALLS[account].settling.lock().unwrap_or_else(PoisonError::into_inner), _fork: fork }
+}
 
 /// Those of the account that this thread works for.
 pub(crate) fn calls() -> &'static Calls {
@@ -35,11 +56,17 @@ pub(crate) fn calls() -> &'static Calls {
 
 /// Sets the most memory that the calls of an account may take together; those of the process's and of all without a limit, for number 0.
 pub(crate) fn set_limit_of(account: usize, bytes: Option<u64>) {
-    CALLS[account].limit.store(bytes.unwrap_or(u64::MAX), Ordering::Relaxed);
-    // The process's is also that of accounts without one.
+    if let Some(bytes) = bytes {
+        CALLS[account].limit.store(bytes, Ordering::SeqCst);
+    }
+    CALLS[account].is_limited.store(bytes.is_some(), Ordering::SeqCst);
+    // The process's is also that of accounts without one. A call that begins is either seen here, or sees the limit.
     let concerned = if account == 0 { 0..ACCOUNTS } else { account..account + 1 };
-    for account in concerned.filter(|&account| CALLS[account].running.load(Ordering::Relaxed) > 0) {
-        set_ceiling(account, ceiling(account));
+    for account in concerned.filter(|&account| CALLS[account].running.load(Ordering::SeqCst) > 0) {
+        let _settling = settle(account);
+        if CALLS[account].running.load(Ordering::Relaxed) > 0 {
+            set_ceiling(account, ceiling(account));
+        }
     }
 }
 
@@ -51,6 +78,7 @@ pub(crate) fn ceiling(account: usize) -> isize {
 
 /// The program's account gets so many bytes of one that is closed: its calls that are running have not taken them.
 pub(crate) fn receive(bytes: isize) {
+    let _settling = settle(0);
     CALLS[0].before.fetch_add(bytes, Ordering::Relaxed);
     if CALLS[0].running.load(Ordering::Relaxed) > 0 {
         set_ceiling(0, ceiling(0));
@@ -59,7 +87,8 @@ pub(crate) fn receive(bytes: isize) {
 
 /// What was set for an account itself.
 pub(crate) fn limit_of(account: usize) -> Option<u64> {
-    Some(CALLS[account].limit.load(Ordering::Relaxed)).filter(|bytes| *bytes != u64::MAX)
+    let calls = &CALLS[account];
+    calls.is_limited.load(Ordering::SeqCst).then(|| calls.limit.load(Ordering::SeqCst))
 }
 
 /// What holds for an account.
@@ -74,7 +103,7 @@ pub(crate) fn limit_here() -> Option<u64> {
 
 /// An account that others had before begins anew.
 pub(crate) fn begin(account: usize) {
-    CALLS[account].limit.store(u64::MAX, Ordering::Relaxed);
+    CALLS[account].is_limited.store(false, Ordering::Relaxed);
     CALLS[account].running.store(0, Ordering::Relaxed);
     CALLS[account].before.store(0, Ordering::Relaxed);
     CALLS[account].foreseen.store(0, Ordering::Relaxed);

@@ -3,7 +3,7 @@
 //!
 //! A thread [chooses](choose) a context, and the calls that it makes from then on (`memory::guarded`) are that context's: what they take
 //! is on its account, and their workers are its own threads, which work for nobody else. A call keeps the context it began with. What lives
-//! on after a call is given back on the account that it was taken on, by whatever thread ([`Owned`]).
+//! on after a call keeps its account ([`Owned`]), and is taken off it by whatever thread gives it back.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -62,17 +62,18 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        let _entered = self.account.enter();
         threads::end(self.number());
     }
 }
 
+/// What a thread's calls are under.
 #[derive(Clone)]
-enum Chosen {
+pub enum Chosen {
     /// As whoever this thread works for: nobody, or the call whose worker it is.
     Inherited,
     /// None.
     Process,
+    /// A context. A worker of its own must not keep that as its choice: it lasts as long as the context, which would last as long as it.
     Context(Arc<Context>),
 }
 
@@ -83,11 +84,16 @@ thread_local! {
 /// The calls that this thread makes from now on are those of `context`, or of none; that of those before. A call that is running, and
 /// calls its caller's function, goes on with what it began with.
 pub fn choose(context: Option<Arc<Context>>) -> Option<Arc<Context>> {
-    let chosen = context.map_or(Chosen::Process, Chosen::Context);
-    match CHOSEN.try_with(|former| former.replace(chosen)) {
-        Ok(Chosen::Context(former)) => Some(former),
+    match exchange(context.map_or(Chosen::Process, Chosen::Context)) {
+        Chosen::Context(former) => Some(former),
         _ => None,
     }
+}
+
+/// [`choose`] for who puts back what was chosen before.
+pub fn exchange(chosen: Chosen) -> Chosen {
+    // No thread chooses anything once it ends.
+    CHOSEN.try_with(|former| former.replace(chosen)).unwrap_or(Chosen::Inherited)
 }
 
 /// What was [chosen](choose) for this thread.

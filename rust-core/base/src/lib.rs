@@ -5,6 +5,7 @@ mod account;
 mod allowed;
 pub mod context;
 pub mod error;
+pub mod fork;
 pub mod magnitude;
 pub mod memory;
 pub mod params;

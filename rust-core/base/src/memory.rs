@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 use surfrecon_allocator::{Refused, current, held_by, set_ceiling};
 pub use surfrecon_allocator::{held, peak, restart_peak};
 
-use crate::allowed::{self, CALLS, calls, ceiling, limit_for, limit_here};
+use crate::allowed::{self, CALLS, calls, ceiling, limit_for, limit_here, settle};
 pub use crate::allowed::{address_space, size};
 use crate::context;
 use crate::error::{Error, Result};
@@ -26,7 +26,8 @@ const SHARE_OF_SMALL: f64 = 0.01;
 
 /// Sets the most memory that calls may take, in bytes: together, where several run at a time. `None`, the default, for all
 /// that is free. For the whole process but for contexts with a limit of their own, and from now on: also for what running calls go on to
-/// take. What a host makes and keeps meanwhile counts as theirs.
+/// take. What a host makes and keeps meanwhile counts as theirs; what it was handed before does not, however much it is, unless another call
+/// was running all the time since.
 pub fn set_limit(bytes: Option<u64>) {
     allowed::set_limit_of(0, bytes);
 }
@@ -78,8 +79,9 @@ struct Running(usize);
 impl Running {
     fn begin() -> Self {
         let account = current();
+        let _settling = settle(account);
         let calls = &CALLS[account];
-        let others = calls.running.fetch_add(1, Ordering::Relaxed);
+        let others = calls.running.fetch_add(1, Ordering::SeqCst);
         let is_limited = limit_for(account).is_some();
         // A process that was forked in the middle of a call has its count, and nobody who will ever end it.
         let left_behind = others > 0 && is_limited && calls.process.load(Ordering::Relaxed) != std::process::id();
@@ -101,6 +103,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
+        let _settling = settle(self.0);
         let one_less = |running: usize| Some(running.saturating_sub(1));
         if CALLS[self.0].running.fetch_update(Ordering::Relaxed, Ordering::Relaxed, one_less) == Ok(1) {
             set_ceiling(self.0, isize::MAX);

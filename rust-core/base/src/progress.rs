@@ -269,6 +269,17 @@ impl<'a> Progress<'a> {
         result.expect("the scope returns only after its work")
     }
 
+    /// Tells who watches, and has not cancelled, that all is done; what is answered changes nothing. For who began the call, once it has
+    /// succeeded.
+    pub fn finish(&self) {
+        let stage = lock(&self.plan).last().map_or("", |stage| stage.0);
+        if let Some(report) = &mut *lock(&self.sink)
+            && !self.cancelled.load(Ordering::Relaxed)
+        {
+            let _ = report(Tick { stage, fraction: 1.0 });
+        }
+    }
+
     fn report(&self, sink: &mut Option<Sink<'a>>, highest: &mut f64) {
         let Some(report) = sink else { return };
         // Who has said no is not asked again while the work winds up.
@@ -376,103 +387,4 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rayon::prelude::*;
-
-    #[test]
-    fn reports_on_the_calling_thread_and_cancels() {
-        let pool = crate::threads::pool(2).unwrap();
-        let caller = std::thread::current().id();
-        let mut ticks = 0;
-        let progress = Progress::new(|tick| {
-            assert_eq!(std::thread::current().id(), caller);
-            assert!((0.0..=1.0).contains(&tick.fraction));
-            ticks += 1;
-            if ticks == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        let outcome = progress.run(&pool, || -> Result<()> {
-            progress.stage(0, 1_000_000);
-            loop {
-                progress.advance(1)?;
-                std::thread::sleep(Duration::from_millis(1));
-            }
-        });
-        assert!(matches!(outcome, Err(Error::Cancelled)));
-        assert!(progress.is_stopping());
-        drop(progress);
-        assert_eq!(ticks, 3);
-    }
-
-    /// As when a scan is made by a function that merges others.
-    #[test]
-    fn work_within_work_ends_whatever_the_pools() {
-        for (outer, inner) in [(1, 1), (2, 2), (1, 2), (2, 1)] {
-            let outer_pool = crate::threads::pool(outer).unwrap();
-            let sum: usize = Progress::none().run(&outer_pool, || {
-                let nested = |i: usize| {
-                    let pool = crate::threads::pool(inner).unwrap();
-                    let mut ticks = 0;
-                    let progress = Progress::new(|_| {
-                        ticks += 1;
-                        ControlFlow::Continue(())
-                    });
-                    let found = progress.run(&pool, || (0..100).into_par_iter().map(|k| k * i).sum::<usize>());
-                    drop(progress);
-                    assert!(ticks > 0);
-                    found
-                };
-                (0..8).into_par_iter().map(nested).sum()
-            });
-            assert_eq!(sum, 28 * 4950, "{outer} and {inner} threads");
-        }
-    }
-
-    #[test]
-    fn watched_work_of_one_thread_reports_and_can_be_cancelled() {
-        let mut ticks = 0;
-        let progress = Progress::new(|_| {
-            ticks += 1;
-            ControlFlow::Break(())
-        });
-        let outcome = progress.watch(|| {
-            // The only check: what was answered before the work began must be known to it.
-            progress.check()
-        });
-        assert!(matches!(outcome, Err(Error::Cancelled)));
-        drop(progress);
-        assert_eq!(ticks, 1);
-        let here = std::thread::current().id();
-        let nobody = Progress::none();
-        assert_eq!(nobody.watch(|| Ok(std::thread::current().id())).unwrap(), here, "a thread for nothing");
-    }
-
-    #[test]
-    fn laps_of_a_name_add_up_in_the_order_of_the_first_ones() {
-        stages! { PLAN: FIRST = "first", 0.25; SECOND = "second", 0.75; }
-        let progress = Progress::none();
-        progress.plan(PLAN);
-        progress.stage(SECOND, 2);
-        progress.advance(1).unwrap();
-        assert_eq!((FIRST, progress.tick()), (0, Tick { stage: "second", fraction: 0.625 }));
-        progress.count_from(vec![("before", 7.0)]);
-        for work in ["one", "two", "one"] {
-            std::thread::sleep(Duration::from_millis(2));
-            progress.lap(work);
-        }
-        let seconds = progress.seconds();
-        assert_eq!(seconds.iter().map(|lap| lap.0).collect::<Vec<_>>(), ["before", "one", "two"]);
-        assert!(seconds[0].1 == 7.0 && seconds[1].1 >= 0.004 && seconds[2].1 >= 0.002);
-        progress.plan(PLAN);
-        assert!(progress.seconds().is_empty(), "of the call before");
-    }
-
-    #[test]
-    fn cancels_at_the_wanted_check() {
-        let progress = Progress::cancel_after(2);
-        assert!(progress.check().is_ok());
-        assert!(progress.advance(5).is_ok());
-        assert!(progress.check().is_err());
-        assert!(progress.check().is_err());
-    }
-}
+mod tests;

@@ -4,15 +4,16 @@
 //! one that forked: a pool that came along has no workers, and a lock that another thread held stays locked for ever. So
 //! a process has pools of its own, and nothing here waits for a lock whose holder may have been left behind.
 
+use std::cell::Cell;
 use std::fmt::Display;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use surfrecon_allocator::{ACCOUNTS, current, switch};
 
 use crate::account::Account;
-use crate::allowed;
 use crate::error::{Error, Result};
+use crate::{allowed, fork};
 
 /// A value that one thread at a time works with, and whoever else comes is told why it can't be had instead of waiting.
 pub struct Exclusive<T> {
@@ -76,6 +77,28 @@ impl<T> Exclusive<T> {
                 Err(Taken::LeftBehind) => return None,
             }
         }
+    }
+}
+
+/// Whose turn it is to work with something: one thread's at a time, for as long as that likes. In a forked process it is nobody's, whoever's
+/// it was in its parent.
+#[derive(Default)]
+pub struct Turns(Mutex<(u32, Arc<Mutex<()>>)>);
+
+impl Turns {
+    /// Works when it is this thread's turn.
+    pub fn take<R>(&self, work: impl FnOnce() -> R) -> R {
+        let of_process = {
+            let _fork = fork::prevent();
+            let here = std::process::id();
+            let mut turns = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            if turns.0 != here {
+                *turns = (here, Arc::default());
+            }
+            turns.1.clone()
+        };
+        let _turn = of_process.lock().unwrap_or_else(PoisonError::into_inner);
+        work()
     }
 }
 
@@ -175,6 +198,15 @@ pub(crate) fn end(account: usize) {
     drop(ended);
 }
 
+thread_local! {
+    static OF_WORKER: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The account of the context whose worker this thread is; 0 for threads that are none's.
+pub fn of_worker() -> usize {
+    OF_WORKER.get()
+}
+
 /// A pool of so many threads that nobody else has; they work for whom this thread works for.
 ///
 /// # Errors
@@ -191,6 +223,7 @@ pub(crate) fn new(threads: usize) -> Result<rayon::ThreadPool> {
         .num_threads(threads)
         .start_handler(move |_| {
             switch(account.number());
+            OF_WORKER.set(account.number());
         })
         .exit_handler(|_| {
             switch(0);
@@ -216,6 +249,28 @@ mod tests {
         drop(held);
         *value.wait().unwrap() += 1;
         assert_eq!(*value.take().unwrap(), 2);
+    }
+
+    #[test]
+    fn turns_are_taken_one_at_a_time_and_left_behind_by_a_fork() {
+        let turns = Turns::default();
+        let inside = AtomicU32::new(0);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    turns.take(|| {
+                        assert_eq!(inside.fetch_add(1, Ordering::Relaxed), 0);
+                        std::thread::sleep(std::time::Duration::from_millis(2));
+                        inside.fetch_sub(1, Ordering::Relaxed);
+                    });
+                });
+            }
+        });
+        turns.take(|| {
+            // As a child finds it that was forked from a process of another number meanwhile.
+            turns.0.lock().unwrap().0 += 1;
+            turns.take(|| ());
+        });
     }
 
     #[test]

@@ -11,7 +11,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use base::error::{Error, Result};
+use base::fork::{self, Prevented};
 use base::memory;
+use base::threads::{Exclusive, Turns};
 
 /// How the paths of all such folders begin.
 const ROOT: &str = "memory:";
@@ -70,7 +72,51 @@ pub struct MemoryFolder(Arc<Inner>);
 struct Inner {
     number: u64,
     files: Mutex<BTreeMap<String, Held>>,
-    sink: Option<Mutex<Box<dyn Sink>>>,
+    sink: Option<Outlet>,
+}
+
+/// A sink, which one thread at a time hands something.
+struct Outlet {
+    turns: Turns,
+    sink: Exclusive<Box<dyn Sink>>,
+}
+
+impl Outlet {
+    fn hand(&self, what: impl FnOnce(&mut dyn Sink) -> std::io::Result<()>) -> std::io::Result<()> {
+        self.turns.take(|| match self.sink.take() {
+            Ok(mut sink) => what(&mut **sink),
+            Err(_) => Err(std::io::Error::other(
+                "this process was forked while another thread wrote into this folder; make another folder",
+            )),
+        })
+    }
+}
+
+/// A table that threads look at for a moment.
+struct Table<'t, T> {
+    // Dropped in this order.
+    locked: MutexGuard<'t, T>,
+    _fork: Prevented,
+}
+
+impl<'t, T> Table<'t, T> {
+    fn lock(table: &'t Mutex<T>) -> Self {
+        let fork = fork::prevent();
+        Table { locked: table.lock().unwrap_or_else(PoisonError::into_inner), _fork: fork }
+    }
+}
+
+impl<T> std::ops::Deref for Table<'_, T> {
+    type Target = T;
+    fn deref(&self) -> &T {
+        &self.locked
+    }
+}
+
+impl<T> std::ops::DerefMut for Table<'_, T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.locked
+    }
 }
 
 #[derive(Clone)]
@@ -97,8 +143,8 @@ impl Default for MemoryFolder {
     }
 }
 
-fn folders() -> MutexGuard<'static, BTreeMap<u64, Weak<Inner>>> {
-    FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
+fn folders() -> Table<'static, BTreeMap<u64, Weak<Inner>>> {
+    Table::lock(&FOLDERS)
 }
 
 impl MemoryFolder {
@@ -109,10 +155,10 @@ impl MemoryFolder {
 
     /// An empty folder that keeps nothing of what is written into it: `sink` is handed that.
     pub fn to_sink(sink: impl Sink + 'static) -> Self {
-        MemoryFolder::made(Some(Mutex::new(Box::new(sink))))
+        MemoryFolder::made(Some(Outlet { turns: Turns::default(), sink: Exclusive::new(Box::new(sink)) }))
     }
 
-    fn made(sink: Option<Mutex<Box<dyn Sink>>>) -> Self {
+    fn made(sink: Option<Outlet>) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let inner = Arc::new(Inner { number, files: Mutex::default(), sink });
@@ -205,8 +251,8 @@ impl MemoryFolder {
         self.files().keys().cloned().collect()
     }
 
-    fn files(&self) -> MutexGuard<'_, BTreeMap<String, Held>> {
-        self.0.files.lock().unwrap_or_else(PoisonError::into_inner)
+    fn files(&self) -> Table<'_, BTreeMap<String, Held>> {
+        Table::lock(&self.0.files)
     }
 }
 
@@ -306,7 +352,7 @@ impl Place {
     pub(crate) fn write(self, goes_back: bool) -> Result<Writing> {
         refuse_within(&self.folder.files(), &self.name)?;
         let hands_on = self.folder.0.sink.is_some() && !goes_back;
-        Ok(Writing { place: self, bytes: Cursor::default(), hands_on })
+        Ok(Writing { place: self, bytes: Cursor::default(), hands_on, has_failed: false })
     }
 }
 
@@ -368,6 +414,8 @@ pub(crate) struct Writing {
     place: Place,
     bytes: Cursor<Vec<u8>>,
     hands_on: bool,
+    /// Whether the sink has refused some: who buffers tries again when it is dropped, and the sink must not hear of it.
+    has_failed: bool,
 }
 
 impl Writing {
@@ -381,13 +429,17 @@ impl Writing {
                 drop(replaced);
                 Ok(())
             }
-            Some(sink) => {
-                let mut sink = sink.lock().unwrap_or_else(PoisonError::into_inner);
+            Some(_) if self.has_failed => Err(refused_before()),
+            Some(sink) => sink.hand(|sink| {
                 bytes.chunks(PIECE).try_for_each(|piece| sink.piece(&name, piece))?;
                 sink.complete(&name)
-            }
+            }),
         }
     }
+}
+
+fn refused_before() -> std::io::Error {
+    std::io::Error::other("the folder's sink refused what came before")
 }
 
 impl Write for Writing {
@@ -395,8 +447,12 @@ impl Write for Writing {
         if self.hands_on
             && let Some(sink) = &self.place.folder.0.sink
         {
-            sink.lock().unwrap_or_else(PoisonError::into_inner).piece(&self.place.name, bytes)?;
-            return Ok(bytes.len());
+            if self.has_failed {
+                return Err(refused_before());
+            }
+            let handed = sink.hand(|sink| sink.piece(&self.place.name, bytes));
+            self.has_failed = handed.is_err();
+            return handed.map(|()| bytes.len());
         }
         let beyond =
             (self.bytes.position() as usize).saturating_add(bytes.len()).saturating_sub(self.bytes.get_ref().len());

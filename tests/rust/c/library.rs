@@ -295,6 +295,7 @@ functions! {
     srf_merger_add_image(merger: Handle, image: Handle) -> i32;
     srf_merger_add_mesh(merger: Handle, mesh: Handle, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_add_scans(merger: Handle, scans: Handle) -> i32;
+    srf_merger_add_scan(merger: Handle, scans: Handle, of_set: usize) -> i32;
     srf_merger_add_source(merger: Handle, source: *const ImageSource, pose: *const [f64; 16], name: *const c_char) -> i32;
     srf_merger_count(merger: Handle, scans: *mut usize) -> i32;
     srf_merger_remove(merger: Handle, index: usize) -> i32;

@@ -63,7 +63,7 @@ class MergeReport(Report):
             triangles they had.
         colour_gains: What the red, green and blue light of each scan, in the order of ``scan_names``, was multiplied by
             to make all equally bright; empty where they are, or do not overlap, or differ by more than a factor of
-            three, or that was not asked for.
+            eight, or that was not asked for.
         working_bytes: Largest number of bytes held by intersections and the surface at once.
         seconds: Wall-clock seconds by the name of the stage.
     """

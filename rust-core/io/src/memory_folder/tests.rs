@@ -142,6 +142,7 @@ fn what_is_written_to_memory_is_what_files_hold() {
 #[derive(Default)]
 struct Taken {
     good: u64,
+    has_refused: bool,
     files: BTreeMap<String, Vec<u8>>,
     complete: Vec<String>,
 }
@@ -151,6 +152,8 @@ struct Taking(Arc<Mutex<Taken>>);
 impl Taking {
     fn count(&self) -> std::io::Result<MutexGuard<'_, Taken>> {
         let mut taken = self.0.lock().unwrap();
+        assert!(!taken.has_refused, "called again after it failed");
+        taken.has_refused = taken.good == 0;
         taken.good = taken.good.checked_sub(1).ok_or_else(|| IoError::other("full"))?;
         Ok(taken)
     }

@@ -55,8 +55,8 @@ pub(super) fn a_context_has_settings_of_its_own() {
     unsafe {
         assert_eq!((threads(a), limit(a)), (0, 0));
         api.ok((api.srf_context_set_threads)(a, 3));
-        api.ok((api.srf_context_set_memory_limit)(a, u64::MAX - 1));
-        assert_eq!((threads(a), limit(a), threads(b), limit(b)), (3, u64::MAX - 1, 0, 0));
+        api.ok((api.srf_context_set_memory_limit)(a, u64::MAX));
+        assert_eq!((threads(a), limit(a), threads(b), limit(b)), (3, u64::MAX, 0, 0));
         api.refused((api.srf_context_set_threads)(a, 1025), PARAMETER, "threads must be >= 0 and <= 1024, got 1025");
         assert_eq!(threads(a), 3);
         assert_eq!(use_context(a), Handle::NULL);
@@ -144,6 +144,140 @@ pub(super) fn a_limit_concerns_the_calls_of_its_context_alone() {
         assert!(held(narrow) < 100_000 && held(wide) < 100_000, "{} {}", held(narrow), held(wide));
         for end in [(api.srf_context_free)(narrow), (api.srf_context_free)(wide)] {
             api.ok(end);
+        }
+    }
+}
+
+/// Theorem: what is taken under a context is on its account until it is given back, in whatever was made under another one, and by whomever.
+#[test]
+pub(super) fn what_was_taken_is_given_back_where_it_was_taken() {
+    let api = api();
+    let (a, b) = (context(), context());
+    use_context(a);
+    let (mut folder, mut path) = (Handle::NULL, std::ptr::null());
+    let (status, mesh) = large(3);
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok(status);
+        api.ok((api.srf_folder_create)(std::ptr::null(), &mut folder));
+        api.ok((api.srf_folder_path)(folder, c"m.ply".as_ptr(), &mut path));
+        let of_a = held(a);
+        let marks = vec![1.0_f32; 125_000];
+        for round in 0..4 {
+            use_context(b);
+            api.ok((api.srf_mesh_write_ply)(mesh, path, 1, std::ptr::null()));
+            api.ok((api.srf_mesh_set_attribute)(mesh, 1, c"mark".as_ptr(), &Array::of(&marks, F32, 1)));
+            // The text of an error is no part of what calls hold.
+            for _ in 0..1000 {
+                api.refused((api.srf_context_set_threads)(b, 1025), PARAMETER, "threads must be");
+            }
+            let filled = held(b);
+            assert!((2_000_000..4_000_000).contains(&filled), "{filled}");
+            use_context(if round % 2 == 0 { Handle::NULL } else { a });
+            api.ok((api.srf_folder_remove)(folder, c"m.ply".as_ptr(), std::ptr::null_mut()));
+            api.ok((api.srf_mesh_set_attribute)(mesh, 1, c"mark".as_ptr(), std::ptr::null()));
+            assert!(held(b) < 5000 && held(a).abs_diff(of_a) < 5000, "{} and {} of {of_a}", held(b), held(a));
+        }
+        use_context(Handle::NULL);
+        api.ok((api.srf_mesh_free)(mesh));
+        api.ok((api.srf_folder_free)(folder));
+        assert!(held(a) < 5000, "{}", held(a));
+        for end in [(api.srf_context_free)(a), (api.srf_context_free)(b)] {
+            api.ok(end);
+        }
+    }
+}
+
+/// Theorem: no array of 24 MB passes a limit of 5 MB, whatever calls begin and end meanwhile.
+#[test]
+pub(super) fn no_call_passes_the_limit_as_others_end() {
+    let api = api();
+    let context = context();
+    // SAFETY: as the header wants it.
+    api.ok(unsafe { (api.srf_context_set_memory_limit)(context, 5_000_000) });
+    let end = std::time::Instant::now() + std::time::Duration::from_millis(700);
+    std::thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                use_context(context);
+                while std::time::Instant::now() < end {
+                    held(context);
+                }
+            });
+        }
+        for _ in 0..2 {
+            scope.spawn(|| {
+                use_context(context);
+                while std::time::Instant::now() < end {
+                    assert_eq!(large(24), (OUT_OF_MEMORY, Handle::NULL));
+                }
+            });
+        }
+    });
+    // SAFETY: as the header wants it.
+    api.ok(unsafe { (api.srf_context_free)(context) });
+}
+
+/// Theorem: a function that uses another context and puts back the former one is under that of its call again, on whatever thread of the
+/// library it is called, and whether that one was freed meanwhile or not.
+#[test]
+pub(super) fn a_function_of_a_call_puts_its_context_back() {
+    struct Made {
+        of_call: Handle,
+        other: Handle,
+        formers: Mutex<Vec<Handle>>,
+        meshes: Mutex<Vec<Handle>>,
+    }
+    unsafe extern "C" fn make(user: *mut c_void, out: *mut Handle) -> i32 {
+        // SAFETY: what was handed in.
+        let made = unsafe { &*user.cast::<Made>() };
+        let former = use_context(made.other);
+        {
+            let mut formers = made.formers.lock().unwrap();
+            if formers.len() == 4 {
+                // SAFETY: as the header wants it.
+                api().ok(unsafe { (api().srf_context_free)(made.of_call) });
+            }
+            formers.push(former);
+        }
+        assert_eq!(use_context(former), made.other);
+        let (status, mesh) = large(2);
+        made.meshes.lock().unwrap().push(mesh);
+        let plane = Projection { kind: 1, reserved: 0, numbers: [0.0, 0.0, 0.1, -0.1] };
+        let (samples, null) = ([0.0_f64; 16], std::ptr::null());
+        // SAFETY: as the header wants it.
+        unsafe {
+            api().ok(status);
+            (api().srf_image_create)(4, 4, &plane, &Array::of(&samples, F64, 1), null, std::ptr::null(), out)
+        }
+    }
+    let api = api();
+    for threads in [1, 2] {
+        let (of_call, other) = (context(), context());
+        let made = Made { of_call, other, formers: Mutex::default(), meshes: Mutex::default() };
+        let source = ImageSource { make: Some(make), user: std::ptr::from_ref(&made).cast_mut().cast() };
+        let (mut merger, mut surface) = (Handle::NULL, Handle::NULL);
+        // SAFETY: as the header wants it.
+        unsafe {
+            api.ok((api.srf_context_set_threads)(of_call, threads));
+            use_context(of_call);
+            api.ok((api.srf_merger_create)(&mut merger));
+            for name in [c"a", c"b", c"c", c"d"] {
+                api.ok((api.srf_merger_add_source)(merger, &source, std::ptr::null(), name.as_ptr()));
+            }
+            let status =
+                (api.srf_merger_run)(merger, &params(0.1), std::ptr::null(), &mut surface, std::ptr::null_mut());
+            api.ok(status);
+            assert_eq!(use_context(Handle::NULL), of_call);
+            let formers = made.formers.lock().unwrap();
+            assert!(formers.len() > 5 && formers.iter().all(|former| *former == of_call), "{formers:?}");
+            assert!(held(other) < 10_000, "{}", held(other));
+            for mesh in made.meshes.lock().unwrap().drain(..) {
+                api.ok((api.srf_mesh_free)(mesh));
+            }
+            for end in [(api.srf_mesh_free)(surface), (api.srf_merger_free)(merger), (api.srf_context_free)(other)] {
+                api.ok(end);
+            }
         }
     }
 }
@@ -254,10 +388,12 @@ fn each_context_has_its_log() {
             let told = told();
             assert!(!told.is_empty() && told.iter().all(|(of, said)| *of == number && !said.is_empty()), "{told:?}");
         }
-        use_context(Handle::NULL);
-        for end in [(api.srf_context_free)(a), (api.srf_context_free)(b)] {
-            api.ok(end);
-        }
+        // This thread still uses the one that is freed: its log is told nothing more.
+        api.ok((api.srf_context_free)(b));
+        merged(merger, &params(0.03));
+        assert_eq!(told(), []);
+        assert_eq!(use_context(Handle::NULL), b);
+        api.ok((api.srf_context_free)(a));
         api.ok((api.srf_merger_free)(merger));
         api.ok((api.srf_mesh_free)(mesh));
     }

@@ -128,6 +128,7 @@ pub(super) fn lists_lie_in_memory_with_their_scans() {
 #[derive(Default)]
 struct Behind {
     good: usize,
+    has_refused: bool,
     status: i32,
     text: Option<&'static CStr>,
     bytes: Vec<u8>,
@@ -138,7 +139,9 @@ struct Behind {
 
 impl Behind {
     fn refuses(&mut self) -> bool {
+        assert!(!self.has_refused || !self.bytes.is_empty(), "a sink is called again after it failed");
         let refuses = self.good == 0;
+        self.has_refused = refuses;
         self.good = self.good.saturating_sub(1);
         if refuses && let Some(text) = self.text {
             // SAFETY: as the header wants it.
@@ -231,20 +234,27 @@ pub(super) fn functions_that_fail_at_any_call_are_heard() {
                     break;
                 }
             }
-            for good in 0.. {
-                let file = Mutex::new(Behind { good, status, text: said, ..Behind::default() });
-                let user = std::ptr::from_ref(&file).cast_mut().cast();
-                let sink = folder(Some(&FileSink { write: Some(take_some), release: Some(release), user }));
-                let outcome = (api.srf_mesh_write_ply)(mesh, path(sink, c"mesh.ply"), 3, std::ptr::null());
-                api.ok((api.srf_folder_free)(sink));
-                let file = file.lock().unwrap();
-                assert_eq!(file.released, 1);
-                if outcome == OK {
-                    assert!(file.taken["mesh.ply"] == whole && file.complete == ["mesh.ply"] && good > 1);
-                    break;
+            for name in [c"mesh.ply", c"mesh.glb", c"mesh.obj", c"mesh.stl"] {
+                let known = name.to_str().unwrap();
+                for good in 0.. {
+                    let file = Mutex::new(Behind { good, status, text: said, ..Behind::default() });
+                    let user = std::ptr::from_ref(&file).cast_mut().cast();
+                    let sink = folder(Some(&FileSink { write: Some(take_some), release: Some(release), user }));
+                    let outcome = match known {
+                        "mesh.ply" => (api.srf_mesh_write_ply)(mesh, path(sink, name), 3, std::ptr::null()),
+                        _ => (api.srf_mesh_write)(mesh, path(sink, name), std::ptr::null(), std::ptr::null()),
+                    };
+                    api.ok((api.srf_folder_free)(sink));
+                    let file = file.lock().unwrap();
+                    assert_eq!(file.released, 1);
+                    if outcome == OK {
+                        assert!(known != "mesh.ply" || file.taken[known] == whole);
+                        assert!(file.complete == [known] && good > 1);
+                        break;
+                    }
+                    assert!(file.complete.is_empty());
+                    api.refused(outcome, expected, words);
                 }
-                assert!(file.complete.is_empty());
-                api.refused(outcome, expected, words);
             }
         }
         let nothing = FileSource { length: 3, read: None, release: Some(release), user: std::ptr::null_mut() };

@@ -69,6 +69,8 @@ pub struct Kit {
     pub fault: Fault,
     /// Whether an argument has the fault.
     pub has_fault: Cell<bool>,
+    /// The share of the call that its progress told last, where it has one.
+    told: Cell<Option<*const f64>>,
     handles: RefCell<BTreeMap<&'static str, Handle>>,
     kept: RefCell<Vec<Box<dyn Any>>>,
     folder: tempfile::TempDir,
@@ -89,6 +91,7 @@ impl Kit {
             function: Cell::new(""),
             fault,
             has_fault: Cell::new(false),
+            told: Cell::new(None),
             handles: RefCell::default(),
             kept: RefCell::default(),
             folder: tempfile::tempdir().unwrap(),
@@ -99,6 +102,25 @@ impl Kit {
     pub fn begin(&self, function: &'static str) {
         self.function.set(function);
         self.has_fault.set(false);
+        self.told.set(None);
+    }
+
+    /// A progress that notes what it is told.
+    pub fn watch(&self) -> *const Watch {
+        unsafe extern "C" fn note(_: *const c_char, fraction: f64, _: *const c_char, told: *mut c_void) -> i32 {
+            // SAFETY: a number of the kit's.
+            unsafe { *told.cast::<f64>() = fraction };
+            0
+        }
+        let told = self.keep(f64::NAN);
+        self.told.set(Some(told));
+        self.keep(Watch { report: Some(note), user: told.cast(), cancel: Handle::NULL })
+    }
+
+    /// The share of the call that its progress told last; `None` for calls without one.
+    pub fn told(&self) -> Option<f64> {
+        // SAFETY: the kit keeps it.
+        self.told.get().map(|told| unsafe { *told })
     }
 
     /// The function that is to be called.

@@ -132,12 +132,92 @@ pub(super) fn scans_that_are_not_there_are_not_replaced() {
         assert!(merged(merger, &params(0.1)) == before, "changed in spite of the errors");
         api.ok(replace(merger, 0, set, 0));
         assert!(merged(merger, &params(0.1)) == before, "the same mesh from a file");
+        let add = api.srf_merger_add_scan;
+        api.refused(add(merger, set, 1), PARAMETER, "of_set must be < 1, the number of scans in the set, got 1");
+        api.refused(add(merger, mesh, 0), HANDLE, "scans must be a srf_scans");
+        assert_eq!(count(merger), 1);
+        api.ok(add(merger, set, 0));
+        assert_eq!(count(merger), 2);
+        api.ok((api.srf_merger_remove)(merger, 0));
+        assert!(merged(merger, &params(0.1)) == before, "the same mesh, added by itself");
         std::fs::remove_dir_all(&folder).unwrap();
         for end in [(api.srf_scans_free)(set), (api.srf_image_free)(image), (api.srf_mesh_free)(mesh)] {
             api.ok(end);
         }
         api.ok((api.srf_merger_free)(merger));
     }
+}
+
+/// Theorem: whatever takes a scan out of a merge, what its file is behind is released where the library's functions may be called.
+#[test]
+fn scans_are_released_where_all_may_be_called() {
+    struct Source {
+        merger: Handle,
+        counted: Option<usize>,
+    }
+    unsafe extern "C" fn none(_: *mut c_void, _: u64, _: *mut c_void, _: usize, _: *mut usize) -> i32 {
+        IO
+    }
+    unsafe extern "C" fn release(user: *mut c_void) {
+        // SAFETY: what was handed in.
+        let source = unsafe { &mut *user.cast::<Source>() };
+        let mut scans = 0;
+        // SAFETY: as the header wants it.
+        if unsafe { (api().srf_merger_count)(source.merger, &mut scans) } == OK {
+            source.counted = Some(scans);
+        }
+    }
+    let (done, end) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let api = api();
+        let mesh = octahedron();
+        // SAFETY: as the header wants it.
+        unsafe {
+            let replacing: [&dyn Fn(Handle) -> (i32, Option<usize>); 4] = [
+                &|merger| ((api.srf_merger_remove)(merger, 0), Some(0)),
+                &|merger| {
+                    let image = view(mesh, 0.0, c"view");
+                    let status = (api.srf_merger_replace_by_image)(merger, 0, image);
+                    api.ok((api.srf_image_free)(image));
+                    (status, Some(1))
+                },
+                &|merger| {
+                    let name = c"a".as_ptr();
+                    ((api.srf_merger_replace_by_mesh)(merger, 0, mesh, std::ptr::null(), name), Some(1))
+                },
+                &|merger| ((api.srf_merger_free)(merger), None),
+            ];
+            for replace in replacing {
+                let (mut merger, mut folder, mut path) = (Handle::NULL, Handle::NULL, std::ptr::null());
+                api.ok((api.srf_merger_create)(&mut merger));
+                let mut source = Source { merger, counted: None };
+                let user = (&raw mut source).cast();
+                api.ok((api.srf_folder_create)(std::ptr::null(), &mut folder));
+                let bytes = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+                api.ok((api.srf_folder_put)(folder, c"a.ply".as_ptr(), bytes.as_ptr().cast(), bytes.len()));
+                api.ok((api.srf_folder_path)(folder, c"a.ply".as_ptr(), &mut path));
+                let mut scans = Handle::NULL;
+                api.ok((api.srf_scans_open)(&path, 1, std::ptr::null(), std::ptr::null(), &mut scans));
+                // Beside the file that was opened: it goes with the folder, which the scans keep.
+                let behind = FileSource { length: 3, read: Some(none), release: Some(release), user };
+                api.ok((api.srf_folder_put_source)(folder, c"b".as_ptr(), &behind));
+                api.ok((api.srf_merger_add_scans)(merger, scans));
+                for end in [(api.srf_scans_free)(scans), (api.srf_folder_free)(folder)] {
+                    api.ok(end);
+                }
+                let (status, expected) = replace(merger);
+                api.ok(status);
+                assert_eq!(source.counted, expected);
+                if expected.is_some() {
+                    api.ok((api.srf_merger_free)(merger));
+                }
+            }
+            api.ok((api.srf_mesh_free)(mesh));
+        }
+        done.send(()).unwrap();
+    });
+    let outcome = end.recv_timeout(std::time::Duration::from_secs(60));
+    assert!(outcome.is_ok(), "a scan's release waits for ever, or failed: {outcome:?}");
 }
 
 #[test]

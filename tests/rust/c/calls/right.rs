@@ -123,6 +123,9 @@ impl<T: 'static> Right for *const T {
                     let cancel = Handle(std::ptr::without_provenance_mut(0x1234));
                     return kit.keep(Watch { report: None, user: std::ptr::null_mut(), cancel }).cast_const().cast();
                 }
+                if kit.is(Fault::None) {
+                    return kit.watch().cast();
+                }
                 if !kit.is(Fault::Cancelled) {
                     return std::ptr::null();
                 }

@@ -17,16 +17,23 @@ fn called(name: &'static str, kit: &Kit) -> Option<i32> {
 
 #[test]
 fn every_function_with_right_arguments() {
+    let mut watched = 0;
     for name in NAMES.iter().filter(|name| !OF_THE_PROCESS.contains(name)) {
         // By now the library holds memory.
         let expected = match *name {
             "srf_set_allocator" => INPUT,
             _ => OK,
         };
-        if let Some(status) = called(name, &Kit::new(Fault::None)) {
+        let kit = Kit::new(Fault::None);
+        if let Some(status) = called(name, &kit) {
             assert_eq!(status, expected, "{name}: {}", api().message());
         }
+        if let Some(told) = kit.told() {
+            assert_eq!(told, 1.0, "{name}: what its progress was told last");
+            watched += 1;
+        }
     }
+    assert!(watched > 30, "{watched} functions have a progress");
 }
 
 #[test]
