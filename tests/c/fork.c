@@ -197,7 +197,7 @@ int main(void)
     for (i = 1; i < 3; ++i) must(pthread_create(&threads[i], NULL, at_the_table, mesh) == 0, "thread");
     must(pthread_create(&threads[3], NULL, aligning, NULL) == 0, "thread");
     must(pthread_create(&threads[4], NULL, at_folders, NULL) == 0, "thread");
-    for (i = 0; i < 2000; ++i) child(mesh, i % 100 == 0 ? expected : 0);
+    for (i = 0; i < 1000; ++i) child(mesh, i % 100 == 0 ? expected : 0);
     at_an_end = 1;
     for (i = 0; i < 5; ++i) must(pthread_join(threads[i], NULL) == 0, "join");
     must(srf_folder_free(shared) == SRF_OK, "free");
