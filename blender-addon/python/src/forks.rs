@@ -1,5 +1,6 @@
 //! Forks of the interpreter's process, which the core has to be told of. Not by `os.register_at_fork`: between its functions and the fork
 //! other threads of Python's run, and would wait, with the interpreter's lock, for the fork that waits for that.
+#![allow(unsafe_code)]
 
 /// From now on forks wait until nobody is at a table of the library.
 #[cfg(unix)]
