@@ -231,7 +231,7 @@ pub unsafe extern "C" fn srf_merger_write(
             workspace: workspace.map(Path::to_owned),
             write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },
         };
-        let report = merger.write(path, &params, &into, &watched(progress)?)?;
+        let report = watched(progress, |progress| Ok(merger.write(path, &params, &into, progress)?))?;
         warn_of_gaps(&report);
         if !out_report.is_null() {
             sized::write("out_report", out_report, report.into())?;
