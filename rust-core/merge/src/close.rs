@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::components::{self, Kept};
 use super::extract::Surface;
 use super::lattice::Lattice;
-use super::parts::Part;
+use super::tile::Part;
 use super::{CLOSING, MergeParams, MergeReport, peel, refuse_nothing};
 use base::error::Result;
 use base::progress::Progress;

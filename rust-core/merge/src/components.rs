@@ -3,8 +3,9 @@
 use glam::DVec3;
 
 use super::extract::Surface;
-use super::parts::{self, Part, Parts};
-use super::tiles::{Tile, Tiles};
+use super::parts::{self, Parts};
+use super::tile::Part;
+use super::tile::{Tile, Tiles};
 use super::{MergeReport, dump, join, passes, refuse_nothing, stray};
 use base::error::Result;
 use base::progress::Progress;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use rustc_hash::FxHashMap;
 
 use super::extract::{self, Surface};
-use super::tiles::{Tile, VertexKey};
+use super::tile::{Tile, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 

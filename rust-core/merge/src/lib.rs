@@ -47,6 +47,7 @@ mod smooth;
 pub mod reference;
 
 // 5. to 7. block by block
+mod tile;
 mod tiles;
 
 // 5. valid cells
@@ -177,7 +178,7 @@ fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progr
 
 /// Steps 8 and 9: what is made of the surface.
 fn finish(
-    tiles: Vec<tiles::Tile>,
+    tiles: Vec<tile::Tile>,
     reach: f64,
     scans: &intake::Discretized,
     params: &MergeParams,

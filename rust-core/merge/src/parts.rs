@@ -5,40 +5,9 @@ use glam::DVec3;
 
 use super::connected::parts;
 use super::passes;
-use super::tiles::{Tile, Tiles, VertexKey};
+use super::tile::{Part, Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
-
-/// What is known of a part.
-#[derive(Clone, Copy, Debug)]
-pub struct Part {
-    /// Its triangles.
-    pub faces: u64,
-    /// Its vertices.
-    pub vertices: u64,
-    /// Vertices on no scan.
-    pub unseen: u64,
-    /// Vertices of noisy samples.
-    pub noisy: u64,
-    /// Its bounding box.
-    pub low: DVec3,
-    /// Its other corner.
-    pub high: DVec3,
-    /// The lowest of its vertices: parts are in the order of these.
-    pub first: VertexKey,
-}
-
-impl Part {
-    /// Adds what another tile has of it.
-    fn add(&mut self, other: &Part) {
-        self.faces += other.faces;
-        self.vertices += other.vertices;
-        self.unseen += other.unseen;
-        self.noisy += other.noisy;
-        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
-        self.first = self.first.min(other.first);
-    }
-}
 
 /// The parts of a surface.
 pub struct Parts {

@@ -11,9 +11,10 @@ use std::cmp::Ordering;
 use glam::{DVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-use super::parts::{Part, Parts};
+use super::parts::Parts;
 use super::passes;
-use super::tiles::{Tile, Tiles, VertexKey};
+use super::tile::Part;
+use super::tile::{Tile, Tiles, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::holes::Bounds;

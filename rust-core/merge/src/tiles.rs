@@ -4,9 +4,6 @@
 //! ends within a brick. So a block is made with the bricks around it, and what it has made of these is left to others.
 //! Bricks are numbered in the order of their places, whatever block they are in.
 
-use std::borrow::Cow;
-
-use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::anomalies::{self, Analyser, BrickSurface};
@@ -15,8 +12,9 @@ use super::extract::{self, Extracted, Surface};
 use super::field::BrickLabels;
 use super::fuse::Fused;
 use super::lattice::{self, BRICK, BRICK_BITS, Lattice};
-use super::parts::{self, Part};
+use super::parts;
 use super::pinches;
+use super::tile::{Share, Tile, first_vertices};
 use super::{BUILDING, BrickVertices, Labels, MergeReport};
 use base::error::Result;
 use base::progress::Progress;
@@ -62,102 +60,6 @@ fn blocks(bricks: &[[i32; 3]], side: Option<i32>) -> Vec<(Block, Vec<[i32; 3]>)>
     all.dedup();
     let near = |block: Block| bricks.iter().copied().filter(|&brick| block.is_near(brick)).collect();
     all.into_iter().map(|block| (block, near(block))).collect()
-}
-
-/// A vertex, wherever it is kept: its brick, its number among the brick's, and for those that were split from it which of them it
-/// is, from 1 on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct VertexKey {
-    /// Those that were split off follow all others.
-    pub is_copy: bool,
-    /// Its brick.
-    pub brick: [i32; 3],
-    /// Its number in the brick.
-    pub number: u32,
-    /// Of those split from it, which.
-    pub copy: u32,
-}
-
-/// What a brick has of the surface.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Share {
-    /// The brick.
-    pub brick: [i32; 3],
-    /// Its vertices.
-    pub vertices: u32,
-    /// Vertices that were split from them.
-    pub copies: u32,
-    /// Its triangles.
-    pub triangles: u32,
-}
-
-/// What a block has of the surface.
-#[derive(Clone)]
-pub struct Tile {
-    /// Its vertices brick by brick, then those split from them, then those of other blocks that its triangles have.
-    pub surface: Surface,
-    /// What each of its bricks has, in order.
-    pub shares: Vec<Share>,
-    /// The first vertex of each share.
-    pub first: Vec<u32>,
-    /// Of the vertices that were split off, which was split; rising.
-    pub copied: Vec<u32>,
-    /// The vertices of other blocks, rising.
-    pub foreign: Vec<VertexKey>,
-    /// Its own vertices: those before the foreign ones.
-    pub own: usize,
-    /// Own vertices that triangles of other blocks have, rising.
-    pub shared: Vec<u32>,
-    /// Vertices that no crossing places.
-    pub artificial: u64,
-    /// Its connected parts, as far as its own triangles tell, in the order of their lowest vertices.
-    pub parts: Vec<Part>,
-    /// The part of each vertex.
-    pub part_of: Vec<u32>,
-}
-
-/// Tiles, in memory or in files.
-pub trait Tiles: Sync {
-    /// How many there are.
-    fn count(&self) -> usize;
-
-    /// One of them.
-    ///
-    /// # Errors
-    /// It can't be read.
-    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>>;
-}
-
-impl Tiles for [Tile] {
-    fn count(&self) -> usize {
-        self.len()
-    }
-
-    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
-        Ok(Cow::Borrowed(&self[tile]))
-    }
-}
-
-impl Tile {
-    /// What a vertex is called everywhere.
-    pub fn key(&self, vertex: u32) -> VertexKey {
-        let split_off = self.own - self.copied.len();
-        let v = vertex as usize;
-        if v >= self.own {
-            return self.foreign[v - self.own];
-        }
-        let (original, copy) = match v.checked_sub(split_off) {
-            None => (vertex, 0),
-            Some(at) => {
-                let first = self.copied.partition_point(|&other| other < self.copied[at]);
-                (self.copied[at], (at - first + 1) as u32)
-            }
-        };
-        let share = self.first.partition_point(|&first| first <= original) - 1;
-        let [brick, number] = [share, (original - self.first[share]) as usize];
-        VertexKey { is_copy: copy > 0, brick: self.shares[brick].brick, number: number as u32, copy }
-    }
 }
 
 /// The bricks that may hold a cell or a vertex, in order: around labelled nodes others get labels too.
@@ -415,16 +317,6 @@ impl Tile {
             part_of: Vec::new(),
         }
     }
-}
-
-/// The first vertex of each share.
-pub fn first_vertices(shares: &[Share]) -> Vec<u32> {
-    let mut next = 0;
-    let mut first = |share: &Share| {
-        next += share.vertices;
-        next - share.vertices
-    };
-    shares.iter().map(&mut first).collect()
 }
 
 /// Median of the noise over the vertices, world units.

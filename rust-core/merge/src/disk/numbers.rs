@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 use super::tiles::TileFile;
 use crate::components::Chosen;
 use crate::extract::refuse_many;
-use crate::tiles::{Tile, VertexKey};
+use crate::tile::{Tile, VertexKey};
 use base::error::Result;
 use base::progress::Progress;
 

@@ -1,0 +1,146 @@
+//! What a block has of the surface, as it is kept, and what its vertices are called everywhere.
+
+use std::borrow::Cow;
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+use super::extract::Surface;
+use base::error::Result;
+
+/// A vertex, wherever it is kept: its brick, its number among the brick's, and for those that were split from it which of them it
+/// is, from 1 on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VertexKey {
+    /// Those that were split off follow all others.
+    pub is_copy: bool,
+    /// Its brick.
+    pub brick: [i32; 3],
+    /// Its number in the brick.
+    pub number: u32,
+    /// Of those split from it, which.
+    pub copy: u32,
+}
+
+/// What a brick has of the surface.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Share {
+    /// The brick.
+    pub brick: [i32; 3],
+    /// Its vertices.
+    pub vertices: u32,
+    /// Vertices that were split from them.
+    pub copies: u32,
+    /// Its triangles.
+    pub triangles: u32,
+}
+
+/// What a block has of the surface.
+#[derive(Clone)]
+pub struct Tile {
+    /// Its vertices brick by brick, then those split from them, then those of other blocks that its triangles have.
+    pub surface: Surface,
+    /// What each of its bricks has, in order.
+    pub shares: Vec<Share>,
+    /// The first vertex of each share.
+    pub first: Vec<u32>,
+    /// Of the vertices that were split off, which was split; rising.
+    pub copied: Vec<u32>,
+    /// The vertices of other blocks, rising.
+    pub foreign: Vec<VertexKey>,
+    /// Its own vertices: those before the foreign ones.
+    pub own: usize,
+    /// Own vertices that triangles of other blocks have, rising.
+    pub shared: Vec<u32>,
+    /// Vertices that no crossing places.
+    pub artificial: u64,
+    /// Its connected parts, as far as its own triangles tell, in the order of their lowest vertices.
+    pub parts: Vec<Part>,
+    /// The part of each vertex.
+    pub part_of: Vec<u32>,
+}
+
+/// Tiles, in memory or in files.
+pub trait Tiles: Sync {
+    /// How many there are.
+    fn count(&self) -> usize;
+
+    /// One of them.
+    ///
+    /// # Errors
+    /// It can't be read.
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>>;
+}
+
+impl Tiles for [Tile] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
+        Ok(Cow::Borrowed(&self[tile]))
+    }
+}
+
+impl Tile {
+    /// What a vertex is called everywhere.
+    pub fn key(&self, vertex: u32) -> VertexKey {
+        let split_off = self.own - self.copied.len();
+        let v = vertex as usize;
+        if v >= self.own {
+            return self.foreign[v - self.own];
+        }
+        let (original, copy) = match v.checked_sub(split_off) {
+            None => (vertex, 0),
+            Some(at) => {
+                let first = self.copied.partition_point(|&other| other < self.copied[at]);
+                (self.copied[at], (at - first + 1) as u32)
+            }
+        };
+        let share = self.first.partition_point(|&first| first <= original) - 1;
+        let [brick, number] = [share, (original - self.first[share]) as usize];
+        VertexKey { is_copy: copy > 0, brick: self.shares[brick].brick, number: number as u32, copy }
+    }
+}
+
+/// What is known of a part.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Its triangles.
+    pub faces: u64,
+    /// Its vertices.
+    pub vertices: u64,
+    /// Vertices on no scan.
+    pub unseen: u64,
+    /// Vertices of noisy samples.
+    pub noisy: u64,
+    /// Its bounding box.
+    pub low: DVec3,
+    /// Its other corner.
+    pub high: DVec3,
+    /// The lowest of its vertices: parts are in the order of these.
+    pub first: VertexKey,
+}
+
+impl Part {
+    /// Adds what another tile has of it.
+    pub fn add(&mut self, other: &Part) {
+        self.faces += other.faces;
+        self.vertices += other.vertices;
+        self.unseen += other.unseen;
+        self.noisy += other.noisy;
+        (self.low, self.high) = (self.low.min(other.low), self.high.max(other.high));
+        self.first = self.first.min(other.first);
+    }
+}
+
+/// The first vertex of each share.
+pub fn first_vertices(shares: &[Share]) -> Vec<u32> {
+    let mut next = 0;
+    let mut first = |share: &Share| {
+        next += share.vertices;
+        next - share.vertices
+    };
+    shares.iter().map(&mut first).collect()
+}
