@@ -21,8 +21,8 @@ use surfrecon::scan::{Camera, ScanParams, Turntable};
 use surfrecon::sculpt::{SculptParams, Sculptor, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{
-    Error, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, mesh, quads, reconstruct, scan,
-    sculpt,
+    Error, IntoFile, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, merge_to_file, mesh,
+    quads, reconstruct, scan, sculpt,
 };
 use surfrecon_allocator::Account;
 
@@ -208,6 +208,13 @@ fn operations(folder: &Path, threads: usize) {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let merging = MergeParams { voxel: Some(0.1), threads, ..Default::default() };
     survives("merge", folder, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
+    let path = folder.join("merged.ply");
+    survives("merge to file", folder, || {
+        merge_to_file(&sources, &path, &merging, &IntoFile::default(), &progress)?;
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        Ok(bytes)
+    });
 }
 
 type Write<'a> = Box<dyn Fn() -> Result<()> + 'a>;
