@@ -26,8 +26,9 @@ use surfrecon::{
 };
 use surfrecon_allocator::Account;
 
-/// Allocations up to this many bytes are granted: where the system refuses them they come from the account's reserve.
-const SMALL: usize = 4096;
+/// Allocations up to this many bytes, with what the account puts before them, are granted: where the system refuses them they come from its
+/// reserve.
+const SMALL: usize = 4096 + 16;
 
 /// Counts the larger allocations and refuses some.
 struct Faulty;

@@ -2,12 +2,11 @@
 
 use rustc_hash::FxHashMap;
 
-use super::whole::Whole;
+use super::whole::{Corners, Whole};
 use crate::extract::Surface;
 use crate::near_colours::{self, Seen};
 use base::error::Result;
 use base::progress::Progress;
-use glam::DVec3;
 
 /// The colours of vertices of alpha 0, by their numbers.
 ///
@@ -28,9 +27,6 @@ pub fn fill_in(whole: &Whole, progress: &Progress<'_>) -> Result<FxHashMap<u32, 
     }
     Ok(vertices.into_iter().zip(surface.colour).zip(is_bare).filter(|of| of.1).map(|of| of.0).collect())
 }
-
-/// A triangle's corners: numbers, places, colours.
-pub type Corners = [(u32, DVec3, [u8; 4]); 3];
 
 /// Triangles at vertices without a colour.
 #[derive(Default)]

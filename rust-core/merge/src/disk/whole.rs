@@ -3,7 +3,6 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::colours::Corners;
 use super::numbers::{NONE, Numbered, Numbers};
 use super::tiles::TileFile;
 use crate::components::Chosen;
@@ -12,6 +11,9 @@ use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
 use mesh::holes::{self, Bounds};
+
+/// A triangle's corners: numbers, places, colours.
+pub type Corners = [(u32, DVec3, [u8; 4]); 3];
 
 /// The whole surface.
 pub struct Whole {
