@@ -28,7 +28,7 @@ use surfrecon_allocator::Account;
 
 /// Allocations up to this many bytes, with what the account puts before them, are granted: where the system refuses them they come from its
 /// reserve.
-const SMALL: usize = 4096 + 16;
+const SMALL: usize = 4096 + 128;
 
 /// Counts the larger allocations and refuses some.
 struct Faulty;
