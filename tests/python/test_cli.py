@@ -159,8 +159,12 @@ def test_measure(folder, tmp_path):
     moved.write(tmp_path / "moved.ply", encoding="binary_double")
     found = json.loads(run("measure", tmp_path / "moved.ply", folder / "torus.ply", "--json").stdout)
     expected = surfrecon.surface_distance(moved, surfrecon.read(folder / "torus.ply"))
-    assert found["report"] == {k: v for k, v in expected.items() if k != "distances"}
+    assert found["report"] == {k: v for k, v in expected.items() if k not in ("distances", "bias")}
     assert len(found["inputs"]) == 2
+    # Without signs there is no bias.
+    assert "bias" not in found["report"]
+    with_signs = json.loads(run("measure", tmp_path / "moved.ply", folder / "torus.ply", "--json", "--signed").stdout)
+    assert abs(with_signs["report"]["bias"]) <= with_signs["report"]["mean"]
     found = json.loads(run("measure", folder / "points.xyz", folder / "ring.conf", "--json").stdout)["report"]
     cloud = surfrecon.read(folder / "points.xyz").positions
     assert math.isclose(found["max"], surfrecon.distances(cloud, surfrecon.open(folder / "ring.conf")).max())

@@ -412,7 +412,7 @@ class DistanceReport(Report):
         rms: Root of their mean square.
         p95: 95 % of them are at most this.
         max: The largest.
-        bias: Mean with signs.
+        bias: Mean with signs; without signs the mean.
         reached: Largest distance found, between the vertices too.
         bound: No point of the surface is farther.
         distances: (n,) float64, exact, one a vertex.

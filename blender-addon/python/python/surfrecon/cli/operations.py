@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -205,12 +205,18 @@ def measure(work: Work) -> Made:
         meshes.append(contents.placed(reference, against[0].world_from_sensor, against[0].crs))
         with work.showing() as shown:
             found = _native.surface_distance(*meshes, progress=shown, **options)
-        report = Report({name: value for name, value in found.items() if name != "distances"})
+        report = _told(found, options)
         return Made(report, [_figures(report), f"no point of the surface is farther than {report.bound:.6g}"])
     with work.showing() as shown:
         points = contents.points_in_world(scan, content)
-        report = _summary(_native.distances(points, against, crs=crs, progress=shown, **options))
+        report = _told(_summary(_native.distances(points, against, crs=crs, progress=shown, **options)), options)
     return Made(report, [_figures(report)])
+
+
+def _told(report: Report, options: Mapping[str, Any]) -> Report:
+    """What is told of distances: of those without a sign there is no bias."""
+    left_out = {"distances"} | (set() if options.get("signed") else {"bias"})
+    return Report({name: value for name, value in report.items() if name not in left_out})
 
 
 def _tell_left_out(work: Work, content: Literal["mesh", "points", "image", "images"], crs: str | None) -> None:
@@ -248,4 +254,4 @@ def _summary(distances: Any) -> Report:
 
 
 def _figures(report: Report) -> str:
-    return ", ".join(f"{name} {report[name]:.6g}" for name in ("mean", "rms", "p95", "max", "bias"))
+    return ", ".join(f"{name} {report[name]:.6g}" for name in ("mean", "rms", "p95", "max", "bias") if name in report)
