@@ -82,11 +82,12 @@ pub(super) enum Reach {
     Sampling,
     /// Between parts those so many times as large ...
     Times(u32),
-    /// ... and any that continues its part smoothly ...
+    /// ... and those that continue their part smoothly, [`SMOOTHER`] times as large as that.
     Smooth(u32),
-    /// ... and any.
-    All,
 }
+
+/// A gap that a surface crosses smoothly may be so many times as wide as others.
+const SMOOTHER: u32 = 4;
 
 /// A surface that grows.
 pub(super) struct Front<'a, F> {
@@ -422,9 +423,8 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         }
         let times = match self.reach {
             Reach::Sampling => 1,
-            Reach::Smooth(_) if !candidate.rank.0 => return true,
+            Reach::Smooth(times) if !candidate.rank.0 => SMOOTHER * times,
             Reach::Times(times) | Reach::Smooth(times) => times,
-            Reach::All => return true,
         };
         self.complex.perimeter(facet) <= f64::from(times) * (self.allowed)(facet)
     }

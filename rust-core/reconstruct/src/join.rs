@@ -1,6 +1,7 @@
 //! Open surfaces, continued: parts are joined across gaps.
 //!
-//! First over facets a few times as large as the sampling allows, then over any that continue a part smoothly, then over any.
+//! First over facets a few times as large as the sampling allows, then over larger ones that continue a part smoothly. What lies further
+//! apart stays apart: nothing says that there is a surface between.
 //! Only facets between two parts count, so that borders stay where the samples end. Each part has grown with an orientation of
 //! its own: where two meet the other way round, the smaller one is turned over.
 
@@ -17,7 +18,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
             let part = self.part(self.triangles[triangle][0]);
             self.members.entry(part).or_default().push(triangle as u32);
         }
-        for reach in [Reach::Times(times), Reach::Smooth(times), Reach::All] {
+        for reach in [Reach::Times(times), Reach::Smooth(times)] {
             if self.members.len() > 1 {
                 self.reach = reach;
                 self.run(0, progress)?;

@@ -66,3 +66,16 @@ fn parts_are_joined_unless_gaps_stay_open() {
     let (_, apart) = reconstruct(halves, &open);
     assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
 }
+
+#[test]
+fn what_lies_far_apart_stays_apart() {
+    let mut random = random(15);
+    let sheets: Vec<DVec3> = (0..2 * 40 * 40)
+        .map(|i| {
+            let jitter = 0.3 * DVec3::new(random(), random(), 0.1 * random());
+            DVec3::new(f64::from(i % 40) + f64::from(i / 1600) * 400.0, f64::from(i / 40 % 40), 0.0) + jitter
+        })
+        .collect();
+    let (_, apart) = reconstruct(sheets, &ReconstructParams::default());
+    assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
+}
