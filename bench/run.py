@@ -19,6 +19,7 @@ from wanted import ALL, HEAVY, SMALLEST, USUAL, Wanted
 BENCHMARKS = [
     "align",
     "merge",
+    "scale",
     "noise",
     "colour",
     "delaunay",

@@ -18,6 +18,7 @@ PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_P
 WITH = {
     "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
+    "scale": {"surfrecon-files-512", "surfrecon-files-128"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "colour": {"mean-of-bytes"},
     "delaunay": {"qhull"},
