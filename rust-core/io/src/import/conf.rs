@@ -179,7 +179,9 @@ fn inside(folder: &Path, name: &str) -> Result<PathBuf, String> {
     let parts: Vec<&str> = name.split(['/', '\\']).collect();
     let drive = parts[0].len() >= 2 && parts[0].as_bytes()[1] == b':' && parts[0].as_bytes()[0].is_ascii_alphabetic();
     if parts[0].is_empty() || drive || parts.contains(&"..") || begins_in_memory(name) {
-        return Err(format!("{name} leads out of the folder of this file; put the scans beside it or below it, or allow files outside (allow_outside)"));
+        return Err(format!(
+            "{name} leads out of the folder of this file; put the scans beside it or below it, or allow files outside (allow_outside)"
+        ));
     }
     if name.contains('\0') {
         return Err("the name of the file holds a zero byte".to_owned());
