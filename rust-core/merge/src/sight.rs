@@ -160,7 +160,7 @@ pub fn look(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::f64::consts::TAU;
 
     use super::super::{MergeParams, Merged, run};
@@ -173,10 +173,10 @@ mod tests {
     use mesh::shapes::Shape;
     use scan::{Camera, ScanParams};
 
-    const CELL: f64 = 0.04;
+    pub(crate) const CELL: f64 = 0.04;
 
     /// Cuboids, by centre and half size.
-    fn cuboids(parts: &[[DVec3; 2]]) -> TriMesh {
+    pub(crate) fn cuboids(parts: &[[DVec3; 2]]) -> TriMesh {
         let mut all = TriMesh::default();
         for &[centre, half] in parts {
             let part = Shape::Cuboid { half }.mesh(1);
@@ -187,11 +187,11 @@ mod tests {
         all
     }
 
-    const FLOOR: [DVec3; 2] = [DVec3::new(0.0, 0.0, -0.1), DVec3::new(2.5, 2.5, 0.1)];
-    const BOX: [DVec3; 2] = [DVec3::new(0.1, 0.0, 0.25), DVec3::new(0.2, 0.3, 0.25)];
+    pub(crate) const FLOOR: [DVec3; 2] = [DVec3::new(0.0, 0.0, -0.1), DVec3::new(2.5, 2.5, 0.1)];
+    pub(crate) const BOX: [DVec3; 2] = [DVec3::new(0.1, 0.0, 0.25), DVec3::new(0.2, 0.3, 0.25)];
 
     /// What `count` cameras around the origin see of a scene each, with noise of `sigma` cells and poses off by `off` cells.
-    fn frames(count: usize, [sigma, off]: [f64; 2], scene: impl Fn(usize) -> TriMesh) -> Vec<RangeImage> {
+    pub(crate) fn frames(count: usize, [sigma, off]: [f64; 2], scene: impl Fn(usize) -> TriMesh) -> Vec<RangeImage> {
         let look = |k: usize| {
             let mesh = scene(k);
             let bvh = Bvh::build(&mesh.positions, &mesh.triangles, 0).unwrap();

@@ -7,6 +7,7 @@ use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
 use super::{Cut, Setting, Workspace, kept_folder, merge, run};
+use crate::sight::tests::{BOX, CELL, FLOOR, cuboids, frames};
 use crate::tests::{clean_scans, scans, scans_with};
 use crate::{MergeParams, Merged, PlacedMesh, ScanSource, Setup};
 use base::error::Error;
@@ -29,7 +30,8 @@ fn in_memory(sources: &[&dyn ScanSource], params: &MergeParams, kept: u64) -> Me
 fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: u64, kept: u64) -> Merged {
     let folder = tempfile::tempdir().unwrap();
     let setting = Setting { folder: folder.path(), cut: Cut { side }, held, memory: 1 << 30, kept, corner: [0; 3] };
-    let pool = base::threads::pool(3).unwrap();
+    // Of those who vote as many are loaded at a time as there are threads, and more only if they may be held.
+    let pool = base::threads::pool(if held == 0 { 1 } else { 3 }).unwrap();
     let mut mesh = TriMesh::default();
     let report = pool.install(|| merge(sources, params, &setting, &mut mesh, &Progress::none())).unwrap();
     without_cost(Merged { mesh, report })
@@ -56,6 +58,15 @@ fn clean_and_noisy_scans_are_the_same_in_files() {
         let found = same_in_files(&scans, &MergeParams { voxel: Some(0.02), ..MergeParams::default() });
         assert!(found.mesh.triangles.len() > 10_000);
     }
+}
+
+#[test]
+fn what_scans_see_through_is_the_same_in_files() {
+    // A box stood there for a quarter of the frames.
+    let scene = |k: usize| if k % 4 == 1 { cuboids(&[FLOOR, BOX]) } else { cuboids(&[FLOOR]) };
+    let found =
+        same_in_files(&frames(8, [0.0; 2], scene), &MergeParams { voxel: Some(CELL), ..MergeParams::default() });
+    assert!(found.report.seen_through > 100, "{}", found.report.seen_through);
 }
 
 #[test]
