@@ -244,8 +244,8 @@ unsafe extern "C" fn write_buffer(user: *mut c_void, _: Text, bytes: *const c_vo
     0
 }
 
-/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside bytes in memory; once
-/// those of a buffer of the program's, by functions, and once copied out of and into a folder that keeps them.
+/// Writing and reading a mesh of a million triangles: a file on a disk, which the system holds in its cache, beside memory; once by
+/// functions of the program's, and once, of bytes that it has or wants, through a file or through a folder that keeps a copy of them.
 fn files(library: &Library, repeats: usize) {
     macro_rules! function {
         ($name:literal, $t:ty) => {
@@ -301,9 +301,12 @@ fn files(library: &Library, repeats: usize) {
         assert_eq!(unsafe { path_in(folder, in_memory.as_ptr(), &mut path) }, 0);
         compare_as(
             names,
-            &format!("write {name}"),
+            &format!("a mesh to bytes of a {name}"),
             repeats,
-            || write_to(on_disk.as_ptr()),
+            || {
+                write_to(on_disk.as_ptr());
+                std::hint::black_box(std::fs::read(disk.path().join(name)).unwrap());
+            },
             || {
                 write_to(path);
                 std::hint::black_box(held(in_memory.as_ptr()));
@@ -334,9 +337,12 @@ fn files(library: &Library, repeats: usize) {
         assert_eq!(bytes, std::fs::read(disk.path().join(name)).unwrap());
         compare_as(
             names,
-            &format!("read {name}"),
+            &format!("bytes of a {name} to a mesh"),
             repeats,
-            || read_from(on_disk.as_ptr()),
+            || {
+                std::fs::write(disk.path().join(name), &bytes).unwrap();
+                read_from(on_disk.as_ptr());
+            },
             || {
                 // SAFETY: as above.
                 assert_eq!(unsafe { put(folder, in_memory.as_ptr(), bytes.as_ptr().cast(), bytes.len()) }, 0);
