@@ -11,6 +11,7 @@
 //!
 #![doc = include_str!("tour.md")]
 
+mod merge_tasks;
 mod merge_to_file;
 pub mod params;
 
@@ -82,6 +83,7 @@ pub mod scattered {
 
 pub use error::{Error, Result};
 pub use image::RangeImage;
+pub use merge_tasks::{TaskFolder, merge_task, merge_tasks_to_file};
 pub use merge_to_file::{IntoFile, merge_to_file};
 pub use mesh::TriMesh;
 pub use point_cloud::PointCloud;

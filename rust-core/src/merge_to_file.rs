@@ -64,7 +64,7 @@ fn folder<'a>(file: &'a Path, given: Option<&'a Path>) -> Result<&'a Path> {
 }
 
 /// Bytes to work with.
-fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
+pub(crate) fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
     let workers = base::threads::pool(threads)?.current_num_threads() as u64;
     let (there, known) = available();
     let there = if there.is_finite() { there as u64 } else { UNKNOWN };

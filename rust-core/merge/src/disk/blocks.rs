@@ -10,7 +10,8 @@ use rustc_hash::FxHashMap;
 
 use super::collect::Collected;
 use super::files::{Columns, Place, Stored};
-use super::{Cut, Setting};
+use super::setting::{Cut, Portion, Setting};
+use crate::FUSING;
 use crate::crossing::{BundleKey, OnLine};
 use crate::field;
 use crate::gains;
@@ -45,12 +46,13 @@ struct Entry {
 }
 
 impl Blocks {
-    /// Adds up what the segments have, as far as that is not done.
+    /// Adds up what the segments have in a portion of the blocks, as far as that is not done.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
-    pub fn fuse(collected: &Collected, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
-        let blocks = collected.blocks();
+    pub fn fuse(collected: &Collected, portion: Portion, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
+        let blocks = portion.every(collected.blocks());
+        progress.stage(FUSING, blocks.len() as u64);
         let fuse = |(number, block): (usize, [i32; 3])| {
             let path = setting.path("block", number as u32);
             if path.exists() {
@@ -70,7 +72,7 @@ impl Blocks {
             BlockFile::write(path, &bricks)?;
             progress.advance(1)
         };
-        blocks.into_par_iter().enumerate().with_max_len(1).try_for_each(fuse)
+        blocks.into_par_iter().with_max_len(1).try_for_each(fuse)
     }
 
     /// Those that are there.

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::Setting;
 use super::files::{Columns, Place, Stored, damaged};
+use super::setting::{Portion, Setting};
 use crate::bundles::{self, Added, Buckets, Found, RawBundle, in_sample};
 use crate::crossing::{BundleKey, Crossing};
 use crate::discretize::discretize;
@@ -19,11 +19,12 @@ use crate::lattice::{ACROSS, BRICK_BITS, Lattice};
 use crate::overlap::{BundleDistances, OverlapDistances};
 use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
-use crate::{DISCRETIZING, MergeParams, lines, nothing_to_merge};
+use crate::{DISCRETIZING, lines, nothing_to_merge};
 use base::error::Result;
 use base::progress::Progress;
 use image::range_image::noise::Noise;
 use image::source::{Loading, Measured, ScanSource};
+use image::triangulate::TriangulateParams;
 
 /// What all scans came to.
 pub struct Collected {
@@ -98,7 +99,6 @@ impl About {
 /// A file with crossings of some scans, added up, and where it has those of each block.
 pub struct Segment {
     path: PathBuf,
-    number: u32,
     /// Sorted.
     table: Vec<Entry>,
 }
@@ -138,39 +138,47 @@ struct Row {
     count: u32,
 }
 
-/// Finds the crossings of all scans; each worker holds `held` bytes of them at most, and those of a scan.
+/// Finds the crossings of a portion of the scans, as far as that is not done; each worker holds `held` bytes of them at most, and those of a
+/// scan. Gives the numbers of the segments.
 ///
 /// # Errors
-/// That of the first scan that can't be loaded, or counted in cells; no scan has a triangle; a segment can't be written; cancelled.
+/// That of the first scan that can't be loaded, or counted in cells; a segment can't be written; cancelled.
 pub fn collect(
     sources: &[&dyn ScanSource],
-    params: &MergeParams,
-    voxel: f64,
+    triangulation: &TriangulateParams,
+    grid: &Grid,
+    portion: Portion,
     setting: &Setting<'_>,
     progress: &Progress<'_>,
-) -> Result<Collected> {
-    let loading = Loading { triangulation: params.triangulation, cell: voxel };
-    let (lattice, samples) = first_lattice(sources, &loading, setting.corner, progress)?;
-    let workers = setting.workers(samples)?.min(sources.len());
-    progress.stage(DISCRETIZING, sources.len() as u64);
-    let known = Segment::all(setting, lattice)?;
-    let mut all = Collected { about: About::none(lattice), segments: Vec::new() };
-    for (segment, about) in known {
-        all.about.add(&about);
-        all.segments.push(segment);
+) -> Result<Vec<u32>> {
+    let Grid { lattice, samples } = *grid;
+    let loading = Loading { triangulation: *triangulation, cell: lattice.voxel };
+    let range = portion.range(sources.len());
+    progress.stage(DISCRETIZING, range.len() as u64);
+    let mut segments = Vec::new();
+    let mut done = FxHashSet::default();
+    let mut crossings = 0;
+    for (number, path) in setting.files(&kind(portion))? {
+        let (_, about) = Segment::open(path, lattice)?;
+        // Where two were at the same work their segments have the same scans.
+        if about.scans.iter().all(|scan| !done.contains(scan)) {
+            segments.push(number);
+            crossings += about.intersections;
+            done.extend(about.scans);
+        }
     }
-    let done: FxHashSet<u32> = all.about.scans.iter().copied().collect();
-    let todo: Vec<usize> = (0..sources.len()).filter(|&scan| !done.contains(&(scan as u32))).collect();
+    let todo: Vec<usize> = range.filter(|&scan| !done.contains(&(scan as u32))).collect();
     progress.advance(done.len() as u64)?;
+    let workers = setting.workers(samples)?.min(todo.len());
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let shared = Shared {
         sources,
         loading,
         lattice,
+        portion,
         setting,
-        segments: Mutex::default(),
-        names: AtomicU32::new(all.segments.iter().map(|segment| segment.number + 1).max().unwrap_or(0)),
-        crossings: AtomicU64::new(all.about.intersections),
+        segments: Mutex::new(segments),
+        crossings: AtomicU64::new(crossings),
     };
     let work = |_| {
         let mut worker = Worker { shared: &shared, buckets: Buckets::default(), about: About::none(lattice) };
@@ -195,41 +203,62 @@ pub fn collect(
     if let Some((_, error)) = workers.into_iter().filter_map(Result::err).min_by_key(|failed| failed.0) {
         return Err(error);
     }
-    for (segment, about) in shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner) {
-        all.about.add(&about);
-        all.segments.push(segment);
-    }
-    // What is added up of them does not depend on their order.
-    all.segments.sort_unstable_by_key(|segment| segment.number);
-    Ok(all)
+    Ok(shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
 }
 
-/// The grid that scans are counted in: that of the first that has a triangle; and of how many samples that is.
-fn first_lattice(
-    sources: &[&dyn ScanSource],
-    loading: &Loading,
-    corner: [i64; 3],
-    progress: &Progress<'_>,
-) -> Result<(Lattice, usize)> {
-    for source in sources {
-        let surface = source.load(loading, progress)?;
-        progress.check()?;
-        if let Some(&[first, ..]) = surface.triangles.first() {
-            let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
-            return Ok((Lattice::new(loading.cell, near, corner)?, surface.positions.len()));
+/// What the segments of a portion are called.
+fn kind(portion: Portion) -> String {
+    format!("segment-{}", portion.number)
+}
+
+/// Removes all segments.
+///
+/// # Errors
+/// A file can't be removed.
+pub fn remove(portions: u32, setting: &Setting<'_>) -> Result<()> {
+    (0..portions).try_for_each(|number| setting.remove(&kind(Portion { number, of: portions })))
+}
+
+/// The grid that scans are counted in, and of how many samples the first is.
+#[derive(Clone, Copy)]
+pub struct Grid {
+    pub lattice: Lattice,
+    pub samples: usize,
+}
+
+impl Grid {
+    /// That of the first scan that has a triangle.
+    ///
+    /// # Errors
+    /// None has; one before it can't be loaded; cells too small for where it lies; cancelled.
+    pub fn of_first(
+        sources: &[&dyn ScanSource],
+        loading: &Loading,
+        corner: [i64; 3],
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        for source in sources {
+            let surface = source.load(loading, progress)?;
+            progress.check()?;
+            if let Some(&[first, ..]) = surface.triangles.first() {
+                let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
+                let lattice = Lattice::new(loading.cell, near, corner)?;
+                return Ok(Grid { lattice, samples: surface.positions.len() });
+            }
         }
+        Err(nothing_to_merge())
     }
-    Err(nothing_to_merge())
 }
 
-/// What workers share.
+/// What workers portion.
 struct Shared<'a> {
     sources: &'a [&'a dyn ScanSource],
     loading: Loading,
     lattice: Lattice,
+    portion: Portion,
     setting: &'a Setting<'a>,
-    segments: Mutex<Vec<(Segment, About)>>,
-    names: AtomicU32,
+    /// Their numbers.
+    segments: Mutex<Vec<u32>>,
     /// Crossings written.
     crossings: AtomicU64,
 }
@@ -264,7 +293,7 @@ impl Worker<'_> {
 
     /// Writes what is held to a segment.
     fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Shared { setting, sources, names, segments, crossings, lattice, .. } = self.shared;
+        let Shared { setting, sources, portion, segments, crossings, lattice, .. } = self.shared;
         let buckets = std::mem::take(&mut self.buckets);
         let mut about = std::mem::replace(&mut self.about, About::none(*lattice));
         if about.scans.is_empty() {
@@ -274,9 +303,13 @@ impl Worker<'_> {
         let raw = bundles::gather(vec![buckets]);
         // More than those of all segments so far there will be.
         let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
-        let number = names.fetch_add(1, Relaxed);
-        let segment = (write(raw, &about, number, setting, sources.len(), are_few, progress)?, about);
-        segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(segment);
+        let (mut file, mut table) = write(raw, *portion, setting, sources.len(), are_few, progress)?;
+        let list = file.put(&about.to_numbers())?;
+        table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: 0, bundles: Place::default(), list });
+        table.sort_unstable_by_key(Entry::key);
+        let names = (0..).map(|number| setting.path(&kind(*portion), number));
+        let number = file.finish_as(&table, names)?.expect("names have no end");
+        segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(number as u32);
         Ok(())
     }
 }
@@ -284,24 +317,20 @@ impl Worker<'_> {
 /// Writes crossings of whole scans, of `scans` in all, to a segment; if `are_few`, overlaps are measured by all of them.
 fn write(
     raw: Vec<RawBundle>,
-    about: &About,
-    number: u32,
+    portion: Portion,
     setting: &Setting<'_>,
     scans: usize,
     are_few: bool,
     progress: &Progress<'_>,
-) -> Result<Segment> {
+) -> Result<(Columns, Vec<Entry>)> {
     // Bundles in rows of blocks.
     let mut rows: BTreeMap<(u8, [i32; 2]), Vec<RawBundle>> = BTreeMap::new();
     for bundle in raw {
         let row = bundle.key.across.map(|brick| setting.cut.of(brick));
         rows.entry((bundle.key.axis, row)).or_default().push(bundle);
     }
-    let path = setting.path("segment", number);
-    let mut file = Columns::new(&path)?;
+    let mut file = Columns::new(&setting.path(&kind(portion), 0))?;
     let mut table = Vec::new();
-    let list = file.put(&about.to_numbers())?;
-    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: 0, bundles: Place::default(), list });
     for ((axis, row), list) in rows {
         progress.check()?;
         let mut blocks: BTreeMap<i32, (Vec<Row>, Vec<Crossing>)> = BTreeMap::new();
@@ -341,9 +370,7 @@ fn write(
             entry(SAMPLE, [row[0], row[1], 0], false, file.put(&sampled)?, file.put(&sample)?);
         }
     }
-    table.sort_unstable_by_key(Entry::key);
-    file.finish(&table)?;
-    Ok(Segment { path, number, table })
+    Ok((file, table))
 }
 
 /// The crossings of bundles added up, which then have so many.
@@ -361,19 +388,15 @@ fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<Tally> {
 }
 
 impl Segment {
-    /// Those that a merge has left that was stopped.
-    fn all(setting: &Setting<'_>, lattice: Lattice) -> Result<Vec<(Self, About)>> {
-        let open = |(number, path): (u32, PathBuf)| {
-            let (stored, table) = Stored::open::<Entry>(&path)?;
-            let segment = Segment { path, number, table };
-            let numbers: Vec<f64> = match segment.find(ABOUT, [0; 3], 0) {
-                Some(entry) => stored.get(&entry.list)?,
-                None => Vec::new(),
-            };
-            let about = About::from_numbers(lattice, &numbers).ok_or_else(|| damaged(&segment.path))?;
-            Ok((segment, about))
+    fn open(path: PathBuf, lattice: Lattice) -> Result<(Self, About)> {
+        let (stored, table) = Stored::open::<Entry>(&path)?;
+        let segment = Segment { path, table };
+        let numbers: Vec<f64> = match segment.find(ABOUT, [0; 3], 0) {
+            Some(entry) => stored.get(&entry.list)?,
+            None => Vec::new(),
         };
-        setting.files("segment")?.into_iter().map(open).collect()
+        let about = About::from_numbers(lattice, &numbers).ok_or_else(|| damaged(&segment.path))?;
+        Ok((segment, about))
     }
 
     /// Where it has what there is in a block, or of a row of blocks the sample.
@@ -384,6 +407,23 @@ impl Segment {
 }
 
 impl Collected {
+    /// All segments: the numbers that [`collect`] gave for each portion.
+    ///
+    /// # Errors
+    /// A file can't be read.
+    pub fn open(portions: &[Vec<u32>], lattice: Lattice, setting: &Setting<'_>) -> Result<Self> {
+        let mut all = Collected { about: About::none(lattice), segments: Vec::new() };
+        for (number, segments) in (0..).zip(portions) {
+            let kind = kind(Portion { number, of: portions.len() as u32 });
+            for &segment in segments {
+                let (segment, about) = Segment::open(setting.path(&kind, segment), lattice)?;
+                all.about.add(&about);
+                all.segments.push(segment);
+            }
+        }
+        Ok(all)
+    }
+
     /// The blocks in which there is anything, in order.
     pub fn blocks(&self) -> Vec<[i32; 3]> {
         self.all(BLOCK, |entry| entry.block)
@@ -398,9 +438,9 @@ impl Collected {
         all
     }
 
-    /// Steps that adding up and measuring take.
-    pub fn steps(&self) -> u64 {
-        (self.blocks().len() + self.all(SAMPLE, |entry| (entry.axis, entry.block)).len()) as u64
+    /// Rows of blocks that overlaps are measured in.
+    pub fn rows(&self) -> usize {
+        self.all(SAMPLE, |entry| (entry.axis, entry.block)).len()
     }
 
     /// How far the scans lie from each other, of which there are so many.
@@ -418,7 +458,9 @@ impl Collected {
                 let stored = Stored::again(&segment.path)?;
                 let list: Vec<Crossing> = stored.get(&entry.list)?;
                 for (across, list) in by_bundle(&stored.get(&entry.bundles)?, &list) {
-                    bundles.entry(across).or_default().push(list.to_vec());
+                    let key = BundleKey { axis: axis as u8, across };
+                    let is_told = |crossing: &Crossing| sampled.is_none_or(|scans| in_sample(&key, crossing, scans));
+                    bundles.entry(across).or_default().push(list.iter().copied().filter(is_told).collect());
                 }
             }
             let measured = bundles.into_iter().map(|(across, chunks)| {

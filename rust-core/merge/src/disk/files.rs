@@ -81,14 +81,36 @@ impl Columns {
     ///
     /// # Errors
     /// It can't be written.
-    pub fn finish<T: NoUninit>(mut self, table: &[T]) -> Result<u64> {
+    pub fn finish<T: NoUninit>(self, table: &[T]) -> Result<()> {
+        let (file, path, at) = self.whole(table)?;
+        file.persist(&path).map_err(|error| cant_write(&path, at, error.error))?;
+        Ok(())
+    }
+
+    /// As [`Columns::finish`], with the first of these names that no file has yet; gives its place among them, nothing where files have
+    /// all.
+    ///
+    /// # Errors
+    /// It can't be written.
+    pub fn finish_as<T: NoUninit>(self, table: &[T], names: impl Iterator<Item = PathBuf>) -> Result<Option<usize>> {
+        let (mut file, _, at) = self.whole(table)?;
+        for (place, path) in names.enumerate() {
+            match file.persist_noclobber(&path) {
+                Ok(_) => return Ok(Some(place)),
+                Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => file = error.file,
+                Err(error) => return Err(cant_write(&path, at, error.error)),
+            }
+        }
+        Ok(None)
+    }
+
+    /// The file once all is written, the path it was begun for, and its bytes.
+    fn whole<T: NoUninit>(mut self, table: &[T]) -> Result<(NamedTempFile, PathBuf, u64)> {
         let table = self.put(table)?;
         self.put(&[Tail { table, mark: MARK }])?;
         let Columns { file, path, at } = self;
-        let failed = |error| cant_write(&path, at, error);
-        let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-        file.persist(&path).map_err(|error| failed(error.error))?;
-        Ok(at)
+        let file = file.into_inner().map_err(|error| cant_write(&path, at, error.into_error()))?;
+        Ok((file, path, at))
     }
 
     fn failed(&self, error: std::io::Error) -> Error {
@@ -230,6 +252,13 @@ mod tests {
         file.put(&[1_u8; 100]).unwrap();
         drop(file);
         assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+        // What has a name keeps it.
+        let names = ["a", "b"].map(|name| folder.path().join(name));
+        for expected in [Some(0), Some(1), None] {
+            let file = Columns::new(&names[0]).unwrap();
+            assert_eq!(file.finish_as::<Place>(&[], names.iter().cloned()).unwrap(), expected);
+        }
+        assert_eq!(folder.path().read_dir().unwrap().count(), 2);
         let nowhere = folder.path().join("nowhere").join("columns");
         let text = Columns::new(&nowhere).map(|_| ()).unwrap_err().to_string();
         assert!(text.contains("nowhere"), "{text}");

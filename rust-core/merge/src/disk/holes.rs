@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use rustc_hash::FxHashMap;
 
-use super::Setting;
 use super::numbers::NONE;
+use super::setting::Setting;
 use super::whole::{Changes, Whole, Window};
 use crate::close::Limit;
 use crate::connected::parts;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::files::{Columns, Place, Stored};
-use super::{Cut, Setting};
+use super::setting::{Cut, Portion, Setting};
 use crate::colour::Gains;
 use crate::field::{BrickLabels, Rule, Vertex, Vertices};
 use crate::fuse::{self, Labelled};
@@ -67,7 +67,7 @@ impl From<&Kept> for Vertex {
 }
 
 impl BlockLabels {
-    /// Labels all blocks, as far as that is not done.
+    /// Labels a portion of the blocks, as far as that is not done.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
@@ -75,6 +75,7 @@ impl BlockLabels {
         blocks: &Blocks,
         rule: &Rule,
         gains: &Gains,
+        portion: Portion,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
     ) -> Result<()> {
@@ -83,6 +84,7 @@ impl BlockLabels {
         let mut list: Vec<[i32; 3]> = blocks.list().flat_map(|block| cut.around(block, 1)).collect();
         list.sort_unstable();
         list.dedup();
+        let list = portion.every(list);
         progress.stage(LABELLING, list.len() as u64);
         let label = |(number, block): (usize, [i32; 3])| {
             let path = setting.path("labels", number as u32);
@@ -99,7 +101,7 @@ impl BlockLabels {
             LabelFile::write(path, &found)?;
             progress.advance(1)
         };
-        list.into_par_iter().enumerate().with_max_len(1).try_for_each(label)
+        list.into_par_iter().with_max_len(1).try_for_each(label)
     }
 
     /// Those that are there.

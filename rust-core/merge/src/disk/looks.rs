@@ -2,41 +2,52 @@
 
 use rayon::prelude::*;
 
-use super::Setting;
 use super::blocks::{Blocks, in_bundle};
 use super::files::{Columns, Place, Stored};
+use super::setting::{Portion, Setting};
 use crate::LOOKING;
 use crate::intake::Discretized;
 use crate::lattice::{BRICK, BRICK_BITS, Lattice};
-use crate::sight::{is_through, lines_of_sight, look, voters};
-use base::error::Result;
+use crate::sight::{self, is_through, lines_of_sight};
+use base::error::{Error, Result};
 use base::progress::Progress;
 use glam::DVec3;
+use image::range_image::noise::Noise;
 use image::sight::{LinesOfSight, Seen};
 use image::source::ScanSource;
 
 /// How many see a surface at a tally, and through it.
 type Votes = [u8; 2];
 
-/// Drops of all blocks what scans see through; gives the number of tallies dropped. Surfaces may be off by `tolerance`, in world units.
+/// What the votes of a portion of the voters are called.
+fn kind(portion: u32) -> String {
+    format!("votes-{portion}")
+}
+
+/// Asks a portion of the scans that have lines of sight about all blocks. Surfaces may be off by `tolerance`, in world units.
 ///
 /// # Errors
 /// A scan can't be loaded any more; a file can't be read or written; cancelled.
-pub fn drop_seen_through(
+pub fn look(
     blocks: &Blocks,
     sources: &[&dyn ScanSource],
     found: &Discretized,
     tolerance: f64,
+    portion: Portion,
     setting: &Setting<'_>,
     progress: &Progress<'_>,
-) -> Result<u64> {
-    let voters = voters(&found.images);
+) -> Result<()> {
+    let voters: Vec<(u32, &Noise)> =
+        portion.every(sight::voters(&found.images)).into_iter().map(|voter| voter.1).collect();
     if voters.is_empty() {
-        return Ok(0);
+        return Ok(());
     }
     progress.stage(LOOKING, voters.len() as u64);
     let list: Vec<[i32; 3]> = blocks.list().collect();
-    let path = |number: usize| setting.path("votes", number as u32);
+    // Another who is at the same work batches them otherwise, perhaps.
+    let own = tempfile::Builder::new().prefix("unfinished-").tempdir_in(setting.folder);
+    let own = own.map_err(|error| Error::io(setting.folder, error))?;
+    let path = |number: usize| own.path().join(format!("{number:06}"));
     let mut is_voted = vec![false; list.len()];
     let mut rest = &voters[..];
     while !rest.is_empty() {
@@ -70,16 +81,42 @@ pub fn drop_seen_through(
         };
         is_voted = list.par_iter().enumerate().with_max_len(1).map(ask).collect::<Result<_>>()?;
     }
-    let mut dropped = 0;
-    setting.remove("left")?;
-    for (number, &block) in list.iter().enumerate().filter(|(number, _)| is_voted[*number]) {
+    for number in (0..list.len()).filter(|&number| is_voted[number]) {
+        let name = setting.path(&kind(portion.number), number as u32);
+        std::fs::rename(path(number), &name).map_err(|error| Error::io(&name, error))?;
+    }
+    Ok(())
+}
+
+/// Drops of a portion of the blocks what scans see through, by the votes of so many portions; gives the number of tallies dropped.
+///
+/// # Errors
+/// A file can't be read or written; cancelled.
+pub fn drop_seen_through(
+    blocks: &Blocks,
+    portions: u32,
+    portion: Portion,
+    setting: &Setting<'_>,
+    progress: &Progress<'_>,
+) -> Result<u64> {
+    let drop = |(number, block): (usize, [i32; 3])| {
         progress.check()?;
-        let votes = read(&path(number))?;
+        let mut all: Vec<Votes> = Vec::new();
+        for of in 0..portions {
+            let path = setting.path(&kind(of), number as u32);
+            if !path.exists() {
+                continue;
+            }
+            let votes = read(&path)?;
+            all.resize(votes.len(), [0; 2]);
+            for (all, votes) in all.iter_mut().zip(votes) {
+                (0..2).for_each(|way| all[way] = all[way].saturating_add(votes[way]));
+            }
+        }
         let goes = |votes: &Votes| is_through(votes[1].into(), votes[0].into());
-        let gone = votes.iter().filter(|votes| goes(votes)).count() as u64;
+        let gone = all.iter().filter(|votes| goes(votes)).count() as u64;
         if gone > 0 {
-            dropped += gone;
-            let mut votes = votes.iter();
+            let mut votes = all.iter();
             let mut bricks = blocks.read(block)?;
             bricks
                 .iter_mut()
@@ -88,9 +125,17 @@ pub fn drop_seen_through(
             bricks.retain(|brick| brick.1.iter().any(|list| !list.is_empty()));
             blocks.write_left(number, bricks, setting)?;
         }
-        let _ = std::fs::remove_file(path(number));
-    }
-    Ok(dropped)
+        Ok(gone)
+    };
+    portion.every(blocks.list().collect()).into_par_iter().with_max_len(1).map(drop).sum()
+}
+
+/// Removes all votes.
+///
+/// # Errors
+/// A file can't be removed.
+pub fn remove(portions: u32, setting: &Setting<'_>) -> Result<()> {
+    (0..portions).try_for_each(|portion| setting.remove(&kind(portion)))
 }
 
 fn read(path: &std::path::Path) -> Result<Vec<Votes>> {
@@ -133,7 +178,7 @@ impl Looking<'_> {
             for (axis, list) in lists.into_iter().enumerate() {
                 let bundle = in_bundle(brick, axis, list);
                 for sight in &sights {
-                    look(sight, &bundle, self.lattice, self.tolerance, |tally, seen| {
+                    sight::look(sight, &bundle, self.lattice, self.tolerance, |tally, seen| {
                         is_any = true;
                         let vote = &mut votes[first + tally][usize::from(seen == Seen::Through)];
                         *vote = vote.saturating_add(1);

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
-use super::{Cut, Setting, Workspace, kept_folder, merge, run};
+use super::setting::{Cut, Setting};
+use super::{Tasks, Workspace, kept_folder, merge, run};
 use crate::sight::tests::{BOX, CELL, FLOOR, cuboids, frames};
 use crate::tests::{clean_scans, scans, scans_with};
 use crate::{MergeParams, Merged, PlacedMesh, ScanSource, Setup};
@@ -33,7 +34,9 @@ fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: 
     // Of those who vote as many are loaded at a time as there are threads, and more only if they may be held.
     let pool = base::threads::pool(if held == 0 { 1 } else { 3 }).unwrap();
     let mut mesh = TriMesh::default();
-    let report = pool.install(|| merge(sources, params, &setting, &mut mesh, &Progress::none())).unwrap();
+    // The work of a stage is one task, or cut into several.
+    let tasks = Tasks { sources, params, setting, portions: if held == 0 { 3 } else { 1 } };
+    let report = pool.install(|| merge(tasks, &mut mesh, &Progress::none())).unwrap();
     without_cost(Merged { mesh, report })
 }
 
@@ -96,7 +99,8 @@ fn neither_threads_nor_order_nor_base_matter() {
             Setting { folder: folder.path(), cut: Cut { side: 1 }, held: 1 << 14, memory: 1 << 30, kept: 0, corner };
         let mut mesh = TriMesh::default();
         let pool = base::threads::pool(threads).unwrap();
-        pool.install(|| merge(&sources, &params, &setting, &mut mesh, &Progress::none())).unwrap();
+        let tasks = Tasks { sources: &sources, params: &params, setting, portions: threads as u32 };
+        pool.install(|| merge(tasks, &mut mesh, &Progress::none())).unwrap();
         mesh
     };
     // Its middle is the corner of eight blocks.
@@ -225,21 +229,22 @@ fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);
 
     // Other scans and other parameters have another folder; what is damaged is told; two are not at work at once.
-    assert!(go_on(300).is_err());
     let left =
         || folder.path().read_dir().unwrap().map(|file| file.unwrap().path()).find(|path| path.is_dir()).unwrap();
+    let is_stopped_with = |checks| go_on(checks).is_err() && left().join("segment-0-000000").exists();
+    assert!((1..100).any(|checks| is_stopped_with(10 * checks)));
     let (_, lock) = kept_folder(folder.path(), 7, &params).unwrap();
     let text = go_on(u64::MAX).unwrap_err().to_string();
     assert!(text.contains("another merge of the same scans is at work"), "{text}");
     drop(lock);
     let other = Workspace { scans: Some(8), ..workspace };
     run(&sources, &params, other, &mut TriMesh::default(), &Progress::none()).unwrap();
-    let segment = left().join("segment-000000");
+    let segment = left().join("segment-0-000000");
     let mut bytes = std::fs::read(&segment).unwrap();
     bytes[5] ^= 1;
     std::fs::write(&segment, bytes).unwrap();
     let text = go_on(u64::MAX).unwrap_err().to_string();
-    assert!(text.contains("segment-000000") && text.contains("is damaged"), "{text}");
+    assert!(text.contains("segment-0-000000") && text.contains("is damaged"), "{text}");
 }
 
 #[test]

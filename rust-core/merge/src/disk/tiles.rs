@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::Setting;
 use super::files::{Columns, Place, Stored, damaged};
 use super::labels::BlockLabels;
+use super::setting::{Portion, Setting};
+use crate::BUILDING;
 use crate::extract::{Case, Surface};
 use crate::lattice::Lattice;
 use crate::tile::Part;
@@ -103,11 +104,18 @@ pub fn open(setting: &Setting<'_>) -> Result<Vec<TileFile>> {
     setting.files("tile")?.into_iter().map(|(_, path)| TileFile::open(path)).collect()
 }
 
-/// Makes the tiles of all blocks that have a part of the surface, as far as that is not done.
+/// Makes the tiles of a portion of the blocks that have a part of the surface, as far as that is not done.
 ///
 /// # Errors
 /// A file can't be read or written; cancelled.
-pub fn build(labels: &BlockLabels, lattice: &Lattice, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
+pub fn build(
+    labels: &BlockLabels,
+    lattice: &Lattice,
+    portion: Portion,
+    setting: &Setting<'_>,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    progress.stage(BUILDING, 2 * labels.bricks() / u64::from(portion.of));
     let build = |(number, block): (usize, [i32; 3])| {
         progress.check()?;
         let path = setting.path("tile", number as u32);
@@ -122,7 +130,7 @@ pub fn build(labels: &BlockLabels, lattice: &Lattice, setting: &Setting<'_>, pro
         let is_none = tile.own == 0 && tile.surface.triangles.is_empty();
         if is_none { Ok(()) } else { TileFile::write(path, tile) }
     };
-    labels.blocks().into_par_iter().enumerate().with_max_len(1).try_for_each(build)
+    portion.every(labels.blocks()).into_par_iter().with_max_len(1).try_for_each(build)
 }
 
 impl Tiles for [TileFile] {

@@ -1,0 +1,184 @@
+//! The folder of a merge, and what follows from the memory there is; how space is cut into blocks, and work into portions.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use super::files::{Columns, Place, Stored, damaged};
+use crate::tiles::Block;
+use base::error::{Error, Result};
+use base::memory::size;
+
+/// Bytes that loading a scan takes, for each of its samples and beside. Measured.
+const BYTES_A_SAMPLE: u64 = 160;
+const SCAN: u64 = 1 << 20;
+/// Bytes that a brick takes, with those around a block and what is made of it: a block has some twice as many with a part of the surface as
+/// it has along two sides. Measured.
+const BYTES_A_BRICK: f64 = 0.75e6;
+
+/// The folder, and what follows from the memory there is.
+pub struct Setting<'a> {
+    pub folder: &'a Path,
+    pub cut: Cut,
+    /// Bytes that all may take.
+    pub memory: u64,
+    /// Bytes of crossings that a worker holds.
+    pub held: u64,
+    /// Crossings of all scans up to which overlaps are measured by all of them.
+    pub kept: u64,
+    pub corner: [i64; 3],
+}
+
+impl<'a> Setting<'a> {
+    /// For the threads that this thread's work is shared by.
+    pub fn of(folder: &'a Path, memory: u64) -> Self {
+        let workers = rayon::current_num_threads() as u64;
+        let each = memory / workers;
+        let side = (each as f64 / (2.0 * BYTES_A_BRICK)).sqrt() as i32;
+        Setting {
+            folder,
+            cut: Cut { side: side.clamp(2, 64) },
+            memory,
+            held: (each / 6).max(1 << 20),
+            kept: crate::bundles::MANY,
+            corner: [0; 3],
+        }
+    }
+
+    /// How many scans of so many samples may be loaded at a time.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`]: not one.
+    pub fn workers(&self, samples: usize) -> Result<usize> {
+        let each = SCAN + BYTES_A_SAMPLE * samples as u64 + self.held;
+        match self.memory / each {
+            0 => Err(Error::OutOfMemory(format!(
+                "scans of {samples} samples need {} or more even in files, {} are allowed",
+                size(each as f64),
+                size(self.memory as f64)
+            ))),
+            workers => Ok((workers as usize).min(rayon::current_num_threads())),
+        }
+    }
+
+    /// Where a file of a kind is, by its number.
+    pub fn path(&self, kind: &str, number: u32) -> PathBuf {
+        self.folder.join(format!("{kind}-{number:06}"))
+    }
+
+    /// The files of a kind that are complete, with their numbers, in order.
+    pub fn files(&self, kind: &str) -> Result<Vec<(u32, PathBuf)>> {
+        let failed = |error| Error::io(self.folder, error);
+        let mut files = Vec::new();
+        for file in self.folder.read_dir().map_err(failed)? {
+            let path = file.map_err(failed)?.path();
+            let name = path.file_name().and_then(|name| name.to_str());
+            if let Some(number) = name.and_then(|name| name.strip_prefix(kind)?.strip_prefix('-')?.parse().ok()) {
+                files.push((number, path));
+            }
+        }
+        files.sort_unstable();
+        Ok(files)
+    }
+
+    /// Removes the files of a kind.
+    pub fn remove(&self, kind: &str) -> Result<()> {
+        let remove = |(_, path): (u32, PathBuf)| match std::fs::remove_file(&path) {
+            // Somebody else has done so.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+            done => done.map_err(|error| Error::io(&path, error)),
+        };
+        self.files(kind)?.into_iter().try_for_each(remove)
+    }
+
+    /// Keeps numbers in a file of a kind; where there is one, that one stays.
+    pub fn keep(&self, kind: &str, number: u32, numbers: &[f64]) -> Result<()> {
+        let path = self.path(kind, number);
+        let mut file = Columns::new(&path)?;
+        let place = file.put(numbers)?;
+        file.finish_as(&[place], std::iter::once(path)).map(|_| ())
+    }
+
+    /// The numbers of a file that [`Setting::keep`] made, if there is one.
+    pub fn recall(&self, kind: &str, number: u32) -> Result<Option<Vec<f64>>> {
+        let path = self.path(kind, number);
+        if !path.exists() {
+            return Ok(None);
+        }
+        let (stored, table) = Stored::open::<Place>(&path)?;
+        stored.get(table.first().ok_or_else(|| damaged(&path))?).map(Some)
+    }
+}
+
+/// Which of what there is to do a task does.
+#[derive(Clone, Copy, Debug)]
+pub struct Portion {
+    pub number: u32,
+    pub of: u32,
+}
+
+impl Portion {
+    /// A run of a list of so many: what lies beside each other.
+    pub fn range(self, count: usize) -> Range<usize> {
+        let first = |number: u32| (u64::from(number) * count as u64 / u64::from(self.of)) as usize;
+        first(self.number)..first(self.number + 1)
+    }
+
+    /// Of what is in a list every so-manieth, with its place: what takes long lies beside each other.
+    pub fn every<T>(self, list: Vec<T>) -> Vec<(usize, T)> {
+        let is_own = |place: usize| place % self.of as usize == self.number as usize;
+        list.into_iter().enumerate().filter(|(place, _)| is_own(*place)).collect()
+    }
+}
+
+/// How space is cut into blocks: cubes of so many bricks a side.
+#[derive(Clone, Copy, Debug)]
+pub struct Cut {
+    pub side: i32,
+}
+
+impl Cut {
+    /// The block that a brick is in, along an axis.
+    pub fn of(&self, brick: i32) -> i32 {
+        brick.div_euclid(self.side)
+    }
+
+    pub fn block(&self, block: [i32; 3]) -> Block {
+        Block::around(block.map(|at| at * self.side), self.side)
+    }
+
+    /// Blocks that have bricks within so many of a block, itself among them.
+    pub fn around(&self, block: [i32; 3], bricks: i32) -> impl Iterator<Item = [i32; 3]> + use<> {
+        let reach = (bricks + self.side - 1).div_euclid(self.side);
+        let wide = 2 * reach + 1;
+        (0..wide * wide * wide).map(move |i| {
+            let by = [i / (wide * wide), i / wide % wide, i % wide];
+            [0, 1, 2].map(|axis| block[axis] + by[axis] - reach)
+        })
+    }
+
+    /// Whether a brick is in a block or at most so many bricks beside it.
+    pub fn is_near(&self, brick: [i32; 3], block: [i32; 3], bricks: i32) -> bool {
+        (0..3).all(|i| {
+            let low = block[i] * self.side;
+            (low - bricks..low + self.side + bricks).contains(&brick[i])
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_all_and_nothing_twice() {
+        for (count, of) in [(0, 1), (0, 5), (3, 7), (7, 3), (100, 8), (8, 8)] {
+            let portions = || (0..of).map(|number| Portion { number, of });
+            let runs: Vec<usize> = portions().flat_map(|portion| portion.range(count)).collect();
+            assert_eq!(runs, (0..count).collect::<Vec<_>>());
+            let mut every: Vec<(usize, usize)> =
+                portions().flat_map(|portion| portion.every((0..count).collect())).collect();
+            every.sort_unstable();
+            assert_eq!(every, (0..count).map(|i| (i, i)).collect::<Vec<_>>());
+        }
+    }
+}
