@@ -231,6 +231,7 @@ def main():
         "lint",
         "build",
         "python",
+        "distributed",
         "docs",
         "bench",
         *(f"blender-{v}" for v in BLENDER),
@@ -257,6 +258,7 @@ def main():
         python = environment("bench")
         peers = {"SURFRECON_PEERS": python} if python else {}
         total.add(pytest("Python tests", "python", "tests/python", {"PYTHONPATH": files} | library | peers))
+        total.add(pytest("merges on a cluster", "distributed", "tests/distributed", {"PYTHONPATH": files}))
         total.add(pytest("site and examples", "docs", "tests/docs", {"PYTHONPATH": files} | library))
         extension = run("Blender extension", [sys.executable, "tools/build_extension.py"], PlainOutput())
         total.add(extension)

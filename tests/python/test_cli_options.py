@@ -39,12 +39,12 @@ def some_value(row):
     if row.kind == "choice":
         name = row.choices[-1][0]
         return name, name
-    if row.kind in ("text", "folder"):
+    if row.kind in ("text", "file", "folder"):
         return "a b", "a b"
     if row.kind in ("counts", "numbers"):
         number = int if row.kind == "counts" else float
         return "1,2,3,4", [number(k) for k in (1, 2, 3, 4)]
-    low, high = max(row.minimum, -100.0), min(row.maximum, 100.0)
+    low, high = max(getattr(row, "minimum", 0.0), -100.0), min(getattr(row, "maximum", 100.0), 100.0)
     if row.kind == "count":
         return str(int(low) + 1), int(low) + 1
     value = low + (high - low) / 3
@@ -74,12 +74,12 @@ def some_wrong_value(row):
         return "1,x", row.allowed
     if isinstance(row, surfrecon.Parameter) and math.isfinite(row.minimum):
         return str(int(row.minimum) - 1), row.allowed
-    return "x", "a finite number"
+    return "x", row.allowed if row.kind == "count" else "a finite number"
 
 
 @pytest.mark.parametrize(
     "command, row",
-    [(command, row) for command, row in ROWS if row.kind not in ("flag", "text", "folder")],
+    [(command, row) for command, row in ROWS if row.kind not in ("flag", "text", "file", "folder")],
     ids=lambda of: of if isinstance(of, str) else of.name,
 )
 def test_a_wrong_value_names_option_and_range(command, row):

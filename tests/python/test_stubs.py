@@ -14,7 +14,7 @@ pytest.importorskip("mypy")
 SETTINGS = """
 [mypy]
 strict = True
-[mypy-matplotlib.*,shtab.*,tqdm.*]
+[mypy-distributed.*,fsspec.*,matplotlib.*,shtab.*,tqdm.*]
 ignore_missing_imports = True
 follow_imports = skip
 disallow_any_unimported = False

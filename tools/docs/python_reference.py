@@ -31,6 +31,7 @@ PAGES = {
         "TurntableFound",
     ],
     "Merging": ["merge", "merge_to_file", "MergeResult", "MergeReport", "Merger"],
+    "Merging on a cluster": ["distributed.merge", "distributed.Plan", "distributed.Stage"],
     "Sculpting one scan": ["sculpt", "Sculptor", "Sculpted", "SculptReport"],
     "Quad grids and splines": ["adaptive_quads", "QuadGrid", "Spline", "QuadReport"],
     "Surfaces through points": ["reconstruct", "Reconstructor", "Reconstructed", "ReconstructReport"],
@@ -96,7 +97,7 @@ class Declared:
 def public_names():
     """Every public name of the package, as users write it behind ``surfrecon.``."""
     names = list(importlib.import_module("surfrecon").__all__)
-    for module in ("plot", "bar"):
+    for module in ("plot", "bar", "distributed"):
         names += [f"{module}.{name}" for name in importlib.import_module(f"surfrecon.{module}").__all__]
     return names
 

@@ -23,6 +23,7 @@
 //! | `align` | scans without poses to one frame |
 //! | `merge`, `merger`, `again` | the merge and its report; once more, as scans change |
 //! | `merge_to_file` | that of more scans than memory holds |
+//! | `merge_tasks` | that by several processes |
 //! | `sculpt` | a range image to few triangles |
 //! | `cluster` | a dense mesh to well-shaped triangles |
 //! | `quads` | a range image to a grid of quads |
@@ -50,6 +51,7 @@ mod job;
 mod measure;
 mod memory_folder;
 mod merge;
+mod merge_tasks;
 mod merge_to_file;
 mod merger;
 mod mesh;
@@ -98,6 +100,8 @@ mod _native {
     use crate::memory_folder::{MemoryFolder, MemoryPath};
     #[pymodule_export]
     use crate::merge::{MergeResult, merge};
+    #[pymodule_export]
+    use crate::merge_tasks::{_merge_stages, _merge_task, _merge_tasks_to_file};
     #[pymodule_export]
     use crate::merge_to_file::merge_to_file;
     #[pymodule_export]

@@ -23,6 +23,9 @@ from ._reports import (
 )
 
 __all__ = [
+    "_merge_stages",
+    "_merge_task",
+    "_merge_tasks_to_file",
     "Aligner",
     "Alignment",
     "Box",
@@ -949,6 +952,30 @@ def merge_to_file(
     encoding: Literal["binary", "binary_double"] | None = None,
     provenance: Mapping[str, Any] | None = None,
     progress: _Progress | None = None,
+) -> MergeReport: ...
+def _merge_stages(tasks: int) -> list[tuple[str, int]]: ...
+def _merge_task(
+    scans: Iterable[_Mergeable],
+    folder: _Path,
+    stage: str,
+    number: int,
+    *,
+    tasks: int,
+    max_memory: int | None = None,
+    progress: _Progress | None = None,
+    **options: Any,
+) -> None: ...
+def _merge_tasks_to_file(
+    scans: Iterable[_Mergeable],
+    folder: _Path,
+    path: _File,
+    *,
+    tasks: int,
+    max_memory: int | None = None,
+    encoding: str | None = None,
+    provenance: Mapping[str, Any] | None = None,
+    progress: _Progress | None = None,
+    **options: Any,
 ) -> MergeReport: ...
 
 @final

@@ -8,8 +8,8 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::collect::Collected;
 use super::files::{Columns, Place, Stored};
+use super::segments::Collected;
 use super::setting::{Cut, Portion, Setting};
 use crate::FUSING;
 use crate::crossing::{BundleKey, OnLine};

@@ -5,7 +5,7 @@
 //!
 //! | stage | file | leaves |
 //! |---|---|---|
-//! | 1 | `collect` | segments: crossings of some scans, added up, by block |
+//! | 1 | `collect` | crossings of some scans, added up, by block: `segments` |
 //! | 3 | `blocks` | what all scans come to, by block |
 //! | | `looks` | of these what scans do not see through |
 //! | 4 | `labels` | labels and vertices, by block |
@@ -20,6 +20,7 @@ mod labels;
 mod looks;
 mod noise;
 mod numbers;
+mod segments;
 mod setting;
 mod stages;
 mod tiles;

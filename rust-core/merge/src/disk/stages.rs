@@ -4,10 +4,11 @@
 //! mark stays. So one that was stopped is done again, and one that is done is not.
 
 use super::blocks::Blocks;
-use super::collect::{self, About, Collected, Grid};
+use super::collect::{self, Grid};
 use super::files::damaged;
 use super::labels::BlockLabels;
 use super::looks;
+use super::segments::{self, About, Collected};
 use super::setting::{Cut, Portion, Setting};
 use super::tiles;
 use crate::fuse::Reaches;
@@ -237,7 +238,7 @@ impl<'a> Tasks<'a> {
     fn look(&self, planned: Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
         self.all(Stage::Fuse)?;
         if portion.number == 0 {
-            collect::remove(self.portions, &self.setting)?;
+            segments::remove(self.portions, &self.setting)?;
         }
         let Known { sources, about, reaches, report } = self.compared(planned)?;
         let tolerance = reaches.tolerance * report.voxel;

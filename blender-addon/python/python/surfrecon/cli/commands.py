@@ -65,7 +65,9 @@ class Command:
             encoding = request.parameters.get("encoding", "binary")
             if self.meshes and encoding != "binary" and ending != ".ply":
                 raise UsageError(f'{output}: only .ply has the encoding "{encoding}"')
-        if "workspace" in request.parameters:
+        if request.command == "plan":
+            _check_plan(request)
+        elif "workspace" in request.parameters:
             _check_workspace(request)
         levels = request.parameters.get("levels")
         if levels is None:
@@ -93,6 +95,18 @@ def _check_workspace(request: Request) -> None:
         raise UsageError('with a workspace the surface is written piece by piece, in binary: encoding "ascii" is none')
     if request.parameters.get("measure"):
         raise UsageError("give measure or workspace, not both: surfrecon measure takes the file and the scans")
+
+
+def _check_plan(request: Request) -> None:
+    surface, workspace = request.parameters.get("surface"), request.parameters.get("workspace")
+    if surface is None:
+        raise UsageError("plan needs --surface, the file that the merge is to make")
+    if not surface.lower().endswith(".ply"):
+        raise UsageError(f"{surface}: the surface is written piece by piece, which only .ply is")
+    if request.parameters.get("encoding") == "ascii":
+        raise UsageError('the surface is written piece by piece, in binary: encoding "ascii" is none')
+    if workspace is not None and "://" not in workspace and not os.path.isdir(workspace):
+        raise UsageError(f"{workspace}: the workspace must be a folder that exists")
 
 
 def _written(*kinds: str) -> tuple[str, ...]:
@@ -179,6 +193,27 @@ COMMANDS = {
             ),
             _MESHES,
             meshes=True,
+        ),
+        Command(
+            "plan",
+            "a merge cut into tasks, for several processes and machines",
+            "Plans a merge, of which surfrecon task does the tasks: on a cluster each in a job of its own, or all of "
+            "them one after the other, where it goes on if it was stopped. Stages follow each other; the tasks of a "
+            "stage need nothing of each other.",
+            "SCANS",
+            operations.plan,
+            ("merge", "triangulate", "write"),
+            (
+                Own("surface", "file", "What the merge makes: a .ply file."),
+                Own(
+                    "workspace",
+                    "folder",
+                    "Tasks leave up to 200 bytes for each intersection of a scan with the grid in a folder there, "
+                    "which all processes reach: a folder, or a URL that fsspec knows. Default: the plan's folder.",
+                ),
+                Own("tasks", "count", "How many tasks a stage has; some stages are one task. Default: 16."),
+            ),
+            ("json",),
         ),
         Command(
             "sculpt",

@@ -144,7 +144,7 @@ def _parameters(command: Command, own: Any, defaults: dict[str, Any]) -> dict[st
 
 
 def _placed(command: Command, parameters: dict[str, Any], folder: str) -> dict[str, Any]:
-    """The parameters, with folders as all files of a manifest: beside it."""
+    """The parameters, with files and folders as all of a manifest: beside it."""
     options = command.options()
-    is_folder = {name: options[name].kind == "folder" for name in parameters}
-    return {name: os.path.join(folder, value) if is_folder[name] else value for name, value in parameters.items()}
+    is_path = {name: options[name].kind in ("file", "folder") for name in parameters}
+    return {name: os.path.join(folder, value) if is_path[name] else value for name, value in parameters.items()}

@@ -12,12 +12,13 @@ import numpy as np
 from .. import _native
 from .._errors import InputError
 from .._report import Report
+from ..distributed import Plan
 from . import contents, inputs, record
 from .progress import Shown
 from .requests import UsageError
 from .work import Made, Work, Write
 
-__all__ = ["align", "cluster", "convert", "info", "measure", "merge", "quads", "reconstruct", "sculpt"]
+__all__ = ["align", "cluster", "convert", "info", "measure", "merge", "plan", "quads", "reconstruct", "sculpt"]
 
 
 def info(work: Work) -> Made:
@@ -113,6 +114,39 @@ def merge(work: Work) -> Made:
         report = Report(report | {"distances": distances})
         lines.append(f"distances of the vertices from the scans: {_figures(distances)}")
     return Made(report, lines, _writer(work, result.mesh))
+
+
+def plan(work: Work) -> Made:
+    """Cuts a merge into tasks."""
+    work.open()
+    parameters = work.request.parameters
+    surface = parameters["surface"]
+    work.refuse([surface])
+    reading = work.given("open") | work.request.of("camera", "crs")
+    if "crs" in reading:
+        reading["crs"] = inputs.system(reading["crs"])
+    # The surface says what made it, as that of one process does.
+    said = record.provenance(work)
+    if said is not None:
+        of_merge = {name: value for name, value in said["parameters"].items() if name not in _PLANNING}
+        said = {**said, "command": "merge", "parameters": of_merge}
+    given = work.given("merge", "triangulate") | work.request.of("workspace", "tasks", "encoding")
+    made = Plan.make(str(work.request.output), work.request.inputs, surface, reading=reading, provenance=said, **given)
+    stages: list[dict[str, Any]] = [
+        {"name": stage.name, "first": stage.tasks[0], "last": stage.tasks[-1]} for stage in made.stages
+    ]
+    lines = [f"{stages[-1]['last'] + 1} tasks, which leave what they find in {made.folder}"]
+    lines += [f"  {_tasks(stage)}" for stage in stages]
+    return Made(Report({"folder": made.folder, "stages": stages}), lines, lambda *_: None)
+
+
+# What of a plan a merge by one process does not have.
+_PLANNING = ("surface", "tasks")
+
+
+def _tasks(stage: dict[str, Any]) -> str:
+    first, last = stage["first"], stage["last"]
+    return f"{stage['name']}: {first}" if first == last else f"{stage['name']}: {first} to {last}"
 
 
 def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:

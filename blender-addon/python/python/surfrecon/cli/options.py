@@ -29,8 +29,9 @@ class Row(Protocol):
 
 @dataclass(frozen=True)
 class Own:
-    """An option that is no parameter of the core: a ``flag``, ``text``, a ``folder``, ``counts`` or ``numbers``.
+    """An option that is no parameter of the core.
 
+    A ``flag``, ``text``, a ``file`` or ``folder``, a ``count``, ``counts`` or ``numbers``.
     Of the last two ``length`` is how many, or 0 for any number; numbers that are ``angles`` may be degrees.
     """
 
@@ -52,7 +53,9 @@ class Own:
         known = {
             "flag": isinstance(value, bool),
             "text": is_text,
+            "file": is_text and value != "" and "\0" not in str(value),
             "folder": is_text and value != "" and "\0" not in str(value),
+            "count": self._is_number(value),
         }
         if not known.get(self.kind, isinstance(value, list) and all(map(self._is_number, value))):
             raise ParameterError(f"{self.name} must be {self.allowed}, got {_shown(value)}")
@@ -62,7 +65,7 @@ class Own:
     def _is_number(self, value: object) -> bool:
         if isinstance(value, bool):
             return False
-        if self.kind == "counts":
+        if self.kind in ("count", "counts"):
             return isinstance(value, int) and 0 <= value <= _MOST
         return isinstance(value, int | float) and _is_finite(value)
 
@@ -73,7 +76,9 @@ class Own:
         words = {
             "flag": "on or off",
             "text": "text",
+            "file": "the name of a file",
             "folder": "the name of a folder",
+            "count": f"a whole number >= 0 and <= {_MOST}",
             "counts": f"{many}whole numbers >= 0 and <= {_MOST}",
             "numbers": f"{many}numbers",
         }
@@ -114,7 +119,7 @@ def read(row: Row, text: str) -> Any:
     Raises:
         ParameterError: it lies outside of the range, or is none of this kind; the text names option and range.
     """
-    if row.kind in ("choice", "text", "folder"):
+    if row.kind in ("choice", "text", "file", "folder"):
         value: Any = text
     elif row.kind in ("counts", "numbers"):
         value = [_number(row, part) for part in text.split(",")]
@@ -141,7 +146,7 @@ def _is_angle(row: Row) -> bool:
 
 def _refused(row: Row, value: object) -> ParameterError:
     allowed = getattr(row, "allowed", "a number")
-    whole = "a whole number " if row.kind == "count" else ""
+    whole = "a whole number " if row.kind == "count" and not isinstance(row, Own) else ""
     unit = ", in radians or in degrees as 80deg" if _is_angle(row) else ""
     return ParameterError(f"{row.name} must be {whole}{allowed}{unit}, got {_shown(value)}")
 
@@ -197,6 +202,7 @@ _METAVARS = {
     "count": "N",
     "counts": "N,N,...",
     "text": "TEXT",
+    "file": "FILE",
     "folder": "DIR",
 }
 

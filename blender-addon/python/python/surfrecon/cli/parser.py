@@ -79,6 +79,10 @@ def parser() -> argparse.ArgumentParser:
             "batch", help="many jobs, resumed where they were stopped", description=text, allow_abbrev=False
         )
     )
+    text = "Does tasks of a merge that surfrecon plan has planned. One that is done is not done again."
+    _add_task(
+        commands.add_parser("task", help="tasks of a merge that was planned", description=text, allow_abbrev=False)
+    )
     text = 'Prints a script that completes what is typed. For bash: eval "$(surfrecon completion bash)" in ~/.bashrc.'
     completion = commands.add_parser("completion", help="completion for shells", description=text, allow_abbrev=False)
     completion.add_argument("shell", choices=SHELLS)
@@ -106,6 +110,23 @@ def _add_batch(to: argparse.ArgumentParser) -> None:
     to.add_argument("--stop", action="store_true", help="stop at the first job that fails")
     to.add_argument("--only", action="append", metavar="NAME", help="run this job alone; may be given again")
     _add_common(to, "the summary")
+
+
+def _add_task(to: argparse.ArgumentParser) -> None:
+    to.add_argument("plan", metavar="PLAN", help="what surfrecon plan has written: a file, or a URL that fsspec knows")
+    to.add_argument(
+        "numbers", nargs="*", type=_number, metavar="NUMBER", help="which tasks; default: all, one after the other"
+    )
+    to.add_argument("--threads", type=_number, metavar="N", help="threads of a task, instead of the plan's; 0: all")
+    to.add_argument("--scratch", metavar="DIR", help="where files are kept that are fetched from a URL")
+    to.add_argument("--keep", action="store_true", help="what tasks have left stays once the surface is written")
+    _add_common(to, "the figures of each task")
+
+
+def _number(text: str) -> int:
+    if not re.fullmatch(r"\d{1,9}", text):
+        raise argparse.ArgumentTypeError(f"must be a whole number, got {text!r}")
+    return int(text)
 
 
 def _add_common(to: argparse.ArgumentParser, what: str) -> None:

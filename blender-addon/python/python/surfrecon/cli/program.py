@@ -85,6 +85,8 @@ def _load_all(given: argparse.Namespace) -> None:
     _native.linear_colours(np.zeros((1, 4), np.uint8))
     if given.command == "batch":
         from . import batch  # noqa: F401
+    if given.command == "task":
+        from . import task  # noqa: F401
     if not getattr(given, "quiet", True):
         progress.load()
 
@@ -112,7 +114,7 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
     if given.report is not None:
         if not given.report:
             raise UsageError("the report has an empty name")
-        for other in (getattr(given, "output", None), getattr(given, "manifest", None)):
+        for other in (getattr(given, name, None) for name in ("output", "manifest", "plan", "surface")):
             if other is not None and is_same(other, given.report):
                 raise UsageError(f"{given.report}: the report needs a name of its own")
         refuse_unwritable(given.report, devices=True)
@@ -121,6 +123,10 @@ def _dispatch(given: argparse.Namespace, stops: Stops) -> int:
         from .batch import run_batch
 
         return run_batch(given, shown, stops)
+    if given.command == "task":
+        from .task import run_task
+
+        return run_task(given, shown, stops)
     also = [given.report] if given.report is not None else []
     request = requested(given)
     hashes = not given.no_provenance and (given.json or bool(also) or request.output is not None)

@@ -1,0 +1,136 @@
+"""Tasks on Dask: one after the other on each thread of each worker, stage by stage."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from .._errors import Cancelled, InputError
+from .._reports import MergeReport
+from .plan import Plan, Progress
+
+__all__ = ["merge"]
+
+# Of a worker's memory, which its interpreter and scans that are being read take as well.
+_SHARE = 0.7
+# Tasks of a stage for each thread: fast ones do more.
+_TASKS_A_THREAD = 4
+
+
+def merge(
+    scans: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+    output: str | os.PathLike[str],
+    *,
+    client: Any,
+    workspace: str | os.PathLike[str] | None = None,
+    tasks: int | None = None,
+    max_memory: int | None = None,
+    reading: Mapping[str, Any] | None = None,
+    encoding: str | None = None,
+    provenance: Mapping[str, Any] | None = None,
+    retries: int = 5,
+    progress: Progress | None = None,
+    **options: Any,
+) -> MergeReport:
+    """Merges scans on a Dask cluster, straight into a PLY file.
+
+    The file's bytes are those of ``surfrecon.merge_to_file`` with the same options, however many workers there are, and
+    whether any of them is lost: what it had done stays, what it was at is done again. Called again after it was stopped
+    it goes on.
+
+    Args:
+        scans: files and folders, as for ``surfrecon.open``, under names that all workers know.
+        output: the surface; its ending is ``.ply``. A file that is there is replaced once all is written.
+        client: a ``dask.distributed.Client``. Each task takes one thread of a worker; processes of one thread are best.
+        workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
+            ``output``.
+        tasks: how many tasks a stage has; default four for each thread.
+        max_memory: most bytes that a task takes; default 0.7 of what a worker may take, by its threads.
+        reading: the keyword arguments of ``surfrecon.open``.
+        encoding: as for ``surfrecon.merge_to_file``.
+        provenance: as for ``surfrecon.merge_to_file``.
+        retries: how often a task that fails, or whose worker is lost, is tried again. Dask gives a task up whose
+            workers died more often than ``distributed.scheduler.allowed-failures``.
+        progress: called as ``progress(stage, fraction)`` whenever a task is done; ``False`` cancels.
+        options: those of ``surfrecon.merge``.
+
+    Returns:
+        The ``MergeReport``; its ``seconds`` are of the last task.
+
+    Raises:
+        InputError: there is no worker, or one has no limit of memory and ``max_memory`` is not given; scans that can't
+            be used.
+        ParameterError, FormatError, FileError, OutOfMemoryError: as of ``surfrecon.merge_to_file``, on any worker.
+        Cancelled: ``progress`` returned ``False``. The workspace keeps what is done: the same call goes on.
+    """
+    threads, memory = _workers(client)
+    if max_memory is None and memory is None:
+        raise InputError("a worker has no limit of memory: give max_memory, the bytes that a task may take")
+    given = [scans] if isinstance(scans, str | os.PathLike) else scans
+    plan = Plan.make(
+        None,
+        [os.path.abspath(path) for path in given],
+        os.path.abspath(output),
+        workspace=workspace,
+        tasks=tasks or _TASKS_A_THREAD * threads,
+        max_memory=max_memory or memory,
+        reading=reading,
+        encoding=encoding,
+        provenance=provenance,
+        **(options | {"threads": 1}),
+    )
+    report = MergeReport(_done(plan, client, retries, progress)["report"])
+    plan.remove()
+    return report
+
+
+def _workers(client: Any) -> tuple[int, int | None]:
+    """Threads of all workers, and bytes that each may take."""
+    workers = list(client.scheduler_info(n_workers=-1)["workers"].values())
+    if not workers:
+        raise InputError("the cluster has no worker yet: wait for one with client.wait_for_workers(1)")
+    limits = [worker["memory_limit"] / worker["nthreads"] for worker in workers if worker["memory_limit"]]
+    memory = int(_SHARE * min(limits)) if len(limits) == len(workers) else None
+    return sum(worker["nthreads"] for worker in workers), memory
+
+
+def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> dict[str, Any]:
+    """Does all tasks; the figures of the last."""
+    from distributed import as_completed
+
+    every = plan.stages[-1].tasks.stop
+    done = 0
+    found: dict[str, Any] = {}
+    for stage in plan.stages:
+        futures = [
+            client.submit(
+                _run,
+                plan.path,
+                number,
+                key=f"{stage.name}-{plan.name}-{number}",
+                retries=retries,
+                pure=False,
+            )
+            for number in stage.tasks
+        ]
+        try:
+            for _, figures in as_completed(futures, with_results=True):
+                done, found = done + 1, figures
+                if progress is not None and progress(stage.name, done / every) is False:
+                    raise Cancelled("the merge was cancelled; the workspace keeps what is done")
+        finally:
+            client.cancel(futures, force=True)
+    return found
+
+
+def _run(path: str, number: int) -> dict[str, Any]:
+    """A task on a worker."""
+    plan = _plans.get(path)
+    if plan is None:
+        plan = _plans[path] = Plan.read(path)
+    return plan.run(number, threads=1)
+
+
+# Plans that this worker knows: the headers of their scans are read once.
+_plans: dict[str, Plan] = {}

@@ -1,0 +1,332 @@
+"""A merge as tasks: a file that names the scans, the parameters and the folder where tasks leave what they find."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from .. import _native
+from .._errors import FileError, FormatError, InputError
+from .._report import jsonable
+from .storage import Storage, is_url, read_text, remove_file, write_text
+
+__all__ = ["Plan", "Stage"]
+
+# What a stage reads of the stages before, and what it leaves, by the beginnings of the names of files.
+_READS = {
+    "plan": (),
+    "collect": (),
+    "overlap": ("segment-", "done-collect-"),
+    "fuse": ("segment-", "done-collect-", "done-overlap-"),
+    "look": ("done-overlap-", "done-fuse-", "block-"),
+    "drop": ("done-look-", "block-", "votes-"),
+    "colours": ("done-overlap-", "done-drop-", "block-", "left-"),
+    "label": ("done-overlap-", "done-colours-", "block-", "left-"),
+    "build": ("done-overlap-", "done-label-", "labels-"),
+    "write": ("done-overlap-", "done-drop-", "done-colours-", "done-build-", "tile-"),
+}
+# What nobody wants any more once a stage has begun.
+_SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
+WRITE = "write"
+_KEYS = (
+    "surfrecon",
+    "paths",
+    "reading",
+    "scans",
+    "options",
+    "workspace",
+    "name",
+    "output",
+    "written",
+    "tasks",
+    "max_memory",
+)
+
+Progress = Callable[[str, float], object]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stage of a merge: its name, and the numbers of its tasks, which need nothing of each other."""
+
+    name: str
+    tasks: range
+
+
+class Plan:
+    """A merge as tasks.
+
+    >>> plan = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/", tasks=16)
+    >>> for stage in plan.stages:
+    ...     for number in stage.tasks:
+    ...         plan.run(number)
+    >>> plan.remove()
+    """
+
+    def __init__(self, path: str, content: Mapping[str, Any]) -> None:
+        """``path`` is the file, ``content`` what it holds: see `Plan.read`."""
+        self.path = path
+        self._content = content
+        self._scans: _native.ScanSet | None = None
+
+    @classmethod
+    def make(
+        cls,
+        path: str | os.PathLike[str] | None,
+        scans: str | os.PathLike[str] | Iterable[str | os.PathLike[str]],
+        output: str | os.PathLike[str],
+        *,
+        workspace: str | os.PathLike[str] | None = None,
+        tasks: int = 16,
+        max_memory: int | None = None,
+        reading: Mapping[str, Any] | None = None,
+        encoding: str | None = None,
+        provenance: Mapping[str, Any] | None = None,
+        **options: Any,
+    ) -> Plan:
+        """Plans a merge. Of the scans headers alone are read.
+
+        Where a merge of the same scans with the same parameters and as many tasks was planned in the same workspace
+        before, and its folder is there still, the tasks that were done are done.
+
+        Args:
+            path: where the plan is written; names in it are relative to its folder where they lie in that. ``None``:
+                into the workspace.
+            scans: files and folders, as for ``surfrecon.open``.
+            output: the surface; its ending is ``.ply``.
+            workspace: a folder that exists, or a URL that fsspec knows (``s3://bucket/folder``): tasks leave up to 200
+                bytes for each intersection of a scan with the grid in a folder there. All processes have to reach it.
+                Default: the plan's folder, else that of ``output``.
+            tasks: how many tasks a stage has; some stages are one task. A few for each process let fast ones do more.
+            max_memory: most bytes that a process takes for a task; by default what is free.
+            reading: the keyword arguments of ``surfrecon.open``.
+            encoding: how the surface is written, as for ``surfrecon.merge_to_file``.
+            provenance: what the file says of where it is from, as for ``surfrecon.merge_to_file``.
+            options: those of ``surfrecon.merge``. ``threads`` are those of each task.
+
+        Raises:
+            InputError: scans that can't be used, a workspace that is no folder, another ending of the output.
+            ParameterError: an option out of its range.
+            FormatError, FileError: a file that can't be read or written.
+        """
+        path = None if path is None else os.fspath(path)
+        given = [scans] if isinstance(scans, str | os.PathLike) else list(scans)
+        paths = [os.fspath(one) for one in given]
+        output = os.fspath(output)
+        if not 1 <= tasks <= 100_000:
+            raise InputError(f"tasks must lie between 1 and 100000, got {tasks}")
+        if not output.lower().endswith(".ply"):
+            raise InputError(f"{output}: the surface is written piece by piece, which only .ply is")
+        _check(options)
+        workspace = os.fspath(workspace) if workspace is not None else os.path.dirname(path or output) or "."
+        reading = dict(reading or {})
+        opened = _native.open(paths, **reading)
+        if not len(opened):
+            raise InputError(f"{paths[0] if paths else 'no file'}: there is no scan to merge")
+        same = {"surfrecon": _native.__version__, "scans": _stamps(opened), "reading": reading, "tasks": tasks}
+        decisive = {name: value for name, value in options.items() if name != "threads"}
+        digest = hashlib.sha256(json.dumps(jsonable([same, decisive]), sort_keys=True).encode()).hexdigest()
+        name = f"surfrecon-merge-{digest[:16]}"
+        storage = Storage.of(workspace, name)
+        storage.make()
+        path = path or f"{storage.place}.json"
+        folder = None if is_url(path) else os.path.dirname(os.path.abspath(path))
+        content = same | {
+            "name": name,
+            "paths": [_named(one, folder) for one in paths],
+            "options": options,
+            "workspace": _named(workspace, folder),
+            "output": _named(output, folder),
+            "written": {"encoding": encoding, "provenance": provenance},
+            "max_memory": max_memory,
+        }
+        plan = cls(path, jsonable(content))
+        plan._scans = opened
+        write_text(path, json.dumps(plan._content, indent=1) + "\n")
+        return plan
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Plan:
+        """Reads a plan.
+
+        Raises:
+            FileError: it can't be read.
+            FormatError: it is no plan, or that of another version, whose files this one does not understand.
+        """
+        path = os.fspath(path)
+        try:
+            content = json.loads(read_text(path))
+        except ValueError as problem:
+            raise FormatError(f"{path}: this is no plan of a merge: {problem}") from None
+        if not isinstance(content, dict) or any(key not in content for key in _KEYS):
+            raise FormatError(f"{path}: this is no plan of a merge")
+        if content["surfrecon"] != _native.__version__:
+            made, here = content["surfrecon"], _native.__version__
+            raise FormatError(f"{path}: planned by surfrecon {made}, which {here} does not go on with: plan it anew")
+        return cls(path, content)
+
+    @property
+    def stages(self) -> list[Stage]:
+        """The stages in their order; the last one, which is one task, writes the surface."""
+        found, first = [], 0
+        for name, count in [*_native._merge_stages(self._content["tasks"]), (WRITE, 1)]:
+            found.append(Stage(name, range(first, first + count)))
+            first += count
+        return found
+
+    @property
+    def name(self) -> str:
+        """What the merge is called: the same for the same scans, parameters and number of tasks."""
+        return str(self._content["name"])
+
+    @property
+    def folder(self) -> str:
+        """Where tasks leave what they find; the merge's own."""
+        return self._storage().place
+
+    @property
+    def output(self) -> str:
+        """The surface."""
+        return self._placed(self._content["output"])
+
+    @property
+    def threads(self) -> int:
+        """Threads of a task; 0 for all there are."""
+        return int(self._content["options"].get("threads") or 0)
+
+    def run(
+        self,
+        number: int,
+        *,
+        threads: int | None = None,
+        max_memory: int | None = None,
+        scratch: str | os.PathLike[str] | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Does a task, unless it is done.
+
+        Args:
+            number: which; all tasks of the stages before have to be done.
+            threads: instead of the plan's.
+            max_memory: instead of the plan's.
+            scratch: where files of a workspace that is a URL are kept as long as they are needed; by default the
+                system's folder for temporary files.
+            progress: as of ``surfrecon.merge``.
+
+        Returns:
+            A few figures: ``stage``, ``task``, ``seconds``; of the last task ``output`` and ``report`` as well.
+
+        Raises:
+            InputError: there is no such task; one before it is not done; scans have changed since they were planned.
+            FormatError, FileError: files that can't be read or written, or are damaged.
+            OutOfMemoryError: less memory than a task takes at least.
+            Cancelled: ``progress`` said so; what other tasks left stays.
+        """
+        began = time.monotonic()
+        stage, first = self._stage_of(number)
+        storage = self._storage()
+        options = dict(self._content["options"])
+        options["threads"] = self.threads if threads is None else threads
+        limit = self._content["max_memory"] if max_memory is None else max_memory
+        call: dict[str, Any] = {"tasks": self._content["tasks"], "max_memory": limit, "progress": progress, **options}
+        found: dict[str, Any] = {"stage": stage, "task": number}
+        wanted = ("done-plan-", f"done-{stage}-", *_READS[stage])
+        with storage.at_hand(wanted, _SPENT.get(stage, ()), scratch) as folder:
+            self._refuse_early(stage, number - first, folder)
+            if stage == WRITE:
+                written = self._content["written"]
+                report = _native._merge_tasks_to_file(self._opened(), folder, self.output, **written, **call)
+                found |= {"output": self.output, "report": report.as_dict()}
+            else:
+                _native._merge_task(self._opened(), folder, stage, number - first, **call)
+        return found | {"seconds": round(time.monotonic() - began, 3)}
+
+    def clear(self) -> None:
+        """Removes what tasks have left; the plan and the surface stay."""
+        self._storage().remove()
+
+    def remove(self) -> None:
+        """Removes what tasks have left, and the plan; the surface stays."""
+        self.clear()
+        remove_file(self.path)
+
+    def _refuse_early(self, stage: str, number: int, folder: str) -> None:
+        """Names the first task of the stage before that is not done, unless this one is."""
+        every = self.stages
+        place = [one.name for one in every].index(stage)
+        if not place or os.path.exists(os.path.join(folder, f"done-{stage}-{number:06}")):
+            return
+        before = every[place - 1]
+        for k, task in enumerate(before.tasks):
+            if not os.path.exists(os.path.join(folder, f"done-{before.name}-{k:06}")):
+                raise InputError(f"{self.path}: task {task} ({before.name}) is not done: {stage} needs it first")
+
+    def _stage_of(self, number: int) -> tuple[str, int]:
+        for stage in self.stages:
+            if number in stage.tasks:
+                return stage.name, stage.tasks.start
+        last = self.stages[-1].tasks.start
+        raise InputError(f"{self.path}: there is no task {number}: tasks are numbered from 0 to {last}")
+
+    def _storage(self) -> Storage:
+        return Storage.of(self._placed(self._content["workspace"]), self.name)
+
+    def _placed(self, name: str) -> str:
+        if is_url(name) or is_url(self.path):
+            return name
+        return os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(self.path)), name))
+
+    def _opened(self) -> _native.ScanSet:
+        """The scans, if they are what was planned."""
+        if self._scans is None:
+            self._scans = _native.open(
+                [self._placed(path) for path in self._content["paths"]], **self._content["reading"]
+            )
+        before, now = self._content["scans"], jsonable(_stamps(self._scans))
+        for planned, found in zip(before, now, strict=False):
+            if planned != found:
+                raise InputError(f"{found[1]}: scan {found[0]} has changed since {self.path} was planned: plan it anew")
+        if len(before) != len(now):
+            raise InputError(
+                f"{self.path}: planned for {len(before)} scans, and there are {len(now)} now: plan it anew"
+            )
+        return self._scans
+
+
+def _check(options: Mapping[str, Any]) -> None:
+    """Refuses options that no merge has, before anything is planned."""
+    known = {parameter.name for parameter in _native.parameters() if parameter.operation in ("merge", "triangulate")}
+    for name in options:
+        if name not in known | {"threads"}:
+            raise TypeError(f"merge() got an unexpected keyword argument {name!r}")
+
+
+def _named(path: str, folder: str | None) -> str:
+    """A path as a plan in this folder names it: relative where it lies in it, so that both may lie elsewhere."""
+    if is_url(path):
+        return path
+    whole = os.path.abspath(path)
+    inside = folder is not None and os.path.commonpath([folder, whole]) == folder
+    return os.path.relpath(whole, folder) if inside else whole
+
+
+def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
+    """What tells of each scan whether it is the same: name, file, part, size, time, pose."""
+    found: list[list[Any]] = []
+    files: dict[str, tuple[int, int]] = {}
+    for scan in scans:
+        path = os.fspath(scan.path)
+        if path not in files:
+            try:
+                status = os.stat(path)
+            except OSError as problem:
+                raise FileError(f"{path}: {problem.strerror}") from None
+            files[path] = (status.st_size, status.st_mtime_ns)
+        pose = hashlib.sha256(scan.world_from_sensor.tobytes()).hexdigest()[:16]
+        found.append([scan.name, os.path.basename(path), scan.part, *files[path], pose])
+    return found

@@ -1,0 +1,124 @@
+"""Merges on a cluster of Dask's: as many workers as there are, some of which are killed."""
+
+import os
+import signal
+import threading
+
+import dask
+import pytest
+import surfrecon
+from conftest import OPTIONS
+from dask.distributed import Client, LocalCluster
+from surfrecon import distributed
+
+
+@pytest.fixture(scope="module")
+def client():
+    given = {"threads_per_worker": 1, "memory_limit": "600MB", "dashboard_address": None}
+    # A worker that is killed takes nothing but its task along.
+    with dask.config.set({"distributed.scheduler.allowed-failures": 20}):
+        with LocalCluster(n_workers=2, processes=True, **given) as cluster, Client(cluster) as client:
+            client.wait_for_workers(2)
+            yield client
+
+
+@pytest.fixture
+def workspace(tmp_path):
+    folder = tmp_path / "workspace"
+    folder.mkdir()
+    yield folder
+    assert not list(folder.iterdir())
+
+
+def test_a_cluster_makes_what_one_process_makes(client, scans, by_one, workspace, tmp_path):
+    path, told = tmp_path / "surface.ply", []
+    report = distributed.merge(
+        scans, path, client=client, workspace=workspace, progress=lambda *what: told.append(what), **OPTIONS
+    )
+    assert path.read_bytes() == by_one
+    assert isinstance(report, surfrecon.MergeReport) and report.voxel == OPTIONS["voxel"]
+    assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
+    assert told[0][0] == "plan" and told[-1] == ("write", 1.0)
+    # Again, from paths in a list, into the folder beside the file.
+    distributed.merge([scans], path, client=client, tasks=1, **OPTIONS)
+    assert path.read_bytes() == by_one
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["surface.ply", "workspace"]
+
+
+@pytest.mark.parametrize(
+    "stage", ["plan", "collect", "overlap", "fuse", "look", "drop", "colours", "label", "build", "write"]
+)
+def test_a_worker_killed_in_any_stage_changes_nothing(client, scans, by_one, workspace, tmp_path, stage):
+    client.wait_for_workers(2)
+    before = {name: info["pid"] for name, info in workers(client).items()}
+    killed = []
+
+    def kill(name, _):
+        # While the tasks of the next stage are about to run: the first that is told of a stage is done.
+        stages = [found.name for found in distributed.plan.Plan.read(plan_of(workspace)).stages]
+        following = stages[min(stages.index(name) + 1, len(stages) - 1)]
+        if not killed and stage in (name, following):
+            killed.append(min(before.values()))
+            threading.Timer(0.02, os.kill, (killed[0], signal.SIGKILL)).start()
+
+    distributed.merge(
+        scans, tmp_path / "surface.ply", client=client, workspace=workspace, tasks=4, progress=kill, **OPTIONS
+    )
+    assert len(killed) == 1
+    assert (tmp_path / "surface.ply").read_bytes() == by_one
+
+
+def plan_of(workspace):
+    (found,) = workspace.glob("*.json")
+    return found
+
+
+def workers(client):
+    """What the workers say, once they are there again."""
+    client.wait_for_workers(2)
+    return {name: {"pid": pid} for name, pid in client.run(os.getpid).items()}
+
+
+def test_a_merge_that_was_cancelled_goes_on(client, scans, by_one, tmp_path):
+    workspace = tmp_path / "workspace"
+    workspace.mkdir()
+    given = {"client": client, "workspace": workspace, "tasks": 2, **OPTIONS}
+    with pytest.raises(surfrecon.Cancelled):
+        distributed.merge(scans, tmp_path / "surface.ply", progress=lambda stage, _: stage != "fuse", **given)
+    assert not (tmp_path / "surface.ply").exists()
+    (folder,) = (entry for entry in workspace.iterdir() if entry.is_dir())
+    done = {entry.name for entry in folder.glob("done-*")}
+    assert {"done-plan-000000", "done-collect-000000", "done-overlap-000000"} <= done
+    changed = {entry.name: entry.stat().st_mtime_ns for entry in folder.glob("done-*")}
+    stamps = {}
+
+    def note(stage, _):
+        stamps.update({entry.name: entry.stat().st_mtime_ns for entry in folder.glob("done-[pco]*")})
+
+    distributed.merge(scans, tmp_path / "surface.ply", progress=note, **given)
+    for name in ("done-plan-000000", "done-collect-000000", "done-overlap-000000"):
+        assert stamps[name] == changed[name], name
+    assert (tmp_path / "surface.ply").read_bytes() == by_one
+    assert not list(workspace.iterdir())
+
+
+def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
+    given = {"client": client, "workspace": workspace, "tasks": 1, "retries": 0}
+    with pytest.raises(surfrecon.ParameterError, match="voxel must be"):
+        distributed.merge(scans, tmp_path / "surface.ply", voxel=-1.0, **given)
+    for entry in workspace.iterdir():
+        if entry.is_dir():
+            entry.rmdir() if not list(entry.iterdir()) else None
+        else:
+            distributed.Plan.read(entry).remove()
+    with pytest.raises(surfrecon.InputError, match="which only .ply is"):
+        distributed.merge(scans, tmp_path / "surface.obj", **given)
+    with pytest.raises(surfrecon.FileError, match="nowhere"):
+        distributed.merge(tmp_path / "nowhere.ply", tmp_path / "surface.ply", **given)
+
+
+def test_workers_without_a_limit_need_one_given(scans, tmp_path):
+    with LocalCluster(n_workers=1, processes=False, memory_limit=0, dashboard_address=None) as cluster:
+        with Client(cluster) as client, pytest.raises(surfrecon.InputError, match="give max_memory"):
+            distributed.merge(scans, tmp_path / "surface.ply", client=client)
+    assert not list(tmp_path.iterdir())

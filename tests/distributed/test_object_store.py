@@ -1,0 +1,64 @@
+"""A workspace in an object store: a local server that speaks S3's protocol."""
+
+import os
+import tempfile
+
+import fsspec
+import pytest
+import surfrecon
+from conftest import OPTIONS
+from moto.server import ThreadedMotoServer
+from surfrecon import distributed
+
+
+@pytest.fixture
+def bucket(monkeypatch):
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    server.start()
+    host, port = server.get_host_and_port()
+    for name, value in {
+        "AWS_ACCESS_KEY_ID": "nobody",
+        "AWS_SECRET_ACCESS_KEY": "nothing",
+        "AWS_DEFAULT_REGION": "us-east-1",
+        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
+    }.items():
+        monkeypatch.setenv(name, value)
+    # Each server has another address.
+    fsspec.get_filesystem_class("s3").clear_instance_cache()
+    fsspec.filesystem("s3").makedirs("bucket", exist_ok=True)
+    yield "s3://bucket/merges"
+    server.stop()
+
+
+def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
+    plan = distributed.Plan.make(
+        tmp_path / "plan.json", scans, tmp_path / "surface.ply", workspace=bucket, tasks=3, threads=1, **OPTIONS
+    )
+    files = fsspec.filesystem("s3")
+    assert plan.folder.startswith("s3://bucket/merges/surfrecon-merge-")
+    with tempfile.TemporaryDirectory() as scratch:
+        for stage in plan.stages:
+            for number in stage.tasks:
+                plan.run(number, scratch=scratch)
+                # By another process, too, which has nothing but what is there.
+                if stage.name in ("collect", "label"):
+                    distributed.Plan.read(plan.path).run(number)
+            files.invalidate_cache()
+            names = {name.rsplit("/", 1)[-1].split("-")[0] for name in files.ls(plan.folder, detail=False)}
+            if stage.name == "build":
+                assert names == {"done", "labels", "tile"}
+        assert not [name for name in os.listdir(scratch) if name.startswith("surfrecon-task-")]
+        plan.remove()
+    assert (tmp_path / "surface.ply").read_bytes() == by_one
+    files.invalidate_cache()
+    assert not files.exists(plan.folder)
+    assert os.listdir(tmp_path) == ["surface.ply"]
+
+
+def test_what_a_server_refuses_is_told(bucket, scans, tmp_path, monkeypatch):
+    given = {"tasks": 1, **OPTIONS}
+    plan = distributed.Plan.make(tmp_path / "plan.json", scans, tmp_path / "surface.ply", workspace=bucket, **given)
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    fsspec.get_filesystem_class("s3").clear_instance_cache()
+    with pytest.raises(surfrecon.FileError, match=plan.folder):
+        plan.run(0)

@@ -1,0 +1,231 @@
+"""Merges that are planned as tasks: any order, twice, again, in other processes."""
+
+import concurrent.futures
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import shapes
+import surfrecon
+from command_line import run
+from surfrecon import distributed
+
+OPTIONS = {"voxel": 0.02, "threads": 1}
+# What two threads need at least.
+LEAST = 24_000_000
+
+
+@pytest.fixture(scope="module")
+def scans(tmp_path_factory):
+    """A list of scans in files."""
+    folder = tmp_path_factory.mktemp("scans")
+    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
+    return folder / "scans.conf"
+
+
+@pytest.fixture(scope="module")
+def by_one(scans, tmp_path_factory):
+    """The bytes that one process makes, and its report."""
+    path = tmp_path_factory.mktemp("one") / "surface.ply"
+    report = surfrecon.merge_to_file(surfrecon.open(scans), path, **OPTIONS)
+    return path.read_bytes(), report
+
+
+def planned(tmp_path, scans, **given):
+    given = {"tasks": 3, "max_memory": LEAST} | OPTIONS | given
+    return distributed.Plan.make(tmp_path / "plan.json", scans, tmp_path / "surface.ply", **given)
+
+
+def every(plan):
+    return [number for stage in plan.stages for number in stage.tasks]
+
+
+def test_all_tasks_make_what_one_process_makes(scans, by_one, tmp_path):
+    plan = planned(tmp_path, scans)
+    assert [stage.name for stage in plan.stages][:2] == ["plan", "collect"]
+    assert every(plan) == list(range(plan.stages[-1].tasks.stop))
+    for stage in plan.stages:
+        # In another order, and each again by who reads the plan anew.
+        for number in reversed(stage.tasks):
+            assert plan.run(number)["stage"] == stage.name
+            if stage.name != "write":
+                again = distributed.Plan.read(plan.path).run(number, threads=2)
+                assert (again["stage"], again["task"]) == (stage.name, number)
+    found = distributed.Plan.read(plan.path).run(every(plan)[-1])
+    assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+    report = surfrecon.MergeReport(found["report"])
+    for name in by_one[1]:
+        if name not in ("seconds", "working_bytes", "voxel_reason"):
+            assert json.loads(report.json())[name] == json.loads(by_one[1].json())[name], name
+    plan.remove()
+    assert os.listdir(tmp_path) == ["surface.ply"]
+
+
+def in_another_process(path, number):
+    return subprocess.run(
+        [sys.executable, "-m", "surfrecon", "task", path, str(number)], check=False, capture_output=True
+    )
+
+
+def test_processes_at_once_each_task_twice(scans, by_one, tmp_path):
+    plan = planned(tmp_path, scans, tasks=2)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        for stage in plan.stages[:-1]:
+            for done in pool.map(in_another_process, [plan.path] * 4, [*stage.tasks, *stage.tasks]):
+                assert done.returncode == 0, done.stderr
+    done = in_another_process(plan.path, every(plan)[-1])
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+    assert sorted(os.listdir(tmp_path)) == ["plan.json", "surface.ply"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no process is killed so that it can't clean up")
+def test_it_goes_on_where_it_was_killed(scans, by_one, tmp_path):
+    plan = planned(tmp_path, scans, tasks=2)
+    killed, wait = 0, 0.25
+    while True:
+        process = subprocess.Popen([sys.executable, "-m", "surfrecon", "task", "-q", plan.path])
+        try:
+            assert process.wait(wait) == 0
+            break
+        except subprocess.TimeoutExpired:
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+            killed, wait = killed + 1, wait + 0.1
+            if not os.path.exists(plan.folder):
+                break  # all was done but for its end
+    assert killed > 0
+    assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+
+
+def test_what_was_planned_before_goes_on(scans, tmp_path):
+    first = planned(tmp_path, scans)
+    first.run(0)
+    first.run(1)
+    # As it was planned, by another number of threads.
+    again = planned(tmp_path, scans, threads=2)
+    assert (again.folder, again.threads) == (first.folder, 2)
+    began = time.monotonic()
+    again.run(1)
+    assert time.monotonic() - began < 5
+    assert planned(tmp_path, scans, tasks=4).folder != first.folder
+    assert planned(tmp_path, scans, voxel=0.03).folder != first.folder
+
+
+def test_plans_and_their_files_may_lie_elsewhere(scans, by_one, tmp_path):
+    here = tmp_path / "here"
+    here.mkdir()
+    surfrecon.write_scans(here / "scans.conf", shapes.torus_scans(pixels=60, noise=0.002))
+    plan = planned(here, here / "scans.conf")
+    for number in every(plan)[:4]:
+        plan.run(number)
+    here.rename(tmp_path / "there")
+    plan = distributed.Plan.read(tmp_path / "there" / "plan.json")
+    for number in every(plan):
+        plan.run(number)
+    assert (tmp_path / "there" / "surface.ply").read_bytes() == by_one[0]
+
+
+def test_what_is_not_done_yet_is_named(scans, tmp_path):
+    plan = planned(tmp_path, scans)
+    plan.run(0)
+    plan.run(2)
+    for number, text in [(4, "task 1 (collect) is not done: overlap needs it first"), (9, "task 5 (fuse) is not done")]:
+        with pytest.raises(surfrecon.InputError) as problem:
+            plan.run(number)
+        assert text in str(problem.value)
+    with pytest.raises(surfrecon.InputError, match="there is no task 99: tasks are numbered from 0 to"):
+        plan.run(99)
+    plan.clear()
+    with pytest.raises(surfrecon.FileError, match="the folder of the tasks is not there: plan the merge anew"):
+        plan.run(1)
+
+
+def test_scans_that_change_or_vanish_are_named(tmp_path):
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    surfrecon.write_scans(folder / "scans.conf", shapes.torus_scans(pixels=40))
+    plan = planned(tmp_path, folder / "scans.conf")
+    plan.run(0)
+    changed = sorted(folder.glob("*.ply"))[1]
+    before = changed.read_bytes()
+    status = changed.stat()
+    changed.write_bytes(before + b" ")
+    for reader in (plan, distributed.Plan.read(plan.path)):
+        with pytest.raises(surfrecon.InputError) as problem:
+            reader.run(1)
+        assert changed.name in str(problem.value) and "has changed since" in str(problem.value)
+    changed.write_bytes(before)
+    os.utime(changed, ns=(status.st_atime_ns, status.st_mtime_ns))
+    plan.run(1)
+    changed.unlink()
+    for reader in (plan, distributed.Plan.read(plan.path)):
+        with pytest.raises((surfrecon.FileError, surfrecon.FormatError)) as gone:
+            reader.run(2)
+        assert changed.name in str(gone.value)
+    changed.write_bytes(before)
+    os.utime(changed, ns=(status.st_atime_ns, status.st_mtime_ns))
+    pose = (folder / "scans.conf").read_text().replace("bmesh", "# another\nbmesh", 1).replace(" 0 0 0 1", " 0 0 1 0")
+    if pose.endswith("\n"):
+        (folder / "scans.conf").write_text(pose.rsplit("\n", 2)[0] + "\n")
+    with pytest.raises(surfrecon.InputError, match="plan it anew"):
+        distributed.Plan.read(plan.path).run(2)
+
+
+def test_bad_plans_are_refused(scans, tmp_path):
+    made = planned(tmp_path, scans)
+    content = json.loads(Path(made.path).read_text())
+    for text, expected in [
+        ("{", "this is no plan of a merge"),
+        ("[]", "this is no plan of a merge"),
+        ("{}", "this is no plan of a merge"),
+        (json.dumps(content | {"surfrecon": "0.0.1"}), "planned by surfrecon 0.0.1"),
+    ]:
+        (tmp_path / "bad.json").write_text(text)
+        with pytest.raises(surfrecon.FormatError, match=expected):
+            distributed.Plan.read(tmp_path / "bad.json")
+    with pytest.raises(surfrecon.FileError, match=r"nowhere\.json"):
+        distributed.Plan.read(tmp_path / "nowhere.json")
+    for given, kind, text in [
+        ({"workspace": tmp_path / "nowhere"}, surfrecon.InputError, "must be a folder that exists"),
+        ({"tasks": 0}, surfrecon.InputError, "tasks must lie between 1 and"),
+        ({"grazing": 3}, TypeError, "unexpected keyword argument 'grazing'"),
+        ({"workspace": "unheard://of"}, surfrecon.InputError, "unheard"),
+    ]:
+        with pytest.raises(kind, match=text):
+            planned(tmp_path, scans, **given)
+    with pytest.raises(surfrecon.InputError, match=r"which only \.ply is"):
+        distributed.Plan.make(tmp_path / "p.json", scans, tmp_path / "surface.obj")
+    with pytest.raises(surfrecon.OutOfMemoryError, match="merging into a file needs 12"):
+        planned(tmp_path, scans, max_memory=1000).run(0)
+
+
+def test_the_command_line_plans_and_does_tasks(scans, tmp_path):
+    merged = run("merge", scans, "-o", tmp_path / "merged.ply", "--voxel", "0.02")
+    assert merged.returncode == 0, merged.stderr
+    surface, plan = tmp_path / "surface.ply", tmp_path / "plan.json"
+    given = ["plan", scans, "--surface", surface, "-o", plan, "--tasks", "2", "--voxel", "0.02"]
+    made = run(*given, "--json")
+    assert made.returncode == 0, made.stderr
+    stages = json.loads(made.stdout)["report"]["stages"]
+    assert stages[1] == {"name": "collect", "first": 1, "last": 2}
+    too_early = run("task", plan, "3")
+    assert (too_early.returncode, too_early.stdout) == (1, "")
+    assert "task 0 (plan) is not done" in too_early.stderr or "is not done" in too_early.stderr
+    assert run("task", plan, "99").returncode == 2
+    first = run("task", plan, "0", "1", "--json")
+    assert [task["stage"] for task in json.loads(first.stdout)["tasks"]] == ["plan", "collect"]
+    rest = run("task", plan, "--threads", "1", "--max-memory", "100MB")
+    assert rest.returncode == 0, rest.stderr
+    assert rest.stdout.splitlines()[-1].endswith("surface.ply is written")
+    # Also what it says of where it is from is what the merge says.
+    assert surface.read_bytes() == (tmp_path / "merged.ply").read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["merged.ply", "plan.json", "surface.ply"]
+    for wrong in (["plan", scans, "-o", plan], [*given, "--encoding", "ascii"], [*given, "--workspace", "nowhere"]):
+        assert run(*wrong).returncode == 2
+    assert run("plan", scans, "--surface", scans.parent / "x.obj", "-o", plan).returncode == 2
