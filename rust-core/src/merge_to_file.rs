@@ -43,7 +43,7 @@ pub fn merge_to_file(
     check_file_in_pieces(path, &into.write)?;
     let folder = folder(path, into.workspace.as_deref())?;
     let memory = memory(into.max_memory, params.threads)?;
-    let workspace = Workspace { folder, memory, scans: None };
+    let workspace = Workspace { folder, memory, kept: None };
     write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))
 }
 

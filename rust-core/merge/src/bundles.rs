@@ -140,7 +140,12 @@ pub fn in_sample(key: &BundleKey, crossing: &Crossing, scans: usize) -> bool {
     let place = (key.axis, key.across, crossing.line());
     // The upper bits of this hash are the mixed ones.
     let is_line = FxBuildHasher.hash_one(place) >> 32 & (SAMPLED_LINES - 1) == 0;
-    is_line && crossing.scan() as usize % scans.div_ceil(SAMPLED_PAIRS).max(2) < 2
+    is_line && crossing.scan() as usize % sampled_of(scans) < 2
+}
+
+/// Of so many scans that follow each other two are looked at.
+pub fn sampled_of(scans: usize) -> usize {
+    scans.div_ceil(SAMPLED_PAIRS).max(2)
 }
 
 /// The crossings of one scan, by bundle.

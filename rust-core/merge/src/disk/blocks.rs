@@ -1,16 +1,15 @@
 //! Stage 3 in blocks: what the crossings of all scans come to, in a file for each block, brick by brick.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 use super::files::{Columns, Place, Stored};
 use super::segments::Collected;
-use super::setting::{Cut, Portion, Setting};
+use super::setting::{Cut, Key, Named, Portion, Setting};
 use crate::FUSING;
 use crate::crossing::{BundleKey, OnLine};
 use crate::field;
@@ -34,6 +33,7 @@ pub struct Blocks {
 /// A block's file, and where it has what there is in each brick, in order.
 struct BlockFile {
     path: PathBuf,
+    key: Key,
     table: Vec<Entry>,
 }
 
@@ -45,55 +45,71 @@ struct Entry {
     lists: [Place; 3],
 }
 
+/// What files of blocks are called, and those of what is left of them.
+pub const KIND: &str = "block";
+pub const LEFT: &str = "left";
+
 impl Blocks {
-    /// Adds up what the segments have in a portion of the blocks, as far as that is not done.
+    /// Adds up what the segments have in a portion of the blocks, as far as that is not done; gives their files.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
-    pub fn fuse(collected: &Collected, portion: Portion, setting: &Setting<'_>, progress: &Progress<'_>) -> Result<()> {
+    pub fn fuse(
+        collected: &Collected,
+        portion: Portion,
+        setting: &Setting<'_>,
+        progress: &Progress<'_>,
+    ) -> Result<Vec<Named>> {
         let blocks = portion.every(collected.blocks());
         progress.stage(FUSING, blocks.len() as u64);
-        let fuse = |(number, block): (usize, [i32; 3])| {
-            let path = setting.path("block", number as u32);
-            if path.exists() {
-                return progress.advance(1);
-            }
-            let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
-            for axis in 0..3 {
-                let [u, v] = ACROSS[axis];
-                for (across, list) in collected.tallies(block, axis, progress)? {
-                    for tally in list {
-                        let mut brick = [tally.cell() >> BRICK_BITS; 3];
-                        [brick[u], brick[v]] = across;
-                        bricks.entry(brick).or_default()[axis].push(tally);
+        let fuse = |block: [i32; 3]| {
+            let named = Named { block, note: 0, key: collected.key_of(block) };
+            let path = setting.path(KIND, named.key);
+            if !path.exists() {
+                let mut bricks: BTreeMap<[i32; 3], BrickTallies> = BTreeMap::new();
+                for axis in 0..3 {
+                    let [u, v] = ACROSS[axis];
+                    for (across, list) in collected.tallies(block, axis, progress)? {
+                        for tally in list {
+                            let mut brick = [tally.cell() >> BRICK_BITS; 3];
+                            [brick[u], brick[v]] = across;
+                            bricks.entry(brick).or_default()[axis].push(tally);
+                        }
                     }
                 }
+                write(&path, &bricks)?;
             }
-            BlockFile::write(path, &bricks)?;
-            progress.advance(1)
+            progress.advance(1)?;
+            Ok(named)
         };
-        blocks.into_par_iter().with_max_len(1).try_for_each(fuse)
+        blocks.into_par_iter().with_max_len(1).map(fuse).collect()
     }
 
-    /// Those that are there.
+    /// Those of these files; of what is left of blocks where some of them is gone, which is noted.
     ///
     /// # Errors
     /// A file can't be read.
-    pub fn open(setting: &Setting<'_>) -> Result<Self> {
+    pub fn open(files: &[Named], setting: &Setting<'_>) -> Result<Self> {
         let mut blocks = Blocks { cut: setting.cut, files: BTreeMap::new() };
-        for (_, path) in setting.files("block")? {
-            let file = BlockFile::open(path)?;
+        for named in files {
+            let path = setting.path(if named.note == 0 { KIND } else { LEFT }, named.key);
+            let (_, table) = Stored::open(&path)?;
             // Those in which all sums are none have no brick.
-            if let Some(entry) = file.table.first() {
-                blocks.files.insert(entry.brick.map(|at| setting.cut.of(at)), file);
+            if !table.is_empty() {
+                blocks.files.insert(named.block, BlockFile { path, key: named.key, table });
             }
         }
         Ok(blocks)
     }
 
     /// The blocks there are, in order.
-    pub fn list(&self) -> impl Iterator<Item = [i32; 3]> {
-        self.files.keys().copied()
+    pub fn list(&self) -> Vec<[i32; 3]> {
+        self.files.keys().copied().collect()
+    }
+
+    /// What there is in a block follows from this; nothing in others.
+    pub fn key(&self, block: [i32; 3]) -> Option<Key> {
+        self.files.get(&block).map(|file| file.key)
     }
 
     /// Reads what there is in the bricks of a block, in order.
@@ -104,39 +120,12 @@ impl Blocks {
         self.files.get(&block).map_or(Ok(Vec::new()), |file| file.read(|_| true))
     }
 
-    /// Writes what is left of a block; what there was stays until [`Blocks::show`].
-    ///
-    /// # Errors
-    /// The file can't be written.
-    pub fn write_left(
-        &self,
-        number: usize,
-        bricks: Vec<([i32; 3], BrickTallies)>,
-        setting: &Setting<'_>,
-    ) -> Result<()> {
-        BlockFile::write(setting.path("left", number as u32), &bricks.into_iter().collect()).map(|_| ())
-    }
-
-    /// Has what is left of blocks in the place of what there was.
-    ///
-    /// # Errors
-    /// A file can't be read.
-    pub fn show(&mut self, setting: &Setting<'_>) -> Result<()> {
-        let left: FxHashMap<u32, PathBuf> = setting.files("left")?.into_iter().collect();
-        for (number, file) in (0..).zip(self.files.values_mut()) {
-            if let Some(path) = left.get(&number) {
-                *file = BlockFile::open(path.clone())?;
-            }
-        }
-        Ok(())
-    }
-
     /// The factors that make the scans, of which there are so many, equally bright; empty if they are.
     ///
     /// # Errors
     /// A file can't be read; cancelled.
     pub fn gains(&self, scans: usize, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
-        let list: Vec<[i32; 3]> = self.list().collect();
+        let list = self.list();
         let each = |block: &[i32; 3]| {
             progress.check()?;
             let bricks = self.read(*block)?;
@@ -199,22 +188,20 @@ pub fn in_bundle(brick: [i32; 3], axis: usize, list: Vec<Tally>) -> SortedBundle
     SortedBundle { key, list, bricks }
 }
 
+/// Writes what there is in the bricks of a block.
+///
+/// # Errors
+/// The file can't be written.
+pub fn write(path: &Path, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<()> {
+    let mut file = Columns::new(path)?;
+    let mut table = Vec::new();
+    for (&brick, [x, y, z]) in bricks {
+        table.push(Entry { brick, unused: 0, lists: [file.put(x)?, file.put(y)?, file.put(z)?] });
+    }
+    file.finish(&table)
+}
+
 impl BlockFile {
-    fn open(path: PathBuf) -> Result<Self> {
-        let (_, table) = Stored::open(&path)?;
-        Ok(BlockFile { path, table })
-    }
-
-    fn write(path: PathBuf, bricks: &BTreeMap<[i32; 3], BrickTallies>) -> Result<Self> {
-        let mut file = Columns::new(&path)?;
-        let mut table = Vec::new();
-        for (&brick, [x, y, z]) in bricks {
-            table.push(Entry { brick, unused: 0, lists: [file.put(x)?, file.put(y)?, file.put(z)?] });
-        }
-        file.finish(&table)?;
-        Ok(BlockFile { path, table })
-    }
-
     fn read(&self, is_wanted: impl Fn([i32; 3]) -> bool) -> Result<Vec<([i32; 3], BrickTallies)>> {
         let mut wanted = self.table.iter().filter(|entry| is_wanted(entry.brick)).peekable();
         if wanted.peek().is_none() {

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::segments::{self, About, Segment};
-use super::setting::{Portion, Setting};
+use super::segments::{self, About, Member, Segment};
+use super::setting::{Key, Portion, Setting};
 use crate::bundles::{self, Buckets};
 use crate::discretize::discretize;
 use crate::intake::Discretized;
@@ -18,31 +18,46 @@ use base::progress::Progress;
 use image::source::{Loading, ScanSource};
 use image::triangulate::TriangulateParams;
 
-/// Finds the crossings of a portion of the scans, as far as that is not done; each worker holds `held` bytes of them at most, and those of a
-/// scan. Gives the numbers of the segments.
+/// Bytes of crossings that are kept together for another merge, so that scans of a few samples have no file each.
+const STAYS: u64 = 1 << 18;
+
+/// What collecting needs to know of all scans.
+pub struct Collecting<'a> {
+    /// By number.
+    pub sources: &'a [&'a dyn ScanSource],
+    /// By number.
+    pub versions: &'a [u64],
+    pub triangulation: TriangulateParams,
+    pub grid: Grid,
+    /// What segments follow from besides their scans.
+    pub basis: Key,
+}
+
+/// Finds the crossings of a portion of the scans, as far as no segment has them; each worker holds `held` bytes of them at most, and those
+/// of a scan. Gives the keys of the segments.
 ///
 /// # Errors
 /// That of the first scan that can't be loaded, or counted in cells; a segment can't be written; cancelled.
 pub fn collect(
-    sources: &[&dyn ScanSource],
-    triangulation: &TriangulateParams,
-    grid: &Grid,
+    collecting: &Collecting<'_>,
     portion: Portion,
     setting: &Setting<'_>,
     progress: &Progress<'_>,
-) -> Result<Vec<u32>> {
-    let Grid { lattice, samples } = *grid;
-    let loading = Loading { triangulation: *triangulation, cell: lattice.voxel };
+) -> Result<Vec<Key>> {
+    let Collecting { sources, versions, grid: Grid { lattice, samples }, basis, .. } = *collecting;
     let range = portion.range(sources.len());
     progress.stage(DISCRETIZING, range.len() as u64);
-    let mut numbers = Vec::new();
+    let mut keys = Vec::new();
     let mut done = FxHashSet::default();
     let mut crossings = 0;
-    for (number, path) in setting.files(&segments::kind(portion))? {
-        let (_, about) = Segment::open(path, lattice)?;
-        // Where two were at the same work their segments have the same scans.
-        if about.scans.iter().all(|scan| !done.contains(scan)) {
-            numbers.push(number);
+    for (segment, about) in Segment::all(basis, lattice, setting)? {
+        let is_of = |member: &Member| {
+            let number = member.number as usize;
+            // Where two were at the same work their segments have the same scans.
+            range.contains(&number) && versions[number] == member.version && !done.contains(&member.number)
+        };
+        if segment.members.iter().all(is_of) {
+            keys.push(segment.key());
             crossings += about.intersections;
             done.extend(about.scans);
         }
@@ -52,12 +67,10 @@ pub fn collect(
     let workers = setting.workers(samples)?.min(todo.len());
     let (next, last) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let shared = Shared {
-        sources,
-        loading,
-        lattice,
-        portion,
+        collecting,
+        loading: Loading { triangulation: collecting.triangulation, cell: lattice.voxel },
         setting,
-        segments: Mutex::new(numbers),
+        keys: Mutex::new(keys),
         crossings: AtomicU64::new(crossings),
     };
     let work = |_| {
@@ -83,7 +96,7 @@ pub fn collect(
     if let Some((_, error)) = workers.into_iter().filter_map(Result::err).min_by_key(|failed| failed.0) {
         return Err(error);
     }
-    Ok(shared.segments.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
+    Ok(shared.keys.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
 }
 
 /// The grid that scans are counted in, and of how many samples the first is.
@@ -119,13 +132,11 @@ impl Grid {
 
 /// What workers share.
 struct Shared<'a> {
-    sources: &'a [&'a dyn ScanSource],
+    collecting: &'a Collecting<'a>,
     loading: Loading,
-    lattice: Lattice,
-    portion: Portion,
     setting: &'a Setting<'a>,
-    /// Their numbers.
-    segments: Mutex<Vec<u32>>,
+    /// Of segments.
+    keys: Mutex<Vec<Key>>,
     /// Crossings written.
     crossings: AtomicU64,
 }
@@ -140,11 +151,11 @@ struct Worker<'a> {
 impl Worker<'_> {
     /// Loads a scan and finds its crossings.
     fn take(&mut self, scan: usize, progress: &Progress<'_>) -> Result<()> {
-        let Shared { sources, loading, lattice, setting, .. } = self.shared;
+        let Shared { collecting: Collecting { sources, grid, .. }, loading, setting, .. } = self.shared;
         let surface = sources[scan].load(loading, progress)?;
         progress.check()?;
-        discretize(&surface, sources[scan].name(), scan as u32, lattice, &mut self.buckets, progress)?;
-        let mut found = Discretized::none(*lattice);
+        discretize(&surface, sources[scan].name(), scan as u32, &grid.lattice, &mut self.buckets, progress)?;
+        let mut found = Discretized::none(grid.lattice);
         found.triangles = surface.triangles.len() as u64;
         found.full_trust = surface.confidence.iter().fold(0.0, |a, &b| a.max(b));
         found.coloured = found.triangles > 0 && surface.colour.is_some();
@@ -152,7 +163,8 @@ impl Worker<'_> {
             found.images.extend(surface.measured.map(|measured| (scan as u32, measured)));
         }
         self.about.add(&About { scans: vec![scan as u32], intersections: 0, found });
-        if self.buckets.bytes() > setting.held {
+        // Where segments stay for another merge, it goes without those of which a scan has changed.
+        if self.buckets.bytes() > if setting.stays { setting.held.min(STAYS) } else { setting.held } {
             self.spill(progress)?;
         }
         progress.advance(1)
@@ -160,9 +172,10 @@ impl Worker<'_> {
 
     /// Writes what is held to a segment.
     fn spill(&mut self, progress: &Progress<'_>) -> Result<()> {
-        let Shared { setting, sources, portion, segments, crossings, lattice, .. } = self.shared;
+        let Shared { collecting: Collecting { sources, versions, grid, basis, .. }, setting, keys, crossings, .. } =
+            self.shared;
         let buckets = std::mem::take(&mut self.buckets);
-        let mut about = std::mem::replace(&mut self.about, About::none(*lattice));
+        let mut about = std::mem::replace(&mut self.about, About::none(grid.lattice));
         if about.scans.is_empty() {
             return Ok(());
         }
@@ -170,8 +183,10 @@ impl Worker<'_> {
         let raw = bundles::gather(vec![buckets]);
         // More than those of all segments so far there will be.
         let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
-        let number = segments::write(raw, &about, *portion, setting, sources.len(), are_few, progress)?;
-        segments.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(number);
+        let member = |&number: &u32| Member { number, unused: 0, version: versions[number as usize] };
+        let members: Vec<Member> = about.scans.iter().map(member).collect();
+        let key = segments::write(raw, &about, &members, *basis, setting, sources.len(), are_few, progress)?;
+        keys.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(key);
         Ok(())
     }
 }

@@ -1,14 +1,14 @@
 //! Stage 4 in blocks: labels of the nodes and vertices on the edges between them, in a file for each block.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::files::{Columns, Place, Stored};
-use super::setting::{Cut, Portion, Setting};
+use super::setting::{Cut, Key, Named, Portion, Setting};
 use crate::colour::Gains;
 use crate::field::{BrickLabels, Rule, Vertex, Vertices};
 use crate::fuse::{self, Labelled};
@@ -16,6 +16,9 @@ use crate::lattice::ROWS;
 use crate::{BrickVertices, LABELLING, Labels};
 use base::error::Result;
 use base::progress::Progress;
+
+/// What files of labels are called.
+pub const KIND: &str = "labels";
 
 /// The labels of all blocks.
 pub struct BlockLabels {
@@ -25,6 +28,7 @@ pub struct BlockLabels {
 
 struct LabelFile {
     path: PathBuf,
+    key: Key,
     table: Vec<Entry>,
 }
 
@@ -67,62 +71,63 @@ impl From<&Kept> for Vertex {
 }
 
 impl BlockLabels {
-    /// Labels a portion of the blocks, as far as that is not done.
+    /// Labels a portion of the blocks, as far as that is not done; gives their files, which note how many vertices they have.
     ///
     /// # Errors
     /// A file can't be read or written; cancelled.
     pub fn label(
         blocks: &Blocks,
-        rule: &Rule,
-        gains: &Gains,
+        (rule, gains): (&Rule, &[[f64; 3]]),
         portion: Portion,
         setting: &Setting<'_>,
         progress: &Progress<'_>,
-    ) -> Result<()> {
+    ) -> Result<Vec<Named>> {
         let cut = setting.cut;
         // What speaks of nodes may lie in the brick before, of another block.
-        let mut list: Vec<[i32; 3]> = blocks.list().flat_map(|block| cut.around(block, 1)).collect();
+        let mut list: Vec<[i32; 3]> = blocks.list().into_iter().flat_map(|block| cut.around(block, 1)).collect();
         list.sort_unstable();
         list.dedup();
         let list = portion.every(list);
         progress.stage(LABELLING, list.len() as u64);
-        let label = |(number, block): (usize, [i32; 3])| {
-            let path = setting.path("labels", number as u32);
-            if path.exists() {
-                return progress.advance(1);
+        let basis = Key::of(&format!("{rule:?} {gains:?}"));
+        let gains = Gains::new(gains);
+        let label = |block: [i32; 3]| {
+            let around: Vec<_> = cut.around(block, 1).map(|beside| blocks.key(beside)).collect();
+            let key = Key::of(&(basis, block, around));
+            let path = setting.path(KIND, key);
+            if !path.exists() {
+                let bundles = blocks.bundles_around(block)?;
+                let mut bricks = bundles.labelled_bricks();
+                bricks.retain(|&brick| cut.is_near(brick, block, 0));
+                let found = fuse::label_nodes(&bundles, bricks, rule, &gains, progress)?;
+                LabelFile::write(&path, &found)?;
             }
-            let bundles = blocks.bundles_around(block)?;
-            let mut bricks = bundles.labelled_bricks();
-            bricks.retain(|&brick| cut.is_near(brick, block, 0));
-            if bricks.is_empty() {
-                return Ok(());
-            }
-            let found = fuse::label_nodes(&bundles, bricks, rule, gains, progress)?;
-            LabelFile::write(path, &found)?;
-            progress.advance(1)
+            progress.advance(1)?;
+            let (_, table) = Stored::open(&path)?;
+            Ok(Named { block, note: vertices(&table) as u32, key })
         };
-        list.into_par_iter().with_max_len(1).try_for_each(label)
+        list.into_par_iter().with_max_len(1).map(label).collect()
     }
 
-    /// Those that are there.
+    /// Those of these files.
     ///
     /// # Errors
     /// A file can't be read.
-    pub fn open(setting: &Setting<'_>) -> Result<Self> {
+    pub fn open(files: &[Named], setting: &Setting<'_>) -> Result<Self> {
         let mut labels = BlockLabels { cut: setting.cut, files: BTreeMap::new() };
-        for (_, path) in setting.files("labels")? {
-            let file = LabelFile::open(path)?;
-            if let Some(entry) = file.table.first() {
-                labels.files.insert(entry.brick.map(|at| setting.cut.of(at)), file);
+        for &Named { block, key, .. } in files {
+            let path = setting.path(KIND, key);
+            let (_, table) = Stored::open(&path)?;
+            if !table.is_empty() {
+                labels.files.insert(block, LabelFile { path, key, table });
             }
         }
         Ok(labels)
     }
 
-    /// Vertices on edges.
-    pub fn vertices(&self) -> u64 {
-        let entries = self.files.values().flat_map(|file| &file.table);
-        entries.flat_map(|entry| &entry.vertices).map(|place| place.count::<Kept>() as u64).sum()
+    /// What there is in a block follows from this; nothing in others.
+    pub fn key(&self, block: [i32; 3]) -> Option<Key> {
+        self.files.get(&block).map(|file| file.key)
     }
 
     /// The blocks that may have a part of the surface, in order.
@@ -173,19 +178,15 @@ impl BlockLabels {
     }
 }
 
-impl LabelFile {
-    fn open(path: PathBuf) -> Result<Self> {
-        let (_, table) = Stored::open(&path)?;
-        Ok(LabelFile { path, table })
-    }
+/// Vertices on edges.
+fn vertices(table: &[Entry]) -> usize {
+    table.iter().flat_map(|entry| &entry.vertices).map(Place::count::<Kept>).sum()
+}
 
-    fn write(path: PathBuf, found: &[([i32; 3], Labelled)]) -> Result<()> {
-        let labelled: Vec<_> =
-            found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?))).collect();
-        if labelled.is_empty() {
-            return Ok(());
-        }
-        let mut file = Columns::new(&path)?;
+impl LabelFile {
+    fn write(path: &Path, found: &[([i32; 3], Labelled)]) -> Result<()> {
+        let labelled = found.iter().filter_map(|(brick, labelled)| Some((*brick, labelled.as_ref()?)));
+        let mut file = Columns::new(path)?;
         let mut table = Vec::new();
         for (brick, (labels, vertices)) in labelled {
             let planes = file.put(&[labels.inside, labels.outside])?;
@@ -195,6 +196,6 @@ impl LabelFile {
             }
             table.push(Entry { brick, bounds: labels.bounds, unused: 0, planes, vertices: of_axis });
         }
-        file.finish(&table).map(|_| ())
+        file.finish(&table)
     }
 }

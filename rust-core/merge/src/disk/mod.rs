@@ -32,7 +32,7 @@ use std::hash::{Hash as _, Hasher as _};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use rustc_hash::FxHasher;
+use rustc_hash::{FxHashSet, FxHasher};
 
 use super::{MergeParams, MergeReport, components, refuse_nothing, started};
 use base::error::{Error, Result};
@@ -54,9 +54,18 @@ pub struct Workspace<'a> {
     pub folder: &'a Path,
     /// Bytes of memory.
     pub memory: u64,
-    /// What the scans are, in a number that is another where any of them is another: then what is complete of a merge that was stopped is
-    /// kept, and the next of the same scans with the same parameters goes on from there.
-    pub scans: Option<u64>,
+    /// Whether another merge may go on with what this one leaves.
+    pub kept: Option<Kept<'a>>,
+}
+
+/// What of a merge is kept for the next one with the same parameters.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<'a> {
+    /// What each scan is, in a number that no other scan has, and another where the scan is another.
+    pub versions: &'a [u64],
+    /// Whether a merge that is done is kept as well, so that a scan more or less renews only what it has a part in; else what a merge
+    /// has left that was stopped.
+    pub stays: bool,
 }
 
 /// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`super::run`] gives.
@@ -71,19 +80,40 @@ pub fn run(
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
     started(sources, params, progress, || {
-        let Some(scans) = workspace.scans else {
+        let Some(Kept { versions, stays }) = workspace.kept else {
             let folder = tempfile::Builder::new().prefix("surfrecon-merge-").tempdir_in(workspace.folder);
             let folder = folder.map_err(|error| Error::io(workspace.folder, error))?;
             let setting = Setting::of(folder.path(), workspace.memory);
-            return merge(Tasks { sources, params, setting, portions: 1 }, sink, progress);
+            return merge(Tasks { sources, versions: places(sources), params, setting, portions: 1 }, sink, progress);
         };
-        let (folder, _lock) = kept_folder(workspace.folder, scans, params)?;
-        let setting = Setting::of(&folder, workspace.memory);
-        let report = merge(Tasks { sources, params, setting, portions: 1 }, sink, progress)?;
-        std::fs::remove_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
+        refuse_twins(sources.len(), versions)?;
+        let (folder, _lock) = kept_folder(workspace.folder, params)?;
+        let setting = Setting { stays, ..Setting::of(&folder, workspace.memory) };
+        let tasks = Tasks { sources, versions: versions.to_vec(), params, setting, portions: 1 };
+        tasks.begin()?;
+        let report = merge(tasks, sink, progress)?;
+        if !stays {
+            std::fs::remove_dir_all(&folder).map_err(|error| Error::io(&folder, error))?;
+        }
         Ok(report)
     })
     .map(|(report, _)| report)
+}
+
+/// Numbers for scans that nobody has a number for.
+fn places(sources: &[&dyn ScanSource]) -> Vec<u64> {
+    (0..sources.len() as u64).collect()
+}
+
+fn refuse_twins(scans: usize, versions: &[u64]) -> Result<()> {
+    if versions.len() != scans {
+        return Err(Error::input(format!("{} versions for {scans} scans: each has one", versions.len())));
+    }
+    let mut seen = FxHashSet::default();
+    match versions.iter().find(|&&version| !seen.insert(version)) {
+        Some(twice) => Err(Error::input(format!("two scans have the version {twice}: give each its own"))),
+        None => Ok(()),
+    }
 }
 
 /// A merge that processes do together, each the tasks that it is given.
@@ -99,7 +129,8 @@ pub struct Together<'a> {
 
 impl<'a> Together<'a> {
     fn tasks(self, sources: &'a [&'a dyn ScanSource], params: &'a MergeParams) -> Tasks<'a> {
-        Tasks { sources, params, setting: Setting::of(self.folder, self.memory), portions: self.tasks }
+        let setting = Setting::of(self.folder, self.memory);
+        Tasks { sources, versions: places(sources), params, setting, portions: self.tasks }
     }
 }
 
@@ -133,15 +164,16 @@ pub fn put_together(
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    started(sources, params, progress, || finish(&together.tasks(sources, params), sink, progress)).map(|found| found.0)
+    started(sources, params, progress, || finish(&mut together.tasks(sources, params), sink, progress))
+        .map(|found| found.0)
 }
 
-/// The folder of a merge that is kept where it is stopped, and what nobody else has as long as it is held.
-fn kept_folder(folder: &Path, scans: u64, params: &MergeParams) -> Result<(PathBuf, File)> {
+/// The folder of what merges leave for each other, and what nobody else has as long as it is held.
+fn kept_folder(folder: &Path, params: &MergeParams) -> Result<(PathBuf, File)> {
     let mut hasher = FxHasher::default();
     // Of the threads nothing depends.
     let params = MergeParams { threads: 0, ..*params };
-    (scans, format!("{params:?}"), env!("CARGO_PKG_VERSION"), cfg!(target_endian = "big")).hash(&mut hasher);
+    (format!("{params:?}"), env!("CARGO_PKG_VERSION"), cfg!(target_endian = "big")).hash(&mut hasher);
     let folder = folder.join(format!("surfrecon-merge-{:016x}", hasher.finish()));
     let failed = |error| Error::io(&folder, error);
     if let Err(error) = std::fs::create_dir(&folder)
@@ -153,7 +185,7 @@ fn kept_folder(folder: &Path, scans: u64, params: &MergeParams) -> Result<(PathB
     match lock.try_lock() {
         Ok(()) => Ok((folder, lock)),
         Err(TryLockError::WouldBlock) => Err(Error::input(format!(
-            "{}: another merge of the same scans is at work here: wait for it, or choose another workspace",
+            "{}: another merge is at work here: wait for it, or choose another workspace",
             folder.display()
         ))),
         Err(TryLockError::Error(error)) => Err(failed(error)),
@@ -167,15 +199,16 @@ fn merge(mut tasks: Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>)
             tasks.run(stage, number, progress)?;
         }
     }
-    finish(&tasks, sink, progress)
+    let report = finish(&mut tasks, sink, progress)?;
+    tasks.end()?;
+    Ok(report)
 }
 
 /// What is left once all tasks are done: the surface is put together of its tiles and written.
-fn finish(tasks: &Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<MergeReport> {
+fn finish(tasks: &mut Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<MergeReport> {
+    let (Known { sources, about, reaches, mut report }, tiles) = tasks.finished()?;
     let Tasks { params, setting, .. } = tasks;
-    let Known { sources, about, reaches, mut report } = tasks.finished()?;
     let found = &about.found;
-    let tiles = tiles::open(setting)?;
     report.artificial_intersections = tiles.iter().map(tiles::TileFile::artificial).sum();
     report.noise = noise::typical(&tiles, progress)?;
     let chosen = components::choose(&tiles[..], reaches.reach, params.min_component_share, &mut report, progress)?;

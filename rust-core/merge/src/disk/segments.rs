@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::files::{Columns, Place, Stored, damaged};
-use super::setting::{Portion, Setting};
+use super::setting::{Key, Setting, remove};
 use crate::bundles::{Added, Found, RawBundle, in_sample};
 use crate::crossing::{BundleKey, Crossing};
 use crate::intake::Discretized;
@@ -16,7 +16,7 @@ use crate::lines;
 use crate::overlap::{BundleDistances, OverlapDistances};
 use crate::remove::remove_fine_details;
 use crate::tally::{self, Tally};
-use base::error::Result;
+use base::error::{Error, Result};
 use base::progress::Progress;
 use image::range_image::noise::Noise;
 use image::source::Measured;
@@ -96,9 +96,27 @@ impl About {
 /// A file with crossings of some scans, added up, and where it has those of each block.
 pub struct Segment {
     path: PathBuf,
+    key: Key,
+    /// Its scans.
+    pub members: Vec<Member>,
+    /// Whether overlaps can be measured by all of its crossings.
+    pub is_whole: bool,
     /// Sorted.
     table: Vec<Entry>,
 }
+
+/// A scan of a segment.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
+pub struct Member {
+    pub number: u32,
+    pub unused: u32,
+    /// What it is.
+    pub version: u64,
+}
+
+/// What a segment is called.
+pub const KIND: &str = "segment";
 
 /// Where a segment has what there is in a block, on lines along an axis, sorted by bundle, line and place; or a sample of crossings in a
 /// row of blocks, by bundle.
@@ -108,7 +126,7 @@ struct Entry {
     axis: u32,
     kind: u32,
     block: [i32; 3],
-    /// Whether crossings are added up.
+    /// Whether crossings are added up; of [`ABOUT`] whether the samples are whole.
     are_tallies: u32,
     /// [`Row`]s.
     bundles: Place,
@@ -118,7 +136,7 @@ struct Entry {
 
 const BLOCK: u32 = 0;
 const SAMPLE: u32 = 1;
-/// The list has what was found out of the scans, in numbers.
+/// The list has what was found out of the scans, in numbers, the bundles are the scans.
 const ABOUT: u32 = 2;
 
 impl Entry {
@@ -135,20 +153,7 @@ struct Row {
     count: u32,
 }
 
-/// What the segments of a portion are called.
-pub fn kind(portion: Portion) -> String {
-    format!("segment-{}", portion.number)
-}
-
-/// Removes all segments.
-///
-/// # Errors
-/// A file can't be removed.
-pub fn remove(portions: u32, setting: &Setting<'_>) -> Result<()> {
-    (0..portions).try_for_each(|number| setting.remove(&kind(Portion { number, of: portions })))
-}
-
-/// Writes crossings of whole scans, of `scans` in all, to a segment, whose number it gives; if `are_few`, overlaps are measured by all of
+/// Writes crossings of whole scans, of `scans` in all, to a segment, whose key it gives; if `are_few`, overlaps are measured by all of
 /// them.
 ///
 /// # Errors
@@ -156,19 +161,21 @@ pub fn remove(portions: u32, setting: &Setting<'_>) -> Result<()> {
 pub fn write(
     raw: Vec<RawBundle>,
     about: &About,
-    portion: Portion,
+    members: &[Member],
+    basis: Key,
     setting: &Setting<'_>,
     scans: usize,
     are_few: bool,
     progress: &Progress<'_>,
-) -> Result<u32> {
+) -> Result<Key> {
     // Bundles in rows of blocks.
     let mut rows: BTreeMap<(u8, [i32; 2]), Vec<RawBundle>> = BTreeMap::new();
     for bundle in raw {
         let row = bundle.key.across.map(|brick| setting.cut.of(brick));
         rows.entry((bundle.key.axis, row)).or_default().push(bundle);
     }
-    let mut file = Columns::new(&setting.path(&kind(portion), 0))?;
+    let key = Key::of(&(basis, members, are_few));
+    let mut file = Columns::new(&setting.path(KIND, key))?;
     let mut table = Vec::new();
     for ((axis, row), list) in rows {
         progress.check()?;
@@ -209,12 +216,11 @@ pub fn write(
             entry(SAMPLE, [row[0], row[1], 0], false, file.put(&sampled)?, file.put(&sample)?);
         }
     }
-    let list = file.put(&about.to_numbers())?;
-    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: 0, bundles: Place::default(), list });
+    let (list, bundles) = (file.put(&about.to_numbers())?, file.put(members)?);
+    table.push(Entry { axis: 0, kind: ABOUT, block: [0; 3], are_tallies: are_few.into(), bundles, list });
     table.sort_unstable_by_key(Entry::key);
-    let names = (0..).map(|number| setting.path(&kind(portion), number));
-    let number = file.finish_as(&table, names)?.expect("names have no end");
-    Ok(number as u32)
+    file.finish(&table)?;
+    Ok(key)
 }
 
 /// The crossings of bundles added up, which then have so many.
@@ -232,19 +238,37 @@ fn added_up(bundles: &mut [Row], crossings: &[Crossing]) -> Vec<Tally> {
 }
 
 impl Segment {
-    /// A segment, and what was found out of its scans.
+    /// Those that are there of scans in this grid, whoever collected them.
     ///
     /// # Errors
-    /// The file can't be read.
-    pub fn open(path: PathBuf, lattice: Lattice) -> Result<(Self, About)> {
-        let (stored, table) = Stored::open::<Entry>(&path)?;
-        let segment = Segment { path, table };
-        let numbers: Vec<f64> = match segment.find(ABOUT, [0; 3], 0) {
-            Some(entry) => stored.get(&entry.list)?,
-            None => Vec::new(),
+    /// A file can't be read.
+    pub fn all(basis: Key, lattice: Lattice, setting: &Setting<'_>) -> Result<Vec<(Self, About)>> {
+        let open = |path: PathBuf| {
+            let (stored, table) = Stored::open::<Entry>(&path)?;
+            let about = table.iter().find(|entry| entry.kind == ABOUT).ok_or_else(|| damaged(&path))?;
+            let (members, is_whole) = (stored.get::<Member>(&about.bundles)?, about.are_tallies != 0);
+            let key = Key::of(&(basis, &members[..], is_whole));
+            if setting.path(KIND, key) != path {
+                return Ok(None);
+            }
+            let numbers: Vec<f64> = stored.get(&about.list)?;
+            let about = About::from_numbers(lattice, &numbers).ok_or_else(|| damaged(&path))?;
+            Ok(Some((Segment { path, key, members, is_whole, table }, about)))
         };
-        let about = About::from_numbers(lattice, &numbers).ok_or_else(|| damaged(&segment.path))?;
-        Ok((segment, about))
+        setting.files(KIND)?.into_iter().filter_map(|path| open(path).transpose()).collect()
+    }
+
+    /// What it follows from.
+    pub fn key(&self) -> Key {
+        self.key
+    }
+
+    /// Removes it.
+    ///
+    /// # Errors
+    /// It can't be removed.
+    pub fn remove(&self) -> Result<()> {
+        remove(&self.path)
     }
 
     /// Where it has what there is in a block, or of a row of blocks the sample.
@@ -255,21 +279,31 @@ impl Segment {
 }
 
 impl Collected {
-    /// All segments: the numbers that [`collect`] gave for each portion.
+    /// The segments of these keys.
     ///
     /// # Errors
     /// A file can't be read.
-    pub fn open(portions: &[Vec<u32>], lattice: Lattice, setting: &Setting<'_>) -> Result<Self> {
+    pub fn open(keys: &[Key], basis: Key, lattice: Lattice, setting: &Setting<'_>) -> Result<Self> {
         let mut all = Collected { about: About::none(lattice), segments: Vec::new() };
-        for (number, segments) in (0..).zip(portions) {
-            let kind = kind(Portion { number, of: portions.len() as u32 });
-            for &segment in segments {
-                let (segment, about) = Segment::open(setting.path(&kind, segment), lattice)?;
+        for (segment, about) in Segment::all(basis, lattice, setting)? {
+            if keys.contains(&segment.key) {
                 all.about.add(&about);
                 all.segments.push(segment);
             }
         }
+        if let Some(key) = keys.iter().find(|&&key| all.segments.iter().all(|segment| segment.key != key)) {
+            let path = setting.path(KIND, *key);
+            return Err(Error::io(&path, std::io::ErrorKind::NotFound.into()));
+        }
         Ok(all)
+    }
+
+    /// What is in a block follows from this.
+    pub fn key_of(&self, block: [i32; 3]) -> Key {
+        let has = |segment: &&Segment| (0..3).any(|axis| segment.find(BLOCK, block, axis).is_some());
+        let mut keys: Vec<Key> = self.segments.iter().filter(has).map(Segment::key).collect();
+        keys.sort_unstable();
+        Key::of(&(block, keys))
     }
 
     /// The blocks in which there is anything, in order.

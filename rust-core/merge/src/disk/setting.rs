@@ -1,7 +1,10 @@
 //! The folder of a merge, and what follows from the memory there is; how space is cut into blocks, and work into portions.
 
+use std::hash::{DefaultHasher, Hash, Hasher as _};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+
+use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 
 use super::files::{Columns, Place, Stored, damaged};
 use crate::tiles::Block;
@@ -26,6 +29,8 @@ pub struct Setting<'a> {
     /// Crossings of all scans up to which overlaps are measured by all of them.
     pub kept: u64,
     pub corner: [i64; 3],
+    /// Whether what stages leave stays, so that another merge finds it.
+    pub stays: bool,
 }
 
 impl<'a> Setting<'a> {
@@ -41,6 +46,7 @@ impl<'a> Setting<'a> {
             held: (each / 6).max(1 << 20),
             kept: crate::bundles::MANY,
             corner: [0; 3],
+            stays: false,
         }
     }
 
@@ -60,53 +66,95 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Where a file of a kind is, by its number.
-    pub fn path(&self, kind: &str, number: u32) -> PathBuf {
+    /// Where a mark is, by its number.
+    pub fn mark(&self, kind: &str, number: u32) -> PathBuf {
         self.folder.join(format!("{kind}-{number:06}"))
     }
 
-    /// The files of a kind that are complete, with their numbers, in order.
-    pub fn files(&self, kind: &str) -> Result<Vec<(u32, PathBuf)>> {
+    /// Where a file of a kind is, by what it follows from.
+    pub fn path(&self, kind: &str, key: Key) -> PathBuf {
+        self.folder.join(format!("{kind}-{key}"))
+    }
+
+    /// The files of a kind that are complete, in the order of their names.
+    pub fn files(&self, kind: &str) -> Result<Vec<PathBuf>> {
         let failed = |error| Error::io(self.folder, error);
         let mut files = Vec::new();
         for file in self.folder.read_dir().map_err(failed)? {
             let path = file.map_err(failed)?.path();
             let name = path.file_name().and_then(|name| name.to_str());
-            if let Some(number) = name.and_then(|name| name.strip_prefix(kind)?.strip_prefix('-')?.parse().ok()) {
-                files.push((number, path));
+            if name.and_then(|name| name.strip_prefix(kind)).is_some_and(|rest| rest.starts_with('-')) {
+                files.push(path);
             }
         }
         files.sort_unstable();
         Ok(files)
     }
 
-    /// Removes the files of a kind.
-    pub fn remove(&self, kind: &str) -> Result<()> {
-        let remove = |(_, path): (u32, PathBuf)| match std::fs::remove_file(&path) {
-            // Somebody else has done so.
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-            done => done.map_err(|error| Error::io(&path, error)),
-        };
-        self.files(kind)?.into_iter().try_for_each(remove)
+    /// Removes the files of kinds that nobody needs any more in this merge, unless they stay.
+    pub fn spend(&self, kinds: &[&str]) -> Result<()> {
+        if self.stays {
+            return Ok(());
+        }
+        kinds.iter().try_for_each(|kind| self.files(kind)?.iter().try_for_each(|path| remove(path)))
     }
 
-    /// Keeps numbers in a file of a kind; where there is one, that one stays.
-    pub fn keep(&self, kind: &str, number: u32, numbers: &[f64]) -> Result<()> {
-        let path = self.path(kind, number);
+    /// Keeps a list in a mark; where there is one, that one stays.
+    pub fn keep<T: NoUninit>(&self, kind: &str, number: u32, list: &[T]) -> Result<()> {
+        let path = self.mark(kind, number);
         let mut file = Columns::new(&path)?;
-        let place = file.put(numbers)?;
+        let place = file.put(list)?;
         file.finish_as(&[place], std::iter::once(path)).map(|_| ())
     }
 
-    /// The numbers of a file that [`Setting::keep`] made, if there is one.
-    pub fn recall(&self, kind: &str, number: u32) -> Result<Option<Vec<f64>>> {
-        let path = self.path(kind, number);
+    /// The list of a mark that [`Setting::keep`] made, if there is one.
+    pub fn recall<T: AnyBitPattern + NoUninit>(&self, kind: &str, number: u32) -> Result<Option<Vec<T>>> {
+        let path = self.mark(kind, number);
         if !path.exists() {
             return Ok(None);
         }
         let (stored, table) = Stored::open::<Place>(&path)?;
         stored.get(table.first().ok_or_else(|| damaged(&path))?).map(Some)
     }
+}
+
+/// Removes a file, unless somebody else has.
+pub fn remove(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        done => done.map_err(|error| Error::io(path, error)),
+    }
+}
+
+/// A number that follows from what a file is made of, and is another for anything else but for one chance in 2^128.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Pod, Zeroable)]
+pub struct Key([u64; 2]);
+
+impl Key {
+    pub fn of(made_of: &impl Hash) -> Self {
+        Key([0_u8, 1].map(|half| {
+            let mut hasher = DefaultHasher::new();
+            (half, made_of).hash(&mut hasher);
+            hasher.finish()
+        }))
+    }
+}
+
+impl std::fmt::Display for Key {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{:016x}{:016x}", self.0[0], self.0[1])
+    }
+}
+
+/// A block, and the key of a file that has what there is in it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
+pub struct Named {
+    pub block: [i32; 3],
+    /// What stages note besides.
+    pub note: u32,
+    pub key: Key,
 }
 
 /// Which of what there is to do a task does.
@@ -123,10 +171,10 @@ impl Portion {
         first(self.number)..first(self.number + 1)
     }
 
-    /// Of what is in a list every so-manieth, with its place: what takes long lies beside each other.
-    pub fn every<T>(self, list: Vec<T>) -> Vec<(usize, T)> {
+    /// Of what is in a list every so-manieth: what takes long lies beside each other.
+    pub fn every<T>(self, list: Vec<T>) -> Vec<T> {
         let is_own = |place: usize| place % self.of as usize == self.number as usize;
-        list.into_iter().enumerate().filter(|(place, _)| is_own(*place)).collect()
+        list.into_iter().enumerate().filter(|(place, _)| is_own(*place)).map(|of| of.1).collect()
     }
 }
 
@@ -175,10 +223,9 @@ mod tests {
             let portions = || (0..of).map(|number| Portion { number, of });
             let runs: Vec<usize> = portions().flat_map(|portion| portion.range(count)).collect();
             assert_eq!(runs, (0..count).collect::<Vec<_>>());
-            let mut every: Vec<(usize, usize)> =
-                portions().flat_map(|portion| portion.every((0..count).collect())).collect();
+            let mut every: Vec<usize> = portions().flat_map(|portion| portion.every((0..count).collect())).collect();
             every.sort_unstable();
-            assert_eq!(every, (0..count).map(|i| (i, i)).collect::<Vec<_>>());
+            assert_eq!(every, (0..count).collect::<Vec<_>>());
         }
     }
 }

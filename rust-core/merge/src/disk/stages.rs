@@ -3,18 +3,24 @@
 //! A task leaves its files and last a mark with a few numbers. It may be done twice, at once too: what it leaves is the same, and the first
 //! mark stays. So one that was stopped is done again, and one that is done is not.
 
-use super::blocks::Blocks;
-use super::collect::{self, Grid};
+use std::path::PathBuf;
+
+use bytemuck::{AnyBitPattern, NoUninit};
+use rustc_hash::FxHashSet;
+
+use super::blocks::{self, Blocks};
+use super::collect::{self, Collecting, Grid};
 use super::files::damaged;
-use super::labels::BlockLabels;
-use super::looks;
-use super::segments::{self, About, Collected};
-use super::setting::{Cut, Portion, Setting};
-use super::tiles;
+use super::labels::{self, BlockLabels};
+use super::looks::{self, Voters};
+use super::segments::{self, About, Collected, Segment};
+use super::setting::{self, Cut, Key, Named, Portion, Setting};
+use super::tiles::{self, TileFile};
+use crate::bundles::sampled_of;
 use crate::fuse::Reaches;
 use crate::lattice::Lattice;
 use crate::overlap::OverlapDistances;
-use crate::{FUSING, MergeParams, MergeReport, VoxelReason, colour, defaults, numbers};
+use crate::{FUSING, MergeParams, MergeReport, VoxelReason, defaults, numbers};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::{Loading, ScanSource};
@@ -56,6 +62,8 @@ impl Stage {
 /// A merge in a folder, whose stages are done task by task.
 pub struct Tasks<'a> {
     pub sources: &'a [&'a dyn ScanSource],
+    /// What each scan is, in a number that no other has.
+    pub versions: Vec<u64>,
     pub params: &'a MergeParams,
     pub setting: Setting<'a>,
     /// Into how many tasks a stage is cut.
@@ -69,6 +77,10 @@ struct Planned {
     cut: Cut,
     /// Places of the scans in the list, by number.
     order: Vec<usize>,
+    /// What scans are, by number.
+    versions: Vec<u64>,
+    /// What crossings follow from besides the scans.
+    basis: Key,
 }
 
 /// What scans come to, but for their crossings.
@@ -89,39 +101,99 @@ impl<'a> Tasks<'a> {
         if self.is_done(stage, number) {
             return Ok(());
         }
-        match self.done_by(stage, number, progress).and_then(|found| self.setting.keep(&mark(stage), number, &found)) {
+        match self.done_by(stage, number, progress) {
             // Somebody else was at it, has done it, and taken away what it needs.
             Err(_) if self.is_done(stage, number) => Ok(()),
             done => done,
         }
     }
 
-    fn is_done(&self, stage: Stage, number: u32) -> bool {
-        self.setting.path(&mark(stage), number).exists()
+    /// Begins with what merges before have left: of the marks those are no more true that were of other scans.
+    ///
+    /// # Errors
+    /// A file can't be read, written or removed.
+    pub fn begin(&self) -> Result<()> {
+        let names: Vec<&str> = self.sources.iter().map(|scan| scan.name()).collect();
+        let now = [Key::of(&(names, &self.versions, self.portions))];
+        if self.setting.recall::<Key>(SCANS, 0)?.is_some_and(|before| before == now) {
+            return Ok(());
+        }
+        self.forget_marks()?;
+        self.setting.keep(SCANS, 0, &now)
     }
 
-    fn done_by(&mut self, stage: Stage, number: u32, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    fn forget_marks(&self) -> Result<()> {
+        setting::remove(&self.setting.mark(SCANS, 0))?;
+        let mut marks = Stage::ALL.iter().map(|&stage| self.setting.files(&mark(stage)));
+        marks.try_for_each(|files| files?.iter().try_for_each(|path| setting::remove(path)))
+    }
+
+    /// Leaves what another merge may find of use, and nothing else.
+    ///
+    /// # Errors
+    /// A file can't be read or removed.
+    pub fn end(&self) -> Result<()> {
+        if !self.setting.stays {
+            return Ok(());
+        }
+        let planned = self.planned()?;
+        let Known { about, reaches, report, .. } = self.compared(&planned)?;
+        let voters = Voters::new(&about.found, &planned.versions, planned.basis, reaches.tolerance * report.voxel);
+        let segments: Vec<Key> = self.all(Stage::Collect)?;
+        let left = self.files(Stage::Drop)?.into_iter().filter(|named| named.note > 0).collect();
+        let mut used: FxHashSet<PathBuf> = voters.paths(&self.setting).into_iter().collect();
+        used.extend(segments.into_iter().map(|key| self.setting.path(segments::KIND, key)));
+        for (kind, files) in [
+            (blocks::KIND, self.files(Stage::Fuse)?),
+            (blocks::LEFT, left),
+            (labels::KIND, self.files(Stage::Label)?),
+            (tiles::KIND, self.files(Stage::Build)?),
+        ] {
+            used.extend(files.into_iter().map(|named| self.setting.path(kind, named.key)));
+        }
+        self.forget_marks()?;
+        for kind in [segments::KIND, blocks::KIND, blocks::LEFT, looks::KIND, labels::KIND, tiles::KIND, "unfinished"] {
+            let others = self.setting.files(kind)?.into_iter().filter(|path| !used.contains(path));
+            others.into_iter().try_for_each(|path| setting::remove(&path))?;
+        }
+        Ok(())
+    }
+
+    fn is_done(&self, stage: Stage, number: u32) -> bool {
+        self.setting.mark(&mark(stage), number).exists()
+    }
+
+    fn done_by(&mut self, stage: Stage, number: u32, progress: &Progress<'_>) -> Result<()> {
         let portion = Portion { number, of: stage.tasks(self.portions) };
         if stage == Stage::Plan {
-            return self.plan(progress);
+            let planned = self.plan(progress)?;
+            return self.done(stage, number, &planned.to_numbers());
         }
         let planned = self.planned()?;
         self.setting.cut = planned.cut;
         match stage {
             Stage::Plan => unreachable!("it is not planned"),
-            Stage::Collect => self.collect(&planned, portion, progress),
-            Stage::Overlap => self.overlap(&planned, progress),
-            Stage::Fuse => self.fuse(&planned, portion, progress),
-            Stage::Look => self.look(planned, portion, progress),
-            Stage::Drop => self.drop(portion, progress),
-            Stage::Colours => self.colours(planned, progress),
-            Stage::Label => self.label(planned, portion, progress),
-            Stage::Build => self.build(&planned, portion, progress),
+            Stage::Collect => self.done(stage, number, &self.collect(&planned, portion, progress)?),
+            Stage::Overlap => self.done(stage, number, &self.overlap(&planned, progress)?),
+            Stage::Fuse => self.done(stage, number, &self.fuse(&planned, portion, progress)?),
+            Stage::Look => {
+                self.look(&planned, portion, progress)?;
+                self.done::<u8>(stage, number, &[])
+            }
+            Stage::Drop => self.done(stage, number, &self.drop(&planned, portion, progress)?),
+            Stage::Colours => self.done(stage, number, &self.colours(&planned, progress)?),
+            Stage::Label => self.done(stage, number, &self.label(&planned, portion, progress)?),
+            Stage::Build => self.done(stage, number, &self.build(&planned, portion, progress)?),
         }
     }
 
-    /// The numbers that the tasks of a stage have left.
-    fn all(&self, stage: Stage) -> Result<Vec<Vec<f64>>> {
+    /// Marks a task as done, with what it found.
+    fn done<T: NoUninit>(&self, stage: Stage, number: u32, found: &[T]) -> Result<()> {
+        self.setting.keep(&mark(stage), number, found)
+    }
+
+    /// What the tasks of a stage have found, one after the other.
+    fn all<T: AnyBitPattern + NoUninit>(&self, stage: Stage) -> Result<Vec<T>> {
         let of = |number| {
             self.setting.recall(&mark(stage), number)?.ok_or_else(|| {
                 let of = stage.tasks(self.portions);
@@ -129,38 +201,53 @@ impl<'a> Tasks<'a> {
                 Error::input(format!("{folder}: {} {number} of {of} tasks is not done: do it first", stage.name()))
             })
         };
-        (0..stage.tasks(self.portions)).map(of).collect()
+        Ok((0..stage.tasks(self.portions)).map(of).collect::<Result<Vec<Vec<T>>>>()?.concat())
     }
 
-    /// The numbers of a stage of one task.
-    fn of_one(&self, stage: Stage) -> Result<Vec<f64>> {
-        Ok(self.all(stage)?.concat())
+    /// The files that the tasks of a stage have found or made, by block.
+    fn files(&self, stage: Stage) -> Result<Vec<Named>> {
+        let mut files: Vec<Named> = self.all(stage)?;
+        files.sort_unstable();
+        Ok(files)
     }
 
-    fn plan(&self, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        let Tasks { sources, params, setting, .. } = self;
+    fn plan(&self, progress: &Progress<'_>) -> Result<Planned> {
+        let Tasks { sources, versions, params, setting, .. } = self;
         let content = |place: usize| sources[place].content(&params.triangulation, progress);
         let order = numbers::in_order(sources, content, progress)?;
         let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
-        let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
+        let versions: Vec<u64> = order.iter().map(|&place| versions[place]).collect();
         let mut report = MergeReport::default();
         defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
         let loading = Loading { triangulation: params.triangulation, cell: report.voxel };
         let grid = Grid::of_first(&sources, &loading, setting.corner, progress)?;
         setting.workers(grid.samples)?;
-        let planned = Planned { grid, reason: report.voxel_reason, cut: setting.cut, order };
-        Ok(planned.to_numbers())
+        // What is there is cut as it is.
+        let cut = match setting.recall::<i32>(CUT, 0)? {
+            Some(side) => Cut { side: side.first().copied().unwrap_or(setting.cut.side) },
+            None => setting.cut,
+        };
+        setting.keep(CUT, 0, &[cut.side])?;
+        let reason = report.voxel_reason;
+        Ok(Planned { grid, reason, cut, order, versions, basis: self.basis(&grid, cut) })
+    }
+
+    fn basis(&self, Grid { lattice: Lattice { voxel, base }, .. }: &Grid, cut: Cut) -> Key {
+        let triangulation = format!("{:?}", self.params.triangulation);
+        Key::of(&(voxel.to_bits(), base, triangulation, cut.side, sampled_of(self.sources.len())))
     }
 
     fn planned(&self) -> Result<Planned> {
-        let numbers = self.of_one(Stage::Plan)?;
-        let path = self.setting.path(&mark(Stage::Plan), 0);
-        let planned = Planned::from_numbers(&numbers).ok_or_else(|| damaged(&path))?;
+        let numbers: Vec<f64> = self.all(Stage::Plan)?;
+        let path = self.setting.mark(&mark(Stage::Plan), 0);
+        let mut planned = Planned::from_numbers(&numbers).ok_or_else(|| damaged(&path))?;
         let (before, now) = (planned.order.len(), self.sources.len());
         if before != now {
             let folder = self.setting.folder.display();
             return Err(Error::input(format!("{folder}: this merge was planned for {before} scans, not for {now}")));
         }
+        planned.versions = planned.order.iter().map(|&place| self.versions[place]).collect();
+        planned.basis = self.basis(&planned.grid, planned.cut);
         Ok(planned)
     }
 
@@ -168,22 +255,25 @@ impl<'a> Tasks<'a> {
         planned.order.iter().map(|&place| self.sources[place]).collect()
     }
 
-    fn collect(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    fn collect(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Key>> {
+        let &Planned { grid, basis, ref versions, .. } = planned;
         let sources = self.in_order(planned);
-        let triangulation = &self.params.triangulation;
-        let found = collect::collect(&sources, triangulation, &planned.grid, portion, &self.setting, progress)?;
+        let triangulation = self.params.triangulation;
+        let collecting = Collecting { sources: &sources, versions, triangulation, grid, basis };
+        let found = collect::collect(&collecting, portion, &self.setting, progress)?;
         progress.lap("discretize");
-        Ok(found.into_iter().map(f64::from).collect())
+        Ok(found)
     }
 
     fn collected(&self, planned: &Planned) -> Result<Collected> {
-        let whole = |numbers: Vec<f64>| numbers.into_iter().map(|number| number as u32).collect();
-        let segments: Vec<Vec<u32>> = self.all(Stage::Collect)?.into_iter().map(whole).collect();
-        Collected::open(&segments, planned.grid.lattice, &self.setting)
+        Collected::open(&self.all(Stage::Collect)?, planned.basis, planned.grid.lattice, &self.setting)
     }
 
     fn overlap(&self, planned: &Planned, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        let collected = self.collected(planned)?;
+        let mut collected = self.collected(planned)?;
+        if collected.about.intersections <= self.setting.kept {
+            collected = self.collected_whole(collected, planned, progress)?;
+        }
         if collected.about.found.triangles == 0 {
             return Err(crate::nothing_to_merge());
         }
@@ -196,32 +286,41 @@ impl<'a> Tasks<'a> {
         Ok(numbers)
     }
 
-    fn fuse(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
+    /// What was collected, with whole samples of overlaps: those of a merge before, of more scans, may not be whole.
+    fn collected_whole(&self, collected: Collected, planned: &Planned, progress: &Progress<'_>) -> Result<Collected> {
+        let mut others = collected.segments.iter().filter(|segment| !segment.is_whole).peekable();
+        if others.peek().is_none() {
+            return Ok(collected);
+        }
+        others.try_for_each(Segment::remove)?;
+        for number in 0..Stage::Collect.tasks(self.portions) {
+            setting::remove(&self.setting.mark(&mark(Stage::Collect), number))?;
+            let portion = Portion { number, of: self.portions };
+            self.done(Stage::Collect, number, &self.collect(planned, portion, progress)?)?;
+        }
+        self.collected(planned)
+    }
+
+    fn fuse(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+        self.all::<f64>(Stage::Overlap)?;
         let collected = self.collected(planned)?;
-        Blocks::fuse(&collected, portion, &self.setting, progress)?;
+        let files = Blocks::fuse(&collected, portion, &self.setting, progress)?;
         progress.lap("sort");
-        Ok(Vec::new())
+        Ok(files)
     }
 
     /// What is known once scans have been compared.
-    ///
-    /// # Errors
-    /// A task before is not done; a file can't be read.
-    pub fn known(&self) -> Result<Known<'a>> {
-        self.compared(self.planned()?)
-    }
-
-    fn compared(&self, planned: Planned) -> Result<Known<'a>> {
-        let numbers = self.of_one(Stage::Overlap)?;
+    fn compared(&self, planned: &Planned) -> Result<Known<'a>> {
+        let numbers: Vec<f64> = self.all(Stage::Overlap)?;
         let told = |numbers: &[f64]| {
             let (&count, rest) = numbers.split_first()?;
             let (distances, about) = rest.split_at_checked(count as usize)?;
             let about = About::from_numbers(planned.grid.lattice, about)?;
             Some((OverlapDistances::from_numbers(distances)?, about))
         };
-        let told = told(&numbers).ok_or_else(|| damaged(&self.setting.path(&mark(Stage::Overlap), 0)));
+        let told = told(&numbers).ok_or_else(|| damaged(&self.setting.mark(&mark(Stage::Overlap), 0)));
         let (distances, about) = told?;
-        let sources = self.in_order(&planned);
+        let sources = self.in_order(planned);
         let mut report = MergeReport {
             scans: sources.len(),
             scan_names: sources.iter().map(|scan| scan.name().to_owned()).collect(),
@@ -235,82 +334,87 @@ impl<'a> Tasks<'a> {
         Ok(Known { sources, about, reaches, report })
     }
 
-    fn look(&self, planned: Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        self.all(Stage::Fuse)?;
+    fn look(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<()> {
+        let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
         if portion.number == 0 {
-            segments::remove(self.portions, &self.setting)?;
+            self.setting.spend(&[segments::KIND])?;
         }
         let Known { sources, about, reaches, report } = self.compared(planned)?;
         let tolerance = reaches.tolerance * report.voxel;
-        let blocks = Blocks::open(&self.setting)?;
-        looks::look(&blocks, &sources, &about.found, tolerance, portion, &self.setting, progress)?;
+        let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
+        voters.look(&blocks, &sources, portion, &self.setting, progress)?;
         progress.lap("sight");
-        Ok(Vec::new())
+        Ok(())
     }
 
-    fn drop(&self, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        self.all(Stage::Look)?;
-        let blocks = Blocks::open(&self.setting)?;
-        let dropped = looks::drop_seen_through(&blocks, self.portions, portion, &self.setting, progress)?;
+    fn drop(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+        self.all::<u8>(Stage::Look)?;
+        let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
+        let Known { about, reaches, report, .. } = self.compared(planned)?;
+        let tolerance = reaches.tolerance * report.voxel;
+        let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
+        let files = voters.drop_seen_through(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
-        Ok(vec![dropped as f64])
+        Ok(files)
     }
 
     /// What is left of the blocks.
     fn left(&self) -> Result<Blocks> {
-        let mut blocks = Blocks::open(&self.setting)?;
-        blocks.show(&self.setting)?;
-        Ok(blocks)
+        Blocks::open(&self.files(Stage::Drop)?, &self.setting)
     }
 
-    fn colours(&self, planned: Planned, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        self.all(Stage::Drop)?;
-        looks::remove(self.portions, &self.setting)?;
+    fn colours(&self, planned: &Planned, progress: &Progress<'_>) -> Result<Vec<[f64; 3]>> {
+        let blocks = self.left()?;
+        self.setting.spend(&[looks::KIND])?;
         if !self.params.match_exposure || !self.compared(planned)?.about.found.coloured {
             return Ok(Vec::new());
         }
-        let gains = self.left()?.gains(self.sources.len(), progress)?;
+        let gains = blocks.gains(self.sources.len(), progress)?;
         progress.lap("colours");
-        Ok(gains.into_flattened())
+        Ok(gains)
     }
 
-    fn gains(&self) -> Result<Vec<[f64; 3]>> {
-        Ok(self.of_one(Stage::Colours)?.as_chunks().0.to_vec())
-    }
-
-    fn label(&self, planned: Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        let gains = colour::Gains::new(&self.gains()?);
+    fn label(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+        let gains: Vec<[f64; 3]> = self.all(Stage::Colours)?;
         let rule = self.compared(planned)?.reaches.rule();
-        BlockLabels::label(&self.left()?, &rule, &gains, portion, &self.setting, progress)?;
+        let files = BlockLabels::label(&self.left()?, (&rule, &gains), portion, &self.setting, progress)?;
         progress.lap("label");
-        Ok(Vec::new())
+        Ok(files)
     }
 
-    fn build(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<f64>> {
-        self.all(Stage::Label)?;
+    fn build(&self, planned: &Planned, portion: Portion, progress: &Progress<'_>) -> Result<Vec<Named>> {
+        let labels = BlockLabels::open(&self.files(Stage::Label)?, &self.setting)?;
         if portion.number == 0 {
-            ["block", "left"].into_iter().try_for_each(|kind| self.setting.remove(kind))?;
+            self.setting.spend(&[blocks::KIND, blocks::LEFT])?;
         }
-        let labels = BlockLabels::open(&self.setting)?;
-        tiles::build(&labels, &planned.grid.lattice, portion, &self.setting, progress)?;
+        let files = tiles::build(&labels, &planned.grid.lattice, portion, &self.setting, progress)?;
         progress.lap("reconstruct");
-        Ok(vec![labels.vertices() as f64])
+        Ok(files)
     }
 
-    /// What the tasks have found out, with the figures of the merge so far; nothing but tiles is needed any more.
+    /// What the tasks have found out, with the figures of the merge so far, and the tiles: nothing else is needed any more.
     ///
     /// # Errors
     /// A task is not done; a file can't be read or removed.
-    pub fn finished(&self) -> Result<Known<'a>> {
-        let mut known = self.known()?;
+    pub fn finished(&mut self) -> Result<(Known<'a>, Vec<TileFile>)> {
+        let planned = self.planned()?;
+        self.setting.cut = planned.cut;
+        let mut known = self.compared(&planned)?;
         let report = &mut known.report;
-        report.seen_through = self.all(Stage::Drop)?.concat().iter().sum::<f64>() as u64;
-        report.colour_gains = self.gains()?;
-        report.fused_intersections = self.all(Stage::Build)?[0].first().map_or(0, |&vertices| vertices as u64);
-        self.setting.remove("labels")?;
-        Ok(known)
+        report.colour_gains = self.all(Stage::Colours)?;
+        let noted = |stage| Ok(self.files(stage)?.iter().map(|named| u64::from(named.note)).sum());
+        (report.seen_through, report.fused_intersections) = (noted(Stage::Drop)?, noted(Stage::Label)?);
+        let tiles = tiles::open(&self.files(Stage::Build)?, &self.setting)?;
+        self.setting.spend(&[labels::KIND])?;
+        Ok((known, tiles))
     }
 }
+
+/// What the file is called that tells of which scans marks are.
+const SCANS: &str = "scans";
+
+/// What the file is called that has the side of the blocks.
+const CUT: &str = "cut";
 
 /// What the marks of a stage's tasks are called.
 fn mark(stage: Stage) -> String {
@@ -319,7 +423,7 @@ fn mark(stage: Stage) -> String {
 
 impl Planned {
     fn to_numbers(&self) -> Vec<f64> {
-        let Planned { grid: Grid { lattice: Lattice { voxel, base }, samples }, reason, cut, order } = self;
+        let Planned { grid: Grid { lattice: Lattice { voxel, base }, samples }, reason, cut, order, .. } = self;
         let [x, y, z] = base.map(|at| at as f64);
         let mut numbers = vec![*voxel, x, y, z, *samples as f64, *reason as usize as f64, cut.side.into()];
         numbers.extend(order.iter().map(|&place| place as f64));
@@ -333,6 +437,8 @@ impl Planned {
             reason: *VoxelReason::ALL.get(reason as usize)?,
             cut: Cut { side: side as i32 },
             order: order.iter().map(|&place| place as usize).collect(),
+            versions: Vec::new(),
+            basis: Key::default(),
         })
     }
 }

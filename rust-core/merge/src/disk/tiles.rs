@@ -1,14 +1,14 @@
 //! Stages 5 to 7 in blocks: the tile of each, in a file.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use super::files::{Columns, Place, Stored, damaged};
+use super::files::{Columns, Place, Stored};
 use super::labels::BlockLabels;
-use super::setting::{Portion, Setting};
+use super::setting::{Key, Named, Portion, Setting};
 use crate::BUILDING;
 use crate::extract::{Case, Surface};
 use crate::lattice::Lattice;
@@ -53,7 +53,7 @@ struct Table {
 /// A [`VertexKey`] as it is kept: those that were split off have a number from 1 on.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Key {
+struct Corner {
     brick: [i32; 3],
     number: u32,
     copy: u32,
@@ -66,18 +66,18 @@ struct KeptPart {
     counts: [u64; 4],
     low: DVec3,
     high: DVec3,
-    first: Key,
+    first: Corner,
     unused: u32,
 }
 
-impl From<&VertexKey> for Key {
+impl From<&VertexKey> for Corner {
     fn from(key: &VertexKey) -> Self {
-        Key { brick: key.brick, number: key.number, copy: key.copy }
+        Corner { brick: key.brick, number: key.number, copy: key.copy }
     }
 }
 
-impl From<Key> for VertexKey {
-    fn from(key: Key) -> Self {
+impl From<Corner> for VertexKey {
+    fn from(key: Corner) -> Self {
         VertexKey { is_copy: key.copy > 0, brick: key.brick, number: key.number, copy: key.copy }
     }
 }
@@ -96,15 +96,18 @@ impl From<KeptPart> for Part {
     }
 }
 
-/// Those that are there.
+/// What files of tiles are called.
+pub const KIND: &str = "tile";
+
+/// Those of these files.
 ///
 /// # Errors
 /// A file can't be read.
-pub fn open(setting: &Setting<'_>) -> Result<Vec<TileFile>> {
-    setting.files("tile")?.into_iter().map(|(_, path)| TileFile::open(path)).collect()
+pub fn open(files: &[Named], setting: &Setting<'_>) -> Result<Vec<TileFile>> {
+    files.iter().filter_map(|named| TileFile::open(setting.path(KIND, named.key)).transpose()).collect()
 }
 
-/// Makes the tiles of a portion of the blocks that have a part of the surface, as far as that is not done.
+/// Makes the tiles of a portion of the blocks that have a part of the surface, as far as that is not done; gives their files.
 ///
 /// # Errors
 /// A file can't be read or written; cancelled.
@@ -114,23 +117,26 @@ pub fn build(
     portion: Portion,
     setting: &Setting<'_>,
     progress: &Progress<'_>,
-) -> Result<()> {
+) -> Result<Vec<Named>> {
     progress.stage(BUILDING, 2 * labels.bricks() / u64::from(portion.of));
-    let build = |(number, block): (usize, [i32; 3])| {
+    let Lattice { voxel, base } = lattice;
+    let basis = Key::of(&(voxel.to_bits(), base));
+    let build = |block: [i32; 3]| {
         progress.check()?;
-        let path = setting.path("tile", number as u32);
-        if path.exists() {
-            return Ok(());
+        let around: Vec<_> = setting.cut.around(block, 2).map(|beside| labels.key(beside)).collect();
+        let key = Key::of(&(basis, block, around));
+        let path = setting.path(KIND, key);
+        if !path.exists() {
+            let (labels, vertices) = labels.around(block)?;
+            let tile = match labels.is_empty() {
+                true => None,
+                false => Some(build_block(setting.cut.block(block), &labels, &vertices, lattice, progress)?),
+            };
+            TileFile::write(&path, tile.filter(|tile| tile.own > 0 || !tile.surface.triangles.is_empty()))?;
         }
-        let (labels, vertices) = labels.around(block)?;
-        if labels.is_empty() {
-            return Ok(());
-        }
-        let tile = build_block(setting.cut.block(block), &labels, &vertices, lattice, progress)?;
-        let is_none = tile.own == 0 && tile.surface.triangles.is_empty();
-        if is_none { Ok(()) } else { TileFile::write(path, tile) }
+        Ok(Named { block, note: 0, key })
     };
-    portion.every(labels.blocks()).into_par_iter().with_max_len(1).try_for_each(build)
+    portion.every(labels.blocks()).into_par_iter().with_max_len(1).map(build).collect()
 }
 
 impl Tiles for [TileFile] {
@@ -144,11 +150,11 @@ impl Tiles for [TileFile] {
 }
 
 impl TileFile {
-    fn open(path: PathBuf) -> Result<Self> {
+    fn open(path: PathBuf) -> Result<Option<Self>> {
         let (stored, table) = Stored::open::<Table>(&path)?;
-        let Some(&table) = table.first() else { return Err(damaged(&path)) };
+        let Some(&table) = table.first() else { return Ok(None) };
         let parts = stored.get::<KeptPart>(&table.parts)?.into_iter().map(Part::from).collect();
-        Ok(TileFile { shares: stored.get(&table.shares)?, parts, table, path })
+        Ok(Some(TileFile { shares: stored.get(&table.shares)?, parts, table, path }))
     }
 
     /// Vertices that no crossing places.
@@ -174,11 +180,13 @@ impl TileFile {
         Ok(noise)
     }
 
-    fn write(path: PathBuf, tile: Tile) -> Result<()> {
+    /// Writes a tile, or that there is none.
+    fn write(path: &Path, tile: Option<Tile>) -> Result<()> {
+        let mut file = Columns::new(path)?;
+        let Some(tile) = tile else { return file.finish::<Table>(&[]) };
         let Tile { surface, shares, copied, foreign, own, shared, artificial, parts, part_of, .. } = tile;
-        let keys: Vec<Key> = foreign.iter().map(Key::from).collect();
+        let keys: Vec<Corner> = foreign.iter().map(Corner::from).collect();
         let cases: Vec<u8> = surface.cases.iter().map(|&case| case as u8).collect();
-        let mut file = Columns::new(&path)?;
         let table = Table {
             own: own as u64,
             artificial,
@@ -197,7 +205,7 @@ impl TileFile {
             shares: file.put(&shares)?,
             parts: file.put(&parts.iter().map(KeptPart::from).collect::<Vec<_>>())?,
         };
-        file.finish(&[table]).map(|_| ())
+        file.finish(&[table])
     }
 
     /// The tile.
@@ -222,7 +230,7 @@ impl TileFile {
             shares: self.shares.clone(),
             copied: file.get(&table.copied)?,
             own: table.own as usize,
-            foreign: file.get::<Key>(&table.foreign)?.into_iter().map(VertexKey::from).collect(),
+            foreign: file.get::<Corner>(&table.foreign)?.into_iter().map(VertexKey::from).collect(),
             shared: file.get(&table.shared)?,
             artificial: table.artificial,
             parts: self.parts.clone(),
