@@ -227,6 +227,7 @@ pub unsafe extern "C" fn srf_merger_write(
         let params = params::read("params", params)?;
         let workspace = if workspace.is_null() { None } else { Some(path_of("workspace", workspace)?) };
         let into = IntoFile {
+            keep: false,
             max_memory: (max_memory != 0).then_some(max_memory),
             workspace: workspace.map(Path::to_owned),
             write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },

@@ -7,7 +7,7 @@ use base::memory::{available, size};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use io::memory_folder::MemoryFolder;
-use merge::disk::{LEAST, Workspace};
+use merge::disk::{Kept, LEAST, Workspace, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 
 /// Taken where neither a limit nor the system says what memory there is.
@@ -20,6 +20,10 @@ pub struct IntoFile {
     pub max_memory: Option<u64>,
     /// A folder that exists, for what memory does not hold, which is removed at the end; by default that of the file.
     pub workspace: Option<PathBuf>,
+    /// Whether what the merge finds out stays in the workspace, which has to be given: the next merge with the same parameters that finds
+    /// it there renews only what scans have a part in that are new, gone or others, and goes on where one was stopped. The scans are told
+    /// apart by [`ScanSource::version`].
+    pub keep: bool,
     /// How the file is written.
     pub write: WriteOptions,
 }
@@ -41,9 +45,14 @@ pub fn merge_to_file(
 ) -> Result<MergeReport> {
     params.validate()?;
     check_file_in_pieces(path, &into.write)?;
+    if into.keep && into.workspace.is_none() {
+        return Err(Error::input("what is kept needs a workspace: give a folder"));
+    }
     let folder = folder(path, into.workspace.as_deref())?;
     let memory = memory(into.max_memory, params.threads)?;
-    let workspace = Workspace { folder, memory, kept: None };
+    let versions = if into.keep { versions(sources, params, progress)? } else { Vec::new() };
+    let kept = into.keep.then_some(Kept { versions: &versions, stays: true });
+    let workspace = Workspace { folder, memory, kept };
     write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))
 }
 

@@ -34,6 +34,46 @@ fn params() -> MergeParams {
     MergeParams { voxel: Some(0.012), threads: 2, ..MergeParams::default() }
 }
 
+#[test]
+fn what_is_kept_serves_the_next_merge() {
+    let mut scans = scans();
+    // Two of one name and content are two scans.
+    scans.push(scans[0].clone());
+    let (folder, workspace) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let path = folder.path().join("surface.ply");
+    let run = |scans: &[RangeImage], keep: bool| {
+        let into = IntoFile { keep, ..least(workspace.path()) };
+        merge_to_file(&sources(scans), &path, &params(), &into, &Progress::none()).unwrap();
+        std::fs::read(&path).unwrap()
+    };
+    let tiles = || {
+        let kept = names(workspace.path());
+        assert_eq!(kept.len(), 1, "{kept:?}");
+        let files = names(&workspace.path().join(&kept[0]));
+        assert!(files.iter().all(|name| !name.starts_with("done-")), "{files:?}");
+        files.into_iter().filter(|name| name.starts_with("tile-")).collect::<std::collections::BTreeSet<_>>()
+    };
+    let expected = run(&scans, false);
+    assert!(names(workspace.path()).is_empty());
+    assert!(run(&scans, true) == expected);
+    let before = tiles();
+    assert!(run(&scans, true) == expected && tiles() == before);
+    scans[3].world_from_sensor.translation.z += 0.002;
+    scans.pop();
+    assert!(run(&scans, true) == run(&scans, false));
+    assert!(!tiles().is_empty());
+    // Cancelled it leaves what it had, and no file.
+    std::fs::remove_file(&path).unwrap();
+    scans[2].world_from_sensor.translation.z += 0.002;
+    let into = IntoFile { keep: true, ..least(workspace.path()) };
+    let cancelled = merge_to_file(&sources(&scans), &path, &params(), &into, &Progress::cancel_after(40));
+    assert!(matches!(cancelled, Err(Error::Cancelled)) && !path.exists());
+    assert!(run(&scans, true) == run(&scans, false));
+    let nowhere = IntoFile { keep: true, ..IntoFile::default() };
+    let refused = merge_to_file(&sources(&scans), &path, &params(), &nowhere, &Progress::none()).unwrap_err();
+    assert_eq!(refused.to_string(), "what is kept needs a workspace: give a folder");
+}
+
 fn names(folder: &Path) -> Vec<String> {
     std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
 }

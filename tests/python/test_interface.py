@@ -88,7 +88,7 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
     assert set(keyword_options(surfrecon.merge)) == {*merge, "measure", "progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
-    into_file = {*merge, "max_memory", "workspace", "encoding", "provenance"}
+    into_file = {*merge, "max_memory", "workspace", "keep", "encoding", "provenance"}
     assert set(keyword_options(surfrecon.merge_to_file)) == {*into_file, "progress"}
     assert set(keyword_options(surfrecon.Job.merge_to_file)) == into_file
     align = {p.name for p in surfrecon.parameters("align")}

@@ -55,6 +55,47 @@ def test_the_file_is_the_one_that_merging_and_writing_make(scans, at_once, works
     assert {entry.name for entry in tmp_path.iterdir()} == {"surface.ply", "workspace"}
 
 
+def test_a_workspace_that_is_kept_takes_further_scans(tmp_path):
+    (tmp_path / "scans").mkdir()
+    (tmp_path / "workspace").mkdir()
+    images = shapes.torus_scans(pixels=50, noise=0.002)
+    for k, image in enumerate(images):
+        image.name = f"scan {k:02}"
+        image.write(tmp_path / "scans" / f"{k:02}.ply")
+
+    def both(scans):
+        path, again = tmp_path / "a.ply", tmp_path / "b.ply"
+        given = {"max_memory": LEAST, "workspace": tmp_path / "workspace", "keep": True, **OPTIONS}
+        surfrecon.merge_to_file(scans, path, **given)
+        surfrecon.merge_to_file(scans, again, max_memory=LEAST, **OPTIONS)
+        assert path.read_bytes() == again.read_bytes()
+        (folder,) = (tmp_path / "workspace").iterdir()
+        return {entry.name: entry.stat().st_mtime_ns for entry in folder.iterdir()}
+
+    first = both(images[:-1])
+    more = both(images)
+    segments = [name for name in first if name.startswith("segment-")]
+    # What others had found out stays, and is not made again.
+    assert segments and all(more.get(name) == first[name] for name in segments)
+    files = list(surfrecon.open(tmp_path / "scans"))
+    known = both(files)
+    changed = (tmp_path / "scans" / "01.ply").read_bytes()
+    os.utime(tmp_path / "scans" / "01.ply")
+    (tmp_path / "scans" / "01.ply").write_bytes(changed)
+    told = both(files)
+    new = [name for name in told if name.startswith("segment-") and name not in known]
+    assert 1 <= len(new) < len([name for name in told if name.startswith("segment-")])
+    with pytest.raises(surfrecon.InputError, match="what is kept needs a workspace"):
+        surfrecon.merge_to_file(images, tmp_path / "a.ply", keep=True)
+    given = [tmp_path / "scans", "-o", tmp_path / "c.ply", "--voxel", "0.02"]
+    assert run("merge", *given, "--keep").returncode == 2
+    kept = run("merge", *given, "--workspace", tmp_path / "workspace", "--keep")
+    assert kept.returncode == 0, kept.stderr
+    plain = run("merge", *given[:2], tmp_path / "d.ply", *given[3:])
+    assert plain.returncode == 0, plain.stderr
+    assert (tmp_path / "c.ply").read_bytes() == (tmp_path / "d.ply").read_bytes()
+
+
 def test_scans_of_files_far_from_the_origin_keep_their_system(workspace, tmp_path):
     images = shapes.torus_scans(pixels=40)
     for image in images:

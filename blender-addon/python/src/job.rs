@@ -125,17 +125,19 @@ impl Job {
     ///         ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, encoding = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, encoding=None, provenance=None)")]
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, provenance=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge_to_file(
         scans: &Bound<'_, PyAny>,
         path: Place,
         max_memory: Option<&Bound<'_, PyAny>>,
         workspace: Option<PathBuf>,
+        keep: bool,
         encoding: Option<&str>,
         provenance: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = FileCall::new(scans, path, max_memory, workspace, encoding, provenance, options)?;
+        let call = FileCall::new(scans, path, max_memory, (workspace, keep), encoding, provenance, options)?;
         Job::of(Background::start(move |progress| made(call.run(progress)?, merge_report)))
     }
 

@@ -35,6 +35,10 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread. Default, and at most: what
 ///         ``set_memory_limit`` or the context allow, else what is free.
 ///     workspace: a folder that exists, for what memory does not hold. Default: that of the file.
+///     keep: what the merge finds out stays in the workspace, which has to be given: the next merge with the same parameters that finds it
+///         there renews only what scans have a part in that are new, gone or moved, and goes on where one was stopped or killed; the bytes are those
+///         of a first merge. Files are taken for the same as long as their sizes and times are. It takes some 300 bytes an intersection; remove
+///         the folder ``surfrecon-merge-...`` when it is of no more use.
 ///     encoding: ``"binary"``, the default, or ``"binary_double"``, as for ``Mesh.write``; text has no place here.
 ///     provenance: what the file says of where it is from, as for ``Mesh.write``.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
@@ -51,7 +55,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it was.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, encoding = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, encoding=None, provenance=None, progress=None)")]
+#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, provenance=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge_to_file<'py>(
     py: Python<'py>,
@@ -59,12 +63,13 @@ pub fn merge_to_file<'py>(
     path: Place,
     max_memory: Option<&Bound<'py, PyAny>>,
     workspace: Option<PathBuf>,
+    keep: bool,
     encoding: Option<&str>,
     provenance: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let call = FileCall::new(scans, path, max_memory, workspace, encoding, provenance, options)?;
+    let call = FileCall::new(scans, path, max_memory, (workspace, keep), encoding, provenance, options)?;
     merge_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
 }
 
@@ -85,7 +90,7 @@ impl FileCall {
         scans: &Bound<'_, PyAny>,
         path: Place,
         max_memory: Option<&Bound<'_, PyAny>>,
-        workspace: Option<PathBuf>,
+        (workspace, keep): (Option<PathBuf>, bool),
         encoding: Option<&str>,
         provenance: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
@@ -97,7 +102,7 @@ impl FileCall {
         }
         let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
-        Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, write } })
+        Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, keep, write } })
     }
 
     /// Merges.

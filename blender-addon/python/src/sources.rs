@@ -97,6 +97,13 @@ impl ScanSource for Source {
         }
     }
 
+    fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> surfrecon::Result<u64> {
+        match self {
+            Source::File(scan) => scan.version(triangulation, progress),
+            _ => self.content(triangulation, progress),
+        }
+    }
+
     fn places(&self, progress: &Progress<'_>) -> surfrecon::Result<Places> {
         match self {
             Source::File(scan) => scan.places(progress),

@@ -102,6 +102,15 @@ pub trait ScanSource: Sync {
         content.add_some(surface.colour.as_deref());
         Ok(content.0.finish())
     }
+
+    /// A number for what the scan is: the same as long as nothing of it changes that a merge depends on. Of files it may be told by their
+    /// sizes and times.
+    ///
+    /// # Errors
+    /// Those of [`ScanSource::load`].
+    fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
+        self.content(triangulation, progress)
+    }
 }
 
 /// The system that scans of one world lie in.

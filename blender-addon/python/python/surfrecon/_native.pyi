@@ -630,6 +630,7 @@ class Job:
         # end
         max_memory: int | None = None,
         workspace: _Path | None = None,
+        keep: bool = False,
         encoding: Literal["binary", "binary_double"] | None = None,
         provenance: Mapping[str, Any] | None = None,
     ) -> Job: ...
@@ -949,6 +950,7 @@ def merge_to_file(
     # end
     max_memory: int | None = None,
     workspace: _Path | None = None,
+    keep: bool = False,
     encoding: Literal["binary", "binary_double"] | None = None,
     provenance: Mapping[str, Any] | None = None,
     progress: _Progress | None = None,

@@ -1,10 +1,12 @@
 //! One scan: where it is, and what it is read as.
 
 use std::borrow::Cow;
+use std::hash::{Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
+use rustc_hash::FxHasher;
 
 use super::ReadOptions;
 use super::crs;
@@ -20,6 +22,7 @@ use image::places::Places;
 use image::range_image::RangeImage;
 use image::select::scale_frame;
 use image::source::{Loading, OrientedSurface, PlacedCloud, PlacedMesh, ScanSource};
+use image::triangulate::TriangulateParams;
 use mesh::point_cloud::PointCloud;
 use mesh::{Crs, TriMesh};
 
@@ -297,4 +300,23 @@ impl ScanSource for Scan {
             Content::Points(cloud) => Places::of_cloud(&cloud, self.world_from_sensor, progress),
         }
     }
+
+    fn version(&self, triangulation: &TriangulateParams, progress: &Progress<'_>) -> Result<u64> {
+        let ending = self.path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_lowercase();
+        let is_all = self.recording.is_none() && self._memory.is_none() && self.edits.is_empty();
+        if !is_all || !WHOLE.contains(&&ending[..]) {
+            return self.content(triangulation, progress);
+        }
+        let failed = |error| Error::io(&self.path, error);
+        let whole = std::path::absolute(&self.path).map_err(failed)?;
+        let status = std::fs::metadata(&whole).map_err(failed)?;
+        let mut hasher = FxHasher::default();
+        (whole, status.len(), status.modified().ok(), self.part, &self.name, format!("{:?}", self.options))
+            .hash(&mut hasher);
+        self.world_from_sensor.to_cols_array().map(f64::to_bits).hash(&mut hasher);
+        Ok(hasher.finish())
+    }
 }
+
+/// Endings of files that have all of a scan but its pose: of others more files may tell what it is.
+const WHOLE: [&str; 9] = ["e57", "npy", "pcd", "pfm", "pgm", "ply", "png", "ptx", "stl"];

@@ -24,6 +24,7 @@ mod segments;
 mod setting;
 mod stages;
 mod tiles;
+mod versions;
 mod whole;
 mod write;
 
@@ -43,6 +44,7 @@ use setting::Setting;
 use stages::{Known, Tasks};
 
 pub use stages::Stage;
+pub use versions::versions;
 
 /// Bytes of memory that a worker needs.
 pub const LEAST: u64 = 12_000_000;

@@ -69,6 +69,8 @@ class Command:
             _check_plan(request)
         elif "workspace" in request.parameters:
             _check_workspace(request)
+        elif request.parameters.get("keep"):
+            raise UsageError("what is kept needs a workspace: give --workspace, a folder")
         levels = request.parameters.get("levels")
         if levels is None:
             return
@@ -189,6 +191,13 @@ COMMANDS = {
                     "Merges more scans than memory holds, straight into a .ply file of the same bytes: what memory "
                     "does not hold, up to 200 bytes for each intersection of a scan with the grid, is kept in this "
                     "folder meanwhile. --max-memory says how much memory holds.",
+                ),
+                Own(
+                    "keep",
+                    "flag",
+                    "What the merge finds out stays in the workspace: the next merge with the same parameters renews "
+                    "only what scans have a part in that are new, gone or moved, and goes on where one was stopped or "
+                    "killed.",
                 ),
             ),
             _MESHES,

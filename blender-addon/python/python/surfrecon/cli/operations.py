@@ -150,7 +150,7 @@ def _tasks(stage: dict[str, Any]) -> str:
 
 
 def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
-    options = work.given("merge", "triangulate") | work.request.of("workspace", "encoding")
+    options = work.given("merge", "triangulate") | work.request.of("workspace", "keep", "encoding")
     provenance = record.provenance(work)
     # The output appears at the end of this call: from here on it is progress that stops it.
     work.stops.check()

@@ -16,7 +16,7 @@ from .work import Made, Work
 __all__ = ["INDIFFERENT", "failed", "finished", "given", "provenance", "text"]
 
 # What has no say in a result.
-INDIFFERENT = {"threads", "workspace"}
+INDIFFERENT = {"keep", "threads", "workspace"}
 
 # More are not named in a result one by one, as the frames of a recording.
 _MOST_FILES = 100

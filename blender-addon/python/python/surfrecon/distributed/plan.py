@@ -24,11 +24,11 @@ _READS = {
     "overlap": ("segment-", "done-collect-"),
     "fuse": ("segment-", "done-collect-", "done-overlap-"),
     "look": ("done-overlap-", "done-fuse-", "block-"),
-    "drop": ("done-look-", "block-", "votes-"),
+    "drop": ("done-overlap-", "done-fuse-", "done-look-", "block-", "votes-"),
     "colours": ("done-overlap-", "done-drop-", "block-", "left-"),
-    "label": ("done-overlap-", "done-colours-", "block-", "left-"),
+    "label": ("done-overlap-", "done-drop-", "done-colours-", "block-", "left-"),
     "build": ("done-overlap-", "done-label-", "labels-"),
-    "write": ("done-overlap-", "done-drop-", "done-colours-", "done-build-", "tile-"),
+    "write": ("done-overlap-", "done-drop-", "done-colours-", "done-label-", "done-build-", "tile-"),
 }
 # What nobody wants any more once a stage has begun.
 _SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
