@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
 
-use super::segments::{self, About, Member, Segment};
+use super::segments::{self, About, Member, Segment, Whose};
 use super::setting::{Key, Portion, Setting};
 use crate::bundles::{self, Buckets};
 use crate::discretize::discretize;
@@ -185,7 +185,8 @@ impl Worker<'_> {
         let are_few = crossings.fetch_add(about.intersections, Relaxed) + about.intersections <= setting.kept;
         let member = |&number: &u32| Member { number, unused: 0, version: versions[number as usize] };
         let members: Vec<Member> = about.scans.iter().map(member).collect();
-        let key = segments::write(raw, &about, &members, *basis, setting, sources.len(), are_few, progress)?;
+        let whose = Whose { members: &members, basis: *basis, scans: sources.len() };
+        let key = segments::write(raw, &about, &whose, setting, are_few, progress)?;
         keys.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(key);
         Ok(())
     }

@@ -26,6 +26,9 @@ type Vote = u8;
 const SURFACE: Vote = 1;
 const THROUGH: Vote = 2;
 
+/// By block, whether a scan may see any of it, and its votes.
+type Answers = BTreeMap<[i32; 3], (bool, Vec<Vote>)>;
+
 /// What files of votes are called.
 pub const KIND: &str = "votes";
 
@@ -157,7 +160,7 @@ impl<'a> Voters<'a> {
             }
             Ok((block, votes))
         };
-        let mut seen: Vec<BTreeMap<[i32; 3], (bool, Vec<Vote>)>> = batch.iter().map(|_| BTreeMap::new()).collect();
+        let mut seen: Vec<Answers> = batch.iter().map(|_| BTreeMap::new()).collect();
         for (block, votes) in open.par_iter().with_max_len(1).map(about).collect::<Result<Vec<_>>>()? {
             for (voter, may_see, votes) in votes {
                 seen[voter].insert(block, (may_see, votes));
@@ -258,7 +261,7 @@ impl Ballot {
     }
 
     /// Writes it with what was asked now.
-    fn write(&self, path: &Path, blocks: &Blocks, seen: &BTreeMap<[i32; 3], (bool, Vec<Vote>)>) -> Result<()> {
+    fn write(&self, path: &Path, blocks: &Blocks, seen: &Answers) -> Result<()> {
         let mut file = Columns::new(path)?;
         let mut table = Vec::new();
         for block in blocks.list() {

@@ -153,18 +153,24 @@ struct Row {
     count: u32,
 }
 
-/// Writes crossings of whole scans, of `scans` in all, to a segment, whose key it gives; if `are_few`, overlaps are measured by all of
-/// them.
+/// Whose crossings a segment has.
+pub struct Whose<'a> {
+    pub members: &'a [Member],
+    /// What segments follow from besides their scans.
+    pub basis: Key,
+    /// How many scans there are in all.
+    pub scans: usize,
+}
+
+/// Writes crossings of whole scans to a segment, whose key it gives; if `are_few`, overlaps are measured by all of them.
 ///
 /// # Errors
 /// It can't be written; cancelled.
 pub fn write(
     raw: Vec<RawBundle>,
     about: &About,
-    members: &[Member],
-    basis: Key,
+    &Whose { members, basis, scans }: &Whose<'_>,
     setting: &Setting<'_>,
-    scans: usize,
     are_few: bool,
     progress: &Progress<'_>,
 ) -> Result<Key> {
