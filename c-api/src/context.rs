@@ -6,13 +6,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use surfrecon::context::{Chosen, Context, exchange};
+use surfrecon::log::Log;
 use surfrecon::threads::of_worker;
 use surfrecon_allocator::{ACCOUNTS, current};
 
 use crate::guard::guard;
 use crate::handle::{self, handle};
 use crate::pointer;
-use crate::settings::{self, Log, srf_log_fn};
+use crate::settings::{self, srf_log_fn};
 use crate::status::{Failure, srf_status};
 
 /// Threads, a limit on memory and a log for a part of a program, for example for one of several plugins of a host: what it has none of
@@ -62,7 +63,6 @@ pub unsafe extern "C" fn srf_context_create(out_context: *mut *mut srf_context) 
         pointer::writable("out_context", out_context)?;
         let context = Context::new()?;
         let number = context.number();
-        settings::set_log(number, Log::OfProcess);
         handle::give_numbered("out_context", out_context, |handle| {
             HANDLES[number].store(handle, Ordering::Relaxed);
             Ok(context)
@@ -82,7 +82,7 @@ pub unsafe extern "C" fn srf_context_free(context: *mut srf_context) -> srf_stat
         }
         let kept = handle::get("context", context.cast_const())?;
         handle::free("context", context)?;
-        settings::set_log(kept.number(), Log::Silent);
+        kept.set_log(Log::Silent);
         Ok(())
     })
 }
@@ -176,7 +176,7 @@ pub unsafe extern "C" fn srf_context_set_log(
     user: *mut c_void,
 ) -> srf_status {
     guard(|| {
-        settings::set_log(handle::get("context", context.cast_const())?.number(), Log::of(log, user));
+        handle::get("context", context.cast_const())?.set_log(settings::log_of(log, user));
         Ok(())
     })
 }

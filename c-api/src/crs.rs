@@ -1,9 +1,7 @@
 //! Coordinate reference systems of surveys.
 
 use std::ffi::c_char;
-use std::path::Path;
 
-use surfrecon::export::{Holding, crs_note};
 use surfrecon::mesh::Crs;
 
 use crate::cloud::srf_cloud;
@@ -11,16 +9,8 @@ use crate::files::{at, srf_scans};
 use crate::guard::guard;
 use crate::image::srf_image;
 use crate::mesh::srf_mesh;
-use crate::settings::{srf_log_level::SRF_LOG_LEVEL_WARNING, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::{handle, pointer};
-
-/// Tells where a file that was written does not say the system of what it holds.
-pub fn tell_left_out(path: &Path, holding: Holding, crs: Option<&Crs>) {
-    if let Some(note) = crs_note(path, holding, crs) {
-        tell(SRF_LOG_LEVEL_WARNING, &format!("{}: {note}", path.display()));
-    }
-}
 
 /// Writes a text where the caller has room for it, and how long it is.
 pub fn give(text: &str, out_text: *mut c_char, capacity: usize, out_length: *mut usize) -> Result<(), Failure> {

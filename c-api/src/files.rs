@@ -15,7 +15,6 @@ use crate::params::Fields as _;
 use crate::params::open::srf_read_options;
 use crate::pose::{self, srf_pose};
 use crate::progress::{srf_progress, watched};
-use crate::settings::{srf_log_level::SRF_LOG_LEVEL_INFO, tell};
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::text::c_text;
 use crate::{params, pointer, sized};
@@ -117,7 +116,7 @@ fn open(
         .collect::<Result<Vec<_>, Failure>>()?;
     let options = read_options(options)?;
     let set = import::open_with(&paths, &options, progress)?;
-    set.notes.iter().for_each(|note| tell(SRF_LOG_LEVEL_INFO, note));
+    set.tell();
     let names = set.scans.iter().map(|scan| c_text(&scan.name)).collect();
     let notes = set.notes.iter().map(|note| c_text(note)).collect();
     handle::give("out_scans", out_scans, Scans { set, names, notes })

@@ -16,8 +16,7 @@ use crate::params::merge::srf_merge_params;
 use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
 use crate::provenance::provenance_of;
-use crate::settings::srf_log_level::SRF_LOG_LEVEL_WARNING;
-use crate::settings::{SRF_FROM_DATA, tell};
+use crate::settings::SRF_FROM_DATA;
 use crate::status::srf_status;
 use crate::{params, pointer, sized};
 
@@ -180,7 +179,7 @@ pub unsafe extern "C" fn srf_merger_run(
         let params = params::read("params", params)?;
         watched(progress, |progress| {
             let merged = merger.run(&params, progress)?;
-            warn_of_gaps(&merged.report);
+            merged.report.tell();
             if !out_report.is_null() {
                 sized::write("out_report", out_report, merged.report.into())?;
             }
@@ -233,30 +232,10 @@ pub unsafe extern "C" fn srf_merger_write(
             write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },
         };
         let report = watched(progress, |progress| Ok(merger.write(path, &params, &into, progress)?))?;
-        warn_of_gaps(&report);
+        report.tell();
         if !out_report.is_null() {
             sized::write("out_report", out_report, report.into())?;
         }
         Ok(())
     })
-}
-
-/// Tells the log what a person should look at.
-fn warn_of_gaps(report: &MergeReport) {
-    let [_, open] = report.holes;
-    if open > 0 {
-        tell(
-            SRF_LOG_LEVEL_WARNING,
-            &format!("the merged surface has {open} open boundary loops; max_hole_length says which close"),
-        );
-    }
-    let [parts, faces] = report.dropped_components;
-    if parts > 0 {
-        tell(
-            SRF_LOG_LEVEL_WARNING,
-            &format!(
-                "{parts} parts with {faces} triangles were dropped: no scan saw them, or min_component_share says they are small"
-            ),
-        );
-    }
 }

@@ -2,10 +2,10 @@
 
 use std::ffi::c_char;
 
-use surfrecon::export::{Holding, Provenance, WriteOptions, write_e57, write_mesh};
+use surfrecon::export::{Holding, Provenance, WriteOptions, tell_left_out, write_e57, write_mesh};
 use surfrecon::import;
 
-use crate::crs::{give, tell_left_out};
+use crate::crs::give;
 use crate::files::path_of;
 use crate::guard::guard;
 use crate::image::srf_image;

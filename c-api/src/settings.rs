@@ -1,15 +1,15 @@
 //! Settings of the whole library in this program, which contexts have others beside: worker threads, memory and the log.
 
 use std::ffi::{c_char, c_void};
-use std::sync::{PoisonError, RwLock};
+use std::sync::Arc;
 
+use surfrecon::log::{Level, Log, set};
 use surfrecon::memory;
-use surfrecon_allocator::ACCOUNTS;
 
 use crate::guard::guard;
+use crate::pointer;
 use crate::status::{Failure, srf_status, srf_status::*};
 use crate::text::c_text;
-use crate::{fork, pointer};
 
 /// A length, or another value, that is to be measured from the data.
 pub const SRF_FROM_DATA: f64 = -1.0;
@@ -30,28 +30,18 @@ pub enum srf_log_level {
 #[allow(non_camel_case_types)]
 pub type srf_log_fn = Option<unsafe extern "C" fn(level: i32, text: *const c_char, user: *mut c_void)>;
 
-type Function = unsafe extern "C" fn(i32, *const c_char, *mut c_void);
-
-/// Who is told by the calls of an account.
-#[derive(Clone, Copy)]
-pub enum Log {
-    /// Who is told by those of number 0; nobody by these.
-    OfProcess,
-    /// Who said so, and its pointer.
-    Function(Function, usize),
-    /// Nobody.
-    Silent,
+/// Whom the caller has named.
+pub fn log_of(log: srf_log_fn, user: *mut c_void) -> Log {
+    let Some(log) = log else { return Log::OfProcess };
+    let user = user.expose_provenance();
+    Log::To(Arc::new(move |level, text| {
+        let level = match level {
+            Level::Info => srf_log_level::SRF_LOG_LEVEL_INFO,
+            Level::Warning => srf_log_level::SRF_LOG_LEVEL_WARNING,
+        };
+        pointer::call_log(log, level as i32, &c_text(text), std::ptr::with_exposed_provenance_mut(user));
+    }))
 }
-
-impl Log {
-    /// What the caller said.
-    pub fn of(log: srf_log_fn, user: *mut c_void) -> Self {
-        log.map_or(Log::OfProcess, |log| Log::Function(log, user.expose_provenance()))
-    }
-}
-
-/// By account.
-static LOGS: [RwLock<Log>; ACCOUNTS] = [const { RwLock::new(Log::OfProcess) }; ACCOUNTS];
 
 /// Worker threads of calls whose parameters say 0, unless made under a context with a number of its own. Results are the same for any number.
 /// threads    at most 1024; 0, the default, for one a core
@@ -107,30 +97,9 @@ pub extern "C" fn srf_memory_limit() -> u64 {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn srf_set_log(log: srf_log_fn, user: *mut c_void) -> srf_status {
     guard(|| {
-        set_log(0, Log::of(log, user));
+        set(log_of(log, user));
         Ok(())
     })
-}
-
-/// Who is told by the calls of an account.
-pub fn set_log(account: usize, log: Log) {
-    let _fork = fork::prevent();
-    *LOGS[account].write().unwrap_or_else(PoisonError::into_inner) = log;
-}
-
-/// Tells the log.
-pub fn tell(level: srf_log_level, text: &str) {
-    let log = {
-        let _fork = fork::prevent();
-        let of = |account: usize| *LOGS[account].read().unwrap_or_else(PoisonError::into_inner);
-        match of(surfrecon_allocator::current()) {
-            Log::OfProcess => of(0),
-            own => own,
-        }
-    };
-    if let Log::Function(log, user) = log {
-        pointer::call_log(log, level as i32, &c_text(text), std::ptr::with_exposed_provenance_mut(user));
-    }
 }
 
 /// A value that SRF_FROM_DATA stands in for.

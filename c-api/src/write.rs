@@ -4,11 +4,10 @@ use std::ffi::c_char;
 use std::path::Path;
 
 use surfrecon::Progress;
-use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Holding, Up};
+use surfrecon::export::{self, Encoding, GlbNode, GlbOptions, Holding, Up, tell_left_out};
 use surfrecon::range_image::RangeImage;
 
 use crate::cloud::srf_cloud;
-use crate::crs::tell_left_out;
 use crate::files::path_of;
 use crate::guard::guard;
 use crate::handle::Shared;

@@ -42,7 +42,7 @@ pub use sculpt;
 
 /// What the caller got wrong and what to do.
 pub mod error {
-    pub use base::error::{Error, Result, Shown};
+    pub use base::error::{Error, Result, Shown, counted};
 }
 
 /// How large numbers may be.
@@ -58,6 +58,11 @@ pub mod memory {
 /// Parts of a program that share the library, each with settings of its own.
 pub mod context {
     pub use base::context::{Chosen, Context, Owned, choose, chosen, exchange};
+}
+
+/// Who is told what a person may want to know of a call, or should look at.
+pub mod log {
+    pub use base::log::{Level, Listener, Log, set, tell};
 }
 
 /// Progress and cancelling as one value.

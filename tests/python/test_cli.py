@@ -4,6 +4,7 @@ import hashlib
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from importlib.metadata import entry_points
@@ -13,7 +14,7 @@ import pytest
 import surfrecon
 from command_line import ENVIRONMENT, data, run
 from heaps import look
-from shapes import torus
+from shapes import torus, torus_scans
 from surfrecon.cli.commands import COMMANDS
 
 VOXEL = 0.1
@@ -80,6 +81,28 @@ def test_align_writes_a_list_that_places_the_scans(tmp_path):
     assert [scan.name for scan in surfrecon.open(tmp_path / "placed.conf")] == [path.stem for path in scans]
     done = run("align", *scans[:2], "--fixed", "0")
     assert done.returncode == 0 and "of 2 scans placed" in done.stdout
+
+
+def test_align_tells_that_a_list_leads_out_of_its_folder(tmp_path):
+    surfrecon.write_scans(tmp_path / "truth.conf", torus_scans(pixels=40)[:2])
+    (tmp_path / "lists").mkdir()
+    shutil.move(tmp_path / "scan01.ply", tmp_path / "lists")
+    scans = ("scan00.ply", os.path.join("lists", "scan01.ply"))
+    told = "1 scan lies outside of its folder, and only --allow-outside (allow_outside) reads such a list"
+    for ending, is_told in [("conf", True), ("mlp", True), ("aln", True), ("tum", False)]:
+        placed = os.path.join("lists", f"placed.{ending}")
+        done = run("align", *scans, "--fixed", "0,1", "-o", placed, "--json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert (told in done.stderr) == any(told in note for note in json.loads(done.stdout)["notes"]) == is_told
+    # Named so that it is found from anywhere.
+    found = surfrecon.open(tmp_path / "lists" / "placed.conf", allow_outside=True)
+    assert [os.path.samefile(scan.path, tmp_path / path) for scan, path in zip(found, scans, strict=True)] == [True] * 2
+    with pytest.raises(surfrecon.FormatError, match="leads out of the folder"):
+        surfrecon.open(tmp_path / "lists" / "placed.conf")
+    # All below: nothing to tell.
+    done = run("align", *scans, "--fixed", "0,1", "-o", "placed.conf", cwd=tmp_path)
+    assert done.returncode == 0 and "outside" not in done.stderr
+    assert len(surfrecon.open(tmp_path / "placed.conf")) == 2
 
 
 @pytest.mark.parametrize("ending", ["ply", "glb", "obj", "stl"])
@@ -204,6 +227,8 @@ def test_help_and_version():
         for row in command.options().values():
             assert f"--{row.name.replace('_', '-')}" in said
             assert " ".join(row.text.split())[:25] in said, row.name
+    said = " ".join(run("merge", "--help").stdout.split())
+    assert f"<= {math.pi / 2}, in radians, or in degrees as 80deg. Default: {math.pi / 2}." in said
 
 
 @pytest.mark.parametrize(
@@ -213,7 +238,7 @@ def test_help_and_version():
         (["melt"], "surfrecon: argument COMMAND: invalid choice: 'melt'"),
         (["merge", "a.ply"], "surfrecon: merge: the following arguments are required: -o/--output"),
         (["merge", "a.ply", "-o", "b.ply", "--voxel", "0"], "surfrecon: merge: argument --voxel: voxel must be "),
-        (["merge", "a.ply", "-o", "b.ply", "--voxels", "1"], "surfrecon: unrecognized arguments: --voxels"),
+        (["merge", "a.ply", "-o", "b.ply", "--voxels", "1"], "surfrecon: merge: unrecognized arguments: --voxels"),
         (["merge", "a.ply", "-o", "b.docx"], "b.docx: the name of the output must end in .ply, "),
         (
             ["merge", "a.ply", "-o", "b.ply", "--max-memory", "4 apples"],
@@ -221,7 +246,7 @@ def test_help_and_version():
         ),
         (["merge", "a.ply", "-o", "b.glb", "--encoding", "ascii"], 'b.glb: only .ply has the encoding "ascii"'),
         (["align", "a.ply", "-o", "b.ply"], "must end in .conf, .mlp, .aln or .tum"),
-        (["batch", "a.toml", "--onl", "b"], "unrecognized arguments: --onl"),
+        (["batch", "a.toml", "--onl", "b"], "surfrecon: batch: unrecognized arguments: --onl"),
         (["merge", "a.ply", "-o", "b.ply", "--report", "./b.ply"], "./b.ply: the report needs a name of its own"),
         (["batch", "a.toml", "--report", "a.toml"], "a.toml: the report needs a name of its own"),
     ],
@@ -272,7 +297,7 @@ def test_what_is_read_is_not_written_over(folder, tmp_path):
         ["info", "ring.conf", "--report", "ring.conf"],
     ):
         done = run(*arguments, cwd=tmp_path)
-        assert done.returncode == 1 and "is read: give the output another name" in done.stderr, done.stderr
+        assert done.returncode == 2 and "is read: give the output another name" in done.stderr, done.stderr
         assert {path: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 

@@ -112,7 +112,7 @@ def test_a_report_may_go_into_a_stream(folder, stream):
 
 def test_a_report_is_no_grid_that_a_list_takes_with_it(given, tmp_path):
     done = run("convert", given / "ring.conf", "-o", "a.conf", "--report", "scan03.ply", cwd=tmp_path)
-    assert done.returncode == 1 and "scan03.ply: the report needs a name of its own" in done.stderr
+    assert done.returncode == 2 and "scan03.ply: the report needs a name of its own" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 
@@ -135,7 +135,7 @@ def test_what_names_of_files_in_a_recording_or_gltf_lead_to_is_read(given, tmp_p
     before = (tmp_path / "m 1.bin").read_bytes()
     for name in ("m.gltf", "list.conf"):
         done = run("info", name, "--report", "m 1.bin", cwd=tmp_path)
-        assert done.returncode == 1 and "m 1.bin is read" in done.stderr
+        assert done.returncode == 2 and "m 1.bin is read" in done.stderr
         assert (tmp_path / "m 1.bin").read_bytes() == before
     found = json.loads(run("info", "list.conf", "--json", cwd=tmp_path).stdout)
     assert [file["path"] for file in found["inputs"]] == ["list.conf", "m 1.bin", "m.gltf"]

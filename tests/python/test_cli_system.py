@@ -350,7 +350,7 @@ def test_names_that_are_not_utf_8(folder, tmp_path):
         missing = subprocess.run([*PROGRAM, "info", source + "x"], env=environment, capture_output=True)
         assert missing.returncode == 1 and missing.stderr.startswith(b"surfrecon: info: "), missing.stderr
         bad = subprocess.run([*PROGRAM, "merge", source, "-o", source], env=environment, capture_output=True)
-        assert bad.returncode == 1 and b"is read: give the output another name" in bad.stderr
+        assert bad.returncode == 2 and b"is read: give the output another name" in bad.stderr
         bad = subprocess.run([*PROGRAM, "merge", "-o", source, f"--voxel={ODD}"], env=environment, capture_output=True)
         assert bad.returncode == 2 and b"voxel must be" in bad.stderr
         bad = subprocess.run([*PROGRAM, ODD], env=environment, capture_output=True)

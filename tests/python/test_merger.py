@@ -94,6 +94,28 @@ def test_files_and_meshes(tmp_path):
         same(merger.merge(voxel=0.05), surfrecon.merge([(ball, np.eye(4), "a"), scan], voxel=0.05))
 
 
+def test_scans_are_read_back(scans, tmp_path):
+    ball = shapes.torus(24)
+    surfrecon.write(tmp_path / "ball.ply", ball)
+    file = surfrecon.open(tmp_path / "ball.ply")[0]
+    shifted = np.eye(4)
+    shifted[0, 3] = 0.4
+    merger = surfrecon.Merger([scans[0], file, ball, (ball, shifted, "b")])
+    image, of_file, alone, (mesh, pose, name) = merger
+    assert isinstance(image, surfrecon.RangeImage)
+    assert np.array_equal(image.points, scans[0].points, equal_nan=True)
+    assert of_file.path == file.path
+    assert np.array_equal(alone[1], np.eye(4))
+    assert np.array_equal(mesh.positions, ball.positions)
+    assert np.array_equal(pose, shifted)
+    assert name == merger[-1][2] == "b"
+    # An object of its own, until it is put back.
+    image.name = "renamed"
+    assert merger[0].name == scans[0].name
+    merger[0] = image
+    assert merger[0].name == "renamed"
+
+
 def test_measured_in_the_background_and_cancelled(scans):
     merger = surfrecon.Merger(scans)
     with pytest.raises(surfrecon.Cancelled):
@@ -126,6 +148,8 @@ def test_threads_share_one(scans):
 def test_what_is_wrong_is_said_and_changes_nothing(scans):
     merger = surfrecon.Merger(scans[:2])
     for index in (2, -3, 10**9):
+        with pytest.raises(IndexError, match=f"there are 2 scans and none at {index}"):
+            merger[index]
         with pytest.raises(IndexError, match=f"there are 2 scans and none at {index}"):
             merger[index] = scans[0]
         with pytest.raises(IndexError, match="none at"):

@@ -271,3 +271,17 @@ def test_aligning_names_what_has_no_samples(truth):
     aligned = surfrecon.align([*truth[:3], truth[3].keep(gone)])
     states = [scan.state for scan in aligned.report.scans]
     assert states[3] == "unplaced" and "unplaced" not in states[:2] and aligned.report.scans[3].reason
+
+
+def test_a_matrix_does_for_a_similarity():
+    mesh, matrix = torus(8), np.diag([2.0, 2.0, 2.0, 1.0])
+    expected = mesh.transformed(surfrecon.Similarity(matrix)).positions
+    assert np.array_equal(mesh.transformed(matrix).positions, expected)
+    with pytest.raises(surfrecon.InputError, match=r"similarity must have shape \(4, 4\), got \(3, 3\)"):
+        mesh.transformed(np.eye(3))
+
+
+def test_a_scan_without_a_name_is_told_by_its_number(tmp_path):
+    image = surfrecon.RangeImage.from_points(np.zeros((3, 3, 3)))
+    with pytest.raises(surfrecon.InputError, match="^image 0: its rays are parallel"):
+        surfrecon.write_scans(tmp_path / "a.ptx", [image])

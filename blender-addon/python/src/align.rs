@@ -1,5 +1,6 @@
 //! Scans without poses to one frame, at once or read once and as often as wanted.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DAffine3;
@@ -232,7 +233,18 @@ impl Alignment {
     }
 }
 
-fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, is_list: bool) -> PyResult<PlacedFile> {
+/// A file as a list names it: relative to the list's folder, or absolute where it lies outside of that.
+fn name_in(list: &Path, file: &Path) -> PathBuf {
+    let absolute = |path: &Path| match MemoryFolder::of(path) {
+        None => std::path::absolute(path).unwrap_or_else(|_| path.to_owned()),
+        Some(_) => path.to_owned(),
+    };
+    let (list, file) = (absolute(list), absolute(file));
+    let inside = list.parent().and_then(|folder| file.strip_prefix(folder).ok());
+    inside.map_or_else(|| file.clone(), Path::to_owned)
+}
+
+fn file_of(source: &Source, world_from_file: DAffine3, list: &Path, is_list: bool) -> PyResult<PlacedFile> {
     use surfrecon::merge::ScanSource as _;
     let file = match source {
         Source::File(scan) if scan.scale() != 1.0 => {
@@ -242,8 +254,7 @@ fn file_of(source: &Source, world_from_file: DAffine3, list: &std::path::Path, i
             )));
         }
         Source::File(scan) if scan.part == 0 => {
-            let folder = list.parent().unwrap_or(std::path::Path::new(""));
-            let inside = scan.path.strip_prefix(folder).unwrap_or(&scan.path);
+            let inside = name_in(list, &scan.path);
             if is_list && inside == scan.path && MemoryFolder::of(&scan.path).is_some() {
                 return Err(input_error(format!(
                     "{:?} lies in memory, where only a list in its own folder finds it: write the list there, or the poses as .tum",

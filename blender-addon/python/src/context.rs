@@ -3,11 +3,13 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use pyo3::exceptions::PyRuntimeError;
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
+use pyo3::{PyTraverseError, PyVisit};
 use surfrecon::context::{self, Chosen, exchange};
 
 use crate::errors::{parameter_error, to_python};
+use crate::log::Listener;
 use crate::settings::limit_of;
 
 /// What a thread has entered and not left, in that order, and what it had chosen before the first.
@@ -20,7 +22,7 @@ thread_local! {
     static ENTERED: RefCell<Entered> = const { RefCell::new(Entered { before: Chosen::Inherited, contexts: Vec::new() }) };
 }
 
-/// Threads and a limit on memory for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
+/// Threads, a limit on memory and a log for what is called in a ``with`` block, for example by one of several add-ons of a host, so that none of
 /// them has to live with what another one set::
 ///
 ///     with surfrecon.Context(threads=2, memory_limit=4_000_000_000):
@@ -37,29 +39,45 @@ thread_local! {
 ///     threads: Worker threads of calls that are not told how many; 0 for one a core. Results are the same for any number.
 ///     memory_limit: Most memory that calls may take, in bytes; together, where several run at a time. ``None`` for as much as
 ///         ``set_memory_limit`` says. What is called elsewhere does not count, nor does its limit concern what is called here.
+///     log: called as ``log(level, text)``, on the thread of the call that has something to tell: level as ``logging.INFO``, how files
+///         were understood, or ``logging.WARNING``, what was left out or is open. A logger's method fits, ``logging.getLogger("mine").log``.
+///         What it raises fails no call. ``None`` for the logger ``surfrecon`` of the module ``logging``, which hears of calls without a
+///         context, too.
 ///
 /// Raises:
 ///     ParameterError: more than 1024 threads, or fewer than 0.
 ///     InputError: a limit that is no number of bytes.
+///     TypeError: a log that can't be called.
 #[pyclass(frozen, module = "surfrecon")]
 pub struct Context {
     core: Arc<context::Context>,
+    listener: Option<Arc<Listener>>,
 }
 
 #[pymethods]
 impl Context {
     #[new]
-    #[pyo3(signature = (*, threads = 0, memory_limit = None))]
-    fn new(threads: i64, memory_limit: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (*, threads = 0, memory_limit = None, log = None))]
+    fn new(threads: i64, memory_limit: Option<&Bound<'_, PyAny>>, log: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
         let threads = u32::try_from(threads)
             .ok()
             .filter(|threads| *threads <= 1024)
             .ok_or_else(|| parameter_error(format!("threads must be >= 0 and <= 1024, got {threads}")))?;
         let limit = memory_limit.map(|given| limit_of("memory_limit", given)).transpose()?;
+        if let Some(log) = log.as_ref().filter(|log| !log.is_callable()) {
+            return Err(PyTypeError::new_err(format!(
+                "log must be a function of level and text, got {}",
+                log.get_type()
+            )));
+        }
         let core = context::Context::new().map_err(|error| to_python(&error))?;
         core.set_threads(threads);
         core.set_memory_limit(limit);
-        Ok(Context { core })
+        let listener = log.map(|log| Listener::new(log.unbind()));
+        if let Some(listener) = &listener {
+            core.set_log(listener.log());
+        }
+        Ok(Context { core, listener })
     }
 
     /// Worker threads of calls that are not told how many.
@@ -72,6 +90,22 @@ impl Context {
     #[getter]
     fn memory_limit(&self) -> Option<u64> {
         self.core.memory_limit()
+    }
+
+    /// What is told the messages of calls, or ``None``.
+    #[getter]
+    fn log(&self, py: Python<'_>) -> Option<Py<PyAny>> {
+        self.listener.as_ref().and_then(|listener| listener.function(py))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.listener.as_ref().map_or(Ok(()), |listener| listener.traverse(&visit))
+    }
+
+    fn __clear__(&self) {
+        if let Some(listener) = &self.listener {
+            listener.forget();
+        }
     }
 
     fn __enter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {

@@ -21,7 +21,7 @@ use crate::progress::Watch;
 use crate::range_image::RangeImage;
 use crate::report::report;
 use crate::scan::Camera;
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 
 /// One scan of a set: where it is and where it stands. Its samples stay on disk until ``read``.
 #[pyclass(frozen, subclass, module = "surfrecon")]
@@ -96,8 +96,8 @@ impl Scan {
     }
 
     /// The scan in another size and place: its pose now, its samples whenever it is read. See ``surfrecon.transformed``.
-    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Py<Scan>> {
-        to_object(py, Edit::transform(similarity).of_scan(&self.scan)?)
+    fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Py<Scan>> {
+        to_object(py, Edit::transform(&similarity.0).of_scan(&self.scan)?)
     }
 
     fn __repr__(&self) -> String {

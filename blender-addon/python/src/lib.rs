@@ -5,7 +5,8 @@
 //! | `arrays` | NumPy arrays <-> slices and vectors; the only `unsafe` of this crate but the allocator's |
 //! | `errors` | the core's errors and panics -> the exceptions of `surfrecon._errors` |
 //! | `progress` | a Python callback and Ctrl-C -> the core's progress |
-//! | `settings`, `context` | the most memory a call may take; that and threads for a part of a program |
+//! | `settings`, `context` | the most memory a call may take; that, threads and a log for a part of a program |
+//! | `log` | what calls tell -> the module `logging`, or the function of a context |
 //! | `forks` | forks of the process wait until nobody is at a table |
 //! | `allocator` | counts the memory that is held |
 //! | `params` | the core's parameter table |
@@ -48,6 +49,7 @@ mod errors;
 mod forks;
 mod frame;
 mod job;
+mod log;
 mod measure;
 mod memory_folder;
 mod merge;
@@ -139,6 +141,7 @@ mod _native {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::calling::watch_the_end(module.py())?;
         crate::forks::watch();
+        crate::log::to_logger();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -114,10 +114,12 @@ impl MergeCall {
     /// # Errors
     /// See [`surfrecon::merge::run`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        match &self.again {
+        let merged = match &self.again {
             Some(again) => again.run(&self.params, progress),
             None => surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress),
-        }
+        }?;
+        merged.report.tell();
+        Ok(merged)
     }
 
     /// Measures what was merged, if that was asked for.

@@ -110,6 +110,8 @@ impl FileCall {
     /// # Errors
     /// See [`surfrecon::merge_to_file`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<MergeReport> {
-        surfrecon::merge_to_file(&as_dyn(&self.sources), &self.path, &self.params, &self.into, progress)
+        let report = surfrecon::merge_to_file(&as_dyn(&self.sources), &self.path, &self.params, &self.into, progress)?;
+        report.tell();
+        Ok(report)
     }
 }

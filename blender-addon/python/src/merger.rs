@@ -4,7 +4,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyIterator, PyList};
+use surfrecon::error::counted;
 use surfrecon::merge::again;
 use surfrecon::threads::Exclusive;
 
@@ -20,8 +21,9 @@ use crate::sources::{Clouds, Source, source, sources};
 /// differs, since a scan has changed, all follows from it anew; giving both as options makes that rarer. What is kept takes about 125 bytes
 /// for each intersection of a scan with the grid.
 ///
-/// ``len(merger)`` is the number of scans, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one. ``Job.merge``
-/// takes a merger in the place of scans.
+/// ``len(merger)`` is the number of scans, ``merger[i]`` is one of them, ``merger[i] = scan`` replaces one, ``del merger[i]`` removes one.
+/// What ``merger[i]`` and iterating give are objects of their own, of a mesh ``(Mesh, world_from_mesh, name)``: changing them changes
+/// nothing here until they are put back. ``Job.merge`` takes a merger in the place of scans.
 ///
 /// >>> merger = surfrecon.Merger(scans)
 /// >>> preview = merger.merge().mesh
@@ -101,6 +103,20 @@ impl Merger {
         self.scans().list.len()
     }
 
+    fn __getitem__<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyAny>> {
+        let scan = {
+            let scans = self.scans();
+            scans.list[scans.place(index)?].1.clone()
+        };
+        scan.object(py)
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyIterator>> {
+        // As they are now: others may be added and removed meanwhile.
+        let list = self.scans().list.clone();
+        PyList::new(py, list.iter().map(|scan| scan.1.object(py)).collect::<PyResult<Vec<_>>>()?)?.try_iter()
+    }
+
     fn __setitem__(&self, index: isize, scan: &Bound<'_, PyAny>) -> PyResult<()> {
         let place = self.scans().place(index)?;
         let source = source(place, scan, Clouds::Refused)?;
@@ -155,6 +171,6 @@ impl Merger {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Merger of {} scans>", self.__len__())
+        format!("<Merger of {}>", counted(self.__len__() as u64, "scan", "scans"))
     }
 }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::TriMesh;
-use surfrecon::export::{Holding, Provenance, WriteOptions, ending_for, write_mesh};
+use surfrecon::export::{Holding, Provenance, WriteOptions, ending_for, tell_left_out, write_mesh};
 use surfrecon::memory;
 use surfrecon::mesh::{Attribute, AttributeData, measure};
 
@@ -18,7 +18,7 @@ use crate::errors::{detached, guarded, input_error, to_python};
 use crate::memory_folder::Place;
 use crate::params::params;
 use crate::progress::Watch;
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 
 /// A triangle mesh with attributes. It never changes; its arrays are read-only views without copying.
 ///
@@ -254,7 +254,9 @@ impl Mesh {
         let coarser: Vec<_> = coarser.iter().map(|mesh| mesh.get().mesh.clone()).collect();
         Watch::new(progress).run(py, move |progress| {
             let coarser: Vec<_> = coarser.iter().map(AsRef::as_ref).collect();
-            write_mesh(&path, &mesh, &coarser, &options, progress)
+            write_mesh(&path, &mesh, &coarser, &options, progress)?;
+            tell_left_out(&path, Holding::Mesh, mesh.crs.as_ref());
+            Ok(())
         })
     }
 
@@ -293,10 +295,10 @@ impl Mesh {
     ///
     /// Raises:
     ///     InputError: coordinates that become too large.
-    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
+    fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
         let mesh = detached(py, || {
             let mut mesh = TriMesh::clone(&self.mesh);
-            similarity.similarity.of_mesh(&mut mesh).map(|()| mesh)
+            similarity.0.similarity.of_mesh(&mut mesh).map(|()| mesh)
         })?;
         Ok(mesh.into())
     }

@@ -8,7 +8,7 @@ use crate::arrays;
 use crate::crs;
 use crate::edit::Edit;
 use crate::progress::Watch;
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 
 /// Scattered points with optional normals and colours. It never changes; its arrays are read-only views.
 #[pyclass(frozen, module = "surfrecon")]
@@ -84,8 +84,8 @@ impl PointCloud {
     }
 
     /// The cloud in another size and place, its pose still rigid: see ``surfrecon.transformed``.
-    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
-        self.edited(py, &Edit::transform(similarity))
+    fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
+        self.edited(py, &Edit::transform(&similarity.0))
     }
 
     fn __repr__(&self) -> String {

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use surfrecon::RangeImage as Core;
 use surfrecon::export::{
-    Holding, PlyEncoding, Provenance, write_e57, write_ptx, write_range_grid_ply, write_scan_list,
+    Holding, PlyEncoding, Provenance, tell_left_out, write_e57, write_ptx, write_range_grid_ply, write_scan_list,
 };
 use surfrecon::memory;
 use surfrecon::range_image::{DepthKind, Projection, Samples};
@@ -24,7 +24,7 @@ use crate::mesh::{Mesh, ending_of, provenance_of};
 use crate::params::params;
 use crate::progress::Watch;
 use crate::projection;
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 use crate::vertices::{self, GridCamera, PerVertex};
 
 /// A range image: rows x cols pixels, each measured or not, each with a viewing ray, placed in the world.
@@ -41,7 +41,13 @@ pub struct RangeImage {
 
 impl From<Core> for RangeImage {
     fn from(image: Core) -> Self {
-        RangeImage { image: Mutex::new(Arc::new(image)) }
+        Arc::new(image).into()
+    }
+}
+
+impl From<Arc<Core>> for RangeImage {
+    fn from(image: Arc<Core>) -> Self {
+        RangeImage { image: Mutex::new(image) }
     }
 }
 
@@ -123,7 +129,9 @@ pub fn write_together(
             "ptx" => write_ptx(&path, &images, progress),
             "conf" => write_scan_list(&path, &images, PlyEncoding::default(), progress),
             _ => write_e57(&path, &images, provenance.as_ref(), progress),
-        }
+        }?;
+        tell_left_out(&path, Holding::Images, images.iter().find_map(|image| image.crs.as_ref()));
+        Ok(())
     })
 }
 
@@ -463,8 +471,11 @@ impl RangeImage {
         if ending != "ply" {
             return write_together(py, path, ending, &[image], provenance_of(provenance)?, progress);
         }
-        Watch::new(progress)
-            .run(py, move |progress| write_range_grid_ply(&path, &image, PlyEncoding::default(), progress))
+        Watch::new(progress).run(py, move |progress| {
+            write_range_grid_ply(&path, &image, PlyEncoding::default(), progress)?;
+            tell_left_out(&path, Holding::Image, image.crs.as_ref());
+            Ok(())
+        })
     }
 
     /// Triangulates the grid, leaving out jumps.
@@ -527,8 +538,8 @@ impl RangeImage {
     }
 
     /// The image in another size and place, its pose still rigid: see ``surfrecon.transformed``.
-    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
-        self.edited(py, &Edit::transform(similarity))
+    fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
+        self.edited(py, &Edit::transform(&similarity.0))
     }
 
     fn __repr__(&self) -> String {

@@ -6,6 +6,7 @@ use pyo3::exceptions::{PyIndexError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator, PyList, PySequence, PySlice, PyTuple};
 use surfrecon::Progress;
+use surfrecon::error::counted;
 use surfrecon::export::{self, Holding, PlyOptions, write_points_ply};
 use surfrecon::import::{self, Camera, ReadOptions};
 use surfrecon::merge::{ScanSource, common_crs};
@@ -20,7 +21,7 @@ use crate::params::params;
 use crate::point_cloud::PointCloud;
 use crate::progress::Watch;
 use crate::range_image::{RangeImage, write_together};
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 
 /// Opens scans without reading their samples.
 ///
@@ -95,7 +96,9 @@ impl OpenCall {
     /// # Errors
     /// See [`import::open_with`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<import::ScanSet> {
-        import::open_with(&self.paths, &self.options, progress)
+        let set = import::open_with(&self.paths, &self.options, progress)?;
+        set.tell();
+        Ok(set)
     }
 }
 
@@ -362,8 +365,8 @@ impl ScanSet {
     }
 
     /// The set in another size and place: poses now, samples whenever they are read. See ``surfrecon.transformed``.
-    fn transformed(&self, py: Python<'_>, similarity: &Similarity) -> PyResult<Self> {
-        self.edited(py, &vec![Edit::transform(similarity); self.count()])
+    fn transformed(&self, py: Python<'_>, similarity: Given) -> PyResult<Self> {
+        self.edited(py, &vec![Edit::transform(&similarity.0); self.count()])
     }
 
     fn __len__(&self) -> usize {
@@ -390,6 +393,6 @@ impl ScanSet {
     }
 
     fn __repr__(&self) -> String {
-        format!("<ScanSet of {} scans>", self.scans.len())
+        format!("<ScanSet of {}>", counted(self.scans.len() as u64, "scan", "scans"))
     }
 }

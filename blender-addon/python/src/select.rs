@@ -12,7 +12,7 @@ use crate::params::params;
 use crate::progress::Watch;
 use crate::regions::Plane;
 use crate::scans::ScanSet;
-use crate::similarity::Similarity;
+use crate::similarity::Given;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// A scan of any kind with an edit; errors name it.
@@ -132,10 +132,10 @@ pub fn remove<'py>(
 #[pyo3(signature = (scans, similarity, *, progress = None))]
 pub fn transformed<'py>(
     scans: &Bound<'py, PyAny>,
-    similarity: &Similarity,
+    similarity: Given,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    edited(scans, |count| Ok(vec![Edit::transform(similarity); count]), progress)
+    edited(scans, |count| Ok(vec![Edit::transform(&similarity.0); count]), progress)
 }
 
 /// A plane to be found, free of Python.

@@ -22,12 +22,32 @@ pub struct Similarity {
     pub similarity: select::Similarity,
 }
 
+/// A similarity as Python hands it over: one, or its matrix.
+pub struct Given(pub Similarity);
+
+impl<'py> FromPyObject<'_, 'py> for Given {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match given.cast::<Similarity>() {
+            Ok(similarity) => Ok(Given(*similarity.get())),
+            Err(_) => Similarity::of_matrix(&given, "similarity").map(Given),
+        }
+    }
+}
+
+impl Similarity {
+    fn of_matrix(matrix: &Bound<'_, PyAny>, name: &str) -> PyResult<Self> {
+        let similarity = select::Similarity::from_affine(arrays::affine(matrix, name)?);
+        Ok(Similarity { similarity: similarity.map_err(|e| to_python(&e))? })
+    }
+}
+
 #[pymethods]
 impl Similarity {
     #[new]
     fn new(matrix: &Bound<'_, PyAny>) -> PyResult<Self> {
-        let similarity = select::Similarity::from_affine(arrays::affine(matrix, "matrix")?);
-        Ok(Similarity { similarity: similarity.map_err(|e| to_python(&e))? })
+        Similarity::of_matrix(matrix, "matrix")
     }
 
     /// 4 x 4 float64.

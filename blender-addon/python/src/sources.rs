@@ -143,6 +143,17 @@ impl Source {
         }
     }
 
+    /// The scan as a Python object, which shares its samples.
+    ///
+    /// # Errors
+    /// None but of Python itself.
+    pub fn object<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Source::Image(image) => Ok(Bound::new(py, RangeImage::from(image.clone()))?.into_any()),
+            _ => self.placed(py, self.world_from_scan()),
+        }
+    }
+
     /// The same scan elsewhere, as a Python object.
     ///
     /// # Errors

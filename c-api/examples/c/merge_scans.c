@@ -67,8 +67,8 @@ static int merge(const char *out, const char *const *paths, size_t count)
         result = failed("writing", status);
     } else {
         fprintf(stderr, "\r%-78s\r", "");
-        printf("%u scans, %llu triangles in, %llu out, voxel %g, %llu holes closed, %llu left open\n", (unsigned)figures.scans,
-               (unsigned long long)figures.input_triangles,
+        printf("%u scan%s, %llu triangles in, %llu out, voxel %g, %llu holes closed, %llu left open\n", (unsigned)figures.scans,
+               figures.scans == 1 ? "" : "s", (unsigned long long)figures.input_triangles,
                (unsigned long long)(figures.faces_direct + figures.faces_settled + figures.faces_filling), figures.voxel,
                (unsigned long long)figures.holes_closed, (unsigned long long)figures.holes_open);
         result = EXIT_SUCCESS;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 pub use crate::account::{Account, Entered, Owned};
 use crate::error::Result;
+use crate::log::{self, Log};
 use crate::{allowed, threads};
 
 /// A part of a program with settings of its own.
@@ -25,6 +26,7 @@ impl Context {
     pub fn new() -> Result<Arc<Self>> {
         let account = Account::new()?;
         threads::set_default(account.number(), 0);
+        log::set_of(account.number(), Log::OfProcess);
         Ok(Arc::new(Context { account }))
     }
 
@@ -54,6 +56,11 @@ impl Context {
         allowed::limit_of(self.number())
     }
 
+    /// Who gets the messages of its calls.
+    pub fn set_log(&self, log: Log) {
+        log::set_of(self.number(), log);
+    }
+
     /// Bytes that its calls and what they made hold now.
     pub fn held(&self) -> usize {
         usize::try_from(surfrecon_allocator::held_by(self.number())).unwrap_or(0)
@@ -63,6 +70,7 @@ impl Context {
 impl Drop for Context {
     fn drop(&mut self) {
         threads::end(self.number());
+        log::set_of(self.number(), Log::Silent);
     }
 }
 

@@ -3,7 +3,7 @@
 //! [`Error`] is for input and environment: it names the offending thing and, where there is one, the remedy. A broken
 //! invariant of our own is an assertion instead.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Result of every fallible call of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
@@ -28,7 +28,7 @@ pub enum Error {
     #[error("{0}")]
     Input(String),
     /// A file does not hold what its format promises.
-    #[error("{}: {at}: {problem}", path.display())]
+    #[error("{}: {at}: {problem}", known_as(path))]
     Format {
         /// The file.
         path: PathBuf,
@@ -38,7 +38,7 @@ pub enum Error {
         problem: String,
     },
     /// Reading or writing failed.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", known_as(path))]
     Io {
         /// The file.
         path: PathBuf,
@@ -72,7 +72,7 @@ impl Error {
     /// An [`Error::Io`] for a file; [`Error::OutOfMemory`] where memory is what was wanting.
     pub fn io(path: &Path, source: std::io::Error) -> Self {
         if source.kind() == std::io::ErrorKind::OutOfMemory {
-            return Error::OutOfMemory(format!("{}: {}", path.display(), crate::allowed::not_had_for_file()));
+            return Error::OutOfMemory(format!("{}: {}", known_as(path), crate::allowed::not_had_for_file()));
         }
         Error::Io { path: path.to_owned(), source }
     }
@@ -101,9 +101,41 @@ impl std::fmt::Display for Shown {
     }
 }
 
+/// How the paths of all folders in memory begin; a number follows.
+pub const IN_MEMORY: &str = "memory:";
+
+/// A path as people know it: of a file in a folder in memory the name that it was given there.
+pub fn known_as<P: AsRef<Path> + ?Sized>(path: &P) -> std::path::Display<'_> {
+    let path = path.as_ref();
+    let mut parts = path.components();
+    let is = |part: Option<Component<'_>>, what: &dyn Fn(&str) -> bool| {
+        part.and_then(|part| part.as_os_str().to_str()).is_some_and(what)
+    };
+    let in_memory = is(parts.next(), &|part| part == IN_MEMORY)
+        && is(parts.next(), &|part| part.bytes().all(|byte| byte.is_ascii_digit()));
+    match parts.as_path() {
+        name if in_memory && name != Path::new("") => name.display(),
+        _ => path.display(),
+    }
+}
+
+/// So many of something, which has a singular.
+pub fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_lies_in_memory_is_called_as_its_user_called_it() {
+        let shown = |path: &str| known_as(path).to_string();
+        assert_eq!(shown("memory:/12/depth/a.ply"), "depth/a.ply");
+        for other in ["memory:/12", "memory:/x/a.ply", "a/memory:/1/b", "/memory:/1/b", "a.ply", ""] {
+            assert_eq!(shown(other), other);
+        }
+    }
 
     #[test]
     fn no_number_takes_a_line() {

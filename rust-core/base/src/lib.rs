@@ -1,11 +1,12 @@
 //! What every part of surfrecon stands on: errors, the types of parameters, how large numbers may be, progress and cancel as
-//! one value, who calls, the worker pools, memory that is found out before it is taken.
+//! one value, who calls and who is told of it, the worker pools, memory that is found out before it is taken.
 
 mod account;
 mod allowed;
 pub mod context;
 pub mod error;
 pub mod fork;
+pub mod log;
 pub mod magnitude;
 pub mod memory;
 pub mod params;

@@ -288,10 +288,7 @@ impl ScanSource for PlacedCloud<'_> {
     }
 
     fn load(&self, _: &Loading, _: &Progress<'_>) -> Result<OrientedSurface> {
-        named(
-            &self.name,
-            Err(Error::input("points without a grid or triangles can't be merged; reconstruct a surface first")),
-        )
+        named(&self.name, Err(Error::input("points without a grid or triangles are no surface; reconstruct one first")))
     }
 
     fn crs(&self) -> Result<Option<Crs>> {

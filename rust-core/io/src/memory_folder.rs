@@ -10,13 +10,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-use base::error::{Error, Result};
+use base::error::{Error, IN_MEMORY as ROOT, Result};
 use base::fork::{self, Prevented};
 use base::memory;
 use base::threads::{Exclusive, Turns};
-
-/// How the paths of all such folders begin.
-const ROOT: &str = "memory:";
 
 /// Most bytes that a [`Sink`] is handed at once of a file that had to be finished before.
 const PIECE: usize = 1 << 20;

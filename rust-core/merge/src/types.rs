@@ -1,5 +1,7 @@
 //! What a merge is asked for, and what it gives.
 
+use base::error::counted;
+use base::log::{self, Level};
 use base::params::{flag, length, ratio};
 use base::progress::Seconds;
 use image::triangulate::TriangulateParams;
@@ -102,6 +104,25 @@ pub struct MergeReport {
     pub working_bytes: u64,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Seconds,
+}
+
+impl MergeReport {
+    /// Tells the log what a person should look at.
+    pub fn tell(&self) {
+        let [_, open] = self.holes;
+        if open > 0 {
+            let loops = counted(open, "open boundary loop", "open boundary loops");
+            let text = format!("the merged surface has {loops}; max_hole_length says which close");
+            log::tell(Level::Warning, &text);
+        }
+        let [parts, faces] = self.dropped_components;
+        if parts > 0 {
+            let parts = counted(parts, "part was dropped", "parts were dropped");
+            let triangles = counted(faces, "triangle", "triangles");
+            let text = format!("{parts}, {triangles}: no scan saw them, or min_component_share says they are small");
+            log::tell(Level::Warning, &text);
+        }
+    }
 }
 
 /// Result of a merge.

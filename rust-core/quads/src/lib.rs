@@ -431,7 +431,7 @@ fn depth_extent(image: &RangeImage, ranges: &[f64]) -> Result<f64> {
             (lanes.0.into_iter().fold(f64::INFINITY, f64::min), lanes.1.into_iter().fold(f64::NEG_INFINITY, f64::max))
         })
         .reduce(|| (f64::INFINITY, f64::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-    let name = if image.name.is_empty() { "the image" } else { &image.name };
+    let name = image.called();
     if limits.0 > limits.1 {
         return Err(Error::input(format!("{name}: no pixel is valid")));
     }

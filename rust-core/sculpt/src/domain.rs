@@ -43,7 +43,7 @@ impl Domain {
         if image.rows() > u32::MAX as usize || image.cols() > u32::MAX as usize {
             return Err(Error::input(format!(
                 "{}: an image may have at most 2^32 - 2 rows and columns, but this one has {} x {}",
-                image.name,
+                image.called(),
                 image.rows(),
                 image.cols()
             )));

@@ -331,7 +331,7 @@ impl<I: Borrow<RangeImage> + Sync> Sculptor<I> {
                 Error::input(format!(
                     "{}: around pixel ({row}, {col}) samples lie too close to one another for their distance from the origin: \
                      double precision can't tell their rays apart; move the image nearer to the origin",
-                    image.name
+                    image.called()
                 ))
             })?;
         };

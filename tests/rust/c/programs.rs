@@ -89,7 +89,7 @@ fn the_c_example_merges_a_scan() {
     let program = compile("cc", &["-std=c99"], "c-api/examples/c/merge_scans.c");
     let scan = scan_file(program.folder.path());
     let printed = program.run(&["out.glb", &scan]);
-    assert!(printed.starts_with("1 scans, 4802 triangles in"), "{printed}");
+    assert!(printed.starts_with("1 scan, 4802 triangles in"), "{printed}");
     assert!(std::fs::metadata(program.folder.path().join("out.glb")).unwrap().len() > 1000);
     let failed = program.command(&[]).args(["out2.glb", "missing.ply"]).output().unwrap();
     assert_eq!(failed.status.code(), Some(1));

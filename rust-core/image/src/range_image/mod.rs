@@ -175,6 +175,11 @@ impl RangeImage {
         self.rows * self.cols
     }
 
+    /// What messages call it.
+    pub fn called(&self) -> &str {
+        if self.name.is_empty() { "the image" } else { &self.name }
+    }
+
     /// Whether there is no pixel at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -38,7 +38,7 @@ impl SampleGrid {
     /// [`Error::Input`] if the image has more than 2^32 - 2 pixels; [`Error::Cancelled`].
     pub fn new(image: &RangeImage, progress: &Progress<'_>) -> Result<Self> {
         if image.len() >= NO_SAMPLE as usize {
-            let (name, pixels) = (&image.name, image.len());
+            let (name, pixels) = (image.called(), image.len());
             return Err(Error::input(format!(
                 "{name}: {pixels} pixels, but an image may have at most {}",
                 NO_SAMPLE - 1

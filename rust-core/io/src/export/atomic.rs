@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::names;
 use super::temporary::Temporary;
 use crate::memory_folder::{self, Writing};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// The temporary file, or one in memory. Every writer hands its bytes through this one type, so that a test can make any write fail.
@@ -188,12 +188,12 @@ fn staged(
     if cfg!(windows)
         && let Some(why) = place.file_name().and_then(|name| name.to_str()).and_then(names::forbidden)
     {
-        return Err(Error::input(format!("{}: {why}: choose another name", path.display())));
+        return Err(Error::input(format!("{}: {why}: choose another name", known_as(path))));
     }
     let older = older(path, &place)?;
     let folder = folder_of(&place);
     if !folder.is_dir() {
-        let problem = format!("there is no folder {}", folder.display());
+        let problem = format!("there is no folder {}", known_as(folder));
         let error = std::io::Error::new(ErrorKind::NotFound, problem);
         return Err(Error::io(path, memory_folder::explained(path, error)));
     }
@@ -205,7 +205,7 @@ fn staged(
 }
 
 fn is_folder(path: &Path) -> Error {
-    Error::input(format!("{}: this is a folder, not the name of a file", path.display()))
+    Error::input(format!("{}: this is a folder, not the name of a file", known_as(path)))
 }
 
 /// Where a link leads: to a file, or to where one will be.
@@ -228,7 +228,7 @@ fn linked(path: &Path) -> Result<PathBuf> {
 fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
     let Ok(metadata) = std::fs::metadata(place) else { return Ok(None) };
     if !metadata.is_file() {
-        let path = path.display();
+        let path = known_as(path);
         return Err(Error::input(format!(
             "{path}: this is no file but a device, a pipe or the like, and is left alone"
         )));
@@ -241,7 +241,7 @@ fn older(path: &Path, place: &Path) -> Result<Option<Permissions>> {
         return Err(Error::input(format!(
             "{}: this file has {names} names (hard links), which writing would part: remove this name first, or write to \
              another",
-            path.display()
+            known_as(path)
         )));
     }
     Ok(Some(metadata.permissions()))

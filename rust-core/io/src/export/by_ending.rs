@@ -8,7 +8,7 @@ use super::{
     GlbNode, GlbOptions, Holding, PlyEncoding, PlyOptions, PositionType, Provenance, Up, ending_for, write_glb,
     write_obj, write_ply, write_ply_in_pieces, write_stl,
 };
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::params::{choice, ratio};
 use base::progress::Progress;
 use mesh::TriMesh;
@@ -71,7 +71,7 @@ pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static s
     let ending = ending_for(path, Holding::Mesh)?;
     if options.encoding != Encoding::Binary && ending != "ply" {
         let encoding = options.encoding.name();
-        return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", path.display())));
+        return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", known_as(path))));
     }
     Ok(ending)
 }
@@ -90,7 +90,7 @@ pub fn write_mesh(
 ) -> Result<()> {
     let ending = check_mesh_file(path, options)?;
     if !coarser.is_empty() && ending != "glb" {
-        return Err(Error::input(format!("{}: only .glb holds coarser levels", path.display())));
+        return Err(Error::input(format!("{}: only .glb holds coarser levels", known_as(path))));
     }
     match ending {
         "ply" => write_ply(path, mesh, options.ply(), progress),
@@ -112,7 +112,7 @@ pub fn write_mesh(
 /// # Errors
 /// As [`check_mesh_file`]; [`Error::Input`] for anything but binary PLY.
 pub fn check_file_in_pieces(path: &Path, options: &WriteOptions) -> Result<()> {
-    let shown = path.display();
+    let shown = known_as(path);
     if check_mesh_file(path, options)? != "ply" {
         return Err(Error::input(format!("{shown}: only .ply is written piece by piece: choose such a name")));
     }

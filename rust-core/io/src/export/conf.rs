@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DQuat};
 use super::atomic::{Staged, stage};
 use super::ply::{self, PlyOptions, range_grid_frame};
 use super::{Holding, ending_for};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use image::range_image::RangeImage;
 
@@ -20,6 +20,9 @@ const RIGID: f64 = 1e-6;
 /// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many
 /// fewer than a process may have open.
 const OPEN: usize = 100;
+
+/// Says what quaternions of a list mean, of which there are several senses: so those of our own need no guess.
+pub(crate) const SENSE: &str = "# quaternions are x y z w and rotate world to scan";
 
 /// A scan file and its place, for [`write_conf`].
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +47,7 @@ pub fn write_scan_list(
     progress: &Progress<'_>,
 ) -> Result<()> {
     if ending_for(path, Holding::Images).ok() != Some("conf") {
-        return Err(Error::input(format!("{}: the name must end in .conf", path.display())));
+        return Err(Error::input(format!("{}: the name must end in .conf", known_as(path))));
     }
     if images.is_empty() {
         return Err(Error::input("there is no range image to write"));
@@ -103,7 +106,7 @@ pub(super) fn check_placed(scan: &PlacedFile) -> Result<()> {
 }
 
 fn stage_conf(path: &Path, scans: &[PlacedFile]) -> Result<Staged> {
-    let mut text = "camera 0 0 0 0 0 0 1\n".to_owned();
+    let mut text = format!("{SENSE}\ncamera 0 0 0 0 0 0 1\n");
     for scan in scans {
         check_placed(scan)?;
         let PlacedFile { file: name, world_from_file } = scan;

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use super::{Holding, ending_for};
+use base::error::known_as;
+use base::log::{self, Level};
 use mesh::Crs;
 
 /// The formats that say the system, of what they hold.
@@ -27,6 +29,13 @@ pub fn crs_note(path: &Path, holding: Holding, crs: Option<&Crs>) -> Option<Stri
     Some(format!(
         ".{ending} has no place for the coordinate reference system, {crs}, which is left out; .{remedy} keeps it"
     ))
+}
+
+/// Tells the log of a file that was written what [`crs_note`] says of it.
+pub fn tell_left_out(path: &Path, holding: Holding, crs: Option<&Crs>) {
+    if let Some(note) = crs_note(path, holding, crs) {
+        log::tell(Level::Warning, &format!("{}: {note}", known_as(path)));
+    }
 }
 
 #[cfg(test)]

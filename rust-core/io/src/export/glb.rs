@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use super::Provenance;
 use super::atomic::{Output, write_atomically};
 use super::provenance::extras;
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
 use mesh::{AttributeData, Crs, TriMesh};
@@ -120,7 +120,7 @@ pub fn write_glb(path: &Path, nodes: &[GlbNode<'_>], options: &GlbOptions, progr
     let Ok(length) = u32::try_from(total) else {
         return Err(Error::input(format!(
             "{}: a glb file holds up to 4 GiB, this would be {total} bytes",
-            path.display()
+            known_as(path)
         )));
     };
     progress.plan(&[("writing", 1.0)]);

@@ -8,7 +8,7 @@ use glam::{DAffine3, DMat4, DQuat};
 
 use super::atomic::stage;
 use super::conf::{PlacedFile, check_placed, write_conf};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// Writes where files lie, by the ending of the name: `.conf`, `.mlp`, `.aln`, or `.tum`, which has no names: a line a file,
@@ -25,7 +25,7 @@ pub fn write_poses(path: &Path, placed: &[PlacedFile]) -> Result<()> {
         Some("tum") => trajectory,
         _ => {
             let endings = ".conf (VRIP), .mlp or .aln (MeshLab) or .tum (TUM)";
-            return Err(Error::input(format!("{}: poses are written as {endings}", path.display())));
+            return Err(Error::input(format!("{}: poses are written as {endings}", known_as(path))));
         }
     };
     placed.iter().try_for_each(check_placed)?;

@@ -22,13 +22,12 @@ const EXACT: f64 = (1_u64 << 48) as f64;
 const E57_END: &str = "</e57Root>";
 
 /// Where the rays start, in the image's frame.
-fn eye(image: &RangeImage) -> Result<DVec3> {
+fn eye(image: &RangeImage, name: &str) -> Result<DVec3> {
     match image.projection() {
         Projection::Pinhole { .. } | Projection::Spherical { .. } => Ok(DVec3::ZERO),
         Projection::PointGrid(Viewing::From(eye)) => Ok(*eye),
         Projection::Orthographic { .. } | Projection::PointGrid(Viewing::Parallel(_)) => Err(Error::input(format!(
-            "{}: its rays are parallel, and PTX and E57 hold scans seen from a point: write Stanford range images (.conf)",
-            image.name
+            "{name}: its rays are parallel, and PTX and E57 hold scans seen from a point: write Stanford range images (.conf)"
         ))),
     }
 }
@@ -49,18 +48,19 @@ fn checked(images: &[&RangeImage]) -> Result<Vec<(DVec3, DAffine3)>> {
     if images.is_empty() {
         return Err(Error::input("there is no range image to write"));
     }
-    let place = |image: &&RangeImage| {
+    let place = |(number, image): (usize, &&RangeImage)| {
+        let name = if image.name.is_empty() { format!("image {number}") } else { image.name.clone() };
         image.validate()?;
         if image.is_empty() {
-            return Err(Error::input(format!("{}: the image has no pixels", image.name)));
+            return Err(Error::input(format!("{name}: the image has no pixels")));
         }
         if !image.world_from_sensor.is_finite() {
-            return Err(Error::input(format!("{}: the pose is not finite", image.name)));
+            return Err(Error::input(format!("{name}: the pose is not finite")));
         }
-        let eye = eye(image)?;
+        let eye = eye(image, &name)?;
         Ok((eye, image.world_from_sensor * DAffine3::from_translation(eye)))
     };
-    images.iter().map(place).collect()
+    images.iter().enumerate().map(place).collect()
 }
 
 /// Writes range images as PTX, one scan after the other, the frame of each moved to where its rays start. Points are in

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Files lie in the folder of the `.conf` or below it; names that lead out of it are refused. Tools differ in what the
-//! quaternion means: here the points decide ([`super::overlap`]). A `mesh` line whose name is no file and has no
+//! quaternion means: where no comment says so, as in those that we write, the points decide ([`super::overlap`]). A `mesh` line whose name is no file and has no
 //! extension is passed over with a note: Stanford's own files name a cylindrical scan this way that was never given out.
 
 use std::path::{Path, PathBuf};
@@ -15,11 +15,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::overlap::{self, Convention};
+use super::overlap::{self, Convention, STANFORD};
 use super::text::lines_of;
 use super::{ReadOptions, ScanSet, file};
+use crate::export::SENSE;
 use crate::memory_folder::begins_in_memory;
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// One placed file.
@@ -58,18 +59,29 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 /// Opens the scans of a file and decides what its quaternions mean.
 pub(super) fn open(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<'_>) -> Result<ScanSet> {
     let mut notes = Vec::new();
-    let placed = parse(path, &file::read(path)?, options, &mut notes)?;
+    let bytes = file::read(path)?;
+    let placed = parse(path, &bytes, options, &mut notes)?;
     let mut scans = Vec::with_capacity(placed.len());
     for one in &placed {
         progress.check()?;
         scans.push(super::open_named(path, one.line, &one.path, options, &mut notes)?);
     }
-    let (convention, why) = overlap::decide(&scans, &|i, convention| placed[i].pose(convention), progress)?;
-    notes.push(format!("{}: {why}", file::name(path)));
+    let convention = if says_sense(&bytes) {
+        STANFORD
+    } else {
+        let (convention, why) = overlap::decide(&scans, &|i, convention| placed[i].pose(convention), progress)?;
+        notes.push(format!("{}: {why}", file::name(path)));
+        convention
+    };
     for (scan, one) in scans.iter_mut().zip(&placed) {
         scan.world_from_sensor = one.pose(convention);
     }
     Ok(ScanSet { scans, notes })
+}
+
+/// Whether it begins as those that we write.
+fn says_sense(bytes: &[u8]) -> bool {
+    bytes.split(|&byte| byte == b'\n').next().is_some_and(|line| line.trim_ascii() == SENSE.as_bytes())
 }
 
 /// Parses the text and finds the files.
@@ -118,7 +130,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8], options: &ReadOptions, notes: &mu
                 ));
                 continue;
             }
-            return fail(format!("there is no file {}", file.display()));
+            return fail(format!("there is no file {}", known_as(&file)));
         }
         let translation = DVec3::new(numbers[0], numbers[1], numbers[2]);
         placed.push(Placed { line: number, path: file, translation, quaternion });
@@ -222,7 +234,7 @@ pub(super) fn examine(bytes: &[u8], folder: &Path) -> bool {
                 let inside = one.path.strip_prefix(folder);
                 assert!(inside.is_ok_and(|p| p.components().all(|c| matches!(c, std::path::Component::Normal(_)))));
                 assert!(one.translation.is_finite());
-                let pose = one.pose(overlap::STANFORD);
+                let pose = one.pose(STANFORD);
                 assert!((pose.matrix3.determinant() - 1.0).abs() < 1e-9, "{pose:?}");
             }
             true

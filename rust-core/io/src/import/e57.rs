@@ -16,7 +16,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::file::{self, Input, decoding_error, watched};
 use super::grid::PointGrid;
 use super::{Content, ReadOptions, Scan, ScanSet};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
 
@@ -60,7 +60,7 @@ fn list(input: &mut dyn Input, scan: &Scan) -> Result<ScanSet> {
             scan.name = name.to_owned();
         }
         if one.records == 0 {
-            notes.push(format!("{}: scan {part}, {}, {EMPTY}: it is left out", scan.path.display(), scan.name));
+            notes.push(format!("{}: scan {part}, {}, {EMPTY}: it is left out", known_as(&scan.path), scan.name));
         } else {
             scans.push(scan);
         }

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::{Content, ReadOptions, Scan, ScanSet};
 use crate::memory_folder::{Reading, explained, place_of};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
 
@@ -139,7 +139,7 @@ pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
     }
     let is_folder = || {
         let remedy = "this is a folder; choose its files, or the .conf file that places them";
-        Error::input(format!("{}: {remedy}", path.display()))
+        Error::input(format!("{}: {remedy}", known_as(path)))
     };
     if let Some(place) = place_of(path) {
         if place.is_dir() {
@@ -155,7 +155,7 @@ pub(super) fn open_bytes(path: &Path) -> Result<(Regular, u64)> {
         return Err(is_folder());
     }
     if !metadata.is_file() {
-        return Err(Error::input(format!("{}: not a regular file", path.display())));
+        return Err(Error::input(format!("{}: not a regular file", known_as(path))));
     }
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     Ok((Regular { file: Opened::File(file), mark: 0 }, metadata.len()))
@@ -195,7 +195,7 @@ fn whole((file, length): (Regular, u64), path: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let wanted = usize::try_from(length).ok();
     if wanted.is_none_or(|wanted| bytes.try_reserve_exact(wanted).is_err()) {
-        return Err(Error::OutOfMemory(format!("{}: {length} bytes", path.display())));
+        return Err(Error::OutOfMemory(format!("{}: {length} bytes", known_as(path))));
     }
     // A file that grows meanwhile is read no further.
     file.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(path, e))?;
@@ -362,5 +362,5 @@ pub(super) fn thinned(scan: &Scan, parse: Parse, count: usize) -> Result<Vec<DVe
 
 /// Room for `count` elements that the file was seen to hold or the limit of decoded sizes allows.
 pub(super) fn reserve<T>(count: usize, path: &Path) -> Result<Vec<T>> {
-    memory::reserved(count, || format!("reading {}", path.display()))
+    memory::reserved(count, || format!("reading {}", known_as(path)))
 }

@@ -65,7 +65,8 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
+use base::log::{self, Level};
 use base::progress::Progress;
 use image::source::{ScanSource, common_crs};
 use mesh::Crs;
@@ -88,6 +89,11 @@ pub struct ScanSet {
 }
 
 impl ScanSet {
+    /// Tells the log its notes.
+    pub fn tell(&self) {
+        self.notes.iter().for_each(|note| log::tell(Level::Info, note));
+    }
+
     /// The coordinate reference system that all scans which name one lie in.
     ///
     /// # Errors
@@ -191,14 +197,14 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
             Role::Camera(read) => {
                 let camera = read(path)?;
                 if options.camera.is_some_and(|other| other != camera) {
-                    return Err(Error::input(format!("{}: there is another camera already", path.display())));
+                    return Err(Error::input(format!("{}: there is another camera already", known_as(path))));
                 }
                 options.camera = Some(camera);
             }
             Role::Trajectory(read) => {
                 if let Some((other, _)) = poses.replace((path, read(path)?)) {
-                    let problem = format!("{} is a trajectory too; give one", other.display());
-                    return Err(Error::input(format!("{}: {problem}", path.display())));
+                    let problem = format!("{} is a trajectory too; give one", known_as(other));
+                    return Err(Error::input(format!("{}: {problem}", known_as(path))));
                 }
             }
             Role::Scans { .. } | Role::List(_) | Role::Recording(_) => opens.push(Opening::File(path, role)),
@@ -206,7 +212,7 @@ fn open_listed(listed: &[Listed], options: &ReadOptions, progress: &Progress<'_>
     }
     if opens.is_empty() {
         return Err(Error::input(match listed {
-            [Listed::File(first), ..] => format!("{}: describes scans; open it together with them", first.display()),
+            [Listed::File(first), ..] => format!("{}: describes scans; open it together with them", known_as(first)),
             _ => "no file was given".to_owned(),
         }));
     }
@@ -297,7 +303,7 @@ fn open_named(
     notes.append(&mut opened.notes);
     match opened.scans.pop() {
         Some(scan) if opened.scans.is_empty() => Ok(scan),
-        _ => fail(format!("{} does not hold exactly one scan", path.display())),
+        _ => fail(format!("{} does not hold exactly one scan", known_as(path))),
     }
 }
 

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::file::Input;
 use super::text::{Lines, lines_of, whole_lines};
 use super::{Content, Scan};
-use base::error::Result;
+use base::error::{Result, known_as};
 use base::memory;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
@@ -49,7 +49,7 @@ const SHARE_OF_TEXT: f64 = 0.8;
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, _: &Progress<'_>) -> Result<Content> {
     memory::expect(
         length as f64 * SHARE_OF_TEXT,
-        || format!("reading {}", scan.path.display()),
+        || format!("reading {}", known_as(&scan.path)),
         "use a smaller mesh, or raise the limit",
     )?;
     let mut lines = Lines::new(input, length, &scan.path);

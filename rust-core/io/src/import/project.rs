@@ -10,7 +10,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::text::{Lines, lines_of};
 use super::{ReadOptions, Role, ScanSet, conf, file, open_named, pose};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// Longest project: some kilobytes a scan.
@@ -144,7 +144,7 @@ fn resolve(list: &Path, placed: Vec<Placed>, options: &Arc<ReadOptions>, progres
             "{} of {} files are missing: {shown}{more}; put them into {} or take them out of the list",
             missing.len(),
             placed.len(),
-            if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.display()
+            known_as(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })
         );
         return Err(Error::format(list, "whole file", problem));
     }
@@ -193,11 +193,11 @@ pub(super) fn files_of(folder: &Path) -> Result<Vec<PathBuf>> {
     match lists.len() {
         1 => Ok(lists),
         0 if any_scan => Ok(scans),
-        0 => Err(Error::input(format!("{}: there is no scan in this folder", folder.display()))),
+        0 => Err(Error::input(format!("{}: there is no scan in this folder", known_as(folder)))),
         _ => {
             let names: Vec<String> = lists.iter().map(|path| file::name(path)).collect();
             let names = names.join(", ");
-            Err(Error::input(format!("{}: several lists of scans ({names}); choose one of them", folder.display())))
+            Err(Error::input(format!("{}: several lists of scans ({names}); choose one of them", known_as(folder))))
         }
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{Camera, Content, ReadOptions, Scan, ScanSet, file, stl, trajectory};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// A file format: how to recognize it and how to read it.
@@ -188,7 +188,14 @@ pub fn ending_for(path: &Path, holding: Holding) -> Result<&'static str> {
     let dotted: Vec<String> = known.iter().map(|ending| format!(".{ending}")).collect();
     let (last, before) = dotted.split_last().expect("everything can be written");
     let list = if before.is_empty() { last.clone() } else { format!("{} or {last}", before.join(", ")) };
-    Err(Error::input(format!("{}: the name must end in {list}", path.display())))
+    let held = match holding {
+        Holding::Mesh => "a mesh",
+        Holding::Quads => "quads",
+        Holding::Points => "points",
+        Holding::Image => "a range image",
+        Holding::Images => "range images",
+    };
+    Err(Error::input(format!("{}: the name must end in {list} to hold {held}", known_as(path))))
 }
 
 /// Whether what a file holds says what it is, whatever its name.

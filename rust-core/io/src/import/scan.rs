@@ -14,7 +14,7 @@ use super::edits::Edits;
 use super::frames::Recording;
 use super::registry::{Role, format_of};
 use crate::memory_folder::MemoryFolder;
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use image::frame::{ColourImage, ConfidenceImage, Frame};
 use image::oriented::OrientedPoints;
@@ -251,7 +251,7 @@ impl Scan {
     }
 
     fn is_no_scan(&self) -> Error {
-        Error::input(format!("{}: lists scans and isn't one itself; open it instead", self.path.display()))
+        Error::input(format!("{}: lists scans and isn't one itself; open it instead", known_as(&self.path)))
     }
 }
 
@@ -269,8 +269,8 @@ impl ScanSource for Scan {
             Content::RangeImage(image) => OrientedSurface::from_range_image(&image, loading, progress),
             Content::Mesh(mesh) => OrientedSurface::from_mesh(&mesh, self.world_from_sensor),
             Content::Points(_) => Err(Error::input(format!(
-                "{}: holds points without a grid or triangles, which can't be merged; reconstruct a surface first",
-                self.path.display()
+                "{}: holds points without a grid or triangles, which are no surface; reconstruct one first",
+                known_as(&self.path)
             ))),
         }
     }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::Begin;
 use super::ply::number::{self, is_blank};
 use super::window::Window;
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 
 /// Longest line; what is longer is no line of text.
 const LONGEST: usize = 1 << 22;
@@ -146,7 +146,7 @@ impl<'a> Lines<'a> {
             if self.window.rest().len() == held && !self.window.is_last() && !self.window.grow() {
                 return Err(match self.window.failure() {
                     Some(error) => Error::io(&self.path, error),
-                    None => Error::OutOfMemory(format!("{}: a line of {held} bytes", self.path.display())),
+                    None => Error::OutOfMemory(format!("{}: a line of {held} bytes", known_as(&self.path))),
                 });
             }
             self.look_for_cr();

@@ -91,7 +91,7 @@ pub fn run(image: &RangeImage, params: &SculptParams, progress: &Progress<'_>) -
     let (Projection::Orthographic { .. }, Samples::Values(heights)) = (image.projection(), image.samples()) else {
         return Err(Error::input(format!(
             "{}: the reference variant digs orthographic images only; use sculpt::run for others",
-            image.name
+            image.called()
         )));
     };
     let pixels = image.len();

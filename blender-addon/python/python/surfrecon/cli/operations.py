@@ -95,8 +95,23 @@ def align(work: Work) -> Made:
 
     def write(path: str, _: Shown, __: dict[str, Any] | None) -> None:
         found.write(path)
+        _tell_outside(work, path, found.scans)
 
     return Made(found.report, list(found.report.summary), write)
+
+
+def _tell_outside(work: Work, path: str, scans: Sequence[_native.Scan]) -> None:
+    """Notes that a list leads out of its folder, which who reads it must allow."""
+    if path.lower().endswith(".tum"):
+        return
+    folder = os.path.join(os.path.realpath(os.path.dirname(path)), "")
+    outside = sum(not os.path.realpath(scan.path).startswith(folder) for scan in scans)
+    if outside:
+        lie = "1 scan lies" if outside == 1 else f"{outside} scans lie"
+        work.notes.append(
+            f"{path}: {lie} outside of its folder, and only --allow-outside (allow_outside) reads such a list: "
+            "write it into a folder that all scans are in or below"
+        )
 
 
 def merge(work: Work) -> Made:
@@ -163,7 +178,8 @@ def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
 
 
 def _cells(report: Report) -> str:
-    return f"{report.scans} scans, cells of {report.voxel:.4g}: {report.voxel_reason}"
+    scans = "1 scan" if report.scans == 1 else f"{report.scans} scans"
+    return f"{scans}, cells of {report.voxel:.4g}: {report.voxel_reason}"
 
 
 def sculpt(work: Work) -> Made:
@@ -190,7 +206,9 @@ def quads(work: Work) -> Made:
     def write(path: str, _: Shown, provenance: dict[str, Any] | None) -> None:
         grid.write(path, provenance=provenance)
 
-    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {report.max_error:.4g} off at most"
+    # Where a quad spans a jump, what is farthest says nothing of the rest.
+    off = f"{report.rms_error:.4g} off (root mean square), {report.max_error:.4g} at most (jumps included)"
+    counts = f"{grid.rows} x {grid.columns} vertices, {report.quads:,} quads; {off}"
     return Made(report, [counts], write)
 
 

@@ -235,4 +235,8 @@ def _default(row: _native.Parameter) -> str:
         return str(row.default_from)
     if isinstance(row.default, bool):
         return "on" if row.default else "off"
-    return f"{row.default:.10g}" if isinstance(row.default, float) else str(row.default)
+    if not isinstance(row.default, float):
+        return str(row.default)
+    # What is rounded may be more than is allowed, as a right angle is.
+    short = f"{row.default:.10g}"
+    return short if float(short) == row.default else repr(row.default)

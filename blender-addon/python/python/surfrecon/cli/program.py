@@ -41,7 +41,9 @@ def run(arguments: Sequence[str]) -> int:
 
 def _run(arguments: Sequence[str]) -> int:
     try:
-        given = parser().parse_args(arguments)
+        given, unknown = parser().parse_known_args(arguments)
+        if unknown:
+            raise BadCommandLine(f"surfrecon {given.command}", f"unrecognized arguments: {' '.join(unknown)}")
     except BadCommandLine as problem:
         streams.tell(_line(problem.command, problem))
         return WRONG_USE

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .. import _native
-from .._errors import FileError, InputError
+from .._errors import FileError
 from .._report import Report
 from . import inputs
 from .files import identity, is_report, is_same, refuse_unwritable
 from .options import rows
 from .progress import Shown
-from .requests import Request
+from .requests import Request, UsageError
 from .stops import Stops
 
 __all__ = ["Made", "Work"]
@@ -58,7 +58,7 @@ class Work:
         """The scans of files, not read yet: of all that were given, or of some.
 
         Raises:
-            InputError: a file would be read and written.
+            UsageError: a file would be read and written.
             SurfreconError: they can't be opened.
         """
         paths = list(self.request.inputs if paths is None else paths)
@@ -88,26 +88,26 @@ class Work:
         """Refuses to write over what is read.
 
         Raises:
-            InputError: a file is among both.
+            UsageError: a file is among both.
         """
         read = {identity(file) for file in (self.files if files is None else files)}
         for path in written:
             if identity(path) in read:
-                raise InputError(f"{path} is read: give the output another name")
+                raise UsageError(f"{path} is read: give the output another name")
 
     def refuse_beside(self, beside: Sequence[str]) -> None:
         """Refuses to write, besides the output, what is not to be replaced.
 
         Raises:
-            InputError: one is the report, or another job's.
+            UsageError: one is the report, or another job's.
             FileError: one is read-only.
         """
         kept = {identity(path) for path in self.kept()} if beside else set()
         for path in beside:
             if any(is_same(path, other) for other in self.also):
-                raise InputError(f"{path}: the report needs a name of its own")
+                raise UsageError(f"{path}: the report needs a name of its own")
             if identity(path) in kept:
-                raise InputError(
+                raise UsageError(
                     f"{path}, which is written beside the output, is another job's: write to another folder"
                 )
             refuse_unwritable(path)

@@ -215,7 +215,7 @@ pub(super) fn stage_grid(
     };
     if let Some(i) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
         let (row, col) = (valid[i] / image.cols(), valid[i] % image.cols());
-        return Err(Error::input(format!("{}: pixel ({row}, {col}): {TOO_LARGE}", image.name)));
+        return Err(Error::input(format!("{}: pixel ({row}, {col}): {TOO_LARGE}", image.called())));
     }
     let mut cells = vec![NO_VERTEX; image.len()];
     for (vertex, &pixel) in valid.iter().enumerate() {
@@ -264,7 +264,7 @@ pub fn range_grid_frame(image: &RangeImage) -> Result<DAffine3> {
             // Rays more than a quarter turn apart would face backwards: half of the sphere has a mean of length 1/2.
             if count > 0 && sum.length() < 0.5 * count as f64 {
                 let problem = "its rays go round more than half a sphere, which a range grid can't hold; write points";
-                return Err(Error::input(format!("{}: {problem}", image.name)));
+                return Err(Error::input(format!("{}: {problem}", image.called())));
             }
             sum.normalize_or(DVec3::NEG_Z)
         }

@@ -10,7 +10,7 @@ use glam::DVec3;
 use super::rows::{CHUNK, Column, Element};
 use super::{PlyEncoding, PlyOptions, attributes, column_data, element, faces, header, is_double, position_column};
 use crate::export::atomic::{Output, write_atomically_back_and_forth};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::memory::size;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
@@ -32,7 +32,7 @@ pub fn write_ply_in_pieces<R: Send>(
 ) -> Result<R> {
     let options = options.into();
     if options.encoding == PlyEncoding::Ascii {
-        let path = path.display();
+        let path = known_as(path);
         return Err(Error::input(format!("{path}: what is written piece by piece must be binary, not text")));
     }
     let mut made = None;

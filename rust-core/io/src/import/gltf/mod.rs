@@ -27,7 +27,7 @@ use gltf::json::{Root, deserialize};
 
 use super::file::{Input, reserve};
 use super::{Content, Scan};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 
 /// Whether a file that starts like this is one.
@@ -42,7 +42,7 @@ pub(super) fn sniff(start: &[u8]) -> bool {
 
 pub(super) fn parse(input: &mut dyn Input, length: u64, scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let size =
-        usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", scan.path.display())))?;
+        usize::try_from(length).map_err(|_| Error::OutOfMemory(format!("{}: {length} bytes", known_as(&scan.path))))?;
     let mut bytes = reserve(size, &scan.path)?;
     input.take(length).read_to_end(&mut bytes).map_err(|e| Error::io(&scan.path, e))?;
     let (json, mut blob) = container::chunks(&bytes, scan)?;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Read;
 use std::path::Path;
 
-use base::error::Error;
+use base::error::{Error, known_as};
 
 /// Result while parsing; the path is added at the end.
 pub(super) type Parsed<T> = Result<T, Box<Problem>>;
@@ -61,7 +61,7 @@ impl Problem {
 
     pub(super) fn into_error(self, path: &Path) -> Error {
         match self.kind {
-            Kind::Memory => Error::OutOfMemory(format!("{}: {}", path.display(), self.text)),
+            Kind::Memory => Error::OutOfMemory(format!("{}: {}", known_as(path), self.text)),
             Kind::Io(error) => Error::io(path, error),
             Kind::Format => Error::format(path, self.at, self.text),
         }

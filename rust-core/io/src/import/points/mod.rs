@@ -27,7 +27,7 @@ use self::columns::{Columns, MOST};
 use self::lines::{Line, Lines};
 use super::text::whole_lines;
 use super::{Content, ReadOptions, Scan, ScanSet, file};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
 use mesh::point_cloud::PointCloud;
@@ -85,7 +85,7 @@ const SHARE_OF_TEXT: f64 = 1.3;
 
 pub(super) fn read(scan: &Scan, progress: &Progress<'_>) -> Result<Content> {
     let (file, length) = file::counted(&scan.path, progress)?;
-    let what = || format!("reading {}", scan.path.display());
+    let what = || format!("reading {}", known_as(&scan.path));
     memory::expect(SHARE_OF_TEXT * length as f64, what, "use fewer points, or raise the limit")?;
     let mut cloud = parse(file, length).map_err(|problem| problem.into_error(&scan.path))?;
     cloud.world_from_cloud = scan.world_from_sensor;
@@ -150,7 +150,7 @@ impl Problem {
     fn into_error(self, path: &Path) -> Error {
         match self.kind {
             Kind::Text(text) => Error::format(path, format!("line {}", self.line), text),
-            Kind::Memory(points) => Error::OutOfMemory(format!("{}: more than {points} points", path.display())),
+            Kind::Memory(points) => Error::OutOfMemory(format!("{}: more than {points} points", known_as(path))),
             Kind::Io(error) => Error::io(path, error),
         }
     }

@@ -10,7 +10,7 @@ use super::super::crs::geo_keys::GeoKeys;
 use super::super::file::{self, Input, Watched, decoding_error, reserve, watched};
 use super::super::{Content, Scan};
 use super::{Numbers, Place, Raster, can_be_in, packed_pixels};
-use base::error::{Error, Result};
+use base::error::{Error, Result, known_as};
 use base::memory;
 use base::progress::Progress;
 use mesh::Crs;
@@ -70,7 +70,7 @@ pub(super) fn read(input: BufReader<Watched<'_>>, length: u64, scan: &Scan, prog
         return fail("tiles or strips without pixels".to_owned());
     }
     let chunk = f64::from(chunk_cols) * f64::from(chunk_rows) * f64::from(colour.bit_depth()) / 8.0;
-    memory::expect(chunk, || format!("decoding {}", scan.path.display()), "use smaller strips or tiles")?;
+    memory::expect(chunk, || format!("decoding {}", known_as(&scan.path)), "use smaller strips or tiles")?;
     let across = cols.div_ceil(chunk_cols as usize);
     let chunks = across * rows.div_ceil(chunk_rows as usize);
     let mut numbers = Numbers::Real;
