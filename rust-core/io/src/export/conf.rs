@@ -10,6 +10,7 @@ use glam::{DAffine3, DMat3, DQuat};
 use super::atomic::{Staged, stage};
 use super::ply::{self, PlyOptions, range_grid_frame};
 use super::{Holding, ending_for};
+use crate::import::conf::SENSE;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
 use image::range_image::RangeImage;
@@ -20,9 +21,6 @@ const RIGID: f64 = 1e-6;
 /// Files of a set that are kept open until all are written, which leaves nothing of them if the writer is killed: many
 /// fewer than a process may have open.
 const OPEN: usize = 100;
-
-/// Says what quaternions of a list mean, of which there are several senses: so those of our own need no guess.
-pub(crate) const SENSE: &str = "# quaternions are x y z w and rotate world to scan";
 
 /// A scan file and its place, for [`write_conf`].
 #[derive(Clone, Debug, PartialEq)]

@@ -36,7 +36,6 @@ pub use crate::import::registry::{Holding, ending_for, written_endings};
 pub use by_ending::{
     Encoding, SCHEMA, WriteOptions, check_file_in_pieces, check_mesh_file, write_mesh, write_mesh_in_pieces,
 };
-pub(crate) use conf::SENSE;
 pub use conf::{PlacedFile, write_conf, write_scan_list};
 pub use crs::{crs_note, tell_left_out};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};

@@ -18,10 +18,12 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::overlap::{self, Convention, STANFORD};
 use super::text::lines_of;
 use super::{ReadOptions, ScanSet, file};
-use crate::export::SENSE;
 use crate::memory_folder::begins_in_memory;
 use base::error::{Error, Result, known_as};
 use base::progress::Progress;
+
+/// Says what quaternions of a list mean, of which there are several senses: so those of our own need no guess.
+pub(crate) const SENSE: &str = "# quaternions are x y z w and rotate world to scan";
 
 /// One placed file.
 #[derive(Clone, Debug, PartialEq)]

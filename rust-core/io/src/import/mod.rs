@@ -24,7 +24,7 @@
 //! A file is recognized by its content; the ending of its name decides only where the content could be anything.
 
 mod camera;
-mod conf;
+pub(crate) mod conf;
 mod crs;
 mod e57;
 mod edits;
