@@ -37,7 +37,7 @@ def merge(
 
     The file's bytes are those of ``surfrecon.merge_to_file`` with the same options, however many workers there are, and
     whether any of them is lost: what it had done stays, what it was at is done again. Called again after it was stopped
-    it goes on.
+    it goes on, if ``tasks`` and what else decides the result are the same.
 
     Args:
         scans: files and folders, as for ``surfrecon.open``, under names that all workers know.
@@ -45,7 +45,7 @@ def merge(
         client: a ``dask.distributed.Client``. Each task takes one thread of a worker; processes of one thread are best.
         workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
             ``output``.
-        tasks: how many tasks a stage has; default four for each thread.
+        tasks: how many tasks a stage has; default four for each thread of the workers that are there.
         max_memory: most bytes that a task takes; default 0.7 of what a worker may take, by its threads.
         reading: the keyword arguments of ``surfrecon.open``.
         encoding: as for ``surfrecon.merge_to_file``.

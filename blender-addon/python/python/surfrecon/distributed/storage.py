@@ -54,6 +54,10 @@ class Storage(ABC):
     def remove(self) -> None:
         """Removes the folder with all that is in it."""
 
+    @abstractmethod
+    def discard(self) -> None:
+        """Removes the folder if nothing is in it."""
+
 
 class Local(Storage):
     """A folder."""
@@ -76,6 +80,11 @@ class Local(Storage):
         if not os.path.isdir(self.place):
             raise FileError(f"{self.place}: the folder of the tasks is not there: plan the merge anew")
         yield self.place
+
+    def discard(self) -> None:
+        """Removes it, unless a merge has left something there."""
+        with suppress(OSError):
+            os.rmdir(self.place)
 
     def remove(self) -> None:
         """Removes it."""
@@ -122,6 +131,9 @@ class Remote(Storage):
             if not files.exists(root):
                 return []
             return sorted(name.rsplit("/", 1)[-1] for name in files.ls(root, detail=False))
+
+    def discard(self) -> None:
+        """Without files there is no folder there."""
 
     def remove(self) -> None:
         """Removes it there, and what was fetched of it here."""
