@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import uuid
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -73,8 +74,8 @@ def merge(
         [os.path.abspath(path) for path in given],
         os.path.abspath(output),
         workspace=workspace,
-        tasks=tasks or _TASKS_A_THREAD * threads,
-        max_memory=max_memory or memory,
+        tasks=_TASKS_A_THREAD * threads if tasks is None else tasks,
+        max_memory=memory if max_memory is None else max_memory,
         reading=reading,
         encoding=encoding,
         provenance=provenance,
@@ -99,6 +100,8 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
     """Does all tasks; the figures of the last."""
     from distributed import as_completed
 
+    # Dask takes a key that it knows for one that is done, and workers a plan for the one that they have read.
+    call = uuid.uuid4().hex
     every = plan.stages[-1].tasks.stop
     done = 0
     found: dict[str, Any] = {}
@@ -106,9 +109,10 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
         futures = [
             client.submit(
                 _run,
+                call,
                 plan.path,
                 number,
-                key=f"{stage.name}-{plan.name}-{number}",
+                key=f"{stage.name}-{call}-{number}",
                 retries=retries,
                 pure=False,
             )
@@ -124,13 +128,15 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
     return found
 
 
-def _run(path: str, number: int) -> dict[str, Any]:
+def _run(call: str, path: str, number: int) -> dict[str, Any]:
     """A task on a worker."""
-    plan = _plans.get(path)
+    plan = _plans.get(call)
     if plan is None:
-        plan = _plans[path] = Plan.read(path)
+        plan = Plan.read(path)
+        _plans.clear()
+        _plans[call] = plan
     return plan.run(number, threads=1)
 
 
-# Plans that this worker knows: the headers of their scans are read once.
+# The plan that this worker has read last, by the call: the headers of its scans are read once.
 _plans: dict[str, Plan] = {}

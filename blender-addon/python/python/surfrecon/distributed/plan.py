@@ -67,7 +67,7 @@ class Plan:
     >>> plan = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/", tasks=16)
     >>> for stage in plan.stages:
     ...     for number in stage.tasks:
-    ...         plan.run(number)
+    ...         figures = plan.run(number)
     >>> plan.remove()
     """
 
@@ -351,8 +351,8 @@ def _check(tasks: int, max_memory: int | None, encoding: str | None, options: Ma
     """Refuses what no merge has, before anything is planned."""
     if not 1 <= tasks <= MOST_TASKS:
         raise InputError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
-    if max_memory is not None and max_memory <= 0:
-        raise InputError(f"max_memory must be bytes > 0, got {max_memory}")
+    if max_memory is not None and not (isinstance(max_memory, int) and max_memory > 0):
+        raise InputError(f"max_memory must be bytes > 0, got {max_memory!r}")
     if encoding not in (None, "binary"):
         raise InputError(f"the surface is written piece by piece, in binary: encoding {encoding!r} is none")
     known = {one.name: one for one in _native.parameters() if one.operation in ("merge", "triangulate")}
