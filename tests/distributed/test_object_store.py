@@ -38,6 +38,8 @@ def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
 def test_what_a_server_refuses_is_told(bucket, scans, tmp_path, monkeypatch):
     given = {"tasks": 1, **OPTIONS}
     plan = distributed.Plan.make(tmp_path / "plan.json", scans, tmp_path / "surface.ply", workspace=bucket, **given)
+    with pytest.raises(surfrecon.InputError, match="nowhere: scratch must be a folder that exists"):
+        plan.run(0, scratch=tmp_path / "nowhere")
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     fsspec.get_filesystem_class("s3").clear_instance_cache()
     with pytest.raises(surfrecon.FileError, match=plan.folder):

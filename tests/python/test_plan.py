@@ -232,6 +232,8 @@ def test_bad_plans_are_refused(scans, tmp_path):
     for given in ([scans, "s3://bucket/surface.ply"], ["s3://bucket/scans.conf", tmp_path / "surface.ply"]):
         with pytest.raises(surfrecon.InputError, match="s3://bucket/.*only the workspace and the plan may be URLs"):
             distributed.Plan.make(tmp_path / "p.json", *given)
+    with pytest.raises(surfrecon.InputError, match="by the names of files and folders"):
+        distributed.Plan.make(tmp_path / "p.json", surfrecon.open(scans), tmp_path / "surface.ply")
     made.clear()
     with pytest.raises(surfrecon.FileError, match=r"nowhere/p\.json"):
         distributed.Plan.make(tmp_path / "nowhere" / "p.json", scans, tmp_path / "surface.ply", workspace=tmp_path)

@@ -10,6 +10,7 @@ from typing import Any
 from .._errors import Cancelled, InputError
 from .._reports import MergeReport
 from .plan import Plan, Progress
+from .storage import is_url
 
 __all__ = ["merge"]
 
@@ -71,8 +72,8 @@ def merge(
     given = [scans] if isinstance(scans, str | os.PathLike) else scans
     plan = Plan.make(
         None,
-        [os.path.abspath(path) for path in given],
-        os.path.abspath(output),
+        [_whole(path) for path in given],
+        _whole(output),
         workspace=workspace,
         tasks=_TASKS_A_THREAD * threads if tasks is None else tasks,
         max_memory=memory if max_memory is None else max_memory,
@@ -84,6 +85,12 @@ def merge(
     report = MergeReport(_done(plan, client, retries, progress)["report"])
     plan.remove()
     return report
+
+
+def _whole(path: Any) -> Any:
+    """A path as workers find it; what is none is refused by the plan."""
+    is_path = isinstance(path, str | os.PathLike) and not is_url(os.fspath(path))
+    return os.path.abspath(path) if is_path else path
 
 
 def _workers(client: Any) -> tuple[int, int | None]:

@@ -120,7 +120,10 @@ class Plan:
         """
         path = None if path is None else os.fspath(path)
         given = [scans] if isinstance(scans, str | os.PathLike) else list(scans)
-        paths = [os.fspath(one) for one in given]
+        try:
+            paths = [os.fspath(one) for one in given]
+        except TypeError:
+            raise InputError("scans are given by the names of files and folders, which each process opens") from None
         output = os.fspath(output)
         _check(tasks, max_memory, encoding, options)
         _check_names(paths, output)

@@ -105,6 +105,8 @@ class Remote(Storage):
         self, wanted: Sequence[str], spent: Sequence[str], scratch: str | os.PathLike[str] | None
     ) -> Iterator[str]:
         """Fetches what is not here yet; hands over what is new, marks last."""
+        if scratch is not None and not os.path.isdir(scratch):
+            raise InputError(f"{os.fspath(scratch)}: scratch must be a folder that exists")
         files, root = _files(self.place)
         there = self._there(files, root)
         names = [name for name in there if name.startswith(tuple(wanted))]
