@@ -1,4 +1,4 @@
-"""Merges of more scans than memory holds: in files of a workspace, beside the same in memory, whose bytes are the same.
+"""Merges of more scans than memory holds, and on more processes than one: in files, beside the same in memory.
 
 Frames of a depth camera in rows over a landscape, each sees a part of what the one beside it sees; a thousand have 3e8
 samples.
@@ -6,19 +6,24 @@ samples.
 
 import hashlib
 import json
+import subprocess
 import sys
 import tempfile
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import measured
 import numpy as np
 import table
 
-COLUMNS = ["scans", "samples", "max_memory_mb", "vertices", "same_bytes", "cpu_s", "wall_s", "peak_mb", "disk_mb"]
-CALL = Path(__file__).parent / "scale_call.py"
+COLUMNS = ["scans", "samples", "blocks", "workers", "threads", "killed", "same_bytes", "replaced_cpu_s"]
+COLUMNS += ["max_memory_mb", "vertices", "cpu_s", "wall_s", "peak_mb", "disk_mb"]
+HERE = Path(__file__).parent
 THREADS = 2
 # Of the camera, in metres: how high it is above the landscape, and how far frames are from each other.
 HEIGHT, APART = 1.6, (0.45, 0.35)
+# Where the landscape lies: at no corner of space, which each block ends at, however large it is.
+PLACE = (3, 3, 3)
 
 
 def heights(x, y):
@@ -50,41 +55,93 @@ def make(folder, count, rows, cols):
             depth = eye[2] - heights(eye[0] + along * depth, eye[1] + up * depth)
         np.save(names[-1], depth.astype(np.float32))
         pose = np.diag([1.0, -1, -1, 1])
-        pose[:3, 3] = eye
+        pose[:3, 3] = eye + PLACE
         np.savetxt(names[-1].with_suffix(".pose.txt"), pose)
     return names
 
 
-def one(names, size, folder, memory_mb):
-    """The figures of a merge, in memory where no megabytes are given, and a number for the bytes of its result."""
+@dataclass
+class Tool:
+    """How a case is merged: in memory where no megabytes are given, by tasks one after the other, or on a cluster."""
+
+    megabytes: int | None = None
+    tasks: int | None = None
+    workers: int | None = None
+    kill: bool = False
+
+    @property
+    def threads(self):
+        """Of each process."""
+        return THREADS if self.workers is None else 1
+
+
+# Of the same case the bytes are the same. Less memory, more blocks: blocks of 6, 18 and 63 bricks a side.
+TOOLS = {
+    "surfrecon": Tool(),
+    "surfrecon-files-512": Tool(512),
+    "surfrecon-files-128": Tool(128),
+    "surfrecon-tasks-12000": Tool(12_000, tasks=4),
+    "surfrecon-tasks-1000": Tool(1_000, tasks=4),
+    "surfrecon-tasks-128": Tool(128, tasks=16),
+    "surfrecon-dask-1": Tool(256, tasks=16, workers=1),
+    "surfrecon-dask-2": Tool(256, tasks=16, workers=2),
+    "surfrecon-dask-4": Tool(256, tasks=16, workers=4),
+    "surfrecon-dask-2-killed": Tool(256, tasks=16, workers=2, kill=True),
+}
+
+
+def one(tool, names, size, folder, python):
+    """The figures of a merge, and a number for the bytes of its result."""
     out = folder / "surface.ply"
-    asked = [list(map(str, names)), camera(*size), str(out), memory_mb, THREADS]
-    (folder / "asked.json").write_text(json.dumps(asked))
-    figures, printed = measured.run([sys.executable, CALL, folder / "asked.json"])
+    asked = {"names": list(map(str, names)), "camera": camera(*size), "out": str(out)} | asdict(tool)
+    (folder / "asked.json").write_text(json.dumps(asked | {"threads": tool.threads}))
+    if tool.workers is None:
+        figures, printed = measured.run([sys.executable, HERE / "scale_call.py", folder / "asked.json"])
+    else:
+        figures, printed = measured.run([python, HERE / "scale_dask.py", folder / "asked.json"])
+    found = {"cpu_s": figures["cpu_s"], "wall_s": figures["wall_s"], "killed": 0}
+    found |= json.loads(printed.splitlines()[-1])
     with out.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
+        file.seek(0)
+        header = file.read(4096).split(b"end_header")[0].decode()
     out.unlink()
-    return {"cpu_s": figures["cpu_s"], "wall_s": figures["wall_s"]} | json.loads(printed.splitlines()[-1]), digest
+    return found | {"vertices": int(header.split("element vertex ")[1].split()[0])}, digest
+
+
+def cluster_python(record):
+    """A Python that has Dask."""
+    made = subprocess.run([HERE.parent / "tools" / "venv.sh", "distributed"], capture_output=True, text=True)
+    if made.returncode == 0:
+        return Path(made.stdout.strip()) / "bin" / "python"
+    record.skip("clusters of Dask: their environment could not be made")
+    return None
 
 
 def main(wanted, record):
     """Runs the cases."""
     size = (60, 80) if wanted.smallest else (480, 640)
+    python = cluster_python(record)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         for count in (6,) if wanted.smallest else (10, 100, 1000):
             case = f"{count:,} frames"
-            tools = {"surfrecon": None, "surfrecon-files-512": 512, "surfrecon-files-128": 128}
-            run = wanted.tools(case, tools)
+            run = [name for name in wanted.tools(case, TOOLS) if python or TOOLS[name].workers is None]
             if not run:
                 continue
             names = make(folder, count, *size)
             expected = None
-            for tool in run:
-                found, digest = one(names, size, folder, tools[tool])
+            for name in run:
+                tool = TOOLS[name]
+                row = {"case": case, "tool": name, "scans": count, "samples": count * size[0] * size[1]}
+                row |= {"workers": tool.workers or 1, "threads": tool.threads, "replaced_cpu_s": None}
+                try:
+                    found, digest = one(tool, names, size, folder, python)
+                except measured.Failed as problem:
+                    record.put(row | {"failed": str(problem)})
+                    continue
                 expected = expected or digest
-                row = {"case": case, "tool": tool, "scans": count, "samples": count * size[0] * size[1]}
-                record.put(row | found | {"max_memory_mb": tools[tool] or 0, "same_bytes": digest == expected})
+                record.put(row | found | {"max_memory_mb": tool.megabytes or 0, "same_bytes": digest == expected})
             for name in names:
                 name.unlink()
     table.show(record.rows, {"case": "case", "tool": "tool"} | {key: key for key in COLUMNS})

@@ -12,7 +12,7 @@ HEAVY = {
     "align": ["bunny: open3d-ransac", "dragon: *-*", "happy: *-*", "pairs, [!3]*: *-*", "pairs, 30 %, noise 1: *-*"]
     + ["pairs, 30 %, warp 1: *-*", "ring of 15, *: open3d-*", "ring of 15, noise 0.5: *-*", "ring of 15, warp 1: *-*"]
     + ["ring of 30, *: *-*"],
-    "scale": ["1,000 frames: *"],
+    "scale": ["1,000 frames: *", "100 frames: surfrecon-tasks-*", "100 frames: surfrecon-dask-4"],
     "merge": ["dragon 0.75 mm: *", "happy 0.60 mm: *"],
     # MeshLab's two take a quarter of a minute and more: shown without noise and with a cell of it.
     "noise": ["sculpture 40, white 0.05: *", "sculpture 40, white 3: *", "sculpture 400, *: *", "room 300: *"]

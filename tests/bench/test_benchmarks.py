@@ -18,7 +18,7 @@ PEERS, PROGRAMS = os.environ.get("SURFRECON_PEERS"), os.environ.get("SURFRECON_P
 WITH = {
     "align": {"open3d-ransac", "open3d-fgr", "kiss-matcher", "small_gicp-rough", "meshlab-rough"},
     "merge": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
-    "scale": {"surfrecon-files-512", "surfrecon-files-128"},
+    "scale": {"surfrecon-files-512", "surfrecon-tasks-128", "surfrecon-dask-2", "surfrecon-dask-2-killed"},
     "noise": {"pymeshlab-vcg", "pymeshlab-poisson", "open3d-vbg"},
     "colour": {"mean-of-bytes"},
     "delaunay": {"qhull"},
@@ -44,6 +44,8 @@ NOT_OF_ALL = {
     "colour": {"gain_error_pct", "cpu_s", "wall_s", "peak_mb"},
     "blender": {"ms", "blender_minimum_ms", "peak_mb"},
     "cluster": {"genus"},
+    # Blocks are counted between the tasks.
+    "scale": {"blocks", "replaced_cpu_s"},
     "install": {"tests_passed", "tests_failed", "excused"},
     # Of noise on shapes whose truth is known.
     "scattered": {"noise_spacings", "outlier_pct", "to_truth_rms"},

@@ -3,8 +3,10 @@
 import sys
 from pathlib import Path
 
+import fsspec
 import pytest
 import surfrecon
+from moto.server import ThreadedMotoServer
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "python"))
 import shapes  # noqa: E402
@@ -26,3 +28,23 @@ def by_one(scans, tmp_path_factory):
     path = tmp_path_factory.mktemp("one") / "surface.ply"
     surfrecon.merge_to_file(surfrecon.open(scans), path, **OPTIONS)
     return path.read_bytes()
+
+
+@pytest.fixture
+def bucket(monkeypatch):
+    """A URL in an object store of this machine."""
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    server.start()
+    host, port = server.get_host_and_port()
+    for name, value in {
+        "AWS_ACCESS_KEY_ID": "nobody",
+        "AWS_SECRET_ACCESS_KEY": "nothing",
+        "AWS_DEFAULT_REGION": "us-east-1",
+        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
+    }.items():
+        monkeypatch.setenv(name, value)
+    # Each server has another address.
+    fsspec.get_filesystem_class("s3").clear_instance_cache()
+    fsspec.filesystem("s3").makedirs("bucket", exist_ok=True)
+    yield "s3://bucket/merges"
+    server.stop()

@@ -45,6 +45,16 @@ def test_a_cluster_makes_what_one_process_makes(client, scans, by_one, workspace
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["surface.ply", "workspace"]
 
 
+def test_what_was_merged_before_is_merged_again(client, scans, by_one, workspace, tmp_path):
+    # The same plan, at once, to another file: neither Dask nor workers take the one for the other.
+    given = {"client": client, "workspace": workspace, "tasks": 3, **OPTIONS}
+    for name in ("a.ply", "b.ply", "a.ply"):
+        distributed.merge(scans, tmp_path / name, **given)
+        assert (tmp_path / name).read_bytes() == by_one
+        if name == "b.ply":
+            (tmp_path / "a.ply").unlink()
+
+
 @pytest.mark.parametrize(
     "stage", ["plan", "collect", "overlap", "fuse", "look", "drop", "colours", "label", "build", "write"]
 )
@@ -106,11 +116,17 @@ def test_errors_come_back_as_they_are(client, scans, workspace, tmp_path):
     given = {"client": client, "workspace": workspace, "tasks": 1, "retries": 0}
     with pytest.raises(surfrecon.ParameterError, match="voxel must be"):
         distributed.merge(scans, tmp_path / "surface.ply", voxel=-1.0, **given)
-    for entry in workspace.iterdir():
-        if entry.is_dir():
-            entry.rmdir() if not list(entry.iterdir()) else None
-        else:
-            distributed.Plan.read(entry).remove()
+    for wrong in ({"tasks": 0}, {"max_memory": 0}, {"max_memory": "1GB"}):
+        with pytest.raises(surfrecon.InputError, match=f"{next(iter(wrong))} must"):
+            distributed.merge(scans, tmp_path / "surface.ply", **given | wrong)
+    with pytest.raises(surfrecon.OutOfMemoryError, match="needs 12 MB at least"):
+        distributed.merge(scans, tmp_path / "surface.ply", max_memory=1000, **given)
+    (plan,) = workspace.glob("*.json")
+    distributed.Plan.read(plan).remove()
+    with pytest.raises(surfrecon.InputError, match="by the names of files and folders"):
+        distributed.merge(surfrecon.open(scans), tmp_path / "surface.ply", **given)
+    with pytest.raises(surfrecon.InputError, match="s3://bucket/surface.ply: the surface is a file"):
+        distributed.merge(scans, "s3://bucket/surface.ply", **given)
     with pytest.raises(surfrecon.InputError, match="which only .ply is"):
         distributed.merge(scans, tmp_path / "surface.obj", **given)
     with pytest.raises(surfrecon.FileError, match="nowhere"):

@@ -7,27 +7,7 @@ import fsspec
 import pytest
 import surfrecon
 from conftest import OPTIONS
-from moto.server import ThreadedMotoServer
 from surfrecon import distributed
-
-
-@pytest.fixture
-def bucket(monkeypatch):
-    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
-    server.start()
-    host, port = server.get_host_and_port()
-    for name, value in {
-        "AWS_ACCESS_KEY_ID": "nobody",
-        "AWS_SECRET_ACCESS_KEY": "nothing",
-        "AWS_DEFAULT_REGION": "us-east-1",
-        "AWS_ENDPOINT_URL": f"http://{host}:{port}",
-    }.items():
-        monkeypatch.setenv(name, value)
-    # Each server has another address.
-    fsspec.get_filesystem_class("s3").clear_instance_cache()
-    fsspec.filesystem("s3").makedirs("bucket", exist_ok=True)
-    yield "s3://bucket/merges"
-    server.stop()
 
 
 def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
@@ -58,6 +38,8 @@ def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
 def test_what_a_server_refuses_is_told(bucket, scans, tmp_path, monkeypatch):
     given = {"tasks": 1, **OPTIONS}
     plan = distributed.Plan.make(tmp_path / "plan.json", scans, tmp_path / "surface.ply", workspace=bucket, **given)
+    with pytest.raises(surfrecon.InputError, match="nowhere: scratch must be a folder that exists"):
+        plan.run(0, scratch=tmp_path / "nowhere")
     monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
     fsspec.get_filesystem_class("s3").clear_instance_cache()
     with pytest.raises(surfrecon.FileError, match=plan.folder):

@@ -80,6 +80,12 @@ class Scenes:
         (folder / "fast disk").mkdir()
         return {}
 
+    def planned(self, folder):
+        """A folder of scans with poses, and one to work in."""
+        shutil.copytree(self.placed, folder / "scans")
+        (folder / "work").mkdir()
+        return {}
+
     def host(self, folder):
         """`Range images inside a host`."""
         return {"image": look()[0]}

@@ -24,6 +24,8 @@ RUN_BY = {
     "": "rust-core/src/lib.rs",
     "cmake": "tests/c/installed.sh",
     "toml": "tests/docs/test_programs.py",
+    "bash": "tests/distributed/test_guide.py",
+    "yaml": "tests/distributed/test_guide.py",
 }
 # Programs of lines that no test calls as they stand there: they take minutes, or what a user has.
 CALLED = {"cargo", "cmake", "perf", "pip"}

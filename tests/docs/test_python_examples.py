@@ -4,6 +4,7 @@ import contextlib
 import doctest
 import importlib
 import inspect
+from pathlib import Path
 
 import matplotlib
 import pytest
@@ -11,6 +12,7 @@ import surfrecon
 from conftest import ROOT
 from pages import every_block
 from python_reference import named, public_names
+from surfrecon import distributed
 
 matplotlib.use("Agg")
 
@@ -28,9 +30,16 @@ FOUND = {
     ("docs/site/index.md", "A first result"): "nothing",
 }
 # What those of docstrings find, where it is not a list of scans.
-DOCSTRINGS_FOUND = {"dominant_plane": "table", "remove": "table"}
-# It needs MeshLab, whose tests run it.
-ELSEWHERE = {("meshlab-plugin/README.md", "Align Scans"): "tests/meshlab/test_readme.py"}
+DOCSTRINGS_FOUND = {"dominant_plane": "table", "remove": "table", "distributed.Plan": "planned"}
+# Those that need MeshLab or a cluster, whose tests run them.
+ELSEWHERE = {
+    ("meshlab-plugin/README.md", "Align Scans"): "tests/meshlab/test_readme.py",
+    ("README.md", "Merges on a cluster"): "tests/distributed/test_guide.py",
+    ("docs/site/guide/cluster.md", "SLURM with Dask"): "tests/distributed/test_guide.py",
+    ("docs/site/guide/cluster.md", "Kubernetes with Dask"): "tests/distributed/test_guide.py",
+    ("docs/site/guide/cluster.md", "Object stores"): "tests/distributed/test_guide.py",
+}
+DOCSTRINGS_ELSEWHERE = {"distributed": "tests/distributed/test_guide.py"}
 
 
 def examples():
@@ -48,7 +57,9 @@ EXAMPLES = examples()
 @pytest.mark.parametrize("where", sorted(EXAMPLES), ids=": ".join)
 def test_an_example_runs(where, scenes, tmp_path):
     if where in ELSEWHERE:
-        assert "README.md" in (ROOT / ELSEWHERE[where]).read_text("utf-8")
+        name, heading = where
+        text = (ROOT / ELSEWHERE[where]).read_text("utf-8")
+        assert Path(name).name in text and heading in text
         return
     assert where in FOUND, "say above what it finds"
     names = {"surfrecon": surfrecon} | getattr(scenes, FOUND[where])(tmp_path)
@@ -63,9 +74,12 @@ def test_what_examples_find_is_for_examples_that_are_there():
     assert set(FOUND) | set(ELSEWHERE) == set(EXAMPLES)
 
 
+MODULES = ("", "plot", "bar", "distributed")
+
+
 def docstrings():
     """Every docstring of the package that has an example."""
-    modules = {name: importlib.import_module(f"surfrecon.{name}".rstrip(".")) for name in ("", "plot", "bar")}
+    modules = {name: importlib.import_module(f"surfrecon.{name}".rstrip(".")) for name in MODULES}
     for full, of in (modules | {name: named(name) for name in public_names()}).items():
         found = [(full, of)]
         if inspect.isclass(of):
@@ -81,7 +95,10 @@ DOCSTRINGS = dict(docstrings())
 
 @pytest.mark.parametrize("title", sorted(DOCSTRINGS), ids=lambda title: title or "surfrecon")
 def test_an_example_of_a_docstring_runs(title, scenes, tmp_path):
-    names = {"surfrecon": surfrecon, "Bar": importlib.import_module("surfrecon.bar").Bar}
+    if title in DOCSTRINGS_ELSEWHERE:
+        assert f'"{title}"' in (ROOT / DOCSTRINGS_ELSEWHERE[title]).read_text("utf-8")
+        return
+    names = {"surfrecon": surfrecon, "Bar": importlib.import_module("surfrecon.bar").Bar, "Plan": distributed.Plan}
     names |= getattr(scenes, DOCSTRINGS_FOUND.get(title, "listed"))(tmp_path)
     example = doctest.DocTestParser().get_doctest(DOCSTRINGS[title], names, title, None, 0)
     with contextlib.chdir(tmp_path):
@@ -90,4 +107,4 @@ def test_an_example_of_a_docstring_runs(title, scenes, tmp_path):
 
 
 def test_docstrings_with_examples_are_found():
-    assert {"", "bar.Bar", *DOCSTRINGS_FOUND} <= set(DOCSTRINGS)
+    assert {"", "bar.Bar", *DOCSTRINGS_FOUND, *DOCSTRINGS_ELSEWHERE} <= set(DOCSTRINGS)

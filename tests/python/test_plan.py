@@ -66,6 +66,26 @@ def test_all_tasks_make_what_one_process_makes(scans, by_one, tmp_path):
     assert os.listdir(tmp_path) == ["surface.ply"]
 
 
+def test_tasks_that_are_late_find_all_done(scans, by_one, tmp_path):
+    plan, late = planned(tmp_path, scans), distributed.Plan.read(tmp_path / "plan.json")
+    for number in every(plan):
+        written = plan.run(number)
+    plan.clear()
+    # One that has read the plan before, as does one that is run again by its scheduler.
+    for reader in (late, distributed.Plan.read(plan.path)):
+        assert reader.run(0) == {"stage": "plan", "task": 0, "seconds": 0.0}
+        again = reader.run(every(plan)[-1])
+        assert (again["output"], again["report"]) == (written["output"], written["report"])
+    (tmp_path / "surface.ply").write_bytes(by_one[0][:-1])
+    with pytest.raises(surfrecon.FileError, match="the folder of the tasks is not there: plan the merge anew"):
+        plan.run(0)
+    # Planned anew it is made anew.
+    plan = planned(tmp_path, scans)
+    for number in every(plan):
+        plan.run(number)
+    assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+
+
 def in_another_process(path, number):
     return subprocess.run(
         [sys.executable, "-m", "surfrecon", "task", path, str(number)], check=False, capture_output=True
@@ -196,11 +216,29 @@ def test_bad_plans_are_refused(scans, tmp_path):
         ({"tasks": 0}, surfrecon.InputError, "tasks must lie between 1 and"),
         ({"grazing": 3}, TypeError, "unexpected keyword argument 'grazing'"),
         ({"workspace": "unheard://of"}, surfrecon.InputError, "unheard"),
+        ({"voxel": -1.0}, surfrecon.ParameterError, "voxel must be"),
+        ({"encoding": "ascii"}, surfrecon.InputError, "in binary"),
+        ({"max_memory": 0}, surfrecon.InputError, "max_memory must be bytes > 0"),
     ]:
         with pytest.raises(kind, match=text):
             planned(tmp_path, scans, **given)
-    with pytest.raises(surfrecon.InputError, match=r"which only \.ply is"):
-        distributed.Plan.make(tmp_path / "p.json", scans, tmp_path / "surface.obj")
+    for output, text in [
+        ("surface.obj", r"which only \.ply is"),
+        ("nowhere/surface.ply", "there is no folder .*nowhere"),
+        (next(scans.parent.glob("*.ply")), "is a scan: give the surface another name"),
+    ]:
+        with pytest.raises(surfrecon.InputError, match=text):
+            distributed.Plan.make(tmp_path / "p.json", scans, tmp_path / output)
+    for given in ([scans, "s3://bucket/surface.ply"], ["s3://bucket/scans.conf", tmp_path / "surface.ply"]):
+        with pytest.raises(surfrecon.InputError, match="s3://bucket/.*only the workspace and the plan may be URLs"):
+            distributed.Plan.make(tmp_path / "p.json", *given)
+    with pytest.raises(surfrecon.InputError, match="by the names of files and folders"):
+        distributed.Plan.make(tmp_path / "p.json", surfrecon.open(scans), tmp_path / "surface.ply")
+    made.clear()
+    with pytest.raises(surfrecon.FileError, match=r"nowhere/p\.json"):
+        distributed.Plan.make(tmp_path / "nowhere" / "p.json", scans, tmp_path / "surface.ply", workspace=tmp_path)
+    assert sorted(os.listdir(tmp_path)) == ["bad.json", "plan.json"]
+    made = planned(tmp_path, scans)
     with pytest.raises(surfrecon.OutOfMemoryError, match="merging into a file needs 12"):
         planned(tmp_path, scans, max_memory=1000).run(0)
 
@@ -226,6 +264,13 @@ def test_the_command_line_plans_and_does_tasks(scans, tmp_path):
     # Also what it says of where it is from is what the merge says.
     assert surface.read_bytes() == (tmp_path / "merged.ply").read_bytes()
     assert sorted(os.listdir(tmp_path)) == ["merged.ply", "plan.json", "surface.ply"]
-    for wrong in (["plan", scans, "-o", plan], [*given, "--encoding", "ascii"], [*given, "--workspace", "nowhere"]):
+    again = run("task", plan)
+    assert again.returncode == 0, again.stderr
+    for wrong in (
+        ["plan", scans, "-o", plan],
+        [*given, "--tasks", "0"],
+        [*given, "--encoding", "ascii"],
+        [*given, "--workspace", "nowhere"],
+    ):
         assert run(*wrong).returncode == 2
     assert run("plan", scans, "--surface", scans.parent / "x.obj", "-o", plan).returncode == 2

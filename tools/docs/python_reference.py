@@ -260,6 +260,9 @@ def write(folder):
         found[""] |= declarations(package / file)
     for module in ("plot", "bar"):
         found[module] = declarations(package / f"{module}.py")
+    found["distributed"] = {}
+    for file in ("client.py", "plan.py"):
+        found["distributed"] |= declarations(package / "distributed" / file)
     folder.mkdir(parents=True, exist_ok=True)
     names = []
     for heading, listed in PAGES.items():

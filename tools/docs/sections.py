@@ -180,6 +180,8 @@ class Composer:
             shown, below = self.places[file, anchor]
         elif (file, "") in self.places:
             shown, below = self.places[file, ""][0], anchor
+        elif file in self.pages:
+            shown, below = file, anchor
         else:
             kind = "tree" if file.is_dir() else "blob"
             return f"{REPOSITORY}/{kind}/main/{file.relative_to(ROOT)}{'#' + anchor if anchor else ''}"

@@ -4,6 +4,10 @@
 class SurfreconError(Exception):
     """Base of all exceptions of this package."""
 
+    def __reduce__(self) -> tuple[object, ...]:
+        # With Python's own, what Dask sends exceptions by (tblib) can't make those anew that are a MemoryError.
+        return type(self), self.args
+
 
 class ParameterError(SurfreconError, ValueError):
     """An option lies outside its range; the text gives value, range and unit."""
@@ -20,7 +24,7 @@ class FormatError(SurfreconError, ValueError):
 class FileError(SurfreconError, OSError):
     """Reading or writing a file failed; ``filename`` and ``errno`` are set where known."""
 
-    def __reduce__(self) -> tuple[type, tuple[object, ...], dict[str, object]]:
+    def __reduce__(self) -> tuple[object, ...]:
         # That of OSError loses what was not given when it was made.
         return type(self), self.args, {"errno": self.errno, "filename": self.filename}
 

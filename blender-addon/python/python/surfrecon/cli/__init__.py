@@ -8,6 +8,7 @@
 ``contents``             what scans hold
 ``work``, ``requests``   one run: what is asked, the files that it reads, how it is stopped
 ``batch``, ``manifest``  many jobs
+``task``                 tasks of a merge that was planned
 ``conflicts``            jobs that would write over what others read or write
 ``inputs``, ``members``  which files are read, and their hashes; files that files name
 ``record``               what is kept of a run: its report and the provenance of its result

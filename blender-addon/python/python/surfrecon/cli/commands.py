@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .. import _native
+from ..distributed.plan import MOST_TASKS
 from . import operations
 from .options import Own, Row, rows
 from .requests import Request, UsageError
@@ -101,6 +102,9 @@ def _check_workspace(request: Request) -> None:
 
 def _check_plan(request: Request) -> None:
     surface, workspace = request.parameters.get("surface"), request.parameters.get("workspace")
+    tasks = request.parameters.get("tasks", 1)
+    if not 1 <= tasks <= MOST_TASKS:
+        raise UsageError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
     if surface is None:
         raise UsageError("plan needs --surface, the file that the merge is to make")
     if not surface.lower().endswith(".ply"):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import uuid
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .._errors import Cancelled, InputError
 from .._reports import MergeReport
 from .plan import Plan, Progress
+from .storage import is_url
 
 __all__ = ["merge"]
 
@@ -37,7 +39,7 @@ def merge(
 
     The file's bytes are those of ``surfrecon.merge_to_file`` with the same options, however many workers there are, and
     whether any of them is lost: what it had done stays, what it was at is done again. Called again after it was stopped
-    it goes on.
+    it goes on, if ``tasks`` and what else decides the result are the same.
 
     Args:
         scans: files and folders, as for ``surfrecon.open``, under names that all workers know.
@@ -45,7 +47,7 @@ def merge(
         client: a ``dask.distributed.Client``. Each task takes one thread of a worker; processes of one thread are best.
         workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
             ``output``.
-        tasks: how many tasks a stage has; default four for each thread.
+        tasks: how many tasks a stage has; default four for each thread of the workers that are there.
         max_memory: most bytes that a task takes; default 0.7 of what a worker may take, by its threads.
         reading: the keyword arguments of ``surfrecon.open``.
         encoding: as for ``surfrecon.merge_to_file``.
@@ -70,11 +72,11 @@ def merge(
     given = [scans] if isinstance(scans, str | os.PathLike) else scans
     plan = Plan.make(
         None,
-        [os.path.abspath(path) for path in given],
-        os.path.abspath(output),
+        [_whole(path) for path in given],
+        _whole(output),
         workspace=workspace,
-        tasks=tasks or _TASKS_A_THREAD * threads,
-        max_memory=max_memory or memory,
+        tasks=_TASKS_A_THREAD * threads if tasks is None else tasks,
+        max_memory=memory if max_memory is None else max_memory,
         reading=reading,
         encoding=encoding,
         provenance=provenance,
@@ -83,6 +85,12 @@ def merge(
     report = MergeReport(_done(plan, client, retries, progress)["report"])
     plan.remove()
     return report
+
+
+def _whole(path: Any) -> Any:
+    """A path as workers find it; what is none is refused by the plan."""
+    is_path = isinstance(path, str | os.PathLike) and not is_url(os.fspath(path))
+    return os.path.abspath(path) if is_path else path
 
 
 def _workers(client: Any) -> tuple[int, int | None]:
@@ -99,6 +107,8 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
     """Does all tasks; the figures of the last."""
     from distributed import as_completed
 
+    # Dask takes a key that it knows for one that is done, and workers a plan for the one that they have read.
+    call = uuid.uuid4().hex
     every = plan.stages[-1].tasks.stop
     done = 0
     found: dict[str, Any] = {}
@@ -106,9 +116,10 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
         futures = [
             client.submit(
                 _run,
+                call,
                 plan.path,
                 number,
-                key=f"{stage.name}-{plan.name}-{number}",
+                key=f"{stage.name}-{call}-{number}",
                 retries=retries,
                 pure=False,
             )
@@ -124,13 +135,15 @@ def _done(plan: Plan, client: Any, retries: int, progress: Progress | None) -> d
     return found
 
 
-def _run(path: str, number: int) -> dict[str, Any]:
+def _run(call: str, path: str, number: int) -> dict[str, Any]:
     """A task on a worker."""
-    plan = _plans.get(path)
+    plan = _plans.get(call)
     if plan is None:
-        plan = _plans[path] = Plan.read(path)
+        plan = Plan.read(path)
+        _plans.clear()
+        _plans[call] = plan
     return plan.run(number, threads=1)
 
 
-# Plans that this worker knows: the headers of their scans are read once.
+# The plan that this worker has read last, by the call: the headers of its scans are read once.
 _plans: dict[str, Plan] = {}

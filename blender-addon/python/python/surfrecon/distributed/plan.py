@@ -7,6 +7,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,6 +34,8 @@ _READS = {
 # What nobody wants any more once a stage has begun.
 _SPENT = {"look": ("segment-",), "colours": ("votes-",), "build": ("block-", "left-"), "write": ("labels-",)}
 WRITE = "write"
+# Of a stage.
+MOST_TASKS = 100_000
 _KEYS = (
     "surfrecon",
     "paths",
@@ -64,7 +67,7 @@ class Plan:
     >>> plan = Plan.make("merge.json", "scans/", "surface.ply", workspace="work/", tasks=16)
     >>> for stage in plan.stages:
     ...     for number in stage.tasks:
-    ...         plan.run(number)
+    ...         figures = plan.run(number)
     >>> plan.remove()
     """
 
@@ -110,31 +113,35 @@ class Plan:
             options: those of ``surfrecon.merge``. ``threads`` are those of each task.
 
         Raises:
-            InputError: scans that can't be used, a workspace that is no folder, another ending of the output.
+            InputError: scans that can't be used, a workspace that is no folder; an output that is a scan, has no folder
+                or another ending.
             ParameterError: an option out of its range.
             FormatError, FileError: a file that can't be read or written.
         """
         path = None if path is None else os.fspath(path)
         given = [scans] if isinstance(scans, str | os.PathLike) else list(scans)
-        paths = [os.fspath(one) for one in given]
+        try:
+            paths = [os.fspath(one) for one in given]
+        except TypeError:
+            raise InputError("scans are given by the names of files and folders, which each process opens") from None
         output = os.fspath(output)
-        if not 1 <= tasks <= 100_000:
-            raise InputError(f"tasks must lie between 1 and 100000, got {tasks}")
-        if not output.lower().endswith(".ply"):
-            raise InputError(f"{output}: the surface is written piece by piece, which only .ply is")
-        _check(options)
+        _check(tasks, max_memory, encoding, options)
+        _check_names(paths, output)
         workspace = os.fspath(workspace) if workspace is not None else os.path.dirname(path or output) or "."
         reading = dict(reading or {})
         opened = _native.open(paths, **reading)
         if not len(opened):
             raise InputError(f"{paths[0] if paths else 'no file'}: there is no scan to merge")
+        if os.path.realpath(output) in {os.path.realpath(scan.path) for scan in opened}:
+            raise InputError(f"{output} is a scan: give the surface another name")
         same = {"surfrecon": _native.__version__, "scans": _stamps(opened), "reading": reading, "tasks": tasks}
         decisive = {name: value for name, value in options.items() if name != "threads"}
         digest = hashlib.sha256(json.dumps(jsonable([same, decisive]), sort_keys=True).encode()).hexdigest()
         name = f"surfrecon-merge-{digest[:16]}"
         storage = Storage.of(workspace, name)
         storage.make()
-        path = path or f"{storage.place}.json"
+        # Workers may have another working folder.
+        path = path or (f"{storage.place}.json" if is_url(workspace) else f"{os.path.abspath(storage.place)}.json")
         folder = None if is_url(path) else os.path.dirname(os.path.abspath(path))
         content = same | {
             "name": name,
@@ -147,7 +154,11 @@ class Plan:
         }
         plan = cls(path, jsonable(content))
         plan._scans = opened
-        write_text(path, json.dumps(plan._content, indent=1) + "\n")
+        try:
+            plan._write()
+        except FileError:
+            storage.discard()
+            raise
         return plan
 
     @classmethod
@@ -208,7 +219,7 @@ class Plan:
         scratch: str | os.PathLike[str] | None = None,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
-        """Does a task, unless it is done.
+        """Does a task, unless it is done. Once the surface is written all are, as long as it stays as it is.
 
         Args:
             number: which; all tasks of the stages before have to be done.
@@ -227,8 +238,30 @@ class Plan:
             OutOfMemoryError: less memory than a task takes at least.
             Cancelled: ``progress`` said so; what other tasks left stays.
         """
-        began = time.monotonic()
         stage, first = self._stage_of(number)
+        if (figures := self._made(stage, number)) is not None:
+            return figures
+        try:
+            return self._run(stage, first, number, threads, max_memory, scratch, progress)
+        except (FileError, FormatError, InputError):
+            # Who did the last task at the same time has removed what tasks had left.
+            with suppress(FileError, FormatError):
+                self._content = Plan.read(self.path)._content
+            if (figures := self._made(stage, number)) is not None:
+                return figures
+            raise
+
+    def _run(
+        self,
+        stage: str,
+        first: int,
+        number: int,
+        threads: int | None,
+        max_memory: int | None,
+        scratch: str | os.PathLike[str] | None,
+        progress: Progress | None,
+    ) -> dict[str, Any]:
+        began = time.monotonic()
         storage = self._storage()
         options = dict(self._content["options"])
         options["threads"] = self.threads if threads is None else threads
@@ -241,7 +274,10 @@ class Plan:
             if stage == WRITE:
                 written = self._content["written"]
                 report = _native._merge_tasks_to_file(self._opened(), folder, self.output, **written, **call)
-                found |= {"output": self.output, "report": report.as_dict()}
+                found |= {"output": self.output, "report": jsonable(report.as_dict())}
+                made = {"file": _stamp(self.output), "report": found["report"]}
+                self._content = {**self._content, "made": made}
+                self._write()
             else:
                 _native._merge_task(self._opened(), folder, stage, number - first, **call)
         return found | {"seconds": round(time.monotonic() - began, 3)}
@@ -254,6 +290,22 @@ class Plan:
         """Removes what tasks have left, and the plan; the surface stays."""
         self.clear()
         remove_file(self.path)
+
+    def _made(self, stage: str, number: int) -> dict[str, Any] | None:
+        """The figures of a task, if the surface is written already."""
+        made = self._content.get("made")
+        if made is None:
+            return None
+        try:
+            if _stamp(self.output) != made["file"]:
+                return None
+        except FileError:
+            return None
+        written = {"output": self.output, "report": made["report"]} if stage == WRITE else {}
+        return {"stage": stage, "task": number, **written, "seconds": 0.0}
+
+    def _write(self) -> None:
+        write_text(self.path, json.dumps(self._content, indent=1) + "\n")
 
     def _refuse_early(self, stage: str, number: int, folder: str) -> None:
         """Names the first task of the stage before that is not done, unless this one is."""
@@ -298,12 +350,34 @@ class Plan:
         return self._scans
 
 
-def _check(options: Mapping[str, Any]) -> None:
-    """Refuses options that no merge has, before anything is planned."""
-    known = {parameter.name for parameter in _native.parameters() if parameter.operation in ("merge", "triangulate")}
-    for name in options:
-        if name not in known | {"threads"}:
+def _check(tasks: int, max_memory: int | None, encoding: str | None, options: Mapping[str, Any]) -> None:
+    """Refuses what no merge has, before anything is planned."""
+    if not 1 <= tasks <= MOST_TASKS:
+        raise InputError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
+    if max_memory is not None and not (isinstance(max_memory, int) and max_memory > 0):
+        raise InputError(f"max_memory must be bytes > 0, got {max_memory!r}")
+    if encoding not in (None, "binary"):
+        raise InputError(f"the surface is written piece by piece, in binary: encoding {encoding!r} is none")
+    known = {one.name: one for one in _native.parameters() if one.operation in ("merge", "triangulate")}
+    for name, value in options.items():
+        if name != "threads" and name not in known:
             raise TypeError(f"merge() got an unexpected keyword argument {name!r}")
+        if name != "threads" and value is not None:
+            known[name].check(value)
+
+
+def _check_names(paths: Iterable[str], output: str) -> None:
+    """Refuses what only the last task would otherwise."""
+    for path in paths:
+        if is_url(path):
+            raise InputError(f"{path}: scans are files; only the workspace and the plan may be URLs")
+    if is_url(output):
+        raise InputError(f"{output}: the surface is a file; only the workspace and the plan may be URLs")
+    if not output.lower().endswith(".ply"):
+        raise InputError(f"{output}: the surface is written piece by piece, which only .ply is")
+    folder = os.path.dirname(output)
+    if folder and not os.path.isdir(folder):
+        raise InputError(f"{output}: there is no folder {folder}")
 
 
 def _named(path: str, folder: str | None) -> str:
@@ -318,15 +392,20 @@ def _named(path: str, folder: str | None) -> str:
 def _stamps(scans: _native.ScanSet) -> list[list[Any]]:
     """What tells of each scan whether it is the same: name, file, part, size, time, pose."""
     found: list[list[Any]] = []
-    files: dict[str, tuple[int, int]] = {}
+    files: dict[str, list[int]] = {}
     for scan in scans:
         path = os.fspath(scan.path)
         if path not in files:
-            try:
-                status = os.stat(path)
-            except OSError as problem:
-                raise FileError(f"{path}: {problem.strerror}") from None
-            files[path] = (status.st_size, status.st_mtime_ns)
+            files[path] = _stamp(path)
         pose = hashlib.sha256(scan.world_from_sensor.tobytes()).hexdigest()[:16]
         found.append([scan.name, os.path.basename(path), scan.part, *files[path], pose])
     return found
+
+
+def _stamp(path: str) -> list[int]:
+    """Size and time of a file."""
+    try:
+        status = os.stat(path)
+    except OSError as problem:
+        raise FileError(f"{path}: {problem.strerror}") from None
+    return [status.st_size, status.st_mtime_ns]

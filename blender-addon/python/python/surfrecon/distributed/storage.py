@@ -54,6 +54,10 @@ class Storage(ABC):
     def remove(self) -> None:
         """Removes the folder with all that is in it."""
 
+    @abstractmethod
+    def discard(self) -> None:
+        """Removes the folder if nothing is in it."""
+
 
 class Local(Storage):
     """A folder."""
@@ -77,6 +81,11 @@ class Local(Storage):
             raise FileError(f"{self.place}: the folder of the tasks is not there: plan the merge anew")
         yield self.place
 
+    def discard(self) -> None:
+        """Removes it, unless a merge has left something there."""
+        with suppress(OSError):
+            os.rmdir(self.place)
+
     def remove(self) -> None:
         """Removes it."""
         shutil.rmtree(self.place, ignore_errors=True)
@@ -96,6 +105,8 @@ class Remote(Storage):
         self, wanted: Sequence[str], spent: Sequence[str], scratch: str | os.PathLike[str] | None
     ) -> Iterator[str]:
         """Fetches what is not here yet; hands over what is new, marks last."""
+        if scratch is not None and not os.path.isdir(scratch):
+            raise InputError(f"{os.fspath(scratch)}: scratch must be a folder that exists")
         files, root = _files(self.place)
         there = self._there(files, root)
         names = [name for name in there if name.startswith(tuple(wanted))]
@@ -122,6 +133,9 @@ class Remote(Storage):
             if not files.exists(root):
                 return []
             return sorted(name.rsplit("/", 1)[-1] for name in files.ls(root, detail=False))
+
+    def discard(self) -> None:
+        """Without files there is no folder there."""
 
     def remove(self) -> None:
         """Removes it there, and what was fetched of it here."""
