@@ -20,6 +20,7 @@ LONG = {
     "remove_background": {},
     "align": {},
     "merge": {"voxel": 0.008},
+    "merge_to_file": {"voxel": 0.008},
     "reconstruct": {},
     "sculpt": {"relative_tolerance": 0.0001},
     "quads": {"rows": 20, "columns": 20},
@@ -58,7 +59,7 @@ def floor(extension):
 
 
 @pytest.fixture
-def call(scans_file, extension):
+def call(scans_file, extension, tmp_path):
     """Calls an operator with something to work on."""
     path = scans_file
     bpy.ops.surfrecon.import_scans(filepath=path)
@@ -83,7 +84,7 @@ def call(scans_file, extension):
             "reproject": [shape],
             "virtual_scan": [shape],
         }.get(name, [*scans, shape])
-        if name in {"align", "merge", "clean"}:
+        if name in {"align", "merge", "merge_to_file", "clean"}:
             chosen = scans
         if name in {"ground", "remove_background"}:
             # Which is hidden once nothing of it is left.
@@ -92,7 +93,8 @@ def call(scans_file, extension):
         for obj in chosen:
             obj.select_set(True)
         bpy.context.view_layer.objects.active = active
-        options = LONG[name] | ({"filepath": path} if name == "import_scans" else {})
+        files = {"import_scans": path, "merge_to_file": str(tmp_path / "surface.ply")}
+        options = LONG[name] | ({"filepath": files[name]} if name in files else {})
         return getattr(bpy.ops.surfrecon, name)(*mode, **options)
 
     return run
