@@ -132,6 +132,8 @@ def merge_lines(context, report):
         yield "Exposures matched by", f"{min(gains):.2f} to {max(gains):.2f}"
     if report.get("in_files"):
         yield IN_FILES[0].upper() + IN_FILES[1:], None
+    if "renewed" in report:
+        yield "Done anew", "{} of {} blocks".format(*report["renewed"])
     if report.get("seen_through"):
         yield "Dropped as seen through", f"{report['seen_through']:,} edges"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"

@@ -275,6 +275,7 @@ GERMAN_TEXTS = {
     "Shared over": "Gemeinsam über",
     "Exposures matched by": "Belichtungen angeglichen um",
     "Dropped as seen through": "Durchschaut, daher entfernt",
+    "Done anew": "Neu berechnet",
     "Smallest angle": "Kleinster Winkel",
     "Surface off the grid by": "Fläche neben dem Gitter um",
     "Taken as": "Betrachtet als",

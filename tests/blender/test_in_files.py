@@ -45,15 +45,17 @@ def test_where_memory_is_short_it_works_in_files_and_says_so(tmp_path, extension
     capfd.readouterr()
     for options in ({"voxel": 0.012, "measure": True}, {"voxel": 0.012}):
         expected, report = merged(scans, **options)
-        assert not report["in_files"]
+        assert not report["in_files"] and "renewed" in report
         assert "files" not in capfd.readouterr().out
+        extension.kept_merge.KeptMerge.forget()
         files = set(os.listdir(bpy.app.tempdir or tempfile.gettempdir()))
         surfrecon.set_memory_limit(20_000_000)
         try:
             found, report = merged(scans, **options)
         finally:
             surfrecon.set_memory_limit(None)
-        assert report["in_files"]
+        assert report["in_files"] and "renewed" not in report
+        assert extension.kept_merge.KeptMerge.merger is None
         measured = [array for array in expected if array[0] in dict(found)]
         assert found == measured and len(found) >= len(expected) - 1
         assert "memory was short, so it worked in temporary files" in capfd.readouterr().out

@@ -9,6 +9,7 @@ import surfrecon
 
 from .. import convert, recording, scan_objects
 from ..job import JobOperator
+from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
@@ -82,11 +83,11 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         layout.prop(self, "measure")
 
     def launch(self, context):
-        """Merges what is selected."""
+        """Merges what is selected, of which the last merge may have left something."""
         self.scans = yield from self.gather(context)
         self.count = len(self.scans)
         options = {"files": "if_needed", "workspace": temporary(), "measure": self.measure, "threads": threads(self)}
-        return surfrecon.Job.merge(self.scans, **arguments(self), **options)
+        return surfrecon.Job.merge(KeptMerge.of(self.scans), **arguments(self), **options)
 
     def preview(self, context):
         """The same with large cells, of what is at hand already."""
@@ -109,6 +110,8 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
         figures, distances = result.report.as_dict(), result.distances
+        if (renewed := KeptMerge.renewed()) is not None:
+            figures["renewed"] = renewed
         if distances is not None:
             convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
             figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
@@ -121,6 +124,7 @@ class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
         put_forward(context, [merged], sources)
         said = f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles"
         if result.report.in_files:
+            KeptMerge.forget()
             said += f"; {IN_FILES}"
             if self.measure and distances is None:
                 said += ", and it is not measured"
