@@ -8,6 +8,7 @@
 | operators | a file each: bring in, look, clean, align, merge, reduce, measure, export |
 | panels, reports, menus | the sidebar tab; the figures of results; the entries in Blender's menus |
 | job, running, preview | a long call as a modal operator; what runs, and its cancel; a rough picture meanwhile |
+| kept_merge | what the last merge found out, for the next one |
 | adjusting, kept | adjusted operations that take long; what an operator needs again when it is adjusted |
 | convert, splines, surfaces | arrays <-> Blender's meshes; NURBS surfaces; several objects as one surface |
 | scan_objects, cameras | range images as objects, and back; cameras both ways |
@@ -19,9 +20,9 @@
 | presets, translations | options saved under names; other languages |
 """
 
-from . import job, kept, menus, operators, panels, preferences, presets, properties, translations
+from . import job, kept, kept_merge, menus, operators, panels, preferences, presets, properties, translations
 
-MODULES = (preferences, properties, job, kept, operators, panels, menus, presets, translations)
+MODULES = (preferences, properties, job, kept, kept_merge, operators, panels, menus, presets, translations)
 
 
 def register():

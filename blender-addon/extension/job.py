@@ -19,6 +19,7 @@ import surfrecon
 from . import preview
 from .adjusting import Adjusting, Before
 from .kept import Kept
+from .kept_merge import KeptMerge
 from .running import Gathering, Refused, Running
 from .words import sentence
 
@@ -158,7 +159,7 @@ class JobOperator:
             job = gathering.read()
         except (Refused, surfrecon.SurfreconError) as problem:
             Running.take()
-            self.report({"ERROR"}, sentence(problem))
+            self._refuse(problem)
             return self._leave(context, {"CANCELLED"})
         Running.ended()
         if job is not None:
@@ -192,7 +193,7 @@ class JobOperator:
                 job = gathering.read()
             Running.begin(job, self.bl_label)
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            self._refuse(problem)
             return False
         return True
 
@@ -210,9 +211,16 @@ class JobOperator:
             self.report({"WARNING"}, f"{self.bl_label}: cancelled")
             return {"CANCELLED"}
         except (Refused, surfrecon.SurfreconError) as problem:
-            self.report({"ERROR"}, sentence(problem))
+            self._refuse(problem)
             return {"CANCELLED"}
         return {"FINISHED"}
+
+    def _refuse(self, problem):
+        """Says why there is no result."""
+        text = sentence(problem)
+        if isinstance(problem, surfrecon.OutOfMemoryError) and KeptMerge.forget():
+            text += ". What the last merge had kept is given back now: try again"
+        self.report({"ERROR"}, text)
 
     def _leave(self, context, done=None):
         """Takes away what was shown; returns `done`."""

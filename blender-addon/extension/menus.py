@@ -10,7 +10,7 @@ OBJECT = (
     ("surfrecon.reproject", "surfrecon.virtual_scan"),
     ("surfrecon.tint_scans", "surfrecon.true_size", "surfrecon.ground"),
     ("surfrecon.clean", "surfrecon.select_region", "surfrecon.remove_background"),
-    ("surfrecon.align", "surfrecon.merge", "surfrecon.reconstruct"),
+    ("surfrecon.align", "surfrecon.merge", "surfrecon.merge_to_file", "surfrecon.reconstruct"),
     ("surfrecon.sculpt", "surfrecon.quads", "surfrecon.cluster"),
     ("surfrecon.error_map", "surfrecon.error_hide", "surfrecon.measure"),
 )

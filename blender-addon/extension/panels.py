@@ -122,6 +122,7 @@ class SURFRECON_PT_merge(ScansPanel, bpy.types.Panel):
             self.layout,
             ALIGN,
             ("surfrecon.merge", "MOD_REMESH"),
+            ("surfrecon.merge_to_file", "EXPORT"),
             ("surfrecon.reconstruct", "OUTLINER_DATA_POINTCLOUD"),
         )
 

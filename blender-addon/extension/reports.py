@@ -8,7 +8,7 @@ from .operators.align import REPORT as ALIGNED
 from .operators.clean import REPORT as CLEANED
 from .operators.cluster import REPORT as CLUSTERED
 from .operators.measure import REPORT as MEASURED
-from .operators.merge import REPORT
+from .operators.merge import IN_FILES, REPORT
 from .operators.quads import REPORT as GRIDDED
 from .operators.reconstruct import REPORT as RECONSTRUCTED
 from .operators.sculpt import REPORT as SCULPTED
@@ -130,6 +130,10 @@ def merge_lines(context, report):
     yield "Stray parts dropped", f"{parts}"
     if gains := list(report.get("colour_gains", ())):
         yield "Exposures matched by", f"{min(gains):.2f} to {max(gains):.2f}"
+    if report.get("in_files"):
+        yield IN_FILES[0].upper() + IN_FILES[1:], None
+    if "renewed" in report:
+        yield "Done anew", "{} of {} blocks".format(*report["renewed"])
     if report.get("seen_through"):
         yield "Dropped as seen through", f"{report['seen_through']:,} edges"
     yield "Case a, b, c", ", ".join(f"{100 * n / total:.1f}" for n in faces) + " %"

@@ -975,6 +975,8 @@ typedef struct {
   double noise_step;
   // Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
   double noise_correlation;
+  // 1 where stages left in files what they leave for each other, 0 where all was in memory.
+  uint64_t in_files;
 } srf_merge_report;
 
 // How a range image is sculpted to few triangles. Starts with its size; set to the defaults by srf_sculpt_params_init().
@@ -2970,6 +2972,33 @@ srf_status srf_merger_run(const srf_merger *merger,
                           const srf_progress *progress,
                           srf_mesh **out_mesh,
                           srf_merge_report *out_report);
+
+// Merges what was added, of which there may be more than memory holds, into a surface that it does hold, the same to the bit as that of
+// srf_merger_run() where there is memory enough; out_report says which way it went. What memory does not hold is in files of the
+// workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end; a folder that is itself in memory, as
+// some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
+// merger          not NULL
+// params          NULL for the defaults
+// only_if_needed  1 to begin in memory, with what srf_merger_keep() kept, and anew in files once it is foreseen, or found, that cells as
+//                 large as given or measured do not fit; what was kept is given back then. Where files do not do either, cells that
+//                 were not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
+// max_memory      most bytes that the merge takes, beside the scans that are being read, one a thread, and in files the surface; 0 for, and
+//                 at most, what srf_set_memory_limit() or the context allow, else what is free
+// workspace       a folder that exists, UTF-8; NULL for the system's for temporary files
+// progress        NULL for none
+// out_mesh        receives a new handle on SRF_OK only; not NULL
+// out_report      initialized by srf_merge_report_init(); NULL if not wanted
+// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a
+//                 full disk, SRF_ERR_OUT_OF_MEMORY also where the surface does not fit, and in files for less than 12 MB a thread,
+//                 SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+srf_status srf_merger_run_in_files(const srf_merger *merger,
+                                   const srf_merge_params *params,
+                                   uint32_t only_if_needed,
+                                   uint64_t max_memory,
+                                   const char *workspace,
+                                   const srf_progress *progress,
+                                   srf_mesh **out_mesh,
+                                   srf_merge_report *out_report);
 
 // Merges what was added, of which there may be more than memory holds, straight into a PLY file: its bytes are those that
 // srf_merger_run() and srf_mesh_write() make. Neither all scans nor the surface are in memory at once, but images and meshes that were

@@ -1877,7 +1877,6 @@ private:
     detail::Sources sources_;
 };
 
-// A merge being put together.
 // How a surface goes into a file, and where what memory does not hold is kept meanwhile.
 struct IntoFile {
     // Most bytes that are taken; 0 for what is allowed or free.
@@ -1889,6 +1888,17 @@ struct IntoFile {
     std::string provenance;
 };
 
+// Where a merge keeps what memory does not hold, and when it does.
+struct InFiles {
+    // Begins in memory, and anew in files where cells as given or measured do not fit there.
+    bool only_if_needed = false;
+    // Most bytes that are taken; 0 for what is allowed or free.
+    std::uint64_t max_memory = 0;
+    // A folder that exists; empty for the system's for temporary files.
+    std::string workspace;
+};
+
+// A merge being put together.
 class Merger : public detail::Handle<srf_merger, srf_merger_free> {
 public:
     Merger() : Handle(make()) {}
@@ -1962,6 +1972,19 @@ public:
         check(srf_merge_report_init(&report));
         detail::Watcher watcher(progress);
         sources_.check(watcher, srf_merger_run(get(), &params, watcher.get(), &mesh, &report));
+        return Result{Mesh(mesh), report};
+    }
+
+    // More scans than memory holds, into a surface that it does hold.
+    Result run_in_files(const MergeParams &params = {}, const InFiles &files = {}, const Progress &progress = {}) const
+    {
+        srf_mesh *mesh = nullptr;
+        srf_merge_report report{};
+        check(srf_merge_report_init(&report));
+        detail::Watcher watcher(progress);
+        const char *workspace = files.workspace.empty() ? nullptr : files.workspace.c_str();
+        sources_.check(watcher, srf_merger_run_in_files(get(), &params, files.only_if_needed ? 1 : 0, files.max_memory, workspace,
+                                                        watcher.get(), &mesh, &report));
         return Result{Mesh(mesh), report};
     }
 

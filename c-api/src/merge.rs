@@ -1,23 +1,23 @@
 //! Merging registered scans into one surface.
 
 use std::ffi::c_char;
-use std::path::Path;
+use std::path::PathBuf;
 
-use surfrecon::IntoFile;
 use surfrecon::export::WriteOptions;
-use surfrecon::merge::{MergeReport, VoxelReason};
+use surfrecon::merge::{MergeParams, MergeReport, Merged, VoxelReason};
+use surfrecon::{InFiles, IntoFile, Progress};
 
 use crate::files::path_of;
 use crate::guard::guard;
 use crate::handle;
-use crate::merger::srf_merger;
+use crate::merger::{Merger, srf_merger};
 use crate::mesh::srf_mesh;
 use crate::params::merge::srf_merge_params;
 use crate::params::write::srf_write_options;
 use crate::progress::{srf_progress, watched};
 use crate::provenance::provenance_of;
 use crate::settings::SRF_FROM_DATA;
-use crate::status::srf_status;
+use crate::status::{Failure, flag, srf_status};
 use crate::{params, pointer, sized};
 
 /// Figures of a merge. Starts with its size; prepared by srf_merge_report_init().
@@ -77,6 +77,8 @@ pub struct srf_merge_report {
     pub noise_step: f64,
     /// Of the range images, the median number of pixels over which errors depend on each other: 1 for white noise.
     pub noise_correlation: f64,
+    /// 1 where stages left in files what they leave for each other, 0 where all was in memory.
+    pub in_files: u64,
 }
 
 /// What decided the size of a cell.
@@ -137,6 +139,7 @@ impl From<MergeReport> for srf_merge_report {
             noise_correlation: r.noise_correlation,
             voxel_reason: srf_voxel_reason::from(r.voxel_reason) as u32,
             reserved: 0,
+            in_files: r.in_files.into(),
         }
     }
 }
@@ -171,19 +174,78 @@ pub unsafe extern "C" fn srf_merger_run(
     out_report: *mut srf_merge_report,
 ) -> srf_status {
     guard(|| {
-        pointer::writable("out_mesh", out_mesh)?;
+        run(merger, params, progress, out_mesh, out_report, |merger, params, progress| merger.run(params, progress))
+    })
+}
+
+/// Runs it by `merge`, and hands out what it gives.
+fn run(
+    merger: *const srf_merger,
+    params: *const srf_merge_params,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_merge_report,
+    merge: impl FnOnce(&Merger, &MergeParams, &Progress<'_>) -> surfrecon::Result<Merged> + Send,
+) -> Result<(), Failure> {
+    pointer::writable("out_mesh", out_mesh)?;
+    if !out_report.is_null() {
+        sized::writable("out_report", out_report)?;
+    }
+    let merger = handle::get("merger", merger)?;
+    let params = params::read("params", params)?;
+    watched(progress, |progress| {
+        let merged = merge(&merger, &params, progress)?;
+        merged.report.tell();
         if !out_report.is_null() {
-            sized::writable("out_report", out_report)?;
+            sized::write("out_report", out_report, merged.report.into())?;
         }
-        let merger = handle::get("merger", merger)?;
-        let params = params::read("params", params)?;
-        watched(progress, |progress| {
-            let merged = merger.run(&params, progress)?;
-            merged.report.tell();
-            if !out_report.is_null() {
-                sized::write("out_report", out_report, merged.report.into())?;
-            }
-            handle::give("out_mesh", out_mesh, merged.mesh.into())
+        handle::give("out_mesh", out_mesh, merged.mesh.into())
+    })
+}
+
+/// Most bytes to take, as C says it.
+fn most(bytes: u64) -> Option<u64> {
+    (bytes != 0).then_some(bytes)
+}
+
+fn workspace_of(workspace: *const c_char) -> Result<Option<PathBuf>, Failure> {
+    if workspace.is_null() { Ok(None) } else { path_of("workspace", workspace).map(|folder| Some(folder.to_owned())) }
+}
+
+/// Merges what was added, of which there may be more than memory holds, into a surface that it does hold, the same to the bit as that of
+/// srf_merger_run() where there is memory enough; out_report says which way it went. What memory does not hold is in files of the
+/// workspace, up to 200 bytes for each intersection of scans and grid, which are removed at the end; a folder that is itself in memory, as
+/// some systems have it for temporary files, gains nothing. Scans of sets and of sources are read and made several times. Blocks.
+/// merger          not NULL
+/// params          NULL for the defaults
+/// only_if_needed  1 to begin in memory, with what srf_merger_keep() kept, and anew in files once it is foreseen, or found, that cells as
+///                 large as given or measured do not fit; what was kept is given back then. Where files do not do either, cells that
+///                 were not given are larger, as those of srf_merger_run(). 0 to work in files, and to keep nothing
+/// max_memory      most bytes that the merge takes, beside the scans that are being read, one a thread, and in files the surface; 0 for, and
+///                 at most, what srf_set_memory_limit() or the context allow, else what is free
+/// workspace       a folder that exists, UTF-8; NULL for the system's for temporary files
+/// progress        NULL for none
+/// out_mesh        receives a new handle on SRF_OK only; not NULL
+/// out_report      initialized by srf_merge_report_init(); NULL if not wanted
+/// returns         SRF_OK, SRF_ERR_PARAMETER, SRF_ERR_INPUT also for a workspace that is no folder, SRF_ERR_FORMAT, SRF_ERR_IO also for a
+///                 full disk, SRF_ERR_OUT_OF_MEMORY also where the surface does not fit, and in files for less than 12 MB a thread,
+///                 SRF_ERR_CANCELLED, SRF_ERR_HANDLE, SRF_ERR_NULL, SRF_ERR_STRUCT_SIZE. Since 0.2.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn srf_merger_run_in_files(
+    merger: *const srf_merger,
+    params: *const srf_merge_params,
+    only_if_needed: u32,
+    max_memory: u64,
+    workspace: *const c_char,
+    progress: *const srf_progress,
+    out_mesh: *mut *mut srf_mesh,
+    out_report: *mut srf_merge_report,
+) -> srf_status {
+    guard(|| {
+        let only_if_needed = flag("only_if_needed", only_if_needed)?;
+        let files = InFiles { max_memory: most(max_memory), workspace: workspace_of(workspace)?, only_if_needed };
+        run(merger, params, progress, out_mesh, out_report, |merger, params, progress| {
+            merger.run_in_files(params, &files, progress)
         })
     })
 }
@@ -224,11 +286,10 @@ pub unsafe extern "C" fn srf_merger_write(
         }
         let (merger, path) = (handle::get("merger", merger)?, path_of("path", path)?);
         let params = params::read("params", params)?;
-        let workspace = if workspace.is_null() { None } else { Some(path_of("workspace", workspace)?) };
         let into = IntoFile {
             keep: false,
-            max_memory: (max_memory != 0).then_some(max_memory),
-            workspace: workspace.map(Path::to_owned),
+            max_memory: most(max_memory),
+            workspace: workspace_of(workspace)?,
             write: WriteOptions { provenance: provenance_of(provenance)?, ..params::read("options", options)? },
         };
         let report = watched(progress, |progress| Ok(merger.write(path, &params, &into, progress)?))?;

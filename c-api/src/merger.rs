@@ -2,13 +2,13 @@
 
 use std::ffi::c_char;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, MutexGuard};
 
 use surfrecon::context::Owned;
 use surfrecon::merge::again::{self, Versioned};
 use surfrecon::merge::{self, MergeParams, MergeReport, Merged};
 use surfrecon::threads::Exclusive;
-use surfrecon::{IntoFile, Progress};
+use surfrecon::{InFiles, IntoFile, Progress};
 
 use crate::files::srf_scans;
 use crate::guard::guard;
@@ -76,19 +76,43 @@ impl Merger {
     /// # Errors
     /// Those of [`merge::run`].
     pub fn run(&self, params: &MergeParams, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        let list = self.sources.iter().zip(&self.versions);
-        let versioned = || list.map(|(source, &version)| Versioned { scan: source, version }).collect::<Vec<_>>();
-        // Where another thread runs it, too, this run neither takes nor leaves anything.
-        match self.kept.as_ref().and_then(|kept| kept.take().ok()) {
-            Some(mut kept) => {
-                // What the calls of another context found out stays on its account.
-                if !kept.is_of_this_thread() {
-                    *kept = Owned::default();
-                }
-                kept.run(&versioned(), params, progress)
-            }
+        match self.kept() {
+            Some(mut kept) => kept.run(&self.versioned(), params, progress),
             None => merge::run(&sources::borrowed(&self.sources), params, progress),
         }
+    }
+
+    /// Merges the scans in files, or where that is needed.
+    ///
+    /// # Errors
+    /// Those of [`surfrecon::merge_in_files`].
+    pub fn run_in_files(
+        &self,
+        params: &MergeParams,
+        files: &InFiles,
+        progress: &Progress<'_>,
+    ) -> surfrecon::Result<Merged> {
+        match self.kept() {
+            Some(mut kept) if files.only_if_needed => {
+                surfrecon::merge_again_in_files(&mut kept, &self.versioned(), params, files, progress)
+            }
+            _ => surfrecon::merge_in_files(&sources::borrowed(&self.sources), params, files, progress),
+        }
+    }
+
+    fn versioned(&self) -> Vec<Versioned<'_>> {
+        let list = self.sources.iter().zip(&self.versions);
+        list.map(|(source, &version)| Versioned { scan: source, version }).collect()
+    }
+
+    /// What is kept; nothing where another thread runs it, too: this run neither takes nor leaves anything then.
+    fn kept(&self) -> Option<MutexGuard<'_, Owned<again::Merger>>> {
+        let mut kept = self.kept.as_ref()?.take().ok()?;
+        // What the calls of another context found out stays on its account.
+        if !kept.is_of_this_thread() {
+            *kept = Owned::default();
+        }
+        Some(kept)
     }
 
     /// Merges the scans into a file.

@@ -87,7 +87,9 @@ Outputs run(Job &job)
         }
     }
 
-    const auto [surface, report] = merger.run(params, job.progress());
+    surfrecon::InFiles files;
+    files.only_if_needed = true;
+    const auto [surface, report] = merger.run_in_files(params, files, job.progress());
     if (surface.triangles().size() == 0) {
         refuse("Nothing is left of the surface: choose a smaller voxel, or keep smaller parts");
     }
@@ -99,6 +101,7 @@ Outputs run(Job &job)
             ", noise of the samples " + shown(report.noise) +
             (report.noise_across > 0 ? " along the rays, " + shown(report.noise_across) + " across" : "") +
             (report.noise_step > 0 ? ", in steps of " + shown(report.noise_step) : ""));
+    if (report.in_files != 0) job.log("Memory was short, so the merge worked in temporary files");
     if (report.seen_through > 0) {
         job.log(std::to_string(report.seen_through) + " edges of the grid without what more layers see through than have there");
     }
@@ -117,6 +120,7 @@ Outputs run(Job &job)
     out["seen_through"] = static_cast<int>(report.seen_through);
     out["holes_closed"] = static_cast<int>(report.holes_closed);
     out["holes_open"] = static_cast<int>(report.holes_open);
+    out["in_files"] = report.in_files != 0;
     out["dropped_components"] = static_cast<int>(report.dropped_components);
     return out;
 }
@@ -129,7 +133,8 @@ extern const Filter merge_filter = {
     "Merges the <b>visible</b> layers, aligned range images or any oriented meshes, into one welded surface with colour and "
     "confidence. Where they overlap they are fused; every other vertex stays on a line through the original surface. Boundaries "
     "are kept, small holes are closed, and the result does not depend on the order of the layers or the number of processors.<br>"
-    "Layers are taken where their matrices place them, and are not changed. No file is written. Limits of edges and of grazing triangles are "
+    "Layers are taken where their matrices place them, and are not changed. Where memory is short, what it does not hold is in "
+    "temporary files meanwhile. Limits of edges and of grazing triangles are "
     "for range images as they were imported; faces that were changed stay as they are.<br><br>"
     "See:<br><i>C. Rocchini, P. Cignoni, F. Ganovelli, C. Montani, P. Pingi, R. Scopigno</i><br>"
     "<b>\"The Marching Intersections algorithm for merging range images\"</b><br>The Visual Computer 20, 2004",

@@ -11,6 +11,7 @@
 //!
 #![doc = include_str!("tour.md")]
 
+mod merge_in_files;
 mod merge_tasks;
 mod merge_to_file;
 pub mod params;
@@ -52,7 +53,9 @@ pub mod magnitude {
 
 /// Memory that a call will take, found out before it is taken; and what follows where it can't be had all the same.
 pub mod memory {
-    pub use base::memory::{foresee, foreseen, guarded, held, limit, peak, refused, restart_peak, set_limit};
+    pub use base::memory::{
+        attempted, foresee, foreseen, guarded, held, limit, peak, refused, restart_peak, set_limit,
+    };
 }
 
 /// Parts of a program that share the library, each with settings of its own.
@@ -88,6 +91,7 @@ pub mod scattered {
 
 pub use error::{Error, Result};
 pub use image::RangeImage;
+pub use merge_in_files::{InFiles, merge_again_in_files, merge_in_files};
 pub use merge_tasks::{TaskFolder, merge_task, merge_tasks_to_file};
 pub use merge_to_file::{IntoFile, merge_to_file};
 pub use mesh::TriMesh;

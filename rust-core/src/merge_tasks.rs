@@ -7,6 +7,7 @@ use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use merge::disk::{self, Stage, Together};
 use merge::{MergeParams, MergeReport, ScanSource};
+use mesh::sink::MeshSink;
 
 use crate::merge_to_file::memory;
 
@@ -64,5 +65,6 @@ pub fn merge_tasks_to_file(
 ) -> Result<MergeReport> {
     let together = folder.together(params)?;
     check_file_in_pieces(path, write)?;
-    write_mesh_in_pieces(path, write, |sink| disk::put_together(sources, params, together, sink, progress))
+    let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);
+    Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put)? })
 }

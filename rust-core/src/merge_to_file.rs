@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use base::error::{Error, Result};
-use base::memory::{available, size};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use io::memory_folder::MemoryFolder;
-use merge::disk::{Kept, LEAST, Workspace, versions};
+use merge::disk::{Kept, Workspace, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 
-/// Taken where neither a limit nor the system says what memory there is.
-const UNKNOWN: u64 = 2 << 30;
+use crate::merge_in_files::{self, existing};
 
 /// Where a merge works whose surface goes into a file, and how the file is written.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,7 +51,9 @@ pub fn merge_to_file(
     let versions = if into.keep { versions(sources, params, progress)? } else { Vec::new() };
     let kept = into.keep.then_some(Kept { versions: &versions, stays: true });
     let workspace = Workspace { folder, memory, kept };
-    write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))
+    let report =
+        write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))?;
+    Ok(MergeReport { in_files: true, ..report })
 }
 
 /// The folder to work in.
@@ -66,26 +66,10 @@ fn folder<'a>(file: &'a Path, given: Option<&'a Path>) -> Result<&'a Path> {
         let beside = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         return Ok(beside.unwrap_or(Path::new(".")));
     };
-    if !folder.is_dir() {
-        return Err(Error::input(format!("{}: the workspace must be a folder that exists", folder.display())));
-    }
-    Ok(folder)
+    existing(folder)
 }
 
 /// Bytes to work with.
-pub(crate) fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
-    let workers = base::threads::pool(threads)?.current_num_threads() as u64;
-    let (there, known) = available();
-    let there = if there.is_finite() { there as u64 } else { UNKNOWN };
-    let (memory, known) = most.filter(|&most| most < there).map_or((there, known), |most| (most, "given"));
-    let least = LEAST * workers;
-    if memory < least {
-        let least = size(least as f64);
-        let (each, memory) = (size(LEAST as f64), size(memory as f64));
-        return Err(Error::OutOfMemory(format!(
-            "merging into a file needs {least} at least, {each} for each of {workers} threads, {memory} are {known}; \
-             allow more, or fewer threads"
-        )));
-    }
-    Ok(memory)
+pub fn memory(most: Option<u64>, threads: usize) -> Result<u64> {
+    merge_in_files::memory(most, threads, "into a file")
 }

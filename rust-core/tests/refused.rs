@@ -21,8 +21,8 @@ use surfrecon::scan::{Camera, ScanParams, Turntable};
 use surfrecon::sculpt::{SculptParams, Sculptor, Tolerance};
 use surfrecon::triangulate::TriangulateParams;
 use surfrecon::{
-    Error, IntoFile, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, merge_to_file, mesh,
-    quads, reconstruct, scan, sculpt,
+    Error, InFiles, IntoFile, PointCloud, Progress, RangeImage, Result, cluster, import, memory, merge, merge_in_files,
+    merge_to_file, mesh, quads, reconstruct, scan, sculpt,
 };
 use surfrecon_allocator::Account;
 
@@ -209,6 +209,7 @@ fn operations(folder: &Path, threads: usize) {
     let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
     let merging = MergeParams { voxel: Some(0.1), threads, ..Default::default() };
     survives("merge", folder, || Ok(merge::run(&sources, &merging, &progress)?.mesh));
+    survives("merge in files", folder, || Ok(merge_in_files(&sources, &merging, &InFiles::default(), &progress)?.mesh));
     let path = folder.join("merged.ply");
     survives("merge to file", folder, || {
         merge_to_file(&sources, &path, &merging, &IntoFile::default(), &progress)?;

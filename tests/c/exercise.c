@@ -268,6 +268,8 @@ int main(void)
     must(srf_mesh_write_ply(merged, "exercise.ply", SRF_ENCODING_ASCII, NULL) == SRF_OK, "write");
     must(srf_mesh_write_ply(merged, "no/such/folder.ply", SRF_ENCODING_ASCII, NULL) == SRF_ERR_IO, "write nowhere");
     must(srf_merger_write(merger, "exercise.ply", &params, 0, ".", NULL, "{}", NULL, &report) == SRF_OK && report.scans == 2, "into a file");
+    must(srf_mesh_free(merged) == SRF_OK, "free");
+    must(srf_merger_run_in_files(merger, &params, 0, 0, ".", NULL, &merged, &report) == SRF_OK && report.in_files == 1, "in files");
     must(srf_mesh_free(merged) == SRF_OK && srf_mesh_free(surface) == SRF_OK && srf_cloud_free(cloud) == SRF_OK, "free");
     must(srf_merger_free(merger) == SRF_OK && srf_merger_free(NULL) == SRF_OK, "free");
     must(srf_mesh_positions((srf_mesh *)(void *)&params, &view) == SRF_ERR_HANDLE, "a pointer that is no handle");

@@ -66,6 +66,11 @@ try {
     into.workspace = ".";
     into.provenance = "{}";
     must(merger.write("exercise.ply", params, into).faces_direct == result.report.faces_direct, "into a file");
+    InFiles files;
+    files.workspace = ".";
+    must(merger.run_in_files(params, files).report.in_files == 1, "in files");
+    files.only_if_needed = true;
+    must(merger.run_in_files(params, files).report.in_files == 0, "not needed");
     must(text_of<Error>([&] { merger.write("exercise.obj"); }).find("only .ply") != std::string::npos, "only PLY");
     must(result.mesh.report(true).is_manifold == 1 && result.report.voxel == 0.05, "merge");
     must(result.mesh.attribute<float>(SRF_DOMAIN_VERTICES, "confidence").size() == result.mesh.positions().size(), "attribute");

@@ -1,12 +1,14 @@
 """The merge filter in MeshLab: what it takes, what it makes, how it refuses."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import surfrecon
-from conftest import IMPORT, MERGE, length, scalars
+from conftest import IMPORT, MERGE, ROOT, length, plugins, scalars
 from files import write_set
 from shapes import MAJOR, MINOR, torus, torus_distance, torus_scans
 
@@ -224,3 +226,47 @@ def test_the_ten_scans_of_the_bunny(document):
     assert out["triangles"] == pytest.approx(len(expected.mesh.triangles), rel=1e-3)
     off = surfrecon.distances(document.current.vertex_matrix(), expected.mesh) / (VOXEL / 64)
     assert (off < 0.3).mean() > 0.999 and off.max() < 2
+
+
+SHORT = """
+import os, resource, sys
+sys.path[:0] = sys.argv[3:]
+import numpy as np, pymeshlab, surfrecon
+from shapes import torus_scans
+
+pymeshlab.load_plugin(sys.argv[1])
+length = getattr(pymeshlab, "PureValue", None) or pymeshlab.AbsoluteValue
+document = pymeshlab.MeshSet(verbose=False)
+for image in torus_scans(pixels=160, noise=0.001):
+    mesh, pose = image.triangulate(), np.asarray(image.world_from_sensor)
+    positions = mesh.positions @ pose[:3, :3].T + pose[:3, 3]
+    # Where many layers overlap, these take the memory, not the surface.
+    for k in range(3):
+        document.add_mesh(pymeshlab.Mesh(positions, np.asarray(mesh.triangles)), f"{image.name} {k}")
+scans = len(document)
+given = dict(voxel=length(1 / 128), close_holes=False)
+found = []
+for room in (None, int(sys.argv[2])):
+    for k in range(scans, len(document)):
+        document.set_current_mesh(k)
+        document.set_current_mesh_visibility(False)
+    if room is not None:
+        pages = int(open("/proc/self/statm").read().split()[0])
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + room, resource.RLIM_INFINITY))
+    out = document.apply_filter("generate_surface_reconstruction_marching_intersections", **given)
+    found.append((out["in_files"], document.current_mesh().vertex_matrix(), document.current_mesh().face_matrix()))
+(one, *expected), (other, *made) = found
+print(one, other, all(np.array_equal(a, b) for a, b in zip(expected, made)))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how much address space there is")
+def test_where_memory_is_short_it_works_in_files(tmp_path):
+    """The memory of a process of its own is limited."""
+    paths = [str(ROOT / "tests" / "python"), *sys.path]
+    program = [sys.executable, "-c", SHORT, str(plugins() / "libfilter_surfrecon.so"), "180_000_000", *paths]
+    environment = {**os.environ, "TMPDIR": str(tmp_path), "MALLOC_ARENA_MAX": "1"}
+    done = subprocess.run(program, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "False True True"
+    assert not list(tmp_path.iterdir())

@@ -86,8 +86,10 @@ def test_options_are_those_of_the_table():
     triangulate = [p.name for p in surfrecon.parameters("triangulate")]
     scan = [p.name for p in surfrecon.parameters("scan")]
     assert set(keyword_options(surfrecon.virtual_scan)) == {*scan, "progress"}
-    assert set(keyword_options(surfrecon.merge)) == {*merge, "measure", "progress"}
-    assert set(keyword_options(surfrecon.Job.merge)) == {*merge, "measure"}
+    in_files = {*merge, "measure", "files", "max_memory", "workspace"}
+    assert set(keyword_options(surfrecon.merge)) == in_files | {"progress"}
+    assert set(keyword_options(surfrecon.Merger.merge)) == in_files | {"progress"}
+    assert set(keyword_options(surfrecon.Job.merge)) == in_files
     into_file = {*merge, "max_memory", "workspace", "keep", "encoding", "provenance"}
     assert set(keyword_options(surfrecon.merge_to_file)) == {*into_file, "progress"}
     assert set(keyword_options(surfrecon.Job.merge_to_file)) == into_file

@@ -344,8 +344,13 @@ def test_a_merge(c, tmp_path):
     names = [name for name in dir(result.report) if not name.startswith("_")]
     same_report(report, {name: getattr(result.report, name) for name in names}, 15)
     params = c.struct("merge_params", merge_distance=0.05, max_hole_length=0.3)
-    report = c.merger_write(merger, tmp_path / "c.ply", params, 10**9, tmp_path, None, '{"made": "by hand"}')
+    merged, report = c.merger_run_in_files(merger, params, 0, 0, tmp_path)
     scans.append((mesh, POSE, "apart"))
+    in_files = surfrecon.merge(scans, merge_distance=0.05, max_hole_length=0.3, workspace=tmp_path)
+    same_mesh(c, merged, in_files.mesh)
+    same_mesh(c, merged, result.mesh)
+    assert (report.in_files, in_files.report.in_files, result.report.in_files) == (1, True, False)
+    report = c.merger_write(merger, tmp_path / "c.ply", params, 10**9, tmp_path, None, '{"made": "by hand"}')
     given = {"merge_distance": 0.05, "max_hole_length": 0.3, "provenance": {"made": "by hand"}}
     expected = surfrecon.merge_to_file(scans, tmp_path / "python.ply", **given)
     assert (tmp_path / "c.ply").read_bytes() == (tmp_path / "python.ply").read_bytes()

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Merge the selected scans into one surface."""
 
+import os
+
 import bpy
 import numpy as np
 import surfrecon
 
 from .. import convert, recording, scan_objects
 from ..job import JobOperator
+from ..kept_merge import KeptMerge
 from ..properties import PARAMETERS, MergeOptions, arguments, threads
 from ..running import Refused, gathered
 from ..scene import SCANS, dress, link, put_forward
@@ -18,8 +21,46 @@ REPORT = "surfrecon_report"
 # Cells along the diagonal of what the preview merges.
 PREVIEW_CELLS = 150
 
+# What is said of a merge for which memory was short.
+IN_FILES = "memory was short, so it worked in temporary files"
 
-class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
+
+class OfSelected(JobOperator, MergeOptions):
+    """What operators share that merge the selected objects."""
+
+    @classmethod
+    def poll(cls, context):
+        """There must be something to merge."""
+        if not super().poll(context):
+            return False
+        if not context.selected_objects:
+            cls.poll_message_set("Select the scans to merge")
+            return False
+        return True
+
+    def gather(self, context):
+        """The selected scans, a generator for `launch`. Options that were not given are those of the sidebar."""
+        settings = context.scene.surfrecon
+        for name in [*PARAMETERS, "close_holes"]:
+            if not self.properties.is_property_set(name):
+                setattr(self, name, getattr(settings, name))
+        objects = [obj for obj in context.selected_objects if REPORT not in obj]
+        if not objects:
+            raise Refused("Only results of earlier merges are selected: select the scans")
+        self.names = [obj.name for obj in objects]
+        return recording.of_all((yield from gathered(context, objects, self.scan_of_object)))
+
+    def scan_of_object(self, obj, depsgraph):
+        """What is merged of an object, or a generator of the frames that it stands for."""
+        if recording.is_recording(obj):
+            return recording.frames(obj, depsgraph)
+        scan = scan_objects.scan_of_object(obj, depsgraph)
+        if scan_objects.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
+            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
+        return scan
+
+
+class SURFRECON_OT_merge(OfSelected, bpy.types.Operator):
     """Merge the selected scans, or any selected oriented meshes, into one new surface"""
 
     bl_idname = "surfrecon.merge"
@@ -34,16 +75,6 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         )
     }
 
-    @classmethod
-    def poll(cls, context):
-        """There must be something to merge."""
-        if not super().poll(context):
-            return False
-        if not context.selected_objects:
-            cls.poll_message_set("Select the scans to merge")
-            return False
-        return True
-
     def draw(self, context):
         """Sidebar of the last operation."""
         layout = self.layout
@@ -52,27 +83,11 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         layout.prop(self, "measure")
 
     def launch(self, context):
-        """Gathers the selected scans. Options that were not given are those of the sidebar."""
-        settings = context.scene.surfrecon
-        for name in [*PARAMETERS, "close_holes"]:
-            if not self.properties.is_property_set(name):
-                setattr(self, name, getattr(settings, name))
-        objects = [obj for obj in context.selected_objects if REPORT not in obj]
-        if not objects:
-            raise Refused("Only results of earlier merges are selected: select the scans")
-        self.names = [obj.name for obj in objects]
-        self.scans = recording.of_all((yield from gathered(context, objects, self.scan_of_object)))
+        """Merges what is selected, of which the last merge may have left something."""
+        self.scans = yield from self.gather(context)
         self.count = len(self.scans)
-        return surfrecon.Job.merge(self.scans, **arguments(self), measure=self.measure, threads=threads(self))
-
-    def scan_of_object(self, obj, depsgraph):
-        """What is merged of an object, or a generator of the frames that it stands for."""
-        if recording.is_recording(obj):
-            return recording.frames(obj, depsgraph)
-        scan = scan_objects.scan_of_object(obj, depsgraph)
-        if scan_objects.is_range_image(obj) and not isinstance(scan, surfrecon.RangeImage):
-            self.report({"WARNING"}, f'"{obj.name}" is no longer one vertex a pixel: merged as a plain mesh')
-        return scan
+        options = {"files": "if_needed", "workspace": temporary(), "measure": self.measure, "threads": threads(self)}
+        return surfrecon.Job.merge(KeptMerge.of(self.scans), **arguments(self), **options)
 
     def preview(self, context):
         """The same with large cells, of what is at hand already."""
@@ -95,6 +110,8 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         mesh = convert.mesh_from_result("Merged", result.mesh)
         merged = bpy.data.objects.new("Merged", mesh)
         figures, distances = result.report.as_dict(), result.distances
+        if (renewed := KeptMerge.renewed()) is not None:
+            figures["renewed"] = renewed
         if distances is not None:
             convert.store(mesh, ATTRIBUTE, distances.astype(np.float32))
             figures |= {"rms_error": float(np.sqrt(np.mean(distances**2))), "max_error": float(distances.max())}
@@ -105,7 +122,18 @@ class SURFRECON_OT_merge(JobOperator, MergeOptions, bpy.types.Operator):
         sources = [bpy.data.objects.get(name) for name in self.names]
         dress(merged, sources, context.evaluated_depsgraph_get())
         put_forward(context, [merged], sources)
-        self.report({"INFO"}, f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles")
+        said = f"{number(self.count, 'scan', 'scans')} merged: {len(mesh.polygons):,} triangles"
+        if result.report.in_files:
+            KeptMerge.forget()
+            said += f"; {IN_FILES}"
+            if self.measure and distances is None:
+                said += ", and it is not measured"
+        self.report({"INFO"}, said)
+
+
+def temporary():
+    """A folder for files that go again: the one that the user has set for them."""
+    return bpy.app.tempdir if os.path.isdir(bpy.app.tempdir) else None
 
 
 def box(scan):

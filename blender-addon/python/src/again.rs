@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use surfrecon::Progress;
 use surfrecon::merge::again::{Merger, Versioned};
 use surfrecon::merge::{self, MergeParams, Merged};
 use surfrecon::threads::Exclusive;
+use surfrecon::{InFiles, Progress};
 
 use crate::sources::{Source, as_dyn};
 
@@ -29,11 +29,29 @@ impl Again {
     /// See [`merge::run`].
     pub fn run(&self, params: &MergeParams, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
         // Where another thread merges, too, this merge neither takes nor leaves anything.
-        let Ok(mut kept) = self.kept.take() else {
-            return merge::run(&as_dyn(&self.sources()), params, progress);
-        };
-        let scans: Vec<Versioned<'_>> =
-            self.scans.iter().map(|(version, source)| Versioned { scan: &**source, version: *version }).collect();
-        kept.run(&scans, params, progress)
+        match self.kept.take() {
+            Ok(mut kept) => kept.run(&self.versioned(), params, progress),
+            Err(_) => merge::run(&as_dyn(&self.sources()), params, progress),
+        }
+    }
+
+    /// Merges, in files where that is needed.
+    ///
+    /// # Errors
+    /// See [`surfrecon::merge_in_files`].
+    pub fn run_if_it_fits(
+        &self,
+        params: &MergeParams,
+        files: &InFiles,
+        progress: &Progress<'_>,
+    ) -> surfrecon::Result<Merged> {
+        match self.kept.take() {
+            Ok(mut kept) => surfrecon::merge_again_in_files(&mut kept, &self.versioned(), params, files, progress),
+            Err(_) => surfrecon::merge_in_files(&as_dyn(&self.sources()), params, files, progress),
+        }
+    }
+
+    fn versioned(&self) -> Vec<Versioned<'_>> {
+        self.scans.iter().map(|(version, source)| Versioned { scan: &**source, version: *version }).collect()
     }
 }

@@ -15,7 +15,7 @@ use crate::crs::CrsText;
 use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::memory_folder::Place;
-use crate::merge::{MergeCall, MergeResult, merge_report};
+use crate::merge::{MergeCall, MergeResult, in_files, merge_report};
 use crate::merge_to_file::FileCall;
 use crate::merger::Merger;
 use crate::mesh::Mesh;
@@ -104,11 +104,19 @@ impl Job {
     ///     ParameterError, TypeError: like ``merge``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, *, measure = false, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False)")]
-    fn merge(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    #[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None)")]
+    fn merge(
+        scans: &Bound<'_, PyAny>,
+        measure: bool,
+        files: Option<&str>,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<PathBuf>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let files = in_files(files, max_memory, workspace)?;
         let call = match scans.cast::<Merger>() {
-            Ok(merger) => MergeCall::again(merger.get().call(), measure, options),
-            Err(_) => MergeCall::new(scans, measure, options),
+            Ok(merger) => MergeCall::again(merger.get().call(), measure, files, options),
+            Err(_) => MergeCall::new(scans, measure, files, options),
         }?;
         Job::of(Background::start_calls(&[call.merging(), 1.0 - call.merging()], move |calls| {
             let merged = call.run(calls.begin(0))?;

@@ -1,19 +1,22 @@
 //! The merge and its report.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::Progress;
 use surfrecon::merge::{MergeParams, Merged};
 use surfrecon::mesh::measure::Side;
+use surfrecon::{Error, InFiles, Progress, memory};
 
 use crate::again::Again;
+use crate::errors::{input_error, to_python};
 use crate::mesh::Mesh;
 use crate::params::params;
 use crate::progress::Watch;
 use crate::report::{self, figures};
+use crate::settings::limit_of;
 use crate::sources::{Clouds, Source, as_dyn, sources};
 
 /// Merges registered scans into one surface (Marching Intersections).
@@ -30,6 +33,15 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///         ``(Mesh, world_from_mesh, name)``. Scans on disk are read when needed, at most one a thread in memory.
 #[doc = include_str!("params/merge.txt")]
 ///     measure: whether to measure how far the surface lies from the scans, which then are all in memory at once.
+///     files: ``"always"`` merges more scans than memory holds into a surface that it does hold, the same to the bit: what stages leave for
+///         each other is in files of the workspace, up to 200 bytes for each intersection of a scan with the grid, which are removed
+///         at the end. ``"if_needed"`` begins in memory, and anew in files once it is foreseen, or found, that the voxel as given or
+///         measured does not fit there (``report.in_files``); where files do not do either, a measured voxel grows. ``"never"``,
+///         the default without ``max_memory`` and ``workspace``, only lets it grow.
+///     max_memory: most bytes that the merge takes; scans that are being read come on top, one a thread, and in files the surface.
+///         Default, and at most: what ``set_memory_limit`` or the context allow, else what is free.
+///     workspace: a folder that exists, for what memory does not hold: on a disk, which the system's for temporary files, the
+///         default, is not on every system.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
 ///
@@ -42,19 +54,52 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 /// Raises:
 ///     ParameterError: an option out of its range; the text names value, range and unit.
 ///     InputError, FormatError, FileError: a scan that can't be used or read.
-///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is; the text names one that fits.
+///     OutOfMemoryError: a given ``voxel`` that needs more memory than there is; the text names one that fits. In files: no memory for
+///         the surface, or less than 12 MB a thread.
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, *, measure = false, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+#[pyo3(signature = (scans, *, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "(scans, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge(
     py: Python<'_>,
     scans: &Bound<'_, PyAny>,
     measure: bool,
+    files: Option<&str>,
+    max_memory: Option<&Bound<'_, PyAny>>,
+    workspace: Option<PathBuf>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<MergeResult> {
-    MergeCall::new(scans, measure, options)?.result(py, progress)
+    MergeCall::new(scans, measure, in_files(files, max_memory, workspace)?, options)?.result(py, progress)
+}
+
+/// Whether a merge works in files, of Python's arguments.
+///
+/// # Errors
+/// `ParameterError`, `InputError`, `TypeError`.
+pub fn in_files(
+    files: Option<&str>,
+    max_memory: Option<&Bound<'_, PyAny>>,
+    workspace: Option<PathBuf>,
+) -> PyResult<Option<InFiles>> {
+    let is_given = max_memory.is_some() || workspace.is_some();
+    let only_if_needed = match files.unwrap_or(if is_given { "always" } else { "never" }) {
+        "always" => false,
+        "if_needed" => true,
+        "never" if is_given => {
+            let text = "max_memory and workspace are for merges in files: leave them out, or files=\"never\"";
+            return Err(input_error(text.to_owned()));
+        }
+        "never" => return Ok(None),
+        other => {
+            let allowed = "\"never\", \"if_needed\" or \"always\"".to_owned();
+            let error = Error::Parameter { name: "files", value: format!("{other:?}"), allowed, unit: "" };
+            return Err(to_python(&error));
+        }
+    };
+    let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
+    Ok(Some(InFiles { max_memory, workspace, only_if_needed }))
 }
 
 /// A merge with all it needs, free of Python.
@@ -64,6 +109,8 @@ pub struct MergeCall {
     again: Option<Again>,
     params: MergeParams,
     measure: bool,
+    /// Where it may work in files.
+    files: Option<InFiles>,
 }
 
 /// A merged surface, and the distances of its vertices from the scans if they were asked for.
@@ -77,19 +124,29 @@ impl MergeCall {
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`.
-    pub fn new(scans: &Bound<'_, PyAny>, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    pub fn new(
+        scans: &Bound<'_, PyAny>,
+        measure: bool,
+        files: Option<InFiles>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let params = params("merge", options)?;
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
-        Ok(MergeCall { sources, again: None, params, measure })
+        Ok(MergeCall { sources, again: None, params, measure, files })
     }
 
     /// The same of the scans of a merger.
     ///
     /// # Errors
     /// `ParameterError`, `TypeError`.
-    pub fn again(again: Again, measure: bool, options: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    pub fn again(
+        again: Again,
+        measure: bool,
+        files: Option<InFiles>,
+        options: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
         let params = params("merge", options)?;
-        Ok(MergeCall { sources: again.sources(), again: Some(again), params, measure })
+        Ok(MergeCall { sources: again.sources(), again: Some(again), params, measure, files })
     }
 
     /// Runs it whole, while Python watches.
@@ -114,9 +171,11 @@ impl MergeCall {
     /// # Errors
     /// See [`surfrecon::merge::run`].
     pub fn run(&self, progress: &Progress<'_>) -> surfrecon::Result<Merged> {
-        let merged = match &self.again {
-            Some(again) => again.run(&self.params, progress),
-            None => surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress),
+        let merged = match (&self.again, &self.files) {
+            (Some(again), Some(files)) if files.only_if_needed => again.run_if_it_fits(&self.params, files, progress),
+            (_, Some(files)) => surfrecon::merge_in_files(&as_dyn(&self.sources), &self.params, files, progress),
+            (Some(again), None) => again.run(&self.params, progress),
+            (None, None) => surfrecon::merge::run(&as_dyn(&self.sources), &self.params, progress),
         }?;
         merged.report.tell();
         Ok(merged)
@@ -133,7 +192,13 @@ impl MergeCall {
         let MergeParams { triangulation, threads, .. } = &self.params;
         let sources = as_dyn(&self.sources);
         let points = &merged.mesh.positions;
-        let found = surfrecon::merge::deviation(points, &sources, triangulation, Side::Ignored, *threads, progress)?;
+        let deviation =
+            || surfrecon::merge::deviation(points, &sources, triangulation, Side::Ignored, *threads, progress);
+        let found = match memory::attempted(deviation) {
+            Some(Err(Error::OutOfMemory(_))) | None if merged.report.in_files => return Ok((merged, None)),
+            Some(found) => found?,
+            None => deviation()?,
+        };
         Ok((merged, Some(found.distances)))
     }
 }
@@ -149,7 +214,8 @@ pub struct MergeResult {
     /// Figures of the run: a ``MergeReport``.
     #[pyo3(get)]
     report: Py<PyAny>,
-    /// (n,) float64: the distance of each vertex from the nearest point of the scans; ``None`` unless it was asked for.
+    /// (n,) float64: the distance of each vertex from the nearest point of the scans; ``None`` unless it was asked for, and
+    /// where memory was too short for it after a merge in files.
     #[pyo3(get)]
     distances: Option<Py<PyArray1<f64>>>,
 }
@@ -195,6 +261,7 @@ pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport)
         dropped_components,
         colour_gains,
         working_bytes,
+        in_files,
         seconds,
     } = report;
     let voxel_reason = voxel_reason.words();
@@ -227,6 +294,7 @@ pub fn merge_report<'py>(py: Python<'py>, report: surfrecon::merge::MergeReport)
             dropped_components,
             colour_gains,
             working_bytes,
+            in_files,
             seconds,
         }),
     )

@@ -1,5 +1,6 @@
 //! Scans that are merged again as they change.
 
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use pyo3::exceptions::PyIndexError;
@@ -10,7 +11,7 @@ use surfrecon::merge::again;
 use surfrecon::threads::Exclusive;
 
 use crate::again::Again;
-use crate::merge::{MergeCall, MergeResult};
+use crate::merge::{MergeCall, MergeResult, in_files};
 use crate::sources::{Clouds, Source, source, sources};
 
 /// Scans that are merged again and again while they are added, replaced and removed: each merge keeps what it found out for the
@@ -142,17 +143,22 @@ impl Merger {
         Ok(())
     }
 
-    /// Merges the scans; options, result and errors as of ``surfrecon.merge``.
+    /// Merges the scans; options, result and errors as of ``surfrecon.merge``. In files nothing is kept; with ``files="if_needed"``
+    /// what is kept is given back where it does not fit into memory.
     // options: $self merge
-    #[pyo3(signature = (*, measure = false, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, progress=None)")]
+    #[pyo3(signature = (*, measure = false, files = None, max_memory = None, workspace = None, progress = None, **options), text_signature = "($self, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, measure=False, files=None, max_memory=None, workspace=None, progress=None)")]
+    #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge(
         &self,
         py: Python<'_>,
         measure: bool,
+        files: Option<&str>,
+        max_memory: Option<&Bound<'_, PyAny>>,
+        workspace: Option<PathBuf>,
         progress: Option<Py<PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<MergeResult> {
-        MergeCall::again(self.call(), measure, options)?.result(py, progress)
+        MergeCall::again(self.call(), measure, in_files(files, max_memory, workspace)?, options)?.result(py, progress)
     }
 
     /// How many bricks of space, of 32 cells a side, the last merge had to do anew, and how many there are: ``(0, 0)`` before

@@ -61,6 +61,16 @@ pub fn guarded<R, E: From<Error>>(call: impl FnOnce() -> Result<R, E>) -> Result
     })
 }
 
+/// Does a part of a call that may be done another way: `None` where an allocation was refused, and what it had taken is given back. Other
+/// panics go on.
+pub fn attempted<R>(part: impl FnOnce() -> R) -> Option<R> {
+    match catch_unwind(AssertUnwindSafe(part)) {
+        Ok(done) => Some(done),
+        Err(panic) if panic.is::<Refused>() => None,
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
 /// The error that a panic stands for, if it began with a refused allocation.
 pub fn refused(panic: &(dyn Any + Send)) -> Option<Error> {
     let Refused { bytes } = panic.downcast_ref()?;

@@ -82,6 +82,8 @@ pub struct Progress<'a> {
     /// Checks left before the call is cancelled; `u64::MAX` for no limit.
     checks_left: AtomicU64,
     clock: Mutex<Clock>,
+    /// The largest share that the caller's function was told: a call may begin its work anew.
+    highest: Mutex<f64>,
     /// The call that this one is a part of, and is cancelled with.
     whole: Option<&'a dyn Check>,
 }
@@ -117,6 +119,7 @@ impl<'a> Progress<'a> {
             cancelled: AtomicBool::new(false),
             heard: AtomicBool::new(false),
             checks_left: AtomicU64::new(u64::MAX),
+            highest: Mutex::new(0.0),
             clock: Mutex::new(Clock { last: Instant::now(), seconds: Vec::new() }),
             whole: None,
         }
@@ -127,7 +130,7 @@ impl<'a> Progress<'a> {
         Progress { whole: Some(self), ..Progress::with_sink(None) }
     }
 
-    /// Sets the stages of the call, and starts its clock. Called once, by the driver, before the first stage.
+    /// Sets the stages of the call, and starts its clock. Called by the driver before the first stage; again where it begins anew.
     pub fn plan(&self, plan: Plan) {
         *lock(&self.plan) = plan;
         self.stage(0, 1);
@@ -242,9 +245,8 @@ impl<'a> Progress<'a> {
 
     fn run_on<R: Send>(&self, pool: &rayon::ThreadPool, work: impl FnOnce() -> R + Send) -> R {
         let mut sink = lock(&self.sink);
-        let mut highest = 0.0_f64;
         // Not only after the first wait: a caller who wants to stop must be heard however short the work is.
-        self.report(&mut sink, &mut highest);
+        self.report(&mut sink);
         let finished = (Mutex::new(false), Condvar::new());
         let mut result = None;
         let slot = &mut result;
@@ -262,7 +264,7 @@ impl<'a> Progress<'a> {
                     break;
                 }
                 drop(done);
-                self.report(&mut sink, &mut highest);
+                self.report(&mut sink);
                 done = lock(&finished.0);
             }
         });
@@ -280,15 +282,17 @@ impl<'a> Progress<'a> {
         }
     }
 
-    fn report(&self, sink: &mut Option<Sink<'a>>, highest: &mut f64) {
+    fn report(&self, sink: &mut Option<Sink<'a>>) {
         let Some(report) = sink else { return };
         // Who has said no is not asked again while the work winds up.
         if self.cancelled.load(Ordering::Relaxed) {
             return;
         }
         let mut tick = self.tick();
+        let mut highest = lock(&self.highest);
         *highest = highest.max(tick.fraction);
         tick.fraction = *highest;
+        drop(highest);
         if report(tick).is_break() {
             self.cancel();
         }

@@ -18,6 +18,8 @@ const BYTES_A_CROSSING: [f64; 2] = [63.0, 73.0];
 const BYTES_A_BRICK: f64 = 59.5e3;
 /// How much more a merge takes whose scans are kept for another: of a crossing, and of a brick. Measured.
 const KEPT: [f64; 2] = [28.0, 30e3];
+/// Bytes that the surface alone takes at least, by crossing of the scan that has most: a vertex, the triangles at it.
+const BYTES_A_VERTEX: f64 = 50.0;
 /// Bytes of it, by crossing, that are held between two merges; no more than that.
 const HELD: f64 = 100.0;
 /// Crossings of a brick that count: more are of the same edges, and added up. Ten times what a plane has; of a hundred frames
@@ -33,7 +35,7 @@ pub(super) struct Budget {
     pub(super) voxel: f64,
     /// Scans there are.
     scans: usize,
-    /// Bytes that there are, and whether they are `free` or only `allowed`; infinite where the system does not say.
+    /// Bytes that there are, and whether they are `free` or only `allowed` or `given`; infinite where the system does not say.
     available: (f64, &'static str),
     /// Bytes that are held already of what is foreseen, where scans are kept for another merge.
     kept: Option<f64>,
@@ -44,6 +46,8 @@ pub(super) struct Budget {
 #[derive(Default)]
 struct Seen {
     crossings: f64,
+    /// Those of the scan that has most.
+    most_crossings: f64,
     scans: usize,
     /// Bricks with the middle of a triangle and the crossings of their triangles as far as they count, and how many more large
     /// triangles reach.
@@ -65,11 +69,12 @@ impl Seen {
     fn add(&mut self, surface: &OrientedSurface, voxel: f64) {
         let cells_from_surface = surface.world_from_surface.matrix3 * voxel.recip();
         let brick = f64::from(BRICK);
-        let (mut last, mut of_brick) = ([i64::MIN; 3], 0.0);
+        let (mut last, mut of_brick, mut of_scan) = ([i64::MIN; 3], 0.0, 0.0);
         self.scans += 1;
         for t in &surface.triangles {
             let corners = t.map(|v| surface.positions[v as usize]);
             let crossings = crossings_of(corners, &cells_from_surface);
+            of_scan += crossings;
             let [a, b, c] = corners;
             let middle = surface.world_from_surface.transform_point3((a + b + c) / 3.0) / (voxel * brick);
             let key = middle.floor().to_array().map(|x| x as i64);
@@ -85,6 +90,7 @@ impl Seen {
             }
         }
         self.put(last, of_brick);
+        self.most_crossings = self.most_crossings.max(of_scan);
     }
 
     /// Adds crossings of a brick, as far as they count.
@@ -112,11 +118,12 @@ pub(super) fn crossings(surface: &OrientedSurface, voxel: f64) -> f64 {
 }
 
 impl Budget {
-    /// For a grid of cells of size `voxel`, within the memory that is free now.
-    pub(super) fn new(voxel: f64, scans: usize) -> Self {
+    /// For a grid of cells of size `voxel`, within the memory that is free now, and `most` bytes.
+    pub(super) fn new(voxel: f64, scans: usize, most: f64) -> Self {
         // What the scans that are loaded take is given back before the peak.
         let (available, there) = memory::available();
-        Budget { scans, ..Self::within(voxel, (available + memory::taken(), there)) }
+        let available = available + memory::taken();
+        Budget { scans, ..Self::within(voxel, if most < available { (most, "given") } else { (available, there) }) }
     }
 
     fn within(voxel: f64, available: (f64, &'static str)) -> Self {
@@ -126,6 +133,12 @@ impl Budget {
     /// A cell that will fit, where one of this size does not.
     pub(super) fn fits(&self) -> Option<f64> {
         self.seen.lock().unwrap_or_else(PoisonError::into_inner).fits
+    }
+
+    /// Whether a cell of this size does not fit, and all that speaks against the surface's fitting alone is unknown.
+    pub(super) fn leaves_room_for_the_surface(&self) -> bool {
+        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
+        seen.fits.is_some() && BYTES_A_VERTEX * seen.most_crossings <= self.available.0
     }
 
     /// Begins anew for scans that are kept for another merge, of which so many crossings are kept already.

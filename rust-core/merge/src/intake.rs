@@ -82,7 +82,7 @@ pub fn find_crossings(
     report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Discretized> {
-    let scans = in_cells_that_fit(sources.len(), params, report, |budget| {
+    let scans = in_cells_that_fit(sources.len(), params, setup, report, |budget| {
         progress.stage(DISCRETIZING, sources.len() as u64);
         let intake = Intake::new(sources, params, setup, budget, progress);
         let (lattice, groups) = intake.take_all((0..sources.len()).collect())?;
@@ -97,25 +97,32 @@ pub fn find_crossings(
     Ok(scans)
 }
 
-/// What `find` finds with a grid of cells as the report has them, or larger ones where these were not given and would not fit into
-/// memory.
+/// What `find` finds with a grid of cells as the report has them, or larger ones where these were not given, would not fit into
+/// memory, and may be larger.
 ///
 /// # Errors
 /// Those of `find`.
 pub fn in_cells_that_fit<T>(
     scans: usize,
     params: &MergeParams,
+    setup: &Setup,
     report: &mut MergeReport,
     mut find: impl FnMut(&mut Budget) -> Result<T>,
 ) -> Result<T> {
+    let may_be_larger = params.voxel.is_none() && setup.fit.keeps_to_cells.is_none();
     loop {
-        let mut budget = Budget::new(report.voxel, scans);
+        let mut budget = Budget::new(report.voxel, scans, setup.fit.memory);
         match find(&mut budget) {
-            Err(Error::OutOfMemory(_)) if params.voxel.is_none() && budget.fits().is_some_and(|v| v > report.voxel) => {
+            Err(Error::OutOfMemory(_)) if may_be_larger && budget.fits().is_some_and(|v| v > report.voxel) => {
                 report.voxel = budget.fits().unwrap_or(report.voxel);
                 report.voxel_reason = VoxelReason::Memory;
             }
-            found => return found,
+            found => {
+                if let (Err(Error::OutOfMemory(_)), Some(is_too_large)) = (&found, &setup.fit.keeps_to_cells) {
+                    is_too_large.store(budget.leaves_room_for_the_surface(), Ordering::Relaxed);
+                }
+                return found;
+            }
         }
     }
 }

@@ -88,6 +88,8 @@ pub mod again;
 // more than memory holds
 pub mod disk;
 
+use std::sync::atomic::AtomicBool;
+
 use field::{BrickLabels, Vertices};
 use rustc_hash::FxHashMap;
 
@@ -118,6 +120,42 @@ base::stages! {
 /// [`Error::Cancelled`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
     run_by(sources, params, &Setup::default(), progress)
+}
+
+/// As [`run`], with at most so many bytes of memory.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_within(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    memory: Option<u64>,
+    progress: &Progress<'_>,
+) -> Result<Merged> {
+    run_by(sources, params, &Setup { fit: Fit::within(memory), ..Setup::default() }, progress)
+}
+
+/// As [`run_within`], but in no larger cells than given or measured: `None` where these do not fit into memory, and the surface alone may.
+///
+/// # Errors
+/// As [`run`]; [`Error::OutOfMemory`] where not even the surface would fit.
+pub fn run_if_it_fits(
+    sources: &[&dyn ScanSource],
+    params: &MergeParams,
+    memory: Option<u64>,
+    progress: &Progress<'_>,
+) -> Result<Option<Merged>> {
+    if_it_fits(memory, |setup| run_by(sources, params, setup, progress))
+}
+
+/// What `run` gives that keeps to cells as they are, if these fit.
+fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -> Result<Option<Merged>> {
+    let keeps_to_cells = Some(AtomicBool::new(false));
+    let setup = Setup { fit: Fit { keeps_to_cells, ..Fit::within(memory) }, ..Setup::default() };
+    match run(&setup) {
+        Err(Error::OutOfMemory(_)) if setup.fit.keeps_to_cells.is_some_and(AtomicBool::into_inner) => Ok(None),
+        other => other.map(Some),
+    }
 }
 
 fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
@@ -224,11 +262,26 @@ struct Setup {
     kept: u64,
     /// Bricks along each side of a block; else all is one.
     block: Option<i32>,
+    fit: Fit,
+}
+
+/// What follows where cells do not fit into memory.
+struct Fit {
+    /// Bytes that there are at most.
+    memory: f64,
+    /// Where cells are never larger than given or measured: whether they are too large for memory, and the surface may not be.
+    keeps_to_cells: Option<AtomicBool>,
+}
+
+impl Fit {
+    fn within(memory: Option<u64>) -> Self {
+        Fit { memory: memory.map_or(f64::INFINITY, |bytes| bytes as f64), keeps_to_cells: None }
+    }
 }
 
 impl Default for Setup {
     fn default() -> Self {
-        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY, block: None }
+        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY, block: None, fit: Fit::within(None) }
     }
 }
 

@@ -102,6 +102,8 @@ pub struct MergeReport {
     pub colour_gains: Vec<[f64; 3]>,
     /// Largest number of bytes held by intersections and the surface at once.
     pub working_bytes: u64,
+    /// Whether stages left in files what they leave for each other.
+    pub in_files: bool,
     /// Names of the stages with their wall-clock seconds.
     pub seconds: Seconds,
 }

@@ -1,6 +1,7 @@
 //! Meshes that are handed over piece by piece: what is larger than memory is never in one place.
 
 use base::error::Result;
+use base::memory::expect;
 use glam::DVec3;
 
 use crate::{Attribute, AttributeData, Crs, Extent, TriMesh};
@@ -54,6 +55,15 @@ impl AttributeData {
         }
     }
 
+    fn bytes_of_an_entry(&self) -> usize {
+        match self {
+            AttributeData::F32(_) => size_of::<f32>(),
+            AttributeData::I32(_) => size_of::<i32>(),
+            AttributeData::Bool(_) => size_of::<bool>(),
+            AttributeData::Colour(_) => size_of::<[u8; 4]>(),
+        }
+    }
+
     /// Puts entries of the same kind in from `first` on.
     fn put(&mut self, first: usize, entries: &Self) {
         fn put<T: Copy>(all: &mut [T], first: usize, entries: &[T]) {
@@ -90,6 +100,12 @@ impl TriMesh {
 /// A mesh in memory.
 impl MeshSink for TriMesh {
     fn begin(&mut self, outline: &MeshOutline) -> Result<()> {
+        let each = |list: &[Attribute]| list.iter().map(|of| of.data.bytes_of_an_entry()).sum::<usize>();
+        let vertex = size_of::<DVec3>() + each(&outline.vertex_attributes);
+        let triangle = size_of::<[u32; 3]>() + each(&outline.face_attributes);
+        let bytes = vertex as f64 * outline.vertices as f64 + triangle as f64 * outline.triangles as f64;
+        let what = || format!("a surface of {} triangles", outline.triangles);
+        expect(bytes, what, "have it written into a file, make it coarser, or raise the limit")?;
         let blank = |list: &[Attribute], count: u64| {
             let blank = |of: &Attribute| Attribute { name: of.name.clone(), data: of.data.blank(count as usize) };
             list.iter().map(blank).collect()

@@ -306,6 +306,7 @@ functions! {
     srf_merger_keep(merger: Handle, keep: u32) -> i32;
     srf_merger_renewed(merger: Handle, renewed: *mut usize, bricks: *mut usize) -> i32;
     srf_merger_run(merger: Handle, params: *const MergeParams, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
+    srf_merger_run_in_files(merger: Handle, params: *const MergeParams, only_if_needed: u32, memory: u64, workspace: *const c_char, progress: *const Watch, mesh: *mut Handle, report: *mut MergeReport) -> i32;
     srf_merger_write(merger: Handle, path: *const c_char, params: *const MergeParams, memory: u64, workspace: *const c_char, options: *const WriteOptions, provenance: *const c_char, progress: *const Watch, report: *mut MergeReport) -> i32;
     srf_sculpt_params_init_sized(params: *mut SculptParams, size: usize) -> i32;
     srf_certificate_init_sized(certificate: *mut Certificate, size: usize) -> i32;

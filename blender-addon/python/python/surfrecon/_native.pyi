@@ -543,6 +543,9 @@ class Merger:
         threads: int | None = 0,
         # end
         measure: bool = False,
+        files: Literal["never", "if_needed", "always"] | None = None,
+        max_memory: int | None = None,
+        workspace: _Path | None = None,
         progress: _Progress | None = None,
     ) -> MergeResult: ...
     @property
@@ -614,6 +617,9 @@ class Job:
         threads: int | None = 0,
         # end
         measure: bool = False,
+        files: Literal["never", "if_needed", "always"] | None = None,
+        max_memory: int | None = None,
+        workspace: _Path | None = None,
     ) -> Job: ...
     @staticmethod
     def merge_to_file(
@@ -938,6 +944,9 @@ def merge(
     threads: int | None = 0,
     # end
     measure: bool = False,
+    files: Literal["never", "if_needed", "always"] | None = None,
+    max_memory: int | None = None,
+    workspace: _Path | None = None,
     progress: _Progress | None = None,
 ) -> MergeResult: ...
 def merge_to_file(

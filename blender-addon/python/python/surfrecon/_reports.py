@@ -65,6 +65,7 @@ class MergeReport(Report):
             to make all equally bright; empty where they are, or do not overlap, or differ by more than a factor of
             eight, or that was not asked for.
         working_bytes: Largest number of bytes held by intersections and the surface at once.
+        in_files: Whether stages left in files what they leave for each other.
         seconds: Wall-clock seconds by the name of the stage.
     """
 
@@ -91,6 +92,7 @@ class MergeReport(Report):
     dropped_components: tuple[int, int]
     colour_gains: list[tuple[float, float, float]]
     working_bytes: int
+    in_files: bool
     seconds: dict[str, float]
 
 

@@ -54,6 +54,20 @@ impl Merger {
         self.run_by(scans, params, &Setup::default(), progress)
     }
 
+    /// As [`Merger::run`], but in no larger cells than given or measured, and with at most so many bytes: `None` where that does not fit.
+    ///
+    /// # Errors
+    /// As [`super::run_if_it_fits`].
+    pub fn run_if_it_fits(
+        &mut self,
+        scans: &[Versioned<'_>],
+        params: &MergeParams,
+        memory: Option<u64>,
+        progress: &Progress<'_>,
+    ) -> Result<Option<Merged>> {
+        super::if_it_fits(memory, |setup| self.run_by(scans, params, setup, progress))
+    }
+
     pub(super) fn run_by(
         &mut self,
         scans: &[Versioned<'_>],

@@ -52,7 +52,8 @@ impl Scans {
         progress: &Progress<'_>,
     ) -> Result<Discretized> {
         let list = List { sources, versions, params, setup };
-        let found = in_cells_that_fit(sources.len(), params, report, |budget| self.take_in(&list, budget, progress))?;
+        let found =
+            in_cells_that_fit(sources.len(), params, setup, report, |budget| self.take_in(&list, budget, progress))?;
         found.tell(report);
         report.intersections = versions.iter().map(|version| self.all[version].crossings.len()).sum();
         Ok(found)

@@ -323,3 +323,75 @@ pub(super) fn more_scans_than_memory_holds_go_into_a_file() {
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+/// Bytes of a report as this library knows it.
+type WholeReport = Sized<26>;
+
+/// A merge in files, or where that is needed: the surface, whether files were needed, or what it was refused with.
+fn in_files(
+    merger: Handle,
+    voxel: f64,
+    only_if_needed: u32,
+    memory: u64,
+    workspace: *const c_char,
+) -> Result<(Vec<u8>, bool), i32> {
+    let (api, params) = (api(), params(voxel));
+    let (mut surface, mut report) = (Handle::NULL, WholeReport::ZERO);
+    let out: *mut MergeReport = (&raw mut report).cast();
+    // SAFETY: as the header wants it, or wrong in the ways it names.
+    unsafe {
+        api.ok((api.srf_merge_report_init_sized)(out, size_of::<WholeReport>()));
+        let run = api.srf_merger_run_in_files;
+        let status = run(merger, &params, only_if_needed, memory, workspace, std::ptr::null(), &mut surface, out);
+        if status != 0 {
+            assert!(surface == Handle::NULL);
+            return Err(status);
+        }
+        let found = bytes(surface);
+        api.ok((api.srf_mesh_free)(surface));
+        Ok((found, report.numbers[25] == 1))
+    }
+}
+
+/// Theorem: a merge in files makes the surface of one in memory, and its report says so; what is done only where it is needed is not done
+/// else, and what is kept serves it.
+#[test]
+pub(super) fn more_scans_than_memory_holds_are_merged_in_files() {
+    let api = api();
+    let mesh = octahedron();
+    let images = [view(mesh, 0.0, c"a"), view(mesh, 0.7, c"b")];
+    let merger = merger_of_images(&images);
+    let folder = std::env::temp_dir().join(format!(
+        "surfrecon-in-files-{}-{:?}",
+        std::process::id(),
+        std::thread::current().id()
+    ));
+    std::fs::create_dir_all(&folder).unwrap();
+    let [here, nowhere] =
+        [folder.clone(), folder.join("none")].map(|path| CString::new(path.to_str().unwrap()).unwrap());
+    let expected = merged(merger, &params(0.02));
+    for workspace in [here.as_ptr(), std::ptr::null()] {
+        assert!(in_files(merger, 0.02, 0, 0, workspace) == Ok((expected.clone(), true)));
+    }
+    // SAFETY: as the header wants it.
+    unsafe { api.ok((api.srf_merger_keep)(merger, 1)) };
+    for _ in 0..2 {
+        assert!(in_files(merger, 0.02, 1, 0, here.as_ptr()) == Ok((expected.clone(), false)));
+    }
+    assert!(renewed(merger).0 == 0 && renewed(merger).1 > 10);
+    assert_eq!(in_files(merger, 0.02, 0, 1000, here.as_ptr()), Err(OUT_OF_MEMORY));
+    assert_eq!(in_files(merger, 1e-7, 1, 0, here.as_ptr()), Err(OUT_OF_MEMORY));
+    // What did not fit is not kept.
+    assert_eq!(renewed(merger), (0, 0));
+    assert_eq!(in_files(merger, 0.02, 0, 0, nowhere.as_ptr()), Err(INPUT));
+    assert_eq!(in_files(merger, 0.02, 2, 0, here.as_ptr()), Err(PARAMETER));
+    assert!(std::fs::read_dir(&folder).unwrap().next().is_none());
+    std::fs::remove_dir_all(&folder).unwrap();
+    // SAFETY: as the header wants it.
+    unsafe {
+        for end in [(api.srf_merger_free)(merger), (api.srf_mesh_free)(mesh)] {
+            api.ok(end);
+        }
+        images.iter().for_each(|&image| api.ok((api.srf_image_free)(image)));
+    }
+}

@@ -57,7 +57,8 @@ fn cancelling_leaves_nothing_and_the_next_call_is_fine() {
 
 #[test]
 fn every_call_from_eight_threads_at_once() {
-    let all: [fn(); 40] = [
+    let all: [fn(); 41] = [
+        more_scans_than_memory_holds_are_merged_in_files,
         more_scans_than_memory_holds_go_into_a_file,
         zeros_are_refused_with_a_text_wherever_they_can_do_harm,
         handles_that_never_were_are_refused,

@@ -1,0 +1,185 @@
+//! Merges in files into a surface in memory, asked for or where memory is short.
+#![allow(clippy::unwrap_used)]
+
+use std::path::Path;
+use std::sync::OnceLock;
+
+use surfrecon::context::{Context, choose};
+use surfrecon::geom::bvh::Bvh;
+use surfrecon::memory;
+use surfrecon::merge::again::{Merger, Versioned};
+use surfrecon::merge::{self, MergeParams, MergeReport, Merged, ScanSource, VoxelReason};
+use surfrecon::mesh::shapes::Shape;
+use surfrecon::scan::{ScanParams, Turntable, bounds, scan, turntable};
+use surfrecon::{Error, InFiles, Progress, RangeImage, Result, merge_again_in_files, merge_in_files};
+use surfrecon_allocator::Account;
+
+#[global_allocator]
+static ALLOCATOR: Account = Account(std::alloc::System);
+
+fn scans() -> &'static [RangeImage] {
+    static SCANS: OnceLock<Vec<RangeImage>> = OnceLock::new();
+    SCANS.get_or_init(made)
+}
+
+fn made() -> Vec<RangeImage> {
+    let shape = Shape::Torus { major: 1.0, minor: 0.3 }.mesh(40);
+    let tree = Bvh::build(&shape.positions, &shape.triangles, 0).unwrap();
+    let table = Turntable { around: 64, above: 1, below: 1, pixels: 200, ..Turntable::default() };
+    let noisy = ScanParams { noise: 0.002, ..ScanParams::default() };
+    let cameras = turntable(bounds(&shape.positions).unwrap(), &table, &Progress::none()).unwrap();
+    cameras.iter().map(|camera| scan(&shape, &tree, camera, &noisy, &Progress::none()).unwrap()).collect()
+}
+
+fn sources(scans: &[RangeImage]) -> Vec<&dyn ScanSource> {
+    scans.iter().map(|scan| scan as &dyn ScanSource).collect()
+}
+
+fn params(voxel: Option<f64>) -> MergeParams {
+    MergeParams { voxel, threads: 1, ..MergeParams::default() }
+}
+
+const VOXEL: Option<f64> = Some(0.012);
+
+/// The mesh to the bit, and what of the report does not depend on the way.
+fn known(merged: &Merged) -> (Vec<[u64; 3]>, &[[u32; 3]], String, String) {
+    let report = MergeReport { working_bytes: 0, in_files: false, seconds: Vec::new(), ..merged.report.clone() };
+    let bits = merged.mesh.positions.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    let attributes = format!("{:?} {:?}", merged.mesh.vertex_attributes, merged.mesh.face_attributes);
+    (bits, &merged.mesh.triangles, attributes, format!("{report:?} {:?}", merged.mesh.crs))
+}
+
+fn assert_same(one: &Merged, other: &Merged) {
+    let (one, other) = (known(one), known(other));
+    assert_eq!(one.3, other.3);
+    assert!(one == other && !one.1.is_empty());
+}
+
+fn is_empty(folder: &Path) -> bool {
+    std::fs::read_dir(folder).unwrap().next().is_none()
+}
+
+/// A call of a host that allows so many bytes: more are refused.
+fn allowing<R>(bytes: u64, call: impl FnOnce() -> Result<R>) -> Result<R> {
+    let context = Context::new().unwrap();
+    context.set_memory_limit(Some(bytes));
+    let before = choose(Some(context));
+    let outcome = memory::guarded(call);
+    choose(before);
+    outcome
+}
+
+#[test]
+fn the_surface_is_the_one_of_a_merge_in_memory() {
+    let scans = scans();
+    let merged = merge::run(&sources(scans), &params(VOXEL), &Progress::none()).unwrap();
+    assert!(!merged.report.in_files && merged.report.grid.iter().max().unwrap() > &(4 * 32));
+    let folder = tempfile::tempdir().unwrap();
+    let least = InFiles { max_memory: Some(merge::disk::LEAST), ..InFiles::default() };
+    for files in [InFiles { workspace: Some(folder.path().to_owned()), ..least }, InFiles::default()] {
+        let found = merge_in_files(&sources(scans), &params(VOXEL), &files, &Progress::none()).unwrap();
+        assert!(found.report.in_files && is_empty(folder.path()));
+        assert_same(&found, &merged);
+    }
+}
+
+#[test]
+fn where_memory_is_short_it_goes_by_files_and_nothing_else_changes() {
+    let (scans, folder) = (scans(), tempfile::tempdir().unwrap());
+    let sources = sources(scans);
+    let files = InFiles { workspace: Some(folder.path().to_owned()), only_if_needed: true, ..InFiles::default() };
+    let versioned: Vec<_> = (0..).zip(&sources).map(|(version, &scan)| Versioned { scan, version }).collect();
+    for voxel in [VOXEL, None] {
+        let params = params(voxel);
+        let run = || merge_in_files(&sources, &params, &files, &Progress::none());
+        let expected = run().unwrap();
+        assert!(!expected.report.in_files);
+        let mut merger = Merger::default();
+        let mut again = || merge_again_in_files(&mut merger, &versioned, &params, &files, &Progress::none());
+        assert_same(&again().unwrap(), &expected);
+        const LITTLE: u64 = 14_000_000;
+        let coarser = allowing(LITTLE, || merge::run(&sources, &params, &Progress::none()));
+        match voxel {
+            Some(_) => assert!(matches!(coarser, Err(Error::OutOfMemory(_)))),
+            None => assert_eq!(coarser.unwrap().report.voxel_reason, VoxelReason::Memory),
+        }
+        let found = allowing(LITTLE, run);
+        let found = found.unwrap();
+        assert!(found.report.in_files);
+        assert_same(&found, &expected);
+        // What is kept was taken before.
+        let found = allowing(LITTLE, &mut again);
+        let found = found.unwrap();
+        assert!(!found.report.in_files);
+        assert_same(&found, &expected);
+        assert_eq!(merger.renewed().bricks, 0);
+        let found = allowing(LITTLE, || {
+            merger.forget();
+            merge_again_in_files(&mut merger, &versioned, &params, &files, &Progress::none())
+        });
+        let found = found.unwrap();
+        assert!(found.report.in_files);
+        assert_same(&found, &expected);
+        assert_eq!(merger.renewed().of, 0);
+        // Without a limit it is told what there is.
+        let files = InFiles { max_memory: Some(LITTLE), ..files.clone() };
+        let found = merge_in_files(&sources, &params, &files, &Progress::none()).unwrap();
+        assert!(found.report.in_files);
+        assert_same(&found, &expected);
+        assert!(is_empty(folder.path()));
+    }
+}
+
+#[test]
+fn what_files_do_not_help_is_told_at_once_and_measured_cells_are_larger() {
+    let (scans, folder) = (scans(), tempfile::tempdir().unwrap());
+    let sources = sources(scans);
+    let files = InFiles { workspace: Some(folder.path().to_owned()), only_if_needed: true, ..InFiles::default() };
+    let run = |voxel, files: &InFiles| merge_in_files(&sources, &params(voxel), files, &Progress::none());
+    // A slip of the unit: not even the surface would fit.
+    let text = run(Some(1e-6), &files).unwrap_err().to_string();
+    assert!(text.starts_with("not enough memory: a voxel of 0.000001 ") && text.ends_with(" fits"), "{text}");
+    // Less than files need.
+    let coarser = allowing(10_000_000, || run(None, &files));
+    let report = coarser.unwrap().report;
+    assert!(report.voxel_reason == VoxelReason::Memory && !report.in_files);
+    let error = allowing(10_000_000, || run(VOXEL, &files));
+    let text = error.unwrap_err().to_string();
+    assert!(
+        text.starts_with("not enough memory: merging in files needs 12 MB at least, 12 MB for each of 1"),
+        "{text}"
+    );
+    let nowhere = InFiles { workspace: Some(folder.path().join("none")), ..InFiles::default() };
+    let text = run(VOXEL, &nowhere).unwrap_err().to_string();
+    assert!(text.ends_with("none: the workspace must be a folder that exists"), "{text}");
+    assert!(is_empty(folder.path()));
+}
+
+#[test]
+fn progress_never_falls_and_cancelled_anywhere_it_leaves_nothing() {
+    let (scans, folder) = (scans(), tempfile::tempdir().unwrap());
+    let sources = sources(scans);
+    let files =
+        InFiles { workspace: Some(folder.path().to_owned()), max_memory: Some(12_000_000), only_if_needed: true };
+    let (mut last, mut stages) = (0.0, Vec::new());
+    let watch = Progress::new(|tick| {
+        assert!(tick.fraction >= last, "{} {last}", tick.fraction);
+        last = tick.fraction;
+        stages.push(tick.stage);
+        std::ops::ControlFlow::Continue(())
+    });
+    let merged = merge_in_files(&sources, &params(VOXEL), &files, &watch).unwrap();
+    drop(watch);
+    assert!(merged.report.in_files && last > 0.5, "{last} {stages:?}");
+    let (mut checks, mut most) = (0, 0);
+    loop {
+        match merge_in_files(&sources, &params(VOXEL), &files, &Progress::cancel_after(checks)) {
+            Err(Error::Cancelled) => assert!(is_empty(folder.path())),
+            Ok(_) => break,
+            Err(other) => panic!("{other}"),
+        }
+        most = checks;
+        checks += 1 + checks / 2;
+    }
+    assert!(most > 100 && is_empty(folder.path()), "{most}");
+}
