@@ -26,7 +26,7 @@ def test_tasks_hand_over_their_files(bucket, scans, by_one, tmp_path):
             files.invalidate_cache()
             names = {name.rsplit("/", 1)[-1].split("-")[0] for name in files.ls(plan.folder, detail=False)}
             if stage.name == "build":
-                assert names == {"done", "labels", "tile"}
+                assert names == {"cut", "done", "labels", "tile"}
         assert not [name for name in os.listdir(scratch) if name.startswith("surfrecon-task-")]
         plan.remove()
     assert (tmp_path / "surface.ply").read_bytes() == by_one

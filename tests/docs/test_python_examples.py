@@ -59,7 +59,9 @@ def test_an_example_runs(where, scenes, tmp_path):
     if where in ELSEWHERE:
         name, heading = where
         text = (ROOT / ELSEWHERE[where]).read_text("utf-8")
-        assert Path(name).name in text and heading in text
+        # Of a page with examples below one heading the test takes all.
+        alone = [page for page, _ in EXAMPLES].count(name) == 1
+        assert Path(name).name in text and (alone or f'"{heading}"' in text)
         return
     assert where in FOUND, "say above what it finds"
     names = {"surfrecon": surfrecon} | getattr(scenes, FOUND[where])(tmp_path)
