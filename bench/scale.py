@@ -62,12 +62,16 @@ def make(folder, count, rows, cols):
 
 @dataclass
 class Tool:
-    """How a case is merged: in memory where no megabytes are given, by tasks one after the other, or on a cluster."""
+    """How a case is merged: in memory where no megabytes are given, by tasks one after the other, or on a cluster.
+
+    What is kept of a merge of which one scan lay elsewhere is merged again; the time of both is that of the row.
+    """
 
     megabytes: int | None = None
     tasks: int | None = None
     workers: int | None = None
     kill: bool = False
+    kept: bool = False
 
     @property
     def threads(self):
@@ -83,6 +87,7 @@ TOOLS = {
     "surfrecon-tasks-12000": Tool(12_000, tasks=4),
     "surfrecon-tasks-1000": Tool(1_000, tasks=4),
     "surfrecon-tasks-128": Tool(128, tasks=16),
+    "surfrecon-kept-128": Tool(128, kept=True),
     "surfrecon-dask-1": Tool(256, tasks=16, workers=1),
     "surfrecon-dask-2": Tool(256, tasks=16, workers=2),
     "surfrecon-dask-4": Tool(256, tasks=16, workers=4),
