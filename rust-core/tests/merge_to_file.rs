@@ -3,6 +3,8 @@
 
 use std::path::Path;
 
+use glam::{DAffine3, DVec3};
+
 use surfrecon::export::{Encoding, Provenance, WriteOptions, write_mesh};
 use surfrecon::geom::bvh::Bvh;
 use surfrecon::memory_folder::MemoryFolder;
@@ -32,6 +34,53 @@ fn least(workspace: &Path) -> IntoFile {
 
 fn params() -> MergeParams {
     MergeParams { voxel: Some(0.012), threads: 2, ..MergeParams::default() }
+}
+
+/// A few triangles of a ground, as one of very many sees it.
+struct Tiny {
+    name: String,
+    at: [u32; 2],
+}
+
+impl ScanSource for Tiny {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn load(&self, _: &merge::Loading, _: &Progress<'_>) -> surfrecon::Result<merge::OrientedSurface> {
+        // Patches of three by three vertices overlap by half.
+        let corner = |k: u32| {
+            let [x, y] = [k % 3, k / 3].map(f64::from);
+            let [x, y] = [f64::from(self.at[0]) + x, f64::from(self.at[1]) + y];
+            DVec3::new(x, y, 0.3 * (0.1 * x).sin() * (0.13 * y).cos() + 0.41)
+        };
+        let cells = [0, 1, 3, 4];
+        let triangles = cells.iter().flat_map(|&k| [[k, k + 1, k + 4], [k, k + 4, k + 3]]).collect();
+        let mesh = surfrecon::TriMesh::new((0..9).map(corner).collect(), triangles);
+        merge::OrientedSurface::from_mesh(&mesh, DAffine3::IDENTITY)
+    }
+}
+
+#[test]
+fn a_hundred_thousand_scans_of_a_few_samples() {
+    const WIDE: u32 = 400;
+    let scans: Vec<Tiny> = (0..100_000).map(|k| Tiny { name: format!("{k:06}"), at: [k % WIDE, k / WIDE] }).collect();
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let (folder, workspace) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let params = MergeParams { voxel: Some(1.9), threads: 2, ..MergeParams::default() };
+    let merged = merge::run(&sources, &params, &Progress::none()).unwrap();
+    assert!(merged.mesh.triangles.len() > 30_000);
+    let at_once = folder.path().join("at once.ply");
+    write_mesh(&at_once, &merged.mesh, &[], &WriteOptions::default(), &Progress::none()).unwrap();
+    let path = folder.path().join("in pieces.ply");
+    let into = IntoFile { keep: true, ..least(workspace.path()) };
+    for _ in 0..2 {
+        merge_to_file(&sources, &path, &params, &into, &Progress::none()).unwrap();
+        assert!(std::fs::read(&path).unwrap() == std::fs::read(&at_once).unwrap());
+        // No file for each of them.
+        let kept = workspace.path().join(&names(workspace.path())[0]);
+        assert!(names(&kept).len() < 2_000, "{}", names(&kept).len());
+    }
 }
 
 #[test]

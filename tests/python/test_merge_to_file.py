@@ -192,6 +192,40 @@ def test_a_full_disk_is_told_with_the_bytes_that_were_wanted(scans, workspace, t
     assert nothing == nothing_again == "[] []"
 
 
+def mounted(folder, option):
+    """Whether that could be done."""
+    mount = ["mount", "-t", "tmpfs", "-o", option, "tmpfs", folder]
+    return subprocess.run(mount, capture_output=True).returncode == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux" or os.geteuid() != 0, reason="only root mounts file systems")
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_disk_that_is_full_at_any_write_loses_nothing(scans, at_once, tmp_path, keep):
+    small, path, size, full = tmp_path / "small", tmp_path / "surface.ply", 64, 0
+    small.mkdir()
+    if not mounted(small, f"size={size}k"):
+        pytest.skip("mount refuses: a container without that right")
+    given = {"max_memory": LEAST, "workspace": small, "keep": keep, **OPTIONS}
+    try:
+        while True:
+            try:
+                surfrecon.merge_to_file(scans, path, **given)
+                break
+            except surfrecon.FileError as problem:
+                full += 1
+                assert str(small) in str(problem) and ("full" in str(problem) or "space" in str(problem)), problem
+                assert not path.exists()
+                left = [entry.name for entry in small.rglob("*")]
+                assert not [name for name in left if name.startswith("unfinished-")]
+                assert keep or not left
+            size = size * 9 // 8 + 4
+            assert mounted(small, f"remount,size={size}k")
+        assert full > 10
+        assert path.read_bytes() == at_once[0]
+    finally:
+        subprocess.run(["umount", small], check=True)
+
+
 def test_the_command_line_and_batches(scans, at_once, tmp_path):
     surfrecon.write_scans(tmp_path / "scans.conf", scans)
     (tmp_path / "scratch").mkdir()
