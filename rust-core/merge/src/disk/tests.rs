@@ -17,6 +17,8 @@ use image::RangeImage;
 use mesh::TriMesh;
 use scan::{ScanParams, shapes::Shape};
 
+mod kept;
+
 /// What was held and how long it took may differ.
 fn without_cost(mut merged: Merged) -> Merged {
     (merged.report.seconds, merged.report.working_bytes) = Default::default();
@@ -264,132 +266,6 @@ fn a_merge_that_is_stopped_goes_on_from_what_is_complete() {
     std::fs::write(&segment, bytes).unwrap();
     let text = go_on(u64::MAX).unwrap_err().to_string();
     assert!(text.contains("segment-") && text.contains("is damaged"), "{text}");
-}
-
-/// Two shapes apart, each seen by nine scans.
-fn two_shapes() -> Vec<RangeImage> {
-    let mut all = scans(Shape::Torus { major: 1.0, minor: 0.3 }, 50);
-    let mut beside = scans(Shape::Sphere { radius: 0.8 }, 50);
-    for scan in &mut beside {
-        scan.name.insert_str(0, "tail");
-        scan.world_from_sensor.translation += DVec3::X * 4.0;
-    }
-    all.append(&mut beside);
-    all
-}
-
-#[test]
-fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
-    let loaded = AtomicU32::new(0);
-    for (match_exposure, kept) in [(false, u64::MAX), (false, 60_000), (true, 0)] {
-        let mut scans: Vec<(u64, RangeImage)> = (100..).zip(two_shapes()).collect();
-        let params = MergeParams {
-            voxel: Some(0.02),
-            merge_distance: Some(0.04),
-            match_exposure,
-            threads: 2,
-            ..MergeParams::default()
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let names = |kind: &str| {
-            let files = folder.path().read_dir().unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
-            files.filter(|name| name.starts_with(kind)).collect::<std::collections::BTreeSet<_>>()
-        };
-        let run = |scans: &[(u64, RangeImage)], portions: u32| {
-            let counted: Vec<Counted<'_>> = scans.iter().map(|scan| Counted(&scan.1, &loaded)).collect();
-            let sources: Vec<&dyn ScanSource> = counted.iter().map(|scan| scan as &dyn ScanSource).collect();
-            let setting = Setting {
-                folder: folder.path(),
-                cut: Cut { side: 2 },
-                // A segment a scan.
-                held: 0,
-                memory: 1 << 30,
-                kept,
-                corner: [0; 3],
-                stays: true,
-            };
-            let versions = scans.iter().map(|scan| scan.0).collect();
-            let tasks = Tasks { sources: &sources, versions, params: &params, setting, portions };
-            tasks.begin().unwrap();
-            loaded.store(0, Relaxed);
-            let mut mesh = TriMesh::default();
-            let pool = base::threads::pool(2).unwrap();
-            let report = pool.install(|| merge(tasks, &mut mesh, &Progress::none())).unwrap();
-            let loads = loaded.load(Relaxed);
-            assert!(without_cost(Merged { mesh, report }) == in_memory(&sources, &params, kept), "{loads} loads");
-            assert!(names("done-").is_empty() && names("unfinished").is_empty());
-            loads
-        };
-        let all = scans.len() as u32;
-        assert_eq!(run(&scans, 1), all + 1);
-        let before = [names("tile"), names("labels"), names("block"), names("votes"), names("segment")];
-        // The same again: the first is loaded to see where it lies.
-        assert_eq!(run(&scans, 3), 1);
-        assert_eq!([names("tile"), names("labels"), names("block"), names("votes"), names("segment")], before);
-
-        // One of the second shape is moved.
-        scans[12].1.world_from_sensor.translation.z += 0.03;
-        scans[12].0 = 1;
-        assert_eq!(run(&scans, 1), 2);
-        let new = |kind: &str, before: &std::collections::BTreeSet<String>| {
-            let now = names(kind);
-            (now.difference(before).count(), now.len())
-        };
-        let (renewed, of) = new("segment", &before[4]);
-        assert_eq!((renewed, of), (1, scans.len()));
-        let (renewed, of) = new("block", &before[2]);
-        assert!(0 < renewed && 3 * renewed < of, "{renewed} of {of} blocks");
-        if !match_exposure {
-            let (renewed, of) = new("tile", &before[0]);
-            assert!(0 < renewed && 2 * renewed <= of, "{renewed} of {of} tiles");
-        }
-
-        // The last one goes, others come behind it, one in the middle goes and comes again.
-        let last = scans.pop().unwrap();
-        // Fewer crossings, and those of some scans have to be seen again.
-        let is_sampled = kept == 60_000;
-        assert!(run(&scans, 1) == 1 || is_sampled);
-        let mut another = last.1.clone();
-        another.name.push_str(" again");
-        another.world_from_sensor.translation.y += 0.01;
-        scans.push((2, another));
-        assert!(run(&scans, 2) == 2 || is_sampled);
-        let gone = scans.remove(4);
-        run(&scans, 1);
-        scans.insert(9, gone);
-        run(&scans, 1);
-        // So many go that overlaps are measured by all crossings again.
-        scans.truncate(2);
-        run(&scans, 2);
-        scans.push(last);
-        run(&scans, 1);
-        // What scans were is of no use in other cells.
-        let voxel = Some(0.03);
-        let params = MergeParams { voxel, ..params };
-        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| &scan.1 as &dyn ScanSource).collect();
-        let versions: Vec<u64> = scans.iter().map(|scan| scan.0).collect();
-        let kept = Some(Kept { versions: &versions, stays: true });
-        let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
-        let mut mesh = TriMesh::default();
-        super::run(&sources, &params, workspace, &mut mesh, &Progress::none()).unwrap();
-        assert!(mesh == in_memory(&sources, &params, u64::MAX).mesh);
-    }
-}
-
-#[test]
-fn versions_are_one_a_scan() {
-    let scans = scans(Shape::Sphere { radius: 1.0 }, 30);
-    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
-    let folder = tempfile::tempdir().unwrap();
-    let said = |versions: &[u64]| {
-        let kept = Some(Kept { versions, stays: true });
-        let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
-        let params = MergeParams::default();
-        run(&sources, &params, workspace, &mut TriMesh::default(), &Progress::none()).unwrap_err().to_string()
-    };
-    assert_eq!(said(&[1, 2]), "2 versions for 9 scans: each has one");
-    assert!(said(&[1, 2, 3, 4, 5, 6, 7, 8, 3]).starts_with("two scans have the version 3"));
-    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
 }
 
 #[test]

@@ -1,0 +1,206 @@
+//! Workspaces that are kept: scans come and go, and the bytes are those of a first merge.
+
+use std::collections::BTreeSet;
+
+use super::*;
+
+/// Two shapes apart, each seen by nine scans.
+fn two_shapes() -> Vec<RangeImage> {
+    let mut all = scans(Shape::Torus { major: 1.0, minor: 0.3 }, 50);
+    let mut beside = scans(Shape::Sphere { radius: 0.8 }, 50);
+    for scan in &mut beside {
+        scan.name.insert_str(0, "tail");
+        scan.world_from_sensor.translation += DVec3::X * 4.0;
+    }
+    all.append(&mut beside);
+    all
+}
+
+#[test]
+fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
+    let loaded = AtomicU32::new(0);
+    for (match_exposure, kept) in [(false, u64::MAX), (false, 60_000), (true, 0)] {
+        let mut scans: Vec<(u64, RangeImage)> = (100..).zip(two_shapes()).collect();
+        let params = MergeParams {
+            voxel: Some(0.02),
+            merge_distance: Some(0.04),
+            match_exposure,
+            threads: 2,
+            ..MergeParams::default()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let names = |kind: &str| {
+            let files = folder.path().read_dir().unwrap().map(|file| file.unwrap().file_name().into_string().unwrap());
+            files.filter(|name| name.starts_with(kind)).collect::<BTreeSet<_>>()
+        };
+        let run = |scans: &[(u64, RangeImage)], portions: u32| {
+            let counted: Vec<Counted<'_>> = scans.iter().map(|scan| Counted(&scan.1, &loaded)).collect();
+            let sources: Vec<&dyn ScanSource> = counted.iter().map(|scan| scan as &dyn ScanSource).collect();
+            let setting = Setting {
+                folder: folder.path(),
+                cut: Cut { side: 2 },
+                // A segment a scan.
+                held: 0,
+                memory: 1 << 30,
+                kept,
+                corner: [0; 3],
+                stays: true,
+            };
+            let versions = scans.iter().map(|scan| scan.0).collect();
+            let tasks = Tasks { sources: &sources, versions, params: &params, setting, portions };
+            tasks.begin().unwrap();
+            loaded.store(0, Relaxed);
+            let mut mesh = TriMesh::default();
+            let pool = base::threads::pool(2).unwrap();
+            let report = pool.install(|| merge(tasks, &mut mesh, &Progress::none())).unwrap();
+            let loads = loaded.load(Relaxed);
+            assert!(without_cost(Merged { mesh, report }) == in_memory(&sources, &params, kept), "{loads} loads");
+            assert!(names("done-").is_empty() && names("unfinished").is_empty());
+            loads
+        };
+        let all = scans.len() as u32;
+        assert_eq!(run(&scans, 1), all + 1);
+        let before = [names("tile"), names("labels"), names("block"), names("votes"), names("segment")];
+        // The same again: the first is loaded to see where it lies.
+        assert_eq!(run(&scans, 3), 1);
+        assert_eq!([names("tile"), names("labels"), names("block"), names("votes"), names("segment")], before);
+
+        // One of the second shape is moved.
+        scans[12].1.world_from_sensor.translation.z += 0.03;
+        scans[12].0 = 1;
+        assert_eq!(run(&scans, 1), 2);
+        let new = |kind: &str, before: &BTreeSet<String>| {
+            let now = names(kind);
+            (now.difference(before).count(), now.len())
+        };
+        let (renewed, of) = new("segment", &before[4]);
+        assert_eq!((renewed, of), (1, scans.len()));
+        let (renewed, of) = new("block", &before[2]);
+        assert!(0 < renewed && 3 * renewed < of, "{renewed} of {of} blocks");
+        if !match_exposure {
+            let (renewed, of) = new("tile", &before[0]);
+            assert!(0 < renewed && 2 * renewed <= of, "{renewed} of {of} tiles");
+        }
+
+        // The last one goes, others come behind it, one in the middle goes and comes again.
+        let last = scans.pop().unwrap();
+        // Fewer crossings, and those of some scans have to be seen again.
+        let is_sampled = kept == 60_000;
+        assert!(run(&scans, 1) == 1 || is_sampled);
+        let mut another = last.1.clone();
+        another.name.push_str(" again");
+        another.world_from_sensor.translation.y += 0.01;
+        scans.push((2, another));
+        assert!(run(&scans, 2) == 2 || is_sampled);
+        let gone = scans.remove(4);
+        run(&scans, 1);
+        scans.insert(9, gone);
+        run(&scans, 1);
+        // So many go that overlaps are measured by all crossings again.
+        scans.truncate(2);
+        run(&scans, 2);
+        scans.push(last);
+        run(&scans, 1);
+        // What scans were is of no use in other cells.
+        let voxel = Some(0.03);
+        let params = MergeParams { voxel, ..params };
+        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| &scan.1 as &dyn ScanSource).collect();
+        let versions: Vec<u64> = scans.iter().map(|scan| scan.0).collect();
+        let kept = Some(Kept { versions: &versions, stays: true });
+        let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
+        let mut mesh = TriMesh::default();
+        super::run(&sources, &params, workspace, &mut mesh, &Progress::none()).unwrap();
+        assert!(mesh == in_memory(&sources, &params, u64::MAX).mesh);
+    }
+}
+
+#[test]
+fn versions_are_one_a_scan() {
+    let scans = scans(Shape::Sphere { radius: 1.0 }, 30);
+    let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let said = |versions: &[u64]| {
+        let kept = Some(Kept { versions, stays: true });
+        let workspace = Workspace { folder: folder.path(), memory: 1 << 30, kept };
+        let params = MergeParams::default();
+        run(&sources, &params, workspace, &mut TriMesh::default(), &Progress::none()).unwrap_err().to_string()
+    };
+    assert_eq!(said(&[1, 2]), "2 versions for 9 scans: each has one");
+    assert!(said(&[1, 2, 3, 4, 5, 6, 7, 8, 3]).starts_with("two scans have the version 3"));
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}
+
+/// Merges in a folder that has what merges before have left, in small blocks.
+fn merged_again(
+    folder: &std::path::Path,
+    sources: &[&dyn ScanSource],
+    versions: Vec<u64>,
+    params: &MergeParams,
+    side: i32,
+) -> Merged {
+    let setting =
+        Setting { folder, cut: Cut { side }, held: 0, memory: 1 << 30, kept: u64::MAX, corner: [0; 3], stays: true };
+    let tasks = Tasks { sources, versions, params, setting, portions: 1 };
+    tasks.begin().unwrap();
+    let mut mesh = TriMesh::default();
+    let report = merge(tasks, &mut mesh, &Progress::none()).unwrap();
+    without_cost(Merged { mesh, report })
+}
+
+#[test]
+fn what_scans_see_through_is_asked_of_those_and_there_where_it_changed() {
+    // A box stands there for a quarter of the frames, and then for another.
+    let scene = |k: usize, with: usize| if k % 4 == with { cuboids(&[FLOOR, BOX]) } else { cuboids(&[FLOOR]) };
+    let [mut scans, others] = [1, 2].map(|with| frames(8, [0.0; 2], |k| scene(k, with)));
+    let params = MergeParams { voxel: Some(CELL), ..MergeParams::default() };
+    let mut versions: Vec<u64> = (0..8).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let mut seen_through = BTreeSet::new();
+    for changed in [None, Some(1), Some(2), Some(5), Some(6), Some(0)] {
+        if let Some(scan) = changed {
+            scans[scan] = others[scan].clone();
+            versions[scan] += 100;
+        }
+        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+        let found = merged_again(folder.path(), &sources, versions.clone(), &params, 1);
+        assert!(found == in_memory(&sources, &params, u64::MAX), "{changed:?}");
+        seen_through.insert(found.report.seen_through);
+    }
+    assert!(seen_through.len() > 2, "{seen_through:?}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    // Scans of a triangle or two, so that what changes lies in a block or two.
+    #[test]
+    fn soups_of_which_some_is_another(
+        corners in prop::collection::vec(prop::array::uniform3(-40..40_i32), 60..90),
+        others in prop::collection::vec((any::<prop::sample::Index>(), prop::array::uniform9(-40..40_i32)), 1..4),
+        side in 1..4_i32,
+    ) {
+        let at = |c: &[i32]| DVec3::new(f64::from(c[0]), f64::from(c[1]), f64::from(c[2])) * 0.37;
+        let triangle = |corners: Vec<DVec3>| TriMesh::new(corners, vec![[0, 1, 2]]);
+        let mut meshes: Vec<TriMesh> =
+            corners.chunks_exact(3).map(|c| triangle(c.iter().map(|c| at(c)).collect())).collect();
+        let mut versions: Vec<u64> = (0..meshes.len() as u64).collect();
+        let params = MergeParams { voxel: Some(1.0), merge_distance: Some(1.0), ..MergeParams::default() };
+        let folder = tempfile::tempdir().unwrap();
+        for round in 0..=others.len() {
+            if round > 0 {
+                let (which, corners) = &others[round - 1];
+                // The first says where cells lie.
+                let place = 1 + which.index(meshes.len() - 1);
+                meshes[place] = triangle(corners.chunks(3).map(at).collect());
+                versions[place] += 1000;
+            }
+            let scans: Vec<PlacedMesh<'_>> = meshes
+                .iter()
+                .enumerate()
+                .map(|(k, mesh)| PlacedMesh { name: format!("{k:03}"), mesh, world_from_mesh: DAffine3::IDENTITY })
+                .collect();
+            let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
+            let found = merged_again(folder.path(), &sources, versions.clone(), &params, side);
+            prop_assert!(found == in_memory(&sources, &params, u64::MAX), "round {round}, blocks of {side}");
+        }
+    }
+}
