@@ -83,7 +83,7 @@ pub(super) fn open(path: &Path, options: &Arc<ReadOptions>, progress: &Progress<
 
 /// Whether it begins as those that we write.
 fn says_sense(bytes: &[u8]) -> bool {
-    bytes.split(|&byte| byte == b'\n').next().is_some_and(|line| line.trim_ascii() == SENSE.as_bytes())
+    bytes.split(|byte| b"\r\n".contains(byte)).next().is_some_and(|line| line.trim_ascii() == SENSE.as_bytes())
 }
 
 /// Parses the text and finds the files.
