@@ -295,7 +295,7 @@ fn holes_and_colours_nobody_has_are_the_same_in_files() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig::with_cases(16))]
     // Whole numbers put vertices into nodes, and many triangles through an edge make pinches.
     #[test]
     fn soups_of_triangles_are_the_same_in_files(
