@@ -79,3 +79,41 @@ fn what_lies_far_apart_stays_apart() {
     let (_, apart) = reconstruct(sheets, &ReconstructParams::default());
     assert_eq!((apart.components, apart.boundary_loops, apart.genus()), (2, 2, Some(0)), "{apart}");
 }
+
+/// The tetrahedralization of samples without noise, as `space` has it.
+fn in_space<T>(points: &[DVec3], look: impl FnOnce(Complex<'_>) -> Result<T>) -> T {
+    let delaunay = Delaunay3::new(points, 1, &Progress::none()).unwrap();
+    look(Complex { points, cells: delaunay.cells(), finite: delaunay.finite_count() }).unwrap()
+}
+
+/// A sheet of `side` by `side` samples with a ball of 300 on it, which is all that they enclose at once; and the share of all
+/// that what is enclosed at once meets.
+fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
+    let mut random = random(3);
+    let mut points = sphere(300, DVec3::Z * 5.0, 5.0);
+    points.extend((0..side * side).map(|i| {
+        let jitter = DVec3::new(0.3 * random(), 0.3 * random(), 0.1 * random());
+        DVec3::new(f64::from(i % side - side / 2), f64::from(i / side - side / 2), 0.0) + jitter
+    }));
+    let met = in_space(&points, |complex| {
+        let progress = Progress::none();
+        Solid::again(complex, separate(complex, false, &progress)?).on_surface(&progress)
+    });
+    let share = met.iter().filter(|is_met| **is_met).count() as f64 / points.len() as f64;
+    (points, share)
+}
+
+/// A closed surface would go through 99 % of either cloud in the end, with a lid over the sheet: the share alone decides.
+#[test]
+fn closed_only_if_five_percent_are_met_at_once() {
+    let closed = ReconstructParams { closure: Closure::Closed, ..Default::default() };
+    for (side, shares, is_closed) in [(78, 0.05..0.055, true), (81, 0.045..0.05, false)] {
+        let (points, share) = ball_on_a_sheet(side);
+        assert!(shares.contains(&share), "{share}");
+        let (in_the_end, _) = reconstruct(points.clone(), &closed);
+        assert!(in_the_end.report.used as f64 >= 0.99 * points.len() as f64, "{}", in_the_end.report.used);
+        let (made, report) = reconstruct(points, &ReconstructParams::default());
+        assert_eq!((made.report.closed, report.is_closed()), (is_closed, is_closed), "{share} {report}");
+        assert!(report.is_manifold(), "{report}");
+    }
+}
