@@ -211,7 +211,7 @@ inline const Parameters reconstruct_parameters = {
      "What the surface may be.<br>Manifold: Every edge has at most two facets, every vertex one fan of them.<br>Free: The paper's carving: closed, but not manifold where parts touch, and without the points carved away.",
      false, 0, 0, 1, true, offsetof(srf_reconstruct_params, topology), {"Manifold", "Free"}},
     {Kind::choice, "closure", "Closure",
-     "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 99 % in the end; else open.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
+     "Whether the points are of a closed surface; only with a manifold topology.<br>Auto: Closed if a closed surface goes through more than half of the points at once, or through 5 % at once and 99 % in the end. Else open: grown from the most certain facet on, parts joined over facets up to 4 times as large as the threshold, or 16 times where they continue a part smoothly, small holes closed; what lies further apart stays apart.<br>Closed: Gaps in the sampling are spanned by large facets.<br>Open: Facets above the threshold are left out, so that gaps stay open.",
      false, 0, 0, 2, true, offsetof(srf_reconstruct_params, closure), {"Auto", "Closed", "Open"}},
     {Kind::length, "smooth", "Smoothing",
      "Points are moved to the surface that those within this distance tell, at least the 16 nearest, and those far from any surface are left out. Too small a value leaves noise and outliers.<br>0: where noise is more than 0.2 spacings, that at which points are best foretold by the others; else points stay.",
