@@ -1,6 +1,8 @@
 //! Surfaces that are open: scans from one side, parts, borders.
 
-use glam::DVec3;
+use std::cell::Cell;
+
+use glam::{DMat3, DVec3};
 
 use super::*;
 
@@ -116,4 +118,83 @@ fn closed_only_if_five_percent_are_met_at_once() {
         assert_eq!((made.report.closed, report.is_closed()), (is_closed, is_closed), "{share} {report}");
         assert!(report.is_manifold(), "{report}");
     }
+}
+
+/// Sheets of `sizes` samples with a spacing of about 1, one after the other along x: bent, turned, with noise, and as far apart
+/// as the powers of two of `gaps` say. And the number of the first sample of each.
+fn sheets(sizes: &[[i32; 2]], gaps: &[f64], seed: u64) -> (Vec<DVec3>, Vec<usize>) {
+    let mut random = random(seed);
+    let (mut points, mut starts, mut end) = (Vec::new(), Vec::new(), 0.0);
+    for (&[columns, rows], gap) in sizes.iter().zip(gaps) {
+        let [about_x, about_y, bend] = [random(), random(), random()].map(|x| 0.4 * (x - 0.5));
+        let noise = 0.6 * random();
+        let turn = DMat3::from_rotation_x(about_x) * DMat3::from_rotation_y(about_y);
+        let shift = DVec3::new(0.0, 6.0 * random(), 2.0 * random());
+        let sheet: Vec<DVec3> = (0..columns * rows)
+            .map(|i| {
+                let [x, y] = [f64::from(i % columns) + 0.3 * random(), f64::from(i / columns) + 0.3 * random()];
+                turn * DVec3::new(x, y, 0.1 * bend * x * x + noise * random()) + shift
+            })
+            .collect();
+        let first = sheet.iter().map(|p| p.x).fold(f64::INFINITY, f64::min);
+        starts.push(points.len());
+        points.extend(sheet.iter().map(|&p| p + DVec3::X * (end + gap.exp2() - first)));
+        end = points.iter().map(|p| p.x).fold(end, f64::max);
+    }
+    (points, starts)
+}
+
+/// The surface as it has grown and its parts are joined, before anything else looks after edges and fans.
+fn grown_and_joined(points: &[DVec3]) -> MeshReport {
+    let progress = Progress::none();
+    in_space(points, |complex| {
+        let balls = balls::Balls::of(complex, &progress)?;
+        let spacings = spacing::all(complex, &progress)?;
+        let allowed = |facet: [u32; 3]| TRUSTED * facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
+        let mut front = grow::Front::grow(complex, &balls, allowed, &progress)?;
+        front.join_parts(BRIDGED, &progress)?;
+        Ok(check(&TriMesh::new(points.to_vec(), front.triangles)))
+    })
+}
+
+/// Facets that join parts have a perimeter of at most 16 times the threshold, and two of their sides lie across the gap.
+#[test]
+fn any_parts_are_joined_within_the_limit_only_and_stay_manifold() {
+    let [joined, apart, beyond] = [const { Cell::new(0) }; 3];
+    let one_more = |count: &Cell<usize>| count.set(count.get() + 1);
+    let config = ProptestConfig { cases: 96, max_global_rejects: 16, ..ProptestConfig::default() };
+    let sheet = ([8..15_i32, 8..15], 0.0..8.0_f64);
+    let threshold = prop::sample::select(vec![Threshold::Local, Threshold::Global]);
+    proptest!(config, |(parts in prop::collection::vec(sheet, 2..5), seed in any::<u64>(), threshold in threshold)| {
+        let (sizes, gaps): (Vec<[i32; 2]>, Vec<f64>) = parts.into_iter().unzip();
+        let (points, starts) = sheets(&sizes, &gaps, seed);
+        let (made, report) = reconstruct(points.clone(), &ReconstructParams { threshold, ..Default::default() });
+        prop_assert!(report.is_manifold(), "{}", report);
+        let joined_only = grown_and_joined(&points);
+        prop_assert!(joined_only.is_manifold(), "{}", joined_only);
+        // Two small sheets that lean together may enclose a room; closed surfaces span any gap.
+        prop_assume!(!made.report.closed);
+        let spacings = match threshold {
+            Threshold::Local => in_space(&points, |complex| spacing::all(complex, &Progress::none())),
+            Threshold::Global => vec![1.0],
+        };
+        let furthest = 16.0 * made.report.threshold * spacings.into_iter().fold(0.0, f64::max) / 2.0;
+        let source = made.mesh.vertex_attribute("source_point").unwrap();
+        let mesh::AttributeData::I32(source) = source else { panic!() };
+        for &start in &starts[1..] {
+            let (before, after) = points.split_at(start);
+            let distances = before.iter().flat_map(|a| after.iter().map(|b| a.distance(*b)));
+            let gap = distances.fold(f64::INFINITY, f64::min);
+            let is_before = |vertex: u32| (source[vertex as usize] as usize) < start;
+            let is_across = |triangle: &[u32; 3]| triangle.iter().any(|&v| is_before(v) != is_before(triangle[0]));
+            let is_joined = made.mesh.triangles.iter().any(is_across);
+            prop_assert!(!is_joined || gap <= furthest, "{} of {}", gap, furthest);
+            one_more(if is_joined { &joined } else { &apart });
+            if gap > furthest {
+                one_more(&beyond);
+            }
+        }
+    });
+    let counts = [joined, apart, beyond].map(|count| count.get());
+    assert!(counts.iter().all(|&count| count > 0), "joined, apart, apart as they must be: {counts:?}");
 }
