@@ -181,7 +181,12 @@ impl<'a> Voters<'a> {
         setting: &Setting<'_>,
         progress: &Progress<'_>,
     ) -> Result<Vec<Named>> {
-        let open = |&(scan, _): &(u32, _)| Ok((self.versions[scan as usize], Ballot::open(&self.path(scan, setting))?));
+        // Most of them see a few blocks, of all that there are.
+        let open = |&(scan, _): &(u32, _)| {
+            let mut ballot = Ballot::open(&self.path(scan, setting))?;
+            ballot.asked.retain(|_, asked| asked.votes.count::<Vote>() > 0);
+            Ok((self.versions[scan as usize], ballot))
+        };
         let ballots: Vec<(u64, Ballot)> = self.list.iter().map(open).collect::<Result<_>>()?;
         let drop = |block: [i32; 3]| {
             progress.check()?;
