@@ -60,6 +60,8 @@ def test_cancelled_or_refused_it_leaves_what_was_there(scans, extension, tmp_pat
         assert bpy.ops.surfrecon.merge_to_file(filepath=str(path), voxel=0.01) == {"CANCELLED"}
     with pytest.raises(RuntimeError, match="there is no folder"):
         bpy.ops.surfrecon.merge_to_file(filepath=str(folder / "none" / "surface.ply"), voxel=VOXEL)
+    with pytest.raises(RuntimeError, match="No file is named for the surface: choose one, or give its path"):
+        bpy.ops.surfrecon.merge_to_file(voxel=VOXEL)
     surfrecon.set_memory_limit(10_000_000)
     try:
         with pytest.raises(RuntimeError, match="12 MB for each of .* 10 MB are allowed"):

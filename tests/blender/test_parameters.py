@@ -71,6 +71,8 @@ def test_any_number_works_or_is_refused(name, tmp_path, extension):
         options = OTHERS.get(name, {}) | {prop: value}
         if name == "import_scans":
             options["filepath"] = path
+        if name == "merge_to_file":
+            options["filepath"] = str(tmp_path / "merged.ply")
         select(name, scan, shape)
         before = state()
         try:
