@@ -141,7 +141,7 @@ mod _native {
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::calling::watch_the_end(module.py())?;
         crate::forks::watch();
-        crate::log::to_logger();
+        crate::log::to_logger(module.py())?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -33,17 +33,37 @@ fn call(function: impl FnOnce(Python<'_>) -> PyResult<()>) {
 }
 
 /// Has the logger hear what no context's function does.
-pub fn to_logger() {
-    log::set(Log::To(Arc::new(|level, text| {
+///
+/// # Errors
+/// None but of Python itself.
+pub fn to_logger(py: Python<'_>) -> PyResult<()> {
+    let logger = py.import("logging")?.call_method1("getLogger", ("surfrecon",))?.unbind();
+    log::set(Log::To(Arc::new(move |level, text| {
         call(|py| {
-            let logger = py.import("logging")?.call_method1("getLogger", ("surfrecon",))?;
-            // Without, Python would print warnings, which a library leaves to its program.
-            if logger.call_method0("hasHandlers")?.is_truthy()? {
+            let logger = logger.bind(py);
+            if is_heard(logger)? {
                 logger.call_method1("log", (number(level), text))?;
             }
             Ok(())
         });
     })));
+    Ok(())
+}
+
+/// Whether a logger or one above it has a handler: without, Python would print warnings, which a library leaves to its program. Runs none
+/// of Python's code, in which a signal's handler could raise what would be lost here.
+fn is_heard(logger: &Bound<'_, PyAny>) -> PyResult<bool> {
+    let mut at = logger.clone();
+    loop {
+        if at.getattr("handlers")?.len()? > 0 {
+            return Ok(true);
+        }
+        let above = at.getattr("parent")?;
+        if above.is_none() || !at.getattr("propagate")?.is_truthy()? {
+            return Ok(false);
+        }
+        at = above;
+    }
 }
 
 /// A function of Python's that is told, until its context is no more.
