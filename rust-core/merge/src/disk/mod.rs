@@ -73,7 +73,8 @@ pub struct Kept<'a> {
 /// Merges scans, of which there may be more than memory holds, into one surface, which is handed to `sink`: the same as [`super::run`] gives.
 ///
 /// # Errors
-/// As [`super::run`]; a file can't be written; another merge of the same scans is at work in the folder; the sink's.
+/// As [`super::run`]; versions that are not one a scan; a file can't be written; another merge with the same parameters is at work in the
+/// folder; the sink's.
 pub fn run(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
