@@ -159,7 +159,14 @@ pub fn voxel(
         ((DEVIATIONS * noise).min(MOST_SPACINGS * spacing), VoxelReason::Noise),
         ((DISTANCES * distance).min(MOST_SPACINGS * spacing), VoxelReason::Distance),
     ];
-    Ok(wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three"))
+    let (cell, reason) = wanted.into_iter().reduce(|a, b| if b.0 > a.0 { b } else { a }).expect("three");
+    Ok((rounded(cell), reason))
+}
+
+/// To three digits: so a scan more or less, or one that is turned, seldom changes what all others come to; and the cell that was
+/// reported, given as it is read, gives the same surface.
+fn rounded(cell: f64) -> f64 {
+    format!("{cell:.2e}").parse().expect("a number")
 }
 
 impl Known {
