@@ -40,6 +40,11 @@ def camera(rows, cols):
     return 0.94 * cols, 0.94 * cols, (cols - 1) / 2, (rows - 1) / 2
 
 
+def voxel(cols):
+    """Cells of one and a half samples: given, since merges in memory would take larger ones where these do not fit."""
+    return 1.5 * HEIGHT / camera(cols, cols)[0]
+
+
 def make(folder, count, rows, cols):
     """Writes frames as depths and poses, those that are not there yet; their names."""
     fx, fy, cx, cy = camera(rows, cols)
@@ -98,7 +103,8 @@ TOOLS = {
 def one(tool, names, size, folder, python):
     """The figures of a merge, and a number for the bytes of its result."""
     out = folder / "surface.ply"
-    asked = {"names": list(map(str, names)), "camera": camera(*size), "out": str(out)} | asdict(tool)
+    asked = {"names": list(map(str, names)), "camera": camera(*size), "voxel": voxel(size[1]), "out": str(out)}
+    asked |= asdict(tool)
     (folder / "asked.json").write_text(json.dumps(asked | {"threads": tool.threads}))
     if tool.workers is None:
         figures, printed = measured.run([sys.executable, HERE / "scale_call.py", folder / "asked.json"])

@@ -1,6 +1,6 @@
 """One row of bench/scale.py in one process: scale_call.py FILE, with what is asked in the file.
 
-{names, camera, out, megabytes, threads, tasks, kept}: without megabytes in memory, with tasks one after the other, kept
+{names, camera, voxel, out, megabytes, threads, tasks, kept}: without megabytes in memory, with tasks one after the other, kept
 in a workspace that has a merge already of which one scan lay elsewhere.
 """
 
@@ -22,7 +22,7 @@ memory = asked["megabytes"] and asked["megabytes"] * 10**6
 scans = surfrecon.open(names, camera=camera)
 before, replaced = most_taken_mb(), None
 # Of the scan that lies elsewhere first, in metres: a twentieth of a cell.
-MOVED = 0.0002
+MOVED = asked["voxel"] / 20
 
 
 def move(name, by):
@@ -34,7 +34,8 @@ def move(name, by):
 
 
 with tempfile.TemporaryDirectory() as workspace, Watched(workspace) as watched:
-    given = {"max_memory": memory, "workspace": workspace, "threads": threads}
+    cell = {"voxel": asked["voxel"]}
+    given = {"max_memory": memory, "workspace": workspace, "threads": threads, **cell}
     if asked["tasks"]:
         plan = distributed.Plan.make(None, names, out, tasks=asked["tasks"], reading={"camera": camera}, **given)
         for stage in plan.stages:
@@ -52,7 +53,7 @@ with tempfile.TemporaryDirectory() as workspace, Watched(workspace) as watched:
     elif memory:
         surfrecon.merge_to_file(scans, out, **given)
     else:
-        surfrecon.merge(scans, threads=threads).mesh.write(out)
+        surfrecon.merge(scans, threads=threads, **cell).mesh.write(out)
 found = {"peak_mb": most_taken_mb() - before, "disk_mb": watched.most_mb, "blocks": watched.blocks or None}
 found["replaced_cpu_s"] = replaced
 print(json.dumps(found))

@@ -56,6 +56,7 @@ def main(asked):
             client=client,
             workspace=workspace,
             tasks=asked["tasks"],
+            voxel=asked["voxel"],
             max_memory=asked["megabytes"] * 10**6,
             reading={"camera": asked["camera"]},
             progress=told,

@@ -671,6 +671,10 @@ typedef struct {
   // How the numbers of PLY files are written; other formats have one way. A value of srf_encoding, default
   // SRF_ENCODING_BINARY.
   uint64_t encoding;
+  // A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called
+  // name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in
+  // vertices of the same coordinates. 0: one file. 0 to 2147483647, default 0.
+  uint64_t part_triangles;
 } srf_write_options;
 
 // How scans are brought to one frame. Lengths are in the unit of the scans. Starts with its size; set to the defaults by

@@ -45,6 +45,9 @@ inline const Parameters write_parameters = {
     {Kind::choice, "encoding", "Encoding",
      "How the numbers of PLY files are written; other formats have one way.<br>Binary: Coordinates in single precision unless they lie so far from the origin that they would lose detail.<br>Binary, double precision: Coordinates in double precision.<br>Text: Coordinates with the fewest digits that read back as the same numbers.",
      false, 0, 0, 2, true, offsetof(srf_write_options, encoding), {"Binary", "Binary, double precision", "Text"}},
+    {Kind::count, "part_triangles", "Triangles a file",
+     "A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in vertices of the same coordinates. 0: one file. 0 to 2147483647.",
+     false, 0, 0, 2147483647, true, offsetof(srf_write_options, part_triangles), {}},
 };
 
 inline const Parameters triangulate_parameters = {

@@ -5,7 +5,7 @@ use std::path::Path;
 use base::error::{Error, Result};
 use base::progress::Progress;
 use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
-use merge::disk::{self, Stage, Together};
+use merge::disk::{self, Kept, Stage, Together, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
 use mesh::sink::MeshSink;
 
@@ -20,10 +20,16 @@ pub struct TaskFolder<'a> {
     pub max_memory: Option<u64>,
     /// How many tasks a stage has; some stages are one task. The same for all tasks of a merge.
     pub tasks: u32,
+    /// Whether what the merge finds out stays in the folder: the next one in it with the same parameters and as many tasks renews only what
+    /// scans have a part in that are new, gone or others, as [`IntoFile::keep`](crate::IntoFile::keep) says. One at a time.
+    pub keep: bool,
+    /// Whether the folder has those files alone that a task needs, and its own are taken elsewhere, as to an object store: then it is not
+    /// refused for having less room than all of them take.
+    pub has_a_part: bool,
 }
 
 impl<'a> TaskFolder<'a> {
-    fn together(self, params: &MergeParams) -> Result<Together<'a>> {
+    fn together(self, params: &MergeParams, versions: &'a [u64]) -> Result<Together<'a>> {
         params.validate()?;
         if !self.folder.is_dir() {
             return Err(Error::input(format!("{}: tasks need a folder that exists", self.folder.display())));
@@ -31,7 +37,13 @@ impl<'a> TaskFolder<'a> {
         if self.tasks == 0 {
             return Err(Error::input("a stage has one task at least, got 0"));
         }
-        Ok(Together { folder: self.folder, memory: memory(self.max_memory, params.threads)?, tasks: self.tasks })
+        let kept = self.keep.then_some(Kept { versions, stays: true });
+        let memory = memory(self.max_memory, params.threads)?;
+        Ok(Together { folder: self.folder, memory, tasks: self.tasks, kept, has_all: !self.has_a_part })
+    }
+
+    fn versions(self, sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Vec<u64>> {
+        if self.keep { versions(sources, params, progress) } else { Ok(Vec::new()) }
     }
 }
 
@@ -47,7 +59,8 @@ pub fn merge_task(
     (stage, number): (Stage, u32),
     progress: &Progress<'_>,
 ) -> Result<()> {
-    disk::run_task(sources, params, folder.together(params)?, (stage, number), progress)
+    let versions = folder.versions(sources, params, progress)?;
+    disk::run_task(sources, params, folder.together(params, &versions)?, (stage, number), progress)
 }
 
 /// Writes the surface into a PLY file once all tasks are done: its bytes are those of [`merge_to_file`](crate::merge_to_file). The folder of
@@ -63,8 +76,9 @@ pub fn merge_tasks_to_file(
     write: &WriteOptions,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    let together = folder.together(params)?;
     check_file_in_pieces(path, write)?;
+    let versions = folder.versions(sources, params, progress)?;
+    let together = folder.together(params, &versions)?;
     let put = |sink: &mut dyn MeshSink| disk::put_together(sources, params, together, sink, progress);
-    Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put)? })
+    Ok(MergeReport { in_files: true, ..write_mesh_in_pieces(path, write, put, progress)? })
 }

@@ -8,6 +8,7 @@ use io::export::{WriteOptions, check_file_in_pieces, write_mesh_in_pieces};
 use io::memory_folder::MemoryFolder;
 use merge::disk::{Kept, Workspace, versions};
 use merge::{MergeParams, MergeReport, ScanSource};
+use mesh::sink::MeshSink;
 
 use crate::merge_in_files::{self, existing};
 
@@ -51,8 +52,8 @@ pub fn merge_to_file(
     let versions = if into.keep { versions(sources, params, progress)? } else { Vec::new() };
     let kept = into.keep.then_some(Kept { versions: &versions, stays: true });
     let workspace = Workspace { folder, memory, kept };
-    let report =
-        write_mesh_in_pieces(path, &into.write, |sink| merge::disk::run(sources, params, workspace, sink, progress))?;
+    let merge = |sink: &mut dyn MeshSink| merge::disk::run(sources, params, workspace, sink, progress);
+    let report = write_mesh_in_pieces(path, &into.write, merge, progress)?;
     Ok(MergeReport { in_files: true, ..report })
 }
 

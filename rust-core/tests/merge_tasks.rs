@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use surfrecon::export::WriteOptions;
 use surfrecon::geom::bvh::Bvh;
@@ -41,18 +42,25 @@ const PARAMS: MergeParams = MergeParams {
 
 struct Job<'a> {
     sources: Vec<&'a dyn ScanSource>,
-    folder: tempfile::TempDir,
+    folder: Arc<tempfile::TempDir>,
     tasks: u32,
+    keep: bool,
 }
 
 impl<'a> Job<'a> {
     fn new(scans: &'a [RangeImage], tasks: u32) -> Self {
         let sources = scans.iter().map(|scan| scan as &dyn ScanSource).collect();
-        Job { sources, folder: tempfile::tempdir().unwrap(), tasks }
+        Job { sources, folder: Arc::new(tempfile::tempdir().unwrap()), tasks, keep: false }
     }
 
     fn folder(&self) -> TaskFolder<'_> {
-        TaskFolder { folder: self.folder.path(), max_memory: Some(LEAST), tasks: self.tasks }
+        TaskFolder {
+            folder: self.folder.path(),
+            max_memory: Some(LEAST),
+            tasks: self.tasks,
+            keep: self.keep,
+            has_a_part: false,
+        }
     }
 
     fn task(&self, stage: Stage, number: u32, progress: &Progress<'_>) -> surfrecon::Result<()> {
@@ -104,6 +112,40 @@ fn tasks_in_any_order_at_once_and_twice_make_the_same_file() {
         job.task(Stage::Label, tasks - 1, &Progress::none()).unwrap();
         assert!(job.surface() == expected, "{tasks} tasks");
     }
+}
+
+/// Theorem: in a folder that is kept merges of more, fewer and other scans make what they make anew.
+#[test]
+fn scans_come_and_go_in_a_folder_that_is_kept() {
+    let scans = scans();
+    let mut moved = scans.clone();
+    moved[1].world_from_sensor.translation.y += 0.001;
+    let folder = Arc::new(tempfile::tempdir().unwrap());
+    for scans in [&scans[..], &scans[1..], &moved, &scans] {
+        let job = Job { keep: true, folder: folder.clone(), ..Job::new(scans, 3) };
+        for &stage in Stage::ALL {
+            (0..stage.tasks(3)).for_each(|number| job.task(stage, number, &Progress::none()).unwrap());
+        }
+        assert!(job.surface() == by_one(scans));
+    }
+}
+
+/// Theorem: merges of other scans in one folder that is kept do not mix: the one that was planned last goes on.
+#[test]
+fn a_folder_that_is_kept_has_one_merge_at_a_time() {
+    let scans = scans();
+    let first = Job { keep: true, ..Job::new(&scans, 2) };
+    let second = Job { keep: true, folder: first.folder.clone(), ..Job::new(&scans[1..], 2) };
+    let none = Progress::none();
+    first.task(Stage::Plan, 0, &none).unwrap();
+    first.task(Stage::Collect, 0, &none).unwrap();
+    second.task(Stage::Plan, 0, &none).unwrap();
+    let text = first.task(Stage::Collect, 1, &none).unwrap_err().to_string();
+    assert!(text.ends_with("a merge of other scans is at work here: plan this one anew after it"), "{text}");
+    for &stage in Stage::ALL {
+        (0..stage.tasks(2)).for_each(|number| second.task(stage, number, &none).unwrap());
+    }
+    assert!(second.surface() == by_one(&scans[1..]));
 }
 
 #[test]

@@ -90,7 +90,7 @@ def test_options_are_those_of_the_table():
     assert set(keyword_options(surfrecon.merge)) == in_files | {"progress"}
     assert set(keyword_options(surfrecon.Merger.merge)) == in_files | {"progress"}
     assert set(keyword_options(surfrecon.Job.merge)) == in_files
-    into_file = {*merge, "max_memory", "workspace", "keep", "encoding", "provenance"}
+    into_file = {*merge, "max_memory", "workspace", "keep", "encoding", "part_triangles", "provenance"}
     assert set(keyword_options(surfrecon.merge_to_file)) == {*into_file, "progress"}
     assert set(keyword_options(surfrecon.Job.merge_to_file)) == into_file
     align = {p.name for p in surfrecon.parameters("align")}

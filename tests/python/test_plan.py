@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 import shapes
 import surfrecon
@@ -84,6 +85,48 @@ def test_tasks_that_are_late_find_all_done(scans, by_one, tmp_path):
     for number in every(plan):
         plan.run(number)
     assert (tmp_path / "surface.ply").read_bytes() == by_one[0]
+
+
+def test_what_is_kept_serves_scans_that_come_and_go(tmp_path):
+    """Bytes as of a first merge; nothing of the workspace is removed but what nobody wants any more."""
+    scans = shapes.torus_scans(pixels=60, noise=0.002)
+    surface, workspace = tmp_path / "surface.ply", tmp_path / "workspace"
+    workspace.mkdir()
+    (workspace / "notes.txt").write_text("somebody's")
+    for number, case in enumerate([scans, scans[1:], scans]):
+        listed = tmp_path / f"{len(case)}-{number}" / "scans.conf"
+        listed.parent.mkdir()
+        surfrecon.write_scans(listed, case)
+        plan = planned(tmp_path, listed, workspace=workspace, keep=True)
+        for task in every(plan):
+            plan.run(task)
+        plan.remove()
+        expected = tmp_path / "expected.ply"
+        surfrecon.merge_to_file(surfrecon.open(listed), expected, **OPTIONS)
+        assert surface.read_bytes() == expected.read_bytes()
+        assert sorted(os.listdir(workspace)) == ["notes.txt", plan.name]
+        assert not [name for name in os.listdir(plan.folder) if name.startswith("done-")]
+    with pytest.raises(surfrecon.InputError, match="kept in a folder, not in an object store"):
+        planned(tmp_path, listed, workspace="memory://work", keep=True)
+
+
+def test_a_surface_in_parts(scans, by_one, tmp_path):
+    plan = planned(tmp_path, scans, part_triangles=5000)
+    for task in every(plan):
+        plan.run(task)
+    plan.remove()
+    names = sorted(os.listdir(tmp_path))
+    report = by_one[1]
+    count = -(-sum(report.faces) // 5000)
+    assert count > 1
+    assert names == [*(f"surface-{k}-of-{count}.ply" for k in range(2, count + 1)), "surface.ply"]
+    parts = [surfrecon.open(tmp_path / name)[0].read() for name in [names[-1], *names[:-1]]]
+    assert all(len(part.triangles) <= 5000 for part in parts)
+    path = tmp_path / "whole.ply"
+    path.write_bytes(by_one[0])
+    whole = surfrecon.open(path)[0].read()
+    corners = np.concatenate([part.positions[part.triangles] for part in parts])
+    assert np.array_equal(corners, whole.positions[whole.triangles])
 
 
 def in_another_process(path, number):

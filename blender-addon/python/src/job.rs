@@ -16,7 +16,7 @@ use crate::frame::{Scan, content_object};
 use crate::measure::{DistanceCall, SurfaceDistanceCall, distance_report};
 use crate::memory_folder::Place;
 use crate::merge::{MergeCall, MergeResult, in_files, merge_report};
-use crate::merge_to_file::FileCall;
+use crate::merge_to_file::{FileCall, written};
 use crate::merger::Merger;
 use crate::mesh::Mesh;
 use crate::quads::{QuadCall, QuadGrid};
@@ -133,7 +133,7 @@ impl Job {
     ///         ``result``.
     #[staticmethod]
     // options: merge
-    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, provenance=None)")]
+    #[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = 0, provenance = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None)")]
     #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
     fn merge_to_file(
         scans: &Bound<'_, PyAny>,
@@ -142,10 +142,12 @@ impl Job {
         workspace: Option<PathBuf>,
         keep: bool,
         encoding: Option<&str>,
+        part_triangles: u64,
         provenance: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let call = FileCall::new(scans, path, max_memory, (workspace, keep), encoding, provenance, options)?;
+        let write = written(encoding, part_triangles, provenance)?;
+        let call = FileCall::new(scans, path, max_memory, (workspace, keep), write, options)?;
         Job::of(Background::start(move |progress| made(call.run(progress)?, merge_report)))
     }
 

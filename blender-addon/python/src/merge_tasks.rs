@@ -5,16 +5,14 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::export::WriteOptions;
 use surfrecon::merge::MergeParams;
 use surfrecon::merge::disk::Stage;
-use surfrecon::params::{Params as _, Value};
 use surfrecon::{Progress, TaskFolder, merge_task, merge_tasks_to_file};
 
-use crate::errors::{input_error, to_python};
+use crate::errors::input_error;
 use crate::memory_folder::Place;
 use crate::merge::merge_report;
-use crate::mesh::provenance_of;
+use crate::merge_to_file::written;
 use crate::params::params;
 use crate::progress::Watch;
 use crate::sources::{Clouds, Source, as_dyn, sources};
@@ -27,7 +25,7 @@ pub fn _merge_stages(tasks: u32) -> Vec<(&'static str, u32)> {
 
 /// Does a task of a merge.
 #[pyfunction]
-#[pyo3(signature = (scans, folder, stage, number, *, tasks, max_memory = None, progress = None, **options))]
+#[pyo3(signature = (scans, folder, stage, number, *, tasks, keep = false, has_a_part = false, max_memory = None, progress = None, **options))]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn _merge_task(
     py: Python<'_>,
@@ -36,18 +34,20 @@ pub fn _merge_task(
     stage: &str,
     number: u32,
     tasks: u32,
+    keep: bool,
+    has_a_part: bool,
     max_memory: Option<u64>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<()> {
     let stage = Stage::named(stage).ok_or_else(|| input_error(format!("there is no stage {stage:?} of a merge")))?;
-    let call = TaskCall::new(scans, folder, tasks, max_memory, options)?;
+    let call = TaskCall::new(scans, folder, (tasks, keep, has_a_part), max_memory, options)?;
     Watch::new(progress).run(py, move |progress| call.run((stage, number), progress))
 }
 
 /// Writes the surface once all tasks are done; gives the report.
 #[pyfunction]
-#[pyo3(signature = (scans, folder, path, *, tasks, max_memory = None, encoding = None, provenance = None, progress = None, **options))]
+#[pyo3(signature = (scans, folder, path, *, tasks, keep = false, has_a_part = false, max_memory = None, encoding = None, part_triangles = 0, provenance = None, progress = None, **options))]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn _merge_tasks_to_file<'py>(
     py: Python<'py>,
@@ -55,17 +55,17 @@ pub fn _merge_tasks_to_file<'py>(
     folder: PathBuf,
     path: Place,
     tasks: u32,
+    keep: bool,
+    has_a_part: bool,
     max_memory: Option<u64>,
     encoding: Option<&str>,
+    part_triangles: u64,
     provenance: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let call = TaskCall::new(scans, folder, tasks, max_memory, options)?;
-    let mut write = WriteOptions { provenance: provenance_of(provenance)?, ..WriteOptions::default() };
-    if let Some(encoding) = encoding {
-        write.set("encoding", Value::Choice(encoding)).map_err(|error| to_python(&error))?;
-    }
+    let call = TaskCall::new(scans, folder, (tasks, keep, has_a_part), max_memory, options)?;
+    let write = written(encoding, part_triangles, provenance)?;
     let merged = Watch::new(progress).run(py, move |progress| {
         let TaskCall { sources, params, .. } = &call;
         merge_tasks_to_file(&as_dyn(sources), &path, params, call.folder(), &write, progress)
@@ -80,23 +80,26 @@ struct TaskCall {
     folder: PathBuf,
     max_memory: Option<u64>,
     tasks: u32,
+    keep: bool,
+    has_a_part: bool,
 }
 
 impl TaskCall {
     fn new(
         scans: &Bound<'_, PyAny>,
         folder: PathBuf,
-        tasks: u32,
+        (tasks, keep, has_a_part): (u32, bool, bool),
         max_memory: Option<u64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge", options)?;
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
-        Ok(TaskCall { sources, params, folder, max_memory, tasks })
+        Ok(TaskCall { sources, params, folder, max_memory, tasks, keep, has_a_part })
     }
 
     fn folder(&self) -> TaskFolder<'_> {
-        TaskFolder { folder: &self.folder, max_memory: self.max_memory, tasks: self.tasks }
+        let &TaskCall { ref folder, max_memory, tasks, keep, has_a_part, .. } = self;
+        TaskFolder { folder, max_memory, tasks, keep, has_a_part }
     }
 
     fn run(&self, task: (Stage, u32), progress: &Progress<'_>) -> surfrecon::Result<()> {

@@ -1,11 +1,12 @@
 //! The merge of more scans than memory holds.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use surfrecon::export::WriteOptions;
+use surfrecon::export::{WriteOptions, part_path};
 use surfrecon::merge::{MergeParams, MergeReport};
 use surfrecon::params::{Params as _, Value};
 use surfrecon::{IntoFile, Progress};
@@ -40,6 +41,8 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///         of a first merge. Files are taken for the same as long as their sizes and times are. It takes some 300 bytes an intersection; remove
 ///         the folder ``surfrecon-merge-...`` when it is of no more use.
 ///     encoding: ``"binary"``, the default, or ``"binary_double"``, as for ``Mesh.write``; text has no place here.
+///     part_triangles: most triangles of a file, as for ``Mesh.write``: of a larger surface files beside it get the rest. That takes
+///         the disk's room for the surface twice, and 12 bytes of memory for each triangle of a part. 0 for one file.
 ///     provenance: what the file says of where it is from, as for ``Mesh.write``.
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
@@ -55,7 +58,7 @@ use crate::sources::{Clouds, Source, as_dyn, sources};
 ///     Cancelled: ``progress`` returned ``False``. As after each error no file is left, and the workspace is as it was.
 #[pyfunction]
 // options: merge
-#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, provenance=None, progress=None)")]
+#[pyo3(signature = (scans, path, *, max_memory = None, workspace = None, keep = false, encoding = None, part_triangles = 0, provenance = None, progress = None, **options), text_signature = "(scans, path, *, voxel=None, merge_distance=None, max_hole_length=None, min_component_share=0.0, match_exposure=True, edge_limit=None, grazing_limit=1.5707963267948966, threads=0, max_memory=None, workspace=None, keep=False, encoding=None, part_triangles=0, provenance=None, progress=None)")]
 #[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn merge_to_file<'py>(
     py: Python<'py>,
@@ -65,12 +68,37 @@ pub fn merge_to_file<'py>(
     workspace: Option<PathBuf>,
     keep: bool,
     encoding: Option<&str>,
+    part_triangles: u64,
     provenance: Option<&Bound<'py, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let call = FileCall::new(scans, path, max_memory, (workspace, keep), encoding, provenance, options)?;
+    let write = written(encoding, part_triangles, provenance)?;
+    let call = FileCall::new(scans, path, max_memory, (workspace, keep), write, options)?;
     merge_report(py, Watch::new(progress).run(py, |progress| call.run(progress))?)
+}
+
+/// The name of one of so many files that a mesh is in, counted from 1.
+#[pyfunction]
+pub fn _part_path(path: PathBuf, number: u64, count: u64) -> OsString {
+    part_path(&path, number, count).into_os_string()
+}
+
+/// How a surface is written that is merged into a file.
+///
+/// # Errors
+/// `ParameterError`, `InputError`.
+pub fn written(
+    encoding: Option<&str>,
+    part_triangles: u64,
+    provenance: Option<&Bound<'_, PyAny>>,
+) -> PyResult<WriteOptions> {
+    let mut write = WriteOptions { provenance: provenance_of(provenance)?, ..WriteOptions::default() };
+    let encoding = encoding.map(|encoding| ("encoding", Value::Choice(encoding)));
+    for (name, value) in encoding.into_iter().chain([("part_triangles", Value::Number(part_triangles as f64))]) {
+        write.set(name, value).map_err(|error| to_python(&error))?;
+    }
+    Ok(write)
 }
 
 /// A merge into a file with all it needs, free of Python.
@@ -91,15 +119,10 @@ impl FileCall {
         path: Place,
         max_memory: Option<&Bound<'_, PyAny>>,
         (workspace, keep): (Option<PathBuf>, bool),
-        encoding: Option<&str>,
-        provenance: Option<&Bound<'_, PyAny>>,
+        write: WriteOptions,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let params = params("merge_to_file", options)?;
-        let mut write = WriteOptions { provenance: provenance_of(provenance)?, ..WriteOptions::default() };
-        if let Some(encoding) = encoding {
-            write.set("encoding", Value::Choice(encoding)).map_err(|error| to_python(&error))?;
-        }
         let max_memory = max_memory.map(|given| limit_of("max_memory", given)).transpose()?;
         let sources = sources(scans, Clouds::Refused)?.into_iter().map(Arc::new).collect();
         Ok(FileCall { sources, path, params, into: IntoFile { max_memory, workspace, keep, write } })

@@ -238,7 +238,7 @@ impl Mesh {
     ///     FileError: writing failed; no file is left, and one that was there is untouched.
     ///     Cancelled: the callback said so; likewise.
     // options: $self write
-    #[pyo3(signature = (path, *, provenance = None, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', provenance=None, coarser=(), progress=None)")]
+    #[pyo3(signature = (path, *, provenance = None, coarser = Vec::new(), progress = None, **options), text_signature = "($self, path, *, metres_per_unit=1.0, up='y', encoding='binary', part_triangles=0, provenance=None, coarser=(), progress=None)")]
     fn write(
         &self,
         py: Python<'_>,

@@ -46,6 +46,10 @@ pub struct srf_write_options {
     /// How the numbers of PLY files are written; other formats have one way. A value of srf_encoding, default
     /// SRF_ENCODING_BINARY.
     pub encoding: u64,
+    /// A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called
+    /// name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in
+    /// vertices of the same coordinates. 0: one file. 0 to 2147483647, default 0.
+    pub part_triangles: u64,
 }
 
 impl Fields for srf_write_options {
@@ -56,6 +60,7 @@ impl Fields for srf_write_options {
             metres_per_unit: 1.0,
             up: 1,
             encoding: 1,
+            part_triangles: 0,
         }
     }
 
@@ -65,6 +70,7 @@ impl Fields for srf_write_options {
             ("metres_per_unit", Given::Double(self.metres_per_unit)),
             ("up", Given::Whole(self.up)),
             ("encoding", Given::Whole(self.encoding)),
+            ("part_triangles", Given::Whole(self.part_triangles)),
         ]
     }
 }

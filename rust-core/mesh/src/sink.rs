@@ -1,10 +1,16 @@
 //! Meshes that are handed over piece by piece: what is larger than memory is never in one place.
 
+use std::ops::Range;
+
 use base::error::Result;
 use base::memory::expect;
+use base::progress::Progress;
 use glam::DVec3;
 
 use crate::{Attribute, AttributeData, Crs, Extent, TriMesh};
+
+/// Rows of a mesh in memory that are handed over at once.
+const PIECE: usize = 1 << 14;
 
 /// What a mesh that is handed over will have.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -95,6 +101,36 @@ impl TriMesh {
             crs: self.crs.clone(),
         }
     }
+}
+
+impl TriMesh {
+    /// Hands itself over, in order, a few at a time.
+    ///
+    /// # Errors
+    /// The sink's; cancelled.
+    pub fn hand_over(&self, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<()> {
+        let some = |list: &[Attribute], range: &Range<usize>| -> Vec<AttributeData> {
+            let places: Vec<usize> = range.clone().collect();
+            list.iter().map(|of| of.data.gather(&places)).collect()
+        };
+        sink.begin(&self.outline())?;
+        for range in pieces(self.positions.len()) {
+            progress.advance(range.len() as u64)?;
+            let attributes = some(&self.vertex_attributes, &range);
+            sink.vertices(range.start as u64, &self.positions[range], &attributes)?;
+        }
+        for range in pieces(self.triangles.len()) {
+            progress.advance(range.len() as u64)?;
+            let attributes = some(&self.face_attributes, &range);
+            sink.triangles(range.start as u64, &self.triangles[range], &attributes)?;
+        }
+        Ok(())
+    }
+}
+
+/// Ranges of at most [`PIECE`], all of a list.
+fn pieces(count: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).step_by(PIECE).map(move |first| first..(first + PIECE).min(count))
 }
 
 /// A mesh in memory.

@@ -26,6 +26,7 @@ __all__ = [
     "_merge_stages",
     "_merge_task",
     "_merge_tasks_to_file",
+    "_part_path",
     "Aligner",
     "Alignment",
     "Box",
@@ -210,6 +211,7 @@ class Mesh:
         metres_per_unit: float | None = 1.0,
         up: Literal["y", "z"] | None = "y",
         encoding: Literal["binary", "binary_double", "ascii"] | None = "binary",
+        part_triangles: int | None = 0,
         # end
         provenance: Mapping[str, Any] | None = None,
         coarser: Sequence[Mesh] = ...,
@@ -640,6 +642,7 @@ class Job:
         workspace: _Path | None = None,
         keep: bool = False,
         encoding: Literal["binary", "binary_double"] | None = None,
+        part_triangles: int = 0,
         provenance: Mapping[str, Any] | None = None,
     ) -> Job: ...
     @staticmethod
@@ -967,9 +970,11 @@ def merge_to_file(
     workspace: _Path | None = None,
     keep: bool = False,
     encoding: Literal["binary", "binary_double"] | None = None,
+    part_triangles: int = 0,
     provenance: Mapping[str, Any] | None = None,
     progress: _Progress | None = None,
 ) -> MergeReport: ...
+def _part_path(path: _Path, number: int, count: int) -> str: ...
 def _merge_stages(tasks: int) -> list[tuple[str, int]]: ...
 def _merge_task(
     scans: Iterable[_Mergeable],
@@ -978,6 +983,8 @@ def _merge_task(
     number: int,
     *,
     tasks: int,
+    keep: bool = False,
+    has_a_part: bool = False,
     max_memory: int | None = None,
     progress: _Progress | None = None,
     **options: Any,
@@ -988,8 +995,11 @@ def _merge_tasks_to_file(
     path: _File,
     *,
     tasks: int,
+    keep: bool = False,
+    has_a_part: bool = False,
     max_memory: int | None = None,
     encoding: str | None = None,
+    part_triangles: int = 0,
     provenance: Mapping[str, Any] | None = None,
     progress: _Progress | None = None,
     **options: Any,

@@ -163,7 +163,16 @@ pub(crate) fn write_atomically_back_and_forth(
     progress: &Progress<'_>,
     write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
 ) -> Result<()> {
-    staged(path, true, progress, write)?.keep()
+    stage_back_and_forth(path, progress, write)?.keep()
+}
+
+/// As [`stage`], where `write` goes back in what it has written.
+pub(crate) fn stage_back_and_forth(
+    path: &Path,
+    progress: &Progress<'_>,
+    write: impl FnOnce(&mut Output<'_>) -> Result<()> + Send,
+) -> Result<Staged> {
+    staged(path, true, progress, write)
 }
 
 fn staged(

@@ -9,7 +9,7 @@ use super::{
     write_obj, write_ply, write_ply_in_pieces, write_stl,
 };
 use base::error::{Error, Result, known_as};
-use base::params::{choice, ratio};
+use base::params::{choice, count, ratio};
 use base::progress::Progress;
 use mesh::TriMesh;
 use mesh::sink::MeshSink;
@@ -33,7 +33,7 @@ impl From<Encoding> for PlyOptions {
             Encoding::BinaryDouble => (PlyEncoding::BinaryLittleEndian, PositionType::Double),
             Encoding::Ascii => (PlyEncoding::Ascii, PositionType::Auto),
         };
-        PlyOptions { encoding, positions, provenance: None }
+        PlyOptions { encoding, positions, ..PlyOptions::default() }
     }
 }
 
@@ -47,6 +47,8 @@ base::params! {
         up: Up = choice("Up", Up::CHOICES),
         /// How the numbers of PLY files are written; other formats have one way.
         encoding: Encoding = choice("Encoding", Encoding::CHOICES),
+        /// A PLY file gets no more triangles than this: of a larger mesh it gets the first, and files beside it called name-2-of-3.ply and so on get the others, each with the vertices that its triangles name, so that parts meet in vertices of the same coordinates.
+        part_triangles: u32 = count("Triangles a file").at_most(2_147_483_647.0).off("one file").since("0.2"),
     }
     besides {
         /// What the file says of where it is from, if its format has a place for it.
@@ -57,7 +59,8 @@ base::params! {
 impl WriteOptions {
     /// What of it holds for PLY files.
     fn ply(&self) -> PlyOptions {
-        PlyOptions { provenance: self.provenance.clone(), ..self.encoding.into() }
+        let (provenance, part_triangles) = (self.provenance.clone(), self.part_triangles);
+        PlyOptions { provenance, part_triangles, ..self.encoding.into() }
     }
 }
 
@@ -72,6 +75,20 @@ pub fn check_mesh_file(path: &Path, options: &WriteOptions) -> Result<&'static s
     if options.encoding != Encoding::Binary && ending != "ply" {
         let encoding = options.encoding.name();
         return Err(Error::input(format!("{}: only .ply has the encoding \"{encoding}\"", known_as(path))));
+    }
+    if options.part_triangles > 0 {
+        if ending != "ply" {
+            return Err(Error::input(format!(
+                "{}: only .ply is written in parts: leave part_triangles",
+                known_as(path)
+            )));
+        }
+        if options.encoding == Encoding::Ascii {
+            let path = known_as(path);
+            return Err(Error::input(format!(
+                "{path}: what is written in parts is binary, not text: leave one of both"
+            )));
+        }
     }
     Ok(ending)
 }
@@ -133,7 +150,8 @@ pub fn write_mesh_in_pieces<R: Send>(
     path: &Path,
     options: &WriteOptions,
     make: impl FnOnce(&mut dyn MeshSink) -> Result<R> + Send,
+    progress: &Progress<'_>,
 ) -> Result<R> {
     check_file_in_pieces(path, options)?;
-    write_ply_in_pieces(path, options.ply(), make)
+    write_ply_in_pieces(path, options.ply(), make, progress)
 }

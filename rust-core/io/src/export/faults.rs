@@ -74,13 +74,25 @@ pub(crate) fn writers() -> Vec<(&'static str, Write)> {
     writers.push((
         "pieces.ply",
         Box::new(move |path, progress| {
-            write_ply_in_pieces(path, PlyOptions::default(), |sink| {
-                sink.begin(&pieces.outline())?;
-                progress.check()?;
-                let entries = |list: &[Attribute]| list.iter().map(|of| of.data.clone()).collect::<Vec<_>>();
-                sink.triangles(0, &pieces.triangles, &entries(&pieces.face_attributes))?;
-                sink.vertices(0, &pieces.positions, &entries(&pieces.vertex_attributes))
-            })
+            write_ply_in_pieces(
+                path,
+                PlyOptions::default(),
+                |sink| {
+                    sink.begin(&pieces.outline())?;
+                    progress.check()?;
+                    let entries = |list: &[Attribute]| list.iter().map(|of| of.data.clone()).collect::<Vec<_>>();
+                    sink.triangles(0, &pieces.triangles, &entries(&pieces.face_attributes))?;
+                    sink.vertices(0, &pieces.positions, &entries(&pieces.vertex_attributes))
+                },
+                progress,
+            )
+        }),
+    ));
+    let parts = mesh.clone();
+    writers.push((
+        "parts.ply",
+        Box::new(move |path, progress| {
+            write_ply(path, &parts, PlyOptions { part_triangles: 1, ..PlyOptions::default() }, progress)
         }),
     ));
     let (first, second) = (mesh.clone(), mesh.clone());

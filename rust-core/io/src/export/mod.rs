@@ -41,8 +41,8 @@ pub use crs::{crs_note, tell_left_out};
 pub use glb::{GlbNode, GlbOptions, Up, write_glb};
 pub use obj::{Polygons, write_obj, write_obj_polygons};
 pub use ply::{
-    PlyEncoding, PlyOptions, PositionType, range_grid_frame, write_ply, write_ply_in_pieces, write_points_ply,
-    write_quads_ply, write_range_grid_ply,
+    PlyEncoding, PlyOptions, PositionType, part_path, range_grid_frame, write_ply, write_ply_in_pieces,
+    write_points_ply, write_quads_ply, write_range_grid_ply,
 };
 pub use poses::write_poses;
 pub(crate) use provenance::{CRS_COMMENT, CRS_EXTRA};

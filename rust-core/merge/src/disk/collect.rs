@@ -8,6 +8,7 @@ use rustc_hash::FxHashSet;
 
 use super::segments::{self, About, Member, Segment, Whose};
 use super::setting::{Key, Portion, Setting};
+use crate::budget;
 use crate::bundles::{self, Buckets};
 use crate::discretize::discretize;
 use crate::intake::Discretized;
@@ -44,7 +45,7 @@ pub fn collect(
     setting: &Setting<'_>,
     progress: &Progress<'_>,
 ) -> Result<Vec<Key>> {
-    let Collecting { sources, versions, grid: Grid { lattice, samples }, basis, .. } = *collecting;
+    let Collecting { sources, versions, grid: Grid { lattice, samples, .. }, basis, .. } = *collecting;
     let range = portion.range(sources.len());
     progress.stage(DISCRETIZING, range.len() as u64);
     let mut keys = Vec::new();
@@ -99,11 +100,14 @@ pub fn collect(
     Ok(shared.keys.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner))
 }
 
-/// The grid that scans are counted in, and of how many samples the first is.
+/// The grid that scans are counted in, and what the first of them foretells.
 #[derive(Clone, Copy)]
 pub struct Grid {
     pub lattice: Lattice,
+    /// Samples of the first scan.
     pub samples: usize,
+    /// About how many crossings it has.
+    pub crossings: f64,
 }
 
 impl Grid {
@@ -123,7 +127,8 @@ impl Grid {
             if let Some(&[first, ..]) = surface.triangles.first() {
                 let near = surface.world_from_surface.transform_point3(surface.positions[first as usize]);
                 let lattice = Lattice::new(loading.cell, near, corner)?;
-                return Ok(Grid { lattice, samples: surface.positions.len() });
+                let crossings = budget::crossings(&surface, loading.cell);
+                return Ok(Grid { lattice, samples: surface.positions.len(), crossings });
             }
         }
         Err(nothing_to_merge())

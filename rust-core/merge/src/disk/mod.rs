@@ -20,6 +20,7 @@ mod labels;
 mod looks;
 mod noise;
 mod numbers;
+mod room;
 mod segments;
 mod setting;
 mod stages;
@@ -128,12 +129,22 @@ pub struct Together<'a> {
     pub memory: u64,
     /// How many tasks those stages have that are cut into tasks.
     pub tasks: u32,
+    /// Whether another merge in the folder may go on with what this one leaves, of which nothing is removed then. One at a time.
+    pub kept: Option<Kept<'a>>,
+    /// Whether all files of the merge are in the folder, so that its room has to do for them.
+    pub has_all: bool,
 }
 
 impl<'a> Together<'a> {
     fn tasks(self, sources: &'a [&'a dyn ScanSource], params: &'a MergeParams) -> Tasks<'a> {
-        let setting = Setting::of(self.folder, self.memory);
-        Tasks { sources, versions: places(sources), params, setting, portions: self.tasks }
+        let stays = self.kept.is_some_and(|kept| kept.stays);
+        let setting = Setting { stays, has_all: self.has_all, ..Setting::of(self.folder, self.memory) };
+        let versions = self.kept.map_or_else(|| places(sources), |kept| kept.versions.to_vec());
+        Tasks { sources, versions, params, setting, portions: self.tasks }
+    }
+
+    fn check(self, scans: usize) -> Result<()> {
+        self.kept.map_or(Ok(()), |kept| refuse_twins(scans, kept.versions))
     }
 }
 
@@ -153,10 +164,19 @@ pub fn run_task(
     if number >= count {
         return Err(Error::input(format!("there is no task {number} of {}, which has {count}", stage.name())));
     }
-    started(sources, params, progress, || together.tasks(sources, params).run(stage, number, progress)).map(|_| ())
+    together.check(sources.len())?;
+    started(sources, params, progress, || {
+        let mut tasks = together.tasks(sources, params);
+        if together.kept.is_some() && stage == Stage::Plan {
+            tasks.begin()?;
+        }
+        tasks.run(stage, number, progress)
+    })
+    .map(|_| ())
 }
 
-/// Hands the surface to `sink` once all tasks are done: the same as [`super::run`] gives. The folder stays as it is.
+/// Hands the surface to `sink` once all tasks are done: the same as [`super::run`] gives. The folder stays as it is; one that is kept loses the
+/// marks of what is done, and what another merge has no use for.
 ///
 /// # Errors
 /// As [`run_task`]; the sink's.
@@ -167,8 +187,14 @@ pub fn put_together(
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<MergeReport> {
-    started(sources, params, progress, || finish(&mut together.tasks(sources, params), sink, progress))
-        .map(|found| found.0)
+    together.check(sources.len())?;
+    started(sources, params, progress, || {
+        let mut tasks = together.tasks(sources, params);
+        let report = finish(&mut tasks, sink, progress)?;
+        tasks.end()?;
+        Ok(report)
+    })
+    .map(|found| found.0)
 }
 
 /// The folder of what merges leave for each other, and what nobody else has as long as it is held.

@@ -31,6 +31,8 @@ pub struct Setting<'a> {
     pub corner: [i64; 3],
     /// Whether what stages leave stays, so that another merge finds it.
     pub stays: bool,
+    /// Whether all files of the merge are in the folder.
+    pub has_all: bool,
 }
 
 impl<'a> Setting<'a> {
@@ -47,6 +49,7 @@ impl<'a> Setting<'a> {
             kept: crate::bundles::MANY,
             corner: [0; 3],
             stays: false,
+            has_all: true,
         }
     }
 

@@ -13,6 +13,7 @@ use super::collect::{self, Collecting, Grid};
 use super::files::damaged;
 use super::labels::{self, BlockLabels};
 use super::looks::{self, Voters};
+use super::room;
 use super::segments::{self, About, Collected, Segment};
 use super::setting::{self, Cut, Key, Named, Portion, Setting};
 use super::tiles::{self, TileFile};
@@ -113,13 +114,21 @@ impl<'a> Tasks<'a> {
     /// # Errors
     /// A file can't be read, written or removed.
     pub fn begin(&self) -> Result<()> {
-        let names: Vec<&str> = self.sources.iter().map(|scan| scan.name()).collect();
-        let now = [Key::of(&(names, &self.versions, self.portions))];
-        if self.setting.recall::<Key>(SCANS, 0)?.is_some_and(|before| before == now) {
+        if self.are_marks_true()? {
             return Ok(());
         }
         self.forget_marks()?;
-        self.setting.keep(SCANS, 0, &now)
+        self.setting.keep(SCANS, 0, &[self.scans()])
+    }
+
+    fn scans(&self) -> Key {
+        let names: Vec<&str> = self.sources.iter().map(|scan| scan.name()).collect();
+        Key::of(&(names, &self.versions, self.portions))
+    }
+
+    /// Whether marks, if there are any, are of these scans.
+    fn are_marks_true(&self) -> Result<bool> {
+        Ok(self.setting.recall::<Key>(SCANS, 0)?.is_some_and(|before| before == [self.scans()]))
     }
 
     fn forget_marks(&self) -> Result<()> {
@@ -222,6 +231,7 @@ impl<'a> Tasks<'a> {
         let loading = Loading { triangulation: params.triangulation, cell: report.voxel };
         let grid = Grid::of_first(&sources, &loading, setting.corner, progress)?;
         setting.workers(grid.samples)?;
+        room::foresee(&sources, &loading, &grid, setting, progress)?;
         // What is there is cut as it is.
         let cut = match setting.recall::<i32>(CUT, 0)? {
             Some(side) => Cut { side: side.first().copied().unwrap_or(setting.cut.side) },
@@ -239,6 +249,12 @@ impl<'a> Tasks<'a> {
 
     fn planned(&self) -> Result<Planned> {
         let numbers: Vec<f64> = self.all(Stage::Plan)?;
+        if self.setting.stays && !self.are_marks_true()? {
+            let folder = self.setting.folder.display();
+            return Err(Error::input(format!(
+                "{folder}: a merge of other scans is at work here: plan this one anew after it"
+            )));
+        }
         let path = self.setting.mark(&mark(Stage::Plan), 0);
         let mut planned = Planned::from_numbers(&numbers).ok_or_else(|| damaged(&path))?;
         let (before, now) = (planned.order.len(), self.sources.len());
@@ -423,17 +439,22 @@ fn mark(stage: Stage) -> String {
 
 impl Planned {
     fn to_numbers(&self) -> Vec<f64> {
-        let Planned { grid: Grid { lattice: Lattice { voxel, base }, samples }, reason, cut, order, .. } = self;
+        let Planned { grid: Grid { lattice: Lattice { voxel, base }, samples, crossings }, reason, cut, order, .. } =
+            self;
         let [x, y, z] = base.map(|at| at as f64);
-        let mut numbers = vec![*voxel, x, y, z, *samples as f64, *reason as usize as f64, cut.side.into()];
+        let mut numbers = vec![*voxel, x, y, z, *samples as f64, *crossings, *reason as usize as f64, cut.side.into()];
         numbers.extend(order.iter().map(|&place| place as f64));
         numbers
     }
 
     fn from_numbers(numbers: &[f64]) -> Option<Self> {
-        let (&[voxel, x, y, z, samples, reason, side], order) = numbers.split_first_chunk()?;
+        let (&[voxel, x, y, z, samples, crossings, reason, side], order) = numbers.split_first_chunk()?;
         Some(Planned {
-            grid: Grid { lattice: Lattice { voxel, base: [x, y, z].map(|at| at as i64) }, samples: samples as usize },
+            grid: Grid {
+                lattice: Lattice { voxel, base: [x, y, z].map(|at| at as i64) },
+                samples: samples as usize,
+                crossings,
+            },
             reason: *VoxelReason::ALL.get(reason as usize)?,
             cut: Cut { side: side as i32 },
             order: order.iter().map(|&place| place as usize).collect(),

@@ -72,6 +72,8 @@ class Command:
             _check_workspace(request)
         elif request.parameters.get("keep"):
             raise UsageError("what is kept needs a workspace: give --workspace, a folder")
+        if request.parameters.get("part_triangles"):
+            _check_parts(request)
         levels = request.parameters.get("levels")
         if levels is None:
             return
@@ -98,6 +100,14 @@ def _check_workspace(request: Request) -> None:
         raise UsageError('with a workspace the surface is written piece by piece, in binary: encoding "ascii" is none')
     if request.parameters.get("measure"):
         raise UsageError("give measure or workspace, not both: surfrecon measure takes the file and the scans")
+
+
+def _check_parts(request: Request) -> None:
+    path = request.parameters.get("surface") or request.output or ""
+    if not path.lower().endswith(".ply"):
+        raise UsageError(f"{path}: only .ply is written in parts: leave --part-triangles")
+    if request.parameters.get("encoding") == "ascii":
+        raise UsageError('what is written in parts is binary: encoding "ascii" is none')
 
 
 def _check_plan(request: Request) -> None:
@@ -225,6 +235,12 @@ COMMANDS = {
                     "which all processes reach: a folder, or a URL that fsspec knows. Default: the plan's folder.",
                 ),
                 Own("tasks", "count", "How many tasks a stage has; some stages are one task. Default: 16."),
+                Own(
+                    "keep",
+                    "flag",
+                    "What the merge finds out stays in the workspace: the next one planned there with the same parameters "
+                    "and as many tasks renews only what scans have a part in that are new, gone or moved.",
+                ),
             ),
             ("json",),
         ),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -55,7 +56,7 @@ def convert(work: Work) -> Made:
         system = ", and with it the coordinate reference system" if content.crs else ""
         work.notes.append(f"the pose is left out, which .ply has no place for{system}")
     if isinstance(content, _native.Mesh):
-        return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content))
+        return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content), _parts(work, content))
     if isinstance(content, _native.PointCloud):
         _tell_left_out(work, "points", content.crs)
     else:
@@ -128,7 +129,7 @@ def merge(work: Work) -> Made:
         distances = _summary(result.distances)
         report = Report(report | {"distances": distances})
         lines.append(f"distances of the vertices from the scans: {_figures(distances)}")
-    return Made(report, lines, _writer(work, result.mesh))
+    return Made(report, lines, _writer(work, result.mesh), _parts(work, result.mesh))
 
 
 def plan(work: Work) -> Made:
@@ -145,7 +146,7 @@ def plan(work: Work) -> Made:
     if said is not None:
         of_merge = {name: value for name, value in said["parameters"].items() if name not in _PLANNING}
         said = {**said, "command": "merge", "parameters": of_merge}
-    given = work.given("merge", "triangulate") | work.request.of("workspace", "tasks", "encoding")
+    given = work.given("merge", "triangulate") | work.request.of("workspace", "tasks", "keep", "encoding", "part_triangles")
     made = Plan.make(str(work.request.output), work.request.inputs, surface, reading=reading, provenance=said, **given)
     stages: list[dict[str, Any]] = [
         {"name": stage.name, "first": stage.tasks[0], "last": stage.tasks[-1]} for stage in made.stages
@@ -156,7 +157,7 @@ def plan(work: Work) -> Made:
 
 
 # What of a plan a merge by one process does not have.
-_PLANNING = ("surface", "tasks")
+_PLANNING = ("surface", "tasks", "keep")
 
 
 def _tasks(stage: dict[str, Any]) -> str:
@@ -165,7 +166,8 @@ def _tasks(stage: dict[str, Any]) -> str:
 
 
 def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
-    options = work.given("merge", "triangulate") | work.request.of("workspace", "keep", "encoding")
+    options = work.given("merge", "triangulate") | work.request.of("workspace", "keep", "encoding", "part_triangles")
+    _refuse_scans_like_parts(work, scans)
     provenance = record.provenance(work)
     # The output appears at the end of this call: from here on it is progress that stops it.
     work.stops.check()
@@ -174,7 +176,28 @@ def _merge_to_file(work: Work, scans: _native.ScanSet) -> Made:
         report = _native.merge_to_file(
             scans, str(work.request.output), provenance=provenance, progress=shown, **options
         )
-    return Made(report, [f"{sum(report.faces):,} triangles", _cells(report)], lambda *_: None)
+    lines = [f"{sum(report.faces):,} triangles", _cells(report)]
+    return Made(report, lines, lambda *_: None, _parts(work, sum(report.faces)))
+
+
+def _parts(work: Work, surface: _native.Mesh | int) -> Callable[[str], list[str]]:
+    """The files beside the output that a mesh, or one of so many triangles, is in."""
+    triangles = surface if isinstance(surface, int) else len(surface.triangles)
+    most = work.request.parameters.get("part_triangles") or triangles or 1
+    count = -(-triangles // most)
+    return lambda path: [_native._part_path(path, number, count) for number in range(2, count + 1)]
+
+
+def _refuse_scans_like_parts(work: Work, scans: _native.ScanSet) -> None:
+    """Of the parts of a surface the names follow once it is made: a scan with such a name would be gone then."""
+    if not work.request.parameters.get("part_triangles"):
+        return
+    output = os.path.abspath(str(work.request.output))
+    stem, ending = os.path.splitext(output)
+    for scan in scans:
+        path = os.path.abspath(scan.path)
+        if re.fullmatch(re.escape(stem) + r"-\d+-of-\d+" + re.escape(ending), path):
+            raise InputError(f"{scan.path} is a scan, and called as a part of {output} may be: write to another name")
 
 
 def _cells(report: Report) -> str:
@@ -190,7 +213,7 @@ def sculpt(work: Work) -> Made:
     report = found.report
     off = f"of {report.full_triangles:,}; {report.max_error:.4g} off at most, tolerance {report.tolerance:.4g}"
     mesh = contents.placed(found.mesh, image.world_from_sensor, image.crs)
-    return Made(report, [_counts(mesh), off], _writer(work, mesh))
+    return Made(report, [_counts(mesh), off], _writer(work, mesh), _parts(work, mesh))
 
 
 def quads(work: Work) -> Made:
@@ -221,7 +244,7 @@ def reconstruct(work: Work) -> Made:
     report = found.report
     used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"
     mesh = contents.placed(found.mesh, pose, scan.crs)
-    return Made(report, [_counts(mesh), used], _writer(work, mesh))
+    return Made(report, [_counts(mesh), used], _writer(work, mesh), _parts(work, mesh))
 
 
 def cluster(work: Work) -> Made:
@@ -238,7 +261,7 @@ def cluster(work: Work) -> Made:
             found = _native.cluster_levels(dense, levels, progress=shown, **options)
     finest, *coarser = [contents.placed(level.mesh, pose, scan.crs) for level in found]
     report = found[0].report if levels is None else Report(levels=[level.report for level in found])
-    return Made(report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser))
+    return Made(report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser), _parts(work, finest))
 
 
 def measure(work: Work) -> Made:

@@ -27,9 +27,11 @@ def merge(
     client: Any,
     workspace: str | os.PathLike[str] | None = None,
     tasks: int | None = None,
+    keep: bool = False,
     max_memory: int | None = None,
     reading: Mapping[str, Any] | None = None,
     encoding: str | None = None,
+    part_triangles: int = 0,
     provenance: Mapping[str, Any] | None = None,
     retries: int = 5,
     progress: Progress | None = None,
@@ -48,9 +50,12 @@ def merge(
         workspace: a folder that all workers reach under this name, or a URL that fsspec knows. Default: the folder of
             ``output``.
         tasks: how many tasks a stage has; default four for each thread of the workers that are there.
+        keep: what the merge finds out stays in the workspace for the next one with the same parameters and ``tasks``,
+            which has to be given: see ``Plan.make``.
         max_memory: most bytes that a task takes; default 0.7 of what a worker may take, by its threads.
         reading: the keyword arguments of ``surfrecon.open``.
         encoding: as for ``surfrecon.merge_to_file``.
+        part_triangles: as for ``surfrecon.merge_to_file``.
         provenance: as for ``surfrecon.merge_to_file``.
         retries: how often a task that fails, or whose worker is lost, is tried again. Dask gives a task up whose
             workers died more often than ``distributed.scheduler.allowed-failures``.
@@ -66,6 +71,8 @@ def merge(
         ParameterError, FormatError, FileError, OutOfMemoryError: as of ``surfrecon.merge_to_file``, on any worker.
         Cancelled: ``progress`` returned ``False``. The workspace keeps what is done: the same call goes on.
     """
+    if keep and tasks is None:
+        raise InputError("what is kept is of merges of as many tasks: give tasks")
     threads, memory = _workers(client)
     if max_memory is None and memory is None:
         raise InputError("a worker has no limit of memory: give max_memory, the bytes that a task may take")
@@ -76,9 +83,11 @@ def merge(
         _whole(output),
         workspace=workspace,
         tasks=_TASKS_A_THREAD * threads if tasks is None else tasks,
+        keep=keep,
         max_memory=memory if max_memory is None else max_memory,
         reading=reading,
         encoding=encoding,
+        part_triangles=part_triangles,
         provenance=provenance,
         **(options | {"threads": 1}),
     )

@@ -47,6 +47,7 @@ _KEYS = (
     "output",
     "written",
     "tasks",
+    "keep",
     "max_memory",
 )
 
@@ -86,9 +87,11 @@ class Plan:
         *,
         workspace: str | os.PathLike[str] | None = None,
         tasks: int = 16,
+        keep: bool = False,
         max_memory: int | None = None,
         reading: Mapping[str, Any] | None = None,
         encoding: str | None = None,
+        part_triangles: int = 0,
         provenance: Mapping[str, Any] | None = None,
         **options: Any,
     ) -> Plan:
@@ -106,9 +109,13 @@ class Plan:
                 bytes for each intersection of a scan with the grid in a folder there. All processes have to reach it.
                 Default: the plan's folder, else that of ``output``.
             tasks: how many tasks a stage has; some stages are one task. A few for each process let fast ones do more.
+            keep: what the merge finds out stays in the workspace, a folder, as with ``surfrecon.merge_to_file``: the next
+                one planned in it with the same parameters and as many tasks, for these scans, some more, fewer or moved,
+                renews only what they have a part in. One at a time.
             max_memory: most bytes that a process takes for a task; by default what is free.
             reading: the keyword arguments of ``surfrecon.open``.
             encoding: how the surface is written, as for ``surfrecon.merge_to_file``.
+            part_triangles: most triangles of a file, as for ``surfrecon.merge_to_file``.
             provenance: what the file says of where it is from, as for ``surfrecon.merge_to_file``.
             options: those of ``surfrecon.merge``. ``threads`` are those of each task.
 
@@ -128,15 +135,19 @@ class Plan:
         _check(tasks, max_memory, encoding, options)
         _check_names(paths, output)
         workspace = os.fspath(workspace) if workspace is not None else os.path.dirname(path or output) or "."
+        if keep and is_url(workspace):
+            raise InputError(f"{workspace}: what is kept for another merge is kept in a folder, not in an object store")
         reading = dict(reading or {})
         opened = _native.open(paths, **reading)
         if not len(opened):
             raise InputError(f"{paths[0] if paths else 'no file'}: there is no scan to merge")
         if os.path.realpath(output) in {os.path.realpath(scan.path) for scan in opened}:
             raise InputError(f"{output} is a scan: give the surface another name")
-        same = {"surfrecon": _native.__version__, "scans": _stamps(opened), "reading": reading, "tasks": tasks}
+        same = {"surfrecon": _native.__version__, "reading": reading, "tasks": tasks, "keep": keep}
+        scans_are = _stamps(opened)
         decisive = {name: value for name, value in options.items() if name != "threads"}
-        digest = hashlib.sha256(json.dumps(jsonable([same, decisive]), sort_keys=True).encode()).hexdigest()
+        of_scans = None if keep else scans_are
+        digest = hashlib.sha256(json.dumps(jsonable([same, of_scans, decisive]), sort_keys=True).encode()).hexdigest()
         name = f"surfrecon-merge-{digest[:16]}"
         storage = Storage.of(workspace, name)
         storage.make()
@@ -145,11 +156,12 @@ class Plan:
         folder = None if is_url(path) else os.path.dirname(os.path.abspath(path))
         content = same | {
             "name": name,
+            "scans": scans_are,
             "paths": [_named(one, folder) for one in paths],
             "options": options,
             "workspace": _named(workspace, folder),
             "output": _named(output, folder),
-            "written": {"encoding": encoding, "provenance": provenance},
+            "written": {"encoding": encoding, "part_triangles": part_triangles, "provenance": provenance},
             "max_memory": max_memory,
         }
         plan = cls(path, jsonable(content))
@@ -192,7 +204,7 @@ class Plan:
 
     @property
     def name(self) -> str:
-        """What the merge is called: the same for the same scans, parameters and number of tasks."""
+        """What the merge is called: the same for the same scans, parameters and number of tasks; kept, for any scans."""
         return str(self._content["name"])
 
     @property
@@ -266,7 +278,9 @@ class Plan:
         options = dict(self._content["options"])
         options["threads"] = self.threads if threads is None else threads
         limit = self._content["max_memory"] if max_memory is None else max_memory
-        call: dict[str, Any] = {"tasks": self._content["tasks"], "max_memory": limit, "progress": progress, **options}
+        cut = {name: self._content[name] for name in ("tasks", "keep")}
+        cut["has_a_part"] = storage.is_remote
+        call: dict[str, Any] = {**cut, "max_memory": limit, "progress": progress, **options}
         found: dict[str, Any] = {"stage": stage, "task": number}
         wanted = ("done-plan-", f"done-{stage}-", *_READS[stage])
         with storage.at_hand(wanted, _SPENT.get(stage, ()), scratch) as folder:
@@ -287,8 +301,9 @@ class Plan:
         self._storage().remove()
 
     def remove(self) -> None:
-        """Removes what tasks have left, and the plan; the surface stays."""
-        self.clear()
+        """Removes the plan and what tasks have left, but for what is to be kept; the surface stays."""
+        if not self._content["keep"]:
+            self.clear()
         remove_file(self.path)
 
     def _made(self, stage: str, number: int) -> dict[str, Any] | None:
@@ -356,7 +371,7 @@ def _check(tasks: int, max_memory: int | None, encoding: str | None, options: Ma
         raise InputError(f"tasks must lie between 1 and {MOST_TASKS}, got {tasks}")
     if max_memory is not None and not (isinstance(max_memory, int) and max_memory > 0):
         raise InputError(f"max_memory must be bytes > 0, got {max_memory!r}")
-    if encoding not in (None, "binary"):
+    if encoding not in (None, "binary", "binary_double"):
         raise InputError(f"the surface is written piece by piece, in binary: encoding {encoding!r} is none")
     known = {one.name: one for one in _native.parameters() if one.operation in ("merge", "triangulate")}
     for name, value in options.items():

@@ -24,6 +24,9 @@ _UNFINISHED = "unfinished-"
 class Storage(ABC):
     """The files of a merge."""
 
+    # Whether tasks have a part of the files alone at hand.
+    is_remote = False
+
     def __init__(self, place: str) -> None:
         """``place`` is the merge's own folder."""
         self.place = place
@@ -93,6 +96,8 @@ class Local(Storage):
 
 class Remote(Storage):
     """What fsspec reaches. Files never change once they have their names, so each is fetched once by a process."""
+
+    is_remote = True
 
     def make(self) -> None:
         """Folders are made of names there."""

@@ -4,6 +4,7 @@
 //! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts
 //! elements, about every quarter megabyte.
 
+mod parts;
 mod pieces;
 mod rows;
 
@@ -21,8 +22,10 @@ use base::memory;
 use base::progress::Progress;
 use image::range_image::{Projection, RangeImage, Samples, Viewing};
 use mesh::point_cloud::PointCloud;
+use mesh::sink::MeshSink;
 use mesh::{Attribute, AttributeData, Crs, Extent, QuadMesh, TriMesh};
 
+pub use self::parts::part_path;
 pub use self::pieces::write_ply_in_pieces;
 
 /// Coordinates farther from the origin than this many times their extent are written in double precision: single
@@ -63,6 +66,8 @@ pub struct PlyOptions {
     pub positions: PositionType,
     /// What the file says of where it is from.
     pub provenance: Option<Provenance>,
+    /// Of a mesh of more triangles files beside it ([`part_path`]) get the rest, none of them more; 0 for one file.
+    pub part_triangles: u32,
 }
 
 impl From<PlyEncoding> for PlyOptions {
@@ -72,10 +77,10 @@ impl From<PlyEncoding> for PlyOptions {
 }
 
 /// Writes a mesh with all its attributes: `colour` as red, green, blue and alpha (uchar), floats as float, integers as
-/// int, flags as uchar.
+/// int, flags as uchar. In parts as [`write_ply_in_pieces`] makes them.
 ///
 /// # Errors
-/// The mesh isn't valid ([`TriMesh::validate`]), a coordinate doesn't fit the precision, an attribute has a name that
+/// The mesh isn't valid ([`TriMesh::validate`]), parts that are to be text, a coordinate doesn't fit the precision, an attribute has a name that
 /// the format can't hold or that is taken; [`Error::Io`]; [`Error::Cancelled`]. Then no file is left, and one that was
 /// there is untouched.
 pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, progress: &Progress<'_>) -> Result<()> {
@@ -87,6 +92,12 @@ pub fn write_ply(path: &Path, mesh: &TriMesh, options: impl Into<PlyOptions>, pr
         PositionType::Auto if breaks_bound => PositionType::Double,
         kind => kind,
     };
+    if options.part_triangles > 0 {
+        let options = PlyOptions { positions: kind, ..options };
+        begin(progress, mesh.positions.len() + mesh.triangles.len());
+        let hand_over = |sink: &mut dyn MeshSink| mesh.hand_over(sink, progress);
+        return progress.watch(|| write_ply_in_pieces(path, options, hand_over, progress));
+    }
     vertices.columns.push(positions(&mesh.positions, kind)?);
     attributes(&mut vertices, &mesh.vertex_attributes)?;
     let mut faces = faces(&mesh.triangles, mesh.triangles.len());

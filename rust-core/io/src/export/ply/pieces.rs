@@ -7,9 +7,10 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use super::parts::Whole;
 use super::rows::{CHUNK, Column, Element};
 use super::{PlyEncoding, PlyOptions, attributes, column_data, element, faces, header, is_double, position_column};
-use crate::export::atomic::{Output, write_atomically_back_and_forth};
+use crate::export::atomic::{Output, Staged, stage_back_and_forth};
 use base::error::{Error, Result, known_as};
 use base::memory::size;
 use base::progress::Progress;
@@ -20,7 +21,8 @@ use mesh::{Attribute, AttributeData, Extent};
 /// Returns what `make` returns.
 ///
 /// Cost: memory for a quarter of a megabyte beside the pieces. The room for all is taken from the disk before the first piece is, where
-/// the system can do that.
+/// the system can do that. Where it comes in parts ([`PlyOptions::part_triangles`]), the room of the surface twice, and 12 bytes for each
+/// triangle of a part.
 ///
 /// # Errors
 /// [`PlyEncoding::Ascii`], whose rows have no places of their own; the pieces are not those of the outline; else as
@@ -29,6 +31,7 @@ pub fn write_ply_in_pieces<R: Send>(
     path: &Path,
     options: impl Into<PlyOptions>,
     make: impl FnOnce(&mut dyn MeshSink) -> Result<R> + Send,
+    progress: &Progress<'_>,
 ) -> Result<R> {
     let options = options.into();
     if options.encoding == PlyEncoding::Ascii {
@@ -36,12 +39,23 @@ pub fn write_ply_in_pieces<R: Send>(
         return Err(Error::input(format!("{path}: what is written piece by piece must be binary, not text")));
     }
     let mut made = None;
+    let mut parts = Vec::new();
     // Who makes the mesh has a progress, and is watched by it.
-    write_atomically_back_and_forth(path, &Progress::none(), |file| {
+    let whole = stage_back_and_forth(path, &Progress::none(), |file| {
         let mut pieces = Pieces { file, path, options: &options, begun: None };
         made = Some(make(&mut pieces)?);
-        pieces.check_whole()
+        pieces.check_whole()?;
+        let Pieces { begun: Some(Begun { outline, layout, .. }), file, .. } = pieces else { return Ok(()) };
+        if options.is_split(outline.triangles) {
+            let mut whole = Whole { file, path, options: &options, outline: &outline, layout: &layout };
+            parts = whole.split(progress)?;
+        }
+        Ok(())
     })?;
+    if parts.is_empty() {
+        whole.keep()?;
+    }
+    parts.into_iter().try_for_each(Staged::keep)?;
     Ok(made.expect("it was made, or there is an error"))
 }
 
@@ -55,26 +69,57 @@ struct Pieces<'a, 'f> {
 /// A file whose header is written.
 struct Begun {
     outline: MeshOutline,
-    double: bool,
-    vertices: Rows,
-    faces: Rows,
+    layout: Layout,
+    /// How many vertices and triangles were handed over.
+    written: [u64; 2],
     /// Of the vertices so far.
     extent: Extent,
 }
 
+/// What the bytes of a file of a mesh are, and where.
+pub(super) struct Layout {
+    pub header: String,
+    pub is_double: bool,
+    pub vertices: Rows,
+    pub faces: Rows,
+}
+
 /// Where the rows of an element are.
 #[derive(Clone, Copy)]
-struct Rows {
-    begin: u64,
-    size: u64,
-    count: u64,
-    /// How many were handed over.
-    written: u64,
+pub(super) struct Rows {
+    pub begin: u64,
+    pub size: u64,
+    pub count: u64,
 }
 
 impl Rows {
-    fn end(&self) -> u64 {
+    /// Where what follows them begins.
+    pub fn end(&self) -> u64 {
         self.begin + self.size * self.count
+    }
+}
+
+impl Layout {
+    pub fn of(outline: &MeshOutline, options: &PlyOptions, is_double: bool) -> Result<Self> {
+        let many = |count: u64| usize::try_from(count).unwrap_or(usize::MAX);
+        let mut vertices = element("vertex", many(outline.vertices));
+        vertices.columns.push(position_column(&[], is_double));
+        attributes(&mut vertices, &outline.vertex_attributes)?;
+        let mut faces = faces(&[], many(outline.triangles));
+        attributes(&mut faces, &outline.face_attributes)?;
+        let elements = [vertices, faces];
+        let header = header("", &elements, options, outline.crs.as_ref())?;
+        let rows =
+            |begin, element: &Element<'_>| Rows { begin, size: element.row_size() as u64, count: element.count as u64 };
+        let vertices = rows(header.len() as u64, &elements[0]);
+        let faces = rows(vertices.end(), &elements[1]);
+        Ok(Layout { header, is_double, vertices, faces })
+    }
+
+    fn of_so_many(mut self, vertices: u64, faces: u64) -> Self {
+        self.vertices.count = vertices;
+        self.faces = Rows { begin: self.vertices.end(), count: faces, ..self.faces };
+        self
     }
 }
 
@@ -88,11 +133,12 @@ impl Pieces<'_, '_> {
     }
 
     fn check_whole(&mut self) -> Result<()> {
-        let Begun { outline, vertices, faces, extent, .. } = self.begun()?;
-        if vertices.written != vertices.count || faces.written != faces.count {
+        let Begun { outline, written, extent, .. } = self.begun()?;
+        if *written != [outline.vertices, outline.triangles] {
+            let [vertices, triangles] = written;
             return Err(wrong(&format!(
-                "{} vertices and {} triangles were handed over, of {} and {}",
-                vertices.written, faces.written, vertices.count, faces.count
+                "{vertices} vertices and {triangles} triangles were handed over, of {} and {}",
+                outline.vertices, outline.triangles
             )));
         }
         if *extent != outline.extent {
@@ -104,7 +150,7 @@ impl Pieces<'_, '_> {
     /// Writes rows of an element from its row `first` on.
     fn write(&mut self, element: &Element<'_>, rows: Rows, first: u64) -> Result<()> {
         let begin = rows.begin + rows.size * first;
-        let whole = self.begun()?.faces.end();
+        let whole = self.begun()?.layout.faces.end();
         let failed = |error| cant_write(self.path, whole, error);
         self.file.seek(SeekFrom::Start(begin)).map_err(failed)?;
         let each = (CHUNK / element.row_size().max(1)).max(1);
@@ -121,10 +167,10 @@ impl Pieces<'_, '_> {
 
 /// Checks a piece of some rows and takes it into account.
 fn take(
-    rows: &mut Rows,
+    rows: Rows,
+    written: &mut u64,
     what: &str,
-    first: u64,
-    count: usize,
+    (first, count): (u64, usize),
     own: &[Attribute],
     given: &[AttributeData],
 ) -> Result<()> {
@@ -138,7 +184,7 @@ fn take(
     if own.len() != given.len() || !own.iter().zip(given).all(same_kind) {
         return Err(wrong(&format!("the attributes of its {what} are not those of its outline")));
     }
-    rows.written += count;
+    *written += count;
     Ok(())
 }
 
@@ -151,50 +197,41 @@ fn with_attributes<'a>(mut element: Element<'a>, attributes: &'a [AttributeData]
 
 impl MeshSink for Pieces<'_, '_> {
     fn begin(&mut self, outline: &MeshOutline) -> Result<()> {
-        let double = is_double(&outline.extent, self.options.positions)?;
-        let many = |count: u64| usize::try_from(count).unwrap_or(usize::MAX);
-        let mut vertices = element("vertex", many(outline.vertices));
-        vertices.columns.push(position_column(&[], double));
-        attributes(&mut vertices, &outline.vertex_attributes)?;
-        let mut faces = faces(&[], many(outline.triangles));
-        attributes(&mut faces, &outline.face_attributes)?;
-        let elements = [vertices, faces];
-        let header = header("", &elements, self.options, outline.crs.as_ref())?;
-        let rows = |begin, element: &Element<'_>| Rows {
-            begin,
-            size: element.row_size() as u64,
-            count: element.count as u64,
-            written: 0,
+        let is_double = is_double(&outline.extent, self.options.positions)?;
+        let layout = if self.options.is_split(outline.triangles) {
+            // Nobody will read its header, which may hold no such numbers.
+            let none = MeshOutline { vertices: 0, triangles: 0, ..outline.clone() };
+            Layout::of(&none, self.options, is_double)?.of_so_many(outline.vertices, outline.triangles)
+        } else {
+            Layout::of(outline, self.options, is_double)?
         };
-        let vertices = rows(header.len() as u64, &elements[0]);
-        let faces = rows(vertices.end(), &elements[1]);
-        let failed = |error| cant_write(self.path, faces.end(), error);
-        self.file.reserve(faces.end()).map_err(failed)?;
-        self.file.write_all(header.as_bytes()).map_err(failed)?;
-        self.begun = Some(Begun { outline: outline.clone(), double, vertices, faces, extent: Extent::default() });
+        let failed = |error| cant_write(self.path, layout.faces.end(), error);
+        self.file.reserve(layout.faces.end()).map_err(failed)?;
+        self.file.write_all(layout.header.as_bytes()).map_err(failed)?;
+        self.begun = Some(Begun { outline: outline.clone(), layout, written: [0; 2], extent: Extent::default() });
         Ok(())
     }
 
     fn vertices(&mut self, first: u64, positions: &[DVec3], attributes: &[AttributeData]) -> Result<()> {
         let begun = self.begun()?;
-        let own = &begun.outline.vertex_attributes;
-        take(&mut begun.vertices, "vertices", first, positions.len(), own, attributes)?;
+        let (rows, own) = (begun.layout.vertices, &begun.outline.vertex_attributes);
+        take(rows, &mut begun.written[0], "vertices", (first, positions.len()), own, attributes)?;
         for (v, position) in (first..).zip(positions) {
             if !position.is_finite() {
                 return Err(Error::input(format!("vertex {v} has a coordinate that is not finite: {position}")));
             }
             begun.extent.add(*position);
         }
-        let rows = begun.vertices;
         let mut vertices = element("vertex", positions.len());
-        vertices.columns.push(position_column(positions, begun.double));
+        vertices.columns.push(position_column(positions, begun.layout.is_double));
         self.write(&with_attributes(vertices, attributes), rows, first)
     }
 
     fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()> {
         let begun = self.begun()?;
-        take(&mut begun.faces, "triangles", first, triangles.len(), &begun.outline.face_attributes, attributes)?;
-        let count = begun.vertices.count;
+        let (rows, own) = (begun.layout.faces, &begun.outline.face_attributes);
+        take(rows, &mut begun.written[1], "triangles", (first, triangles.len()), own, attributes)?;
+        let count = begun.outline.vertices;
         for (t, triangle) in (first..).zip(triangles) {
             if let Some(v) = triangle.iter().find(|&&v| u64::from(v) >= count) {
                 return Err(Error::input(format!(
@@ -202,13 +239,12 @@ impl MeshSink for Pieces<'_, '_> {
                 )));
             }
         }
-        let rows = begun.faces;
         self.write(&with_attributes(faces(triangles, triangles.len()), attributes), rows, first)
     }
 }
 
 /// What a write that failed is told as: where a disk is full with the bytes of the whole file.
-fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
+pub(super) fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
     if error.kind() != ErrorKind::StorageFull {
         return Error::io(path, error);
     }

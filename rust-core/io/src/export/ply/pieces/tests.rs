@@ -1,9 +1,11 @@
 //! In whatever pieces a mesh comes, the file is the one that the whole mesh makes.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use proptest::prelude::*;
 
 use super::*;
-use crate::export::{PositionType, Provenance, write_ply};
+use crate::export::{PositionType, Provenance, part_path, write_ply};
 use mesh::{Crs, TriMesh};
 
 /// Some rows of a mesh's vertices or triangles.
@@ -82,11 +84,11 @@ proptest! {
         let [one, other] = ["one.ply", "other.ply"].map(|name| folder.path().join(name));
         let encoding = if big { PlyEncoding::BinaryBigEndian } else { PlyEncoding::BinaryLittleEndian };
         let provenance = said.then(|| Provenance::from_json("{\"command\": \"merge\"}").unwrap());
-        let options = PlyOptions { encoding, positions, provenance };
+        let options = PlyOptions { encoding, positions, provenance, part_triangles: 0 };
         let pieces = pieces(&mesh, &cuts);
         let pieces: Vec<Piece> = order.iter().filter_map(|&place| pieces.get(place).cloned()).collect();
         let at_once = write_ply(&one, &mesh, options.clone(), &Progress::none());
-        let made = write_ply_in_pieces(&other, options, |sink| hand_over(&mesh, &pieces, sink));
+        let made = write_ply_in_pieces(&other, options, |sink| hand_over(&mesh, &pieces, sink), &Progress::none());
         match at_once {
             Ok(()) => {
                 made.unwrap();
@@ -96,6 +98,71 @@ proptest! {
                 prop_assert_eq!(made.unwrap_err().to_string(), error.to_string());
                 prop_assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
             }
+        }
+    }
+}
+
+/// A run of a mesh's triangles with the vertices that it names, as one would cut it out by hand.
+fn cut_out(mesh: &TriMesh, run: Range<usize>) -> TriMesh {
+    let triangles: Vec<usize> = run.collect();
+    let named: BTreeSet<u32> = triangles.iter().flat_map(|&t| mesh.triangles[t]).collect();
+    let vertices: Vec<usize> = named.iter().map(|&v| v as usize).collect();
+    let number: BTreeMap<u32, u32> = named.into_iter().zip(0..).collect();
+    let of = |list: &[Attribute], places: &[usize]| {
+        list.iter().map(|of| Attribute { name: of.name.clone(), data: of.data.gather(places) }).collect()
+    };
+    let mut part = TriMesh::new(
+        vertices.iter().map(|&v| mesh.positions[v]).collect(),
+        triangles.iter().map(|&t| mesh.triangles[t].map(|v| number[&v])).collect(),
+    );
+    part.vertex_attributes = of(&mesh.vertex_attributes, &vertices);
+    part.face_attributes = of(&mesh.face_attributes, &triangles);
+    part.crs.clone_from(&mesh.crs);
+    part
+}
+
+proptest! {
+    /// Theorem: a mesh in parts is in files that have, run by run, the triangles of the whole and their vertices, bit by bit, and no file is
+    /// there but these; one that needs no parts is the file that it always was.
+    #[test]
+    fn parts_are_runs_of_the_whole(
+        mesh in meshes(),
+        cuts in prop::collection::vec(any::<usize>(), 0..6),
+        part_triangles in 1..300_u32,
+        big in any::<bool>(),
+        said in any::<bool>(),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let [there, other] = ["there.ply", "other.ply"].map(|name| folder.path().join(name));
+        let encoding = if big { PlyEncoding::BinaryBigEndian } else { PlyEncoding::BinaryLittleEndian };
+        let provenance = said.then(|| Provenance::from_json("{\"command\": \"merge\"}").unwrap());
+        let one = PlyOptions { encoding, provenance, ..PlyOptions::default() };
+        let options = PlyOptions { part_triangles, ..one.clone() };
+        let pieces = pieces(&mesh, &cuts);
+        let none = Progress::none();
+        write_ply(&there, &mesh, options.clone(), &none).unwrap();
+        write_ply_in_pieces(&other, options, |sink| hand_over(&mesh, &pieces, sink), &none).unwrap();
+        let (all, most) = (mesh.triangles.len(), part_triangles as usize);
+        let count = all.div_ceil(most);
+        let kind = if is_double(&Extent::of(&mesh.positions), PositionType::Auto).unwrap() {
+            PositionType::Double
+        } else {
+            PositionType::Float
+        };
+        prop_assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2 * count);
+        for number in 0..count {
+            let expected = folder.path().join("expected.ply");
+            let part = cut_out(&mesh, most * number..all.min(most * (number + 1)));
+            if count > 1 {
+                write_ply(&expected, &part, PlyOptions { positions: kind, ..one.clone() }, &none).unwrap();
+            } else {
+                write_ply(&expected, &mesh, one.clone(), &none).unwrap();
+            }
+            for path in [&there, &other] {
+                let path = part_path(path, number as u64 + 1, count as u64);
+                prop_assert!(std::fs::read(path).unwrap() == std::fs::read(&expected).unwrap());
+            }
+            std::fs::remove_file(expected).unwrap();
         }
     }
 }
@@ -110,7 +177,7 @@ fn what_is_not_as_announced_is_refused() {
     mesh.vertex_attributes.push(Attribute::i32("row", vec![1, 2, 3]));
     let rows = || [AttributeData::I32(vec![1, 2, 3])];
     let refused = |options: PlyOptions, make: &(dyn Fn(&mut dyn MeshSink) -> Result<()> + Sync)| {
-        let text = write_ply_in_pieces(&path, options, |sink| make(sink)).unwrap_err().to_string();
+        let text = write_ply_in_pieces(&path, options, |sink| make(sink), &Progress::none()).unwrap_err().to_string();
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         text
@@ -139,6 +206,7 @@ fn what_is_not_as_announced_is_refused() {
         sink.vertices(0, &[DVec3::ZERO, DVec3::X, DVec3::Z], &rows())
     });
     assert!(text.contains("its vertices lie elsewhere than its outline says"), "{text}");
-    write_ply_in_pieces(&path, PlyOptions::default(), |sink| hand_over(&mesh, &whole(&mesh), sink)).unwrap();
+    write_ply_in_pieces(&path, PlyOptions::default(), |sink| hand_over(&mesh, &whole(&mesh), sink), &Progress::none())
+        .unwrap();
     assert_ne!(std::fs::read(&path).unwrap(), b"old");
 }
