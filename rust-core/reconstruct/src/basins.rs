@@ -71,10 +71,9 @@ pub(super) struct Basins {
 pub(super) const TANGENT: f32 = 2.0;
 
 impl Basins {
-    pub(super) fn find(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Basins> {
-        let balls = Balls::of(complex, progress)?;
-        let (basin, depth) = flow(complex, &balls, progress)?;
-        let gates = gates(complex, &basin, &balls, progress)?;
+    pub(super) fn find(complex: Complex<'_>, balls: &Balls, progress: &Progress<'_>) -> Result<Basins> {
+        let (basin, depth) = flow(complex, balls, progress)?;
+        let gates = gates(complex, &basin, balls, progress)?;
         Ok(Basins { basin, depth, gates })
     }
 }

@@ -6,7 +6,7 @@ use super::balls::{Balls, CHUNK};
 use super::complex::Complex;
 use base::error::Result;
 use base::progress::Progress;
-use geom::delaunay3::INFINITE;
+use geom::delaunay3::{Cell, INFINITE};
 
 /// A facet between two balls larger than it is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -18,12 +18,14 @@ pub(super) struct Certain {
     pub(super) cell: u32,
 }
 
-/// Of the facets that are wanted, those whose two balls exceed their clearance by a factor, the most certain first.
+/// Of the facets with wanted vertices only, and of these of one in `share` by the lowest number of a vertex, those whose two balls
+/// exceed their clearance by a factor, the most certain first.
 pub(super) fn certain(
     complex: Complex<'_>,
     balls: &Balls,
     factor: f32,
-    is_wanted: impl Fn([u32; 3]) -> bool + Sync,
+    share: u32,
+    is_wanted: impl Fn(u32) -> bool + Sync,
     progress: &Progress<'_>,
 ) -> Result<Vec<Certain>> {
     let found: Vec<Vec<Certain>> = complex
@@ -33,12 +35,24 @@ pub(super) fn certain(
         .map(|(chunk, cells)| {
             progress.check()?;
             let mut found = Vec::new();
-            for cell in (chunk * CHUNK..).take(cells.len()).map(|cell| cell as u32) {
+            for (i, Cell { vertices, neighbours }) in cells.iter().enumerate() {
+                let cell = (chunk * CHUNK + i) as u32;
+                if share > 1 && !vertices.iter().any(|v| v.is_multiple_of(share)) {
+                    continue;
+                }
+                let is_left_out = vertices.map(|v| v == INFINITE || !is_wanted(v));
+                let left_out = is_left_out.iter().filter(|is| **is).count();
+                if left_out > 1 {
+                    continue;
+                }
                 for slot in 0..4 {
-                    let beyond = complex.neighbour(cell, slot);
+                    let beyond = neighbours[slot];
+                    if beyond < cell || left_out > usize::from(is_left_out[slot]) {
+                        continue;
+                    }
                     let mut facet = complex.facet(cell, slot);
                     facet.sort_unstable();
-                    if beyond < cell || facet[2] == INFINITE || !is_wanted(facet) {
+                    if !facet[0].is_multiple_of(share) {
                         continue;
                     }
                     let clearance = balls.clearance(complex, cell, slot);

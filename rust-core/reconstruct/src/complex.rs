@@ -14,6 +14,13 @@ pub(super) const FACETS: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0,
 /// circumscribed ball would be rounding error. Decides on sizes only, never on topology.
 const FLAT: f64 = 1e-10;
 
+/// The place of a number that is one of four, without a branch: any place is as likely as the others.
+#[inline]
+pub(super) fn place_in(four: [u32; 4], number: u32) -> usize {
+    debug_assert!(four.contains(&number), "{number} is none of {four:?}");
+    usize::from(four[1] == number) + 2 * usize::from(four[2] == number) + 3 * usize::from(four[3] == number)
+}
+
 /// A view of the Delaunay cells; those with the vertex [`INFINITE`] lie outside the convex hull.
 #[derive(Clone, Copy)]
 pub(super) struct Complex<'a> {
@@ -50,7 +57,7 @@ impl Complex<'_> {
     /// The slot of the neighbour beyond a facet that the facet is opposite to.
     pub(super) fn mirror(&self, cell: u32, slot: usize) -> usize {
         let beyond = self.cells[self.neighbour(cell, slot) as usize].neighbours;
-        (0..4).find(|&i| beyond[i] == cell).expect("neighbours know each other")
+        place_in(beyond, cell)
     }
 
     /// A cell of each vertex, or `u32::MAX`.
@@ -84,7 +91,7 @@ impl Complex<'_> {
     }
 
     fn slot(&self, cell: u32, vertex: u32) -> usize {
-        self.vertices(cell).iter().position(|&v| v == vertex).expect("the vertex is one of the cell's")
+        place_in(self.vertices(cell), vertex)
     }
 
     /// A cell's vertices in the order of their numbers: what it is called whatever its own number, which depends on the

@@ -26,14 +26,9 @@ use super::basins::TANGENT;
 use super::border::Border;
 use super::certain::{Certain, certain};
 use super::complex::Complex;
+use super::hinge::Around;
 use base::error::Result;
-use base::progress::Progress;
-use geom::delaunay3::INFINITE;
-
-/// Cosine of the bend up to which the size of a facet decides: 30 degrees, as in \[CSD04\].
-const SMOOTH: f64 = 0.866;
-/// Cosine of the sharpest bend: 150 degrees.
-const SHARPEST: f64 = -0.866;
+use base::progress::{Pace, Progress};
 
 /// Of so many facets one is looked at first: nearly all parts are begun by one of these.
 const FEW: u32 = 16;
@@ -41,8 +36,24 @@ const FEW: u32 = 16;
 /// Share of the samples that parts begun by certain facets must miss for others to begin some, too.
 const MISSED: f64 = 0.01;
 
-/// How good a facet is at an edge, smaller is better: smooth ones by size, then the others by bend.
-pub(super) type Rank = (bool, u32);
+/// How good a facet is at an edge, smaller is better: smooth ones by size, then the others by bend. The bits of that, and above them
+/// whether it is bent.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Rank(u64);
+
+impl Rank {
+    pub(super) fn smooth(size: f32) -> Self {
+        Rank(size.to_bits().into())
+    }
+
+    pub(super) fn bent(by: f32) -> Self {
+        Rank(1 << 32 | u64::from(by.to_bits()))
+    }
+
+    fn is_smooth(self) -> bool {
+        self.0 >> 32 == 0
+    }
+}
 
 /// A facet that could continue the surface over the edge from `edge[0]` to `edge[1]`, with a cell that has it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -92,7 +103,7 @@ const SMOOTHER: u32 = 4;
 /// A surface that grows.
 pub(super) struct Front<'a, F> {
     pub(super) complex: Complex<'a>,
-    balls: &'a Balls,
+    pub(super) balls: &'a Balls,
     /// Largest perimeter that the sampling around a facet allows.
     pub(super) allowed: F,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -112,6 +123,8 @@ pub(super) struct Front<'a, F> {
     pub(super) reach: Reach,
     /// While parts are joined, the triangles of each that is joined with no other or is the first of those that are.
     pub(super) members: FxHashMap<u32, Vec<u32>>,
+    /// The facets with an edge and what their clearances are at least: kept and refilled, so that nothing is allocated for each edge.
+    pub(super) ring: Vec<(f32, Around)>,
 }
 
 impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
@@ -133,16 +146,17 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             refused: FxHashSet::default(),
             reach: Reach::Sampling,
             members: FxHashMap::default(),
+            ring: Vec::new(),
         };
         for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
             // Where opposite walls are nearer than their samples are to each other, few facets are certain or none.
-            let missed = (0..count as u32).filter(|&v| !front.border.is_used(v)).count();
+            let is_missed: Vec<bool> = (0..count as u32).map(|v| !front.border.is_used(v)).collect();
+            let missed = is_missed.iter().filter(|is| **is).count();
             if factor == 0.0 && (missed as f64) < MISSED * count as f64 {
                 break;
             }
-            let is_wanted =
-                |facet: [u32; 3]| facet[0].is_multiple_of(share) && !facet.iter().any(|&v| front.border.is_used(v));
-            for certain in certain(complex, balls, factor, is_wanted, progress)? {
+            let is_wanted = |v: u32| is_missed[v as usize];
+            for certain in certain(complex, balls, factor, share, is_wanted, progress)? {
                 front.grow_from(certain, progress)?;
             }
         }
@@ -204,15 +218,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         self.patience = Patience::Strict;
         loop {
             let before = self.triangles.len();
-            for triangle in first..before {
-                let [a, b, c] = self.triangles[triangle];
-                for edge in [[a, b], [b, c], [c, a]] {
-                    self.enqueue(edge);
-                }
-                if triangle % 256 == 0 {
-                    progress.check()?;
-                }
-            }
+            self.enqueue_from(first, progress)?;
             self.exhaust(progress)?;
             self.patience = match (self.triangles.len() > before, self.patience) {
                 (true, _) => Patience::Strict,
@@ -221,6 +227,28 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
                 (false, Patience::NextBest) => return Ok(()),
             };
         }
+    }
+
+    /// Queues the edges of the border beside the triangles from `first` on, in any order.
+    fn enqueue_from(&mut self, first: usize, progress: &Progress<'_>) -> Result<()> {
+        let mut pace = Pace::new(progress);
+        if first == 0 {
+            for from in 0..self.complex.points.len() as u32 {
+                pace.after(1)?;
+                if let Some(to) = self.border.next(from) {
+                    self.enqueue([from, to]);
+                }
+            }
+            return Ok(());
+        }
+        for triangle in first..self.triangles.len() {
+            pace.after(1)?;
+            let [a, b, c] = self.triangles[triangle];
+            for edge in [[a, b], [b, c], [c, a]] {
+                self.enqueue(edge);
+            }
+        }
+        Ok(())
     }
 
     fn exhaust(&mut self, progress: &Progress<'_>) -> Result<()> {
@@ -401,13 +429,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         if !self.border.has(edge) {
             return;
         }
-        let mut best: Option<Candidate> = None;
-        self.around(edge, |front, candidate| {
-            if best.is_none_or(|best| candidate < best) && front.is_trusted(candidate) && may_go(front, candidate) {
-                best = Some(candidate);
-            }
-        });
-        if let Some(best) = best {
+        if let Some(best) = self.best(edge, may_go) {
             self.queue.push(Reverse(best));
         }
     }
@@ -423,73 +445,9 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         }
         let times = match self.reach {
             Reach::Sampling => 1,
-            Reach::Smooth(times) if !candidate.rank.0 => SMOOTHER * times,
+            Reach::Smooth(times) if candidate.rank.is_smooth() => SMOOTHER * times,
             Reach::Times(times) | Reach::Smooth(times) => times,
         };
         self.complex.perimeter(facet) <= f64::from(times) * (self.allowed)(facet)
-    }
-
-    /// Looks at all facets with an edge of the border that end at no vertex inside the surface and are not bent too sharply.
-    pub(super) fn around(&mut self, edge: [u32; 2], mut look: impl FnMut(&mut Self, Candidate)) {
-        let [opposite, start] = self.beside[edge[0] as usize];
-        let complex = self.complex;
-        let [a, b, c] = [edge[0], edge[1], opposite].map(|v| complex.points[v as usize]);
-        let before = (b - a).cross(c - a).normalize_or_zero();
-        let mut around = Around::new(complex, edge, start);
-        loop {
-            let apex = around.apex;
-            if apex != opposite && apex != INFINITE && !self.border.is_inside(apex) {
-                let after = (a - b).cross(complex.points[apex as usize] - b).normalize_or_zero();
-                let bend = before.dot(after);
-                // What closes a hole of three edges is welcome however it is bent: facets cross nothing.
-                let closes = || self.border.has([apex, edge[0]]) && self.border.has([edge[1], apex]);
-                if bend >= SHARPEST || closes() {
-                    let rank = if bend >= SMOOTH {
-                        (false, self.balls.clearance(complex, around.cell, around.slot).to_bits())
-                    } else {
-                        (true, ((1.0 - bend) as f32).to_bits())
-                    };
-                    look(self, Candidate { rank, edge, apex, cell: around.cell });
-                }
-            }
-            if !around.turn(complex) {
-                return;
-            }
-        }
-    }
-}
-
-/// The facets with an edge, one after the other.
-struct Around {
-    edge: [u32; 2],
-    start: u32,
-    /// A cell with the facet, its slot opposite to it, and the facet's third vertex.
-    cell: u32,
-    slot: usize,
-    apex: u32,
-}
-
-impl Around {
-    fn new(complex: Complex<'_>, edge: [u32; 2], cell: u32) -> Self {
-        let others = complex.vertices(cell).into_iter().find(|v| !edge.contains(v));
-        let mut around = Around { edge, start: cell, cell, slot: 0, apex: others.expect("two other vertices") };
-        around.find_slot(complex);
-        around
-    }
-
-    /// The slot of the vertex that is neither the edge's nor the apex.
-    fn find_slot(&mut self, complex: Complex<'_>) {
-        let vertices = complex.vertices(self.cell);
-        let is_other = |&slot: &usize| vertices[slot] != self.apex && !self.edge.contains(&vertices[slot]);
-        self.slot = (0..4).find(is_other).expect("two other vertices");
-    }
-
-    /// Goes on through the facet; false once all were seen.
-    fn turn(&mut self, complex: Complex<'_>) -> bool {
-        self.cell = complex.neighbour(self.cell, self.slot);
-        let next = complex.vertices(self.cell).into_iter().find(|v| *v != self.apex && !self.edge.contains(v));
-        self.apex = next.expect("two other vertices");
-        self.find_slot(complex);
-        self.cell != self.start
     }
 }

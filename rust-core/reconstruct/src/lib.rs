@@ -9,7 +9,7 @@
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
-//! | 5 | `certain`, `grow`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
+//! | 5 | `certain`, `grow`, `hinge`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
 //! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
@@ -57,6 +57,7 @@ mod fans;
 mod gather;
 mod grow;
 mod handles;
+mod hinge;
 mod join;
 mod lids;
 
@@ -75,6 +76,7 @@ mod space;
 // all of it, and again with other parameters
 mod reconstructor;
 
+use balls::Balls;
 use complex::{Complex, Star};
 use manifold::{Separated, Solid};
 use rayon::prelude::*;
@@ -113,16 +115,19 @@ pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progr
     Reconstructor::new(cloud)?.into_surface_of_its_own(params, progress)
 }
 
-/// Stages 2 to 4 up to the repair: the side of each cell.
-fn separate(complex: Complex<'_>, is_noisy: bool, progress: &Progress<'_>) -> Result<Separated> {
+/// Stages 2 to 4 up to the repair: the side of each cell, and the cells' balls if these were asked for.
+fn separate(complex: Complex<'_>, is_noisy: bool, progress: &Progress<'_>) -> Result<(Separated, Option<Balls>)> {
     let by_cut = if is_noisy { cut::sides(complex, progress)? } else { None };
-    let sides = match by_cut {
-        Some(sides) => sides,
-        None => separate::sides(basins::Basins::find(complex, progress)?, progress)?,
+    let (sides, balls) = match by_cut {
+        Some(sides) => (sides, None),
+        None => {
+            let balls = Balls::of(complex, progress)?;
+            (separate::sides(basins::Basins::find(complex, &balls, progress)?, progress)?, Some(balls))
+        }
     };
     let mut solid = Solid::new(complex, sides);
     let repaired = solid.repair(progress)?;
-    Ok(solid.into_separated(repaired))
+    Ok((solid.into_separated(repaired), balls))
 }
 
 /// What was found.
@@ -220,19 +225,23 @@ fn close(
     Ok(triangles)
 }
 
-/// The open surface, grown from what is certain.
+/// The open surface, grown from what is certain; `balls` if they are at hand.
 fn open(
     complex: Complex<'_>,
     incident: &[u32],
+    balls: Option<Balls>,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
 ) -> Result<Vec<[u32; 3]>> {
-    let balls = balls::Balls::of(complex, progress)?;
+    let balls = match balls {
+        Some(balls) => balls,
+        None => Balls::of(complex, progress)?,
+    };
     let typical = || {
-        let mut certain = certain::certain(complex, &balls, basins::TANGENT, |_| true, progress)?;
+        let mut certain = certain::certain(complex, &balls, basins::TANGENT, 1, |_| true, progress)?;
         if certain.is_empty() {
-            certain = certain::certain(complex, &balls, 0.0, |_| true, progress)?;
+            certain = certain::certain(complex, &balls, 0.0, 1, |_| true, progress)?;
         }
         mean_perimeter(complex, &certain.iter().map(|c| c.facet).collect::<Vec<_>>(), progress)
     };

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::balls::Balls;
 use super::complex::Complex;
 use super::manifold::{Separated, Solid};
 use super::{Closure, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate};
@@ -62,8 +63,8 @@ impl Space {
         let (triangles, solid) = if params.topology == Topology::Free {
             carve_freely(complex, params, report, progress)?
         } else {
-            let separated = match self.separated.take() {
-                Some(separated) => separated,
+            let (separated, mut balls) = match self.separated.take() {
+                Some(separated) => (separated, None),
                 None => {
                     if self.is_noisy {
                         foresee(complex, BYTES_CUT)?;
@@ -77,11 +78,11 @@ impl Space {
             report.repaired[0] = separated.repaired;
             progress.stage(stages[1], 1);
             let mut solid = Solid::again(complex, separated);
-            let mut closed = enclose(&mut solid, params, report, progress)?;
+            let mut closed = enclose(&mut solid, &mut balls, params, report, progress)?;
             if closed.is_none() {
                 is_outward = false;
                 foresee(complex, BYTES_OPEN)?;
-                closed = Some(open(complex, &solid.incident, params, report, progress)?);
+                closed = Some(open(complex, &solid.incident, balls, params, report, progress)?);
             }
             (closed.expect("just made"), solid)
         };
@@ -98,9 +99,11 @@ fn foresee(complex: Complex<'_>, [each_cell, each_point]: [f64; 2]) -> Result<()
     memory::expect_in_all(bytes, || format!("a surface through {points} points"), "use fewer")
 }
 
-/// The closed surface, if the samples are of one or it is asked for; else `solid` and `report` are left as they were.
+/// The closed surface, if the samples are of one or it is asked for; else `solid` and `report` are left as they were. Where it is tried,
+/// `balls`, which only an open one needs, are given back.
 fn enclose<'a>(
     solid: &mut Solid<'a>,
+    balls: &mut Option<Balls>,
     params: &ReconstructParams,
     report: &mut ReconstructReport,
     progress: &Progress<'_>,
@@ -113,6 +116,7 @@ fn enclose<'a>(
     if !certain && !possible {
         return Ok(None);
     }
+    *balls = None;
     let before = (!certain).then(|| (solid.clone(), report.clone()));
     let found = close(solid, on_surface, params, report, progress)?;
     if let Some(before) = before

@@ -28,14 +28,19 @@ impl Nearest {
 
     /// `distance`: squared.
     fn enter(&mut self, other: u32, distance: f64) {
-        if distance >= self.distances[NEIGHBOURS - 1] || self.names.contains(&other) {
+        // All of the names, and all places: which it is is not foreseen.
+        let is_known = self.names.iter().fold(false, |is, &name| is | (name == other));
+        if distance >= self.distances[NEIGHBOURS - 1] || is_known {
             return;
         }
-        let place = self.distances.partition_point(|&d| d <= distance);
-        if place < NEIGHBOURS {
-            self.distances[place..].rotate_right(1);
-            self.names[place..].rotate_right(1);
-            (self.distances[place], self.names[place]) = (distance, other);
+        for place in (1..NEIGHBOURS).rev() {
+            let before = (self.distances[place - 1], self.names[place - 1]);
+            let here = (self.distances[place], self.names[place]);
+            let least = if distance < here.0 { (distance, other) } else { here };
+            (self.distances[place], self.names[place]) = if distance < before.0 { before } else { least };
+        }
+        if distance < self.distances[0] {
+            (self.distances[0], self.names[0]) = (distance, other);
         }
     }
 
@@ -60,15 +65,40 @@ pub(super) fn spacing(complex: Complex<'_>, vertex: u32, cell: u32, star: &mut S
     nearest.mean()
 }
 
+/// The edges of a cell that lie at two of its neighbours, by which of these count (bits).
+const EDGES: [&[[usize; 2]]; 16] = [
+    &[],
+    &[],
+    &[],
+    &[[2, 3]],
+    &[],
+    &[[1, 3]],
+    &[[0, 3]],
+    &[[2, 3], [1, 3], [0, 3]],
+    &[],
+    &[[1, 2]],
+    &[[0, 2]],
+    &[[2, 3], [1, 2], [0, 2]],
+    &[[0, 1]],
+    &[[1, 3], [1, 2], [0, 1]],
+    &[[0, 3], [0, 2], [0, 1]],
+    &[[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]],
+];
+
 /// The spacing at every sample: like [`spacing`], from all cells one after the other.
 pub(super) fn all(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Vec<f64>> {
     let mut nearest: Vec<Nearest> = (0..complex.points.len()).map(|_| Nearest::none()).collect();
     // Beside them, how near a sample must be to count: most are not.
     let mut within = vec![f64::INFINITY; complex.points.len()];
     for cells in progress.ranges(complex.finite) {
-        for cell in &complex.cells[cells?] {
+        for number in cells? {
+            let cell = &complex.cells[number];
             let points = cell.vertices.map(|v| complex.points[v as usize]);
-            for [i, j] in [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]] {
+            // An edge counts in cells whose two neighbours at it have higher numbers: of those around it in one at least, in a third of them
+            // on average.
+            let higher =
+                (0..4).fold(0, |bits, slot| bits | usize::from(cell.neighbours[slot] as usize > number) << slot);
+            for &[i, j] in EDGES[higher] {
                 let distance = points[i].distance_squared(points[j]);
                 let [a, b] = [cell.vertices[i], cell.vertices[j]];
                 for (at, other) in [(a as usize, b), (b as usize, a)] {

@@ -61,7 +61,7 @@ pub(super) fn close(
     others: &[&Fill],
     progress: &Progress<'_>,
 ) -> Result<Option<Fill>> {
-    let rim = Rim::new(mesh, hole, near);
+    let rim = Rim::new(mesh, hole, near.iter().copied());
     let points: Vec<DVec3> = hole.iter().map(|&v| mesh.positions[v as usize]).collect();
     let plain = Loop { points: &points, outside: &rim.normals, taken: &rim.taken }.triangulate(progress)?;
     let coarse = match plain {
@@ -107,7 +107,7 @@ pub(super) struct Rim {
 }
 
 impl Rim {
-    pub fn new(mesh: Mesh<'_>, hole: &[u32], near: &[u32]) -> Self {
+    pub fn new(mesh: Mesh<'_>, hole: &[u32], near: impl IntoIterator<Item = u32>) -> Self {
         let n = hole.len();
         let mut order: Vec<(u32, u32)> = hole.iter().enumerate().map(|(i, &v)| (v, i as u32)).collect();
         order.sort_unstable();
@@ -133,11 +133,12 @@ impl Rim {
             is_lone_triangle: false,
         };
         let mut lengths = vec![(0.0, 0.0); n];
-        for &t in near {
-            let (points, corners) = (mesh.corners(t), mesh.triangles[t as usize].map(in_loop));
+        for t in near {
+            let corners = mesh.triangles[t as usize].map(in_loop);
             if corners == [None; 3] {
                 continue;
             }
+            let points = mesh.corners(t);
             rim.is_lone_triangle |= n == 3 && corners.iter().all(Option::is_some);
             rim.triangles.push((points, corners));
             for i in 0..3 {

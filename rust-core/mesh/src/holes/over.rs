@@ -3,6 +3,7 @@
 //! Where noise crumples a surface, what would close a loop crosses triangles beside it, or its chords are edges already. Then
 //! one of these gives way, and the loop runs around it; else all at the loop's vertices, which are given up.
 
+use std::cell::OnceCell;
 use std::collections::BTreeSet;
 
 use glam::DVec3;
@@ -62,7 +63,8 @@ pub fn close_over_loops(
     let regions: Vec<Bounds> = holes.iter().map(around).collect();
     let surroundings = gather(mesh, &regions, progress)?;
     let close = |i: usize, others: &[[DVec3; 3]]| {
-        let place = Place { mesh, near: &surroundings[i], region: regions[i], others, border: &border };
+        let (near, boxes) = (&surroundings[i], OnceCell::new());
+        let place = Place { mesh, near, boxes, region: regions[i], others, border: &border };
         place.close(&holes[i], progress)
     };
     let mut lids: Vec<Option<Lid>> = (0..holes.len()).into_par_iter().map(|i| close(i, &[])).collect::<Result<_>>()?;
@@ -111,6 +113,8 @@ struct Place<'a> {
     mesh: Mesh<'a>,
     /// Triangles in the region.
     near: &'a [u32],
+    /// Their boxes, from when they are first asked for.
+    boxes: OnceCell<Vec<Bounds>>,
     region: Bounds,
     /// What closes other holes.
     others: &'a [[DVec3; 3]],
@@ -120,7 +124,7 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn close(&self, hole: &[u32], progress: &Progress<'_>) -> Result<Option<Lid>> {
-        if let Some(triangles) = self.over(hole, self.near, progress)? {
+        if let Some(triangles) = self.over(hole, &[], progress)? {
             return Ok(Some(Lid { triangles, removed: Vec::new() }));
         }
         if hole.len() > FEW {
@@ -134,15 +138,12 @@ impl Place<'_> {
             }
             let mut longer = hole.to_vec();
             longer.insert(i + 1, apex);
-            let near: Vec<u32> = self.near.iter().copied().filter(|&t| t != beside).collect();
-            if let Some(triangles) = self.over(&longer, &near, progress)? {
+            if let Some(triangles) = self.over(&longer, &[beside], progress)? {
                 return Ok(Some(Lid { triangles, removed: vec![beside] }));
             }
         }
         let Some((rim, star)) = self.star(hole) else { return Ok(None) };
-        let is_left = |t: &u32| star.binary_search(t).is_err();
-        let near: Vec<u32> = self.near.iter().copied().filter(is_left).collect();
-        Ok(self.over(&rim, &near, progress)?.map(|triangles| Lid { triangles, removed: star }))
+        Ok(self.over(&rim, &star, progress)?.map(|triangles| Lid { triangles, removed: star }))
     }
 
     /// The triangles at a hole's vertices, rising, and the loop around them all, if it is one.
@@ -171,9 +172,10 @@ impl Place<'_> {
         })
     }
 
-    /// Triangles over a loop that cross nothing.
-    fn over(&self, hole: &[u32], near: &[u32], progress: &Progress<'_>) -> Result<Option<Vec<[u32; 3]>>> {
-        let rim = Rim::new(self.mesh, hole, near);
+    /// Triangles over a loop that cross nothing but those that are `gone`, which rise.
+    fn over(&self, hole: &[u32], gone: &[u32], progress: &Progress<'_>) -> Result<Option<Vec<[u32; 3]>>> {
+        let is_left = |t: &u32| gone.binary_search(t).is_err();
+        let rim = Rim::new(self.mesh, hole, self.near.iter().copied().filter(is_left));
         // A loop around a single triangle would get that triangle's other side.
         if hole.len() == 3 && rim.is_lone_triangle {
             return Ok(None);
@@ -187,7 +189,11 @@ impl Place<'_> {
             return Ok(Some(vec![[hole[0], hole[1], hole[2]]]));
         }
         let own: Vec<[DVec3; 3]> = lid.iter().map(|t| t.map(|v| points[v as usize])).collect();
-        let mut obstacles: Vec<[DVec3; 3]> = near.iter().map(|&t| self.mesh.corners(t)).collect();
+        // Of all that is near only what is in the way: the same for one loop after the other.
+        let boxes = self.boxes.get_or_init(|| self.near.iter().map(|&t| Bounds::of(self.mesh.corners(t))).collect());
+        let whole = Bounds::of(points.iter().copied());
+        let in_the_way = self.near.iter().zip(boxes).filter(|&(t, bounds)| bounds.meets(&whole) && is_left(t));
+        let mut obstacles: Vec<[DVec3; 3]> = in_the_way.map(|(&t, _)| self.mesh.corners(t)).collect();
         obstacles.extend(self.others);
         Ok((!crosses(&own, &obstacles)).then(|| lid.into_iter().map(|t| t.map(|v| hole[v as usize])).collect()))
     }

@@ -99,7 +99,7 @@ fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
     }));
     let met = in_space(&points, |complex| {
         let progress = Progress::none();
-        Solid::again(complex, separate(complex, false, &progress)?).on_surface(&progress)
+        Solid::again(complex, separate(complex, false, &progress)?.0).on_surface(&progress)
     });
     let share = met.iter().filter(|is_met| **is_met).count() as f64 / points.len() as f64;
     (points, share)
@@ -148,7 +148,7 @@ fn sheets(sizes: &[[i32; 2]], gaps: &[f64], seed: u64) -> (Vec<DVec3>, Vec<usize
 fn grown_and_joined(points: &[DVec3]) -> MeshReport {
     let progress = Progress::none();
     in_space(points, |complex| {
-        let balls = balls::Balls::of(complex, &progress)?;
+        let balls = Balls::of(complex, &progress)?;
         let spacings = spacing::all(complex, &progress)?;
         let allowed = |facet: [u32; 3]| TRUSTED * facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
         let mut front = grow::Front::grow(complex, &balls, allowed, &progress)?;
