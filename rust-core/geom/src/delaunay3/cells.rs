@@ -126,6 +126,11 @@ impl Cells {
         self.marked_vertices(cell)[0] != UNUSED
     }
 
+    /// How many numbers were handed out: all cells have lower ones.
+    pub(super) fn taken(&self) -> u32 {
+        self.taken.load(Relaxed)
+    }
+
     pub(super) fn release(&self, cell: u32) {
         self.data[cell as usize][0].store(UNUSED, Relaxed);
     }

@@ -16,6 +16,8 @@ pub(super) enum Outcome {
     Duplicate(u32),
     /// Its cells belong to another thread; nothing has changed.
     Foreign,
+    /// Cells on the way to it do; nothing has changed.
+    Unreached,
     /// There is no room for its cells; nothing has changed.
     Full,
 }
@@ -75,7 +77,7 @@ impl Inserter {
     pub(super) fn insert<R: Region>(&mut self, cells: &Cells, signs: &Signs<'_>, region: &R, p: u32) -> Outcome {
         let (start, planes) = match locate(cells, signs, region, self.hint, p) {
             Place::Cell { cell, planes } => (cell, planes),
-            Place::Foreign => return Outcome::Foreign,
+            Place::Foreign => return Outcome::Unreached,
         };
         // A point in three planes of a cell that holds it is a vertex of that cell.
         if planes >= 3 {
@@ -161,7 +163,8 @@ impl Inserter {
                     self.walls.push(Wall { vertices, outside, slot: slot as u8, local: facet_local });
                     continue;
                 }
-                if !region.owns(marked, signs.points) {
+                // The three others are those of a cell of the region.
+                if !region.has(apex, signs.points) {
                     return false;
                 }
                 cells.mark(other, marked[0] | CONFLICT);

@@ -8,12 +8,12 @@ use super::signs::{Seen, Signs, volumes};
 pub(super) enum Place {
     /// In this cell, or beyond the facet of this ghost; the number of planes of the cell's facets the point lies in.
     Cell { cell: u32, planes: u32 },
-    /// At a cell that belongs to another thread.
+    /// Before a cell that belongs to another thread.
     Foreign,
 }
 
 /// Walks from `start` through cells of `region`, each time across a facet that has the point on its other side. In a
-/// Delaunay tetrahedralization no such walk comes back to a cell it has left.
+/// Delaunay tetrahedralization no such walk comes back to a cell it has left, whichever of these facets it takes.
 pub(super) fn locate<R: Region>(cells: &Cells, signs: &Signs<'_>, region: &R, start: u32, p: u32) -> Place {
     let point = signs.points[p as usize];
     let bound = signs.plane_bound();
@@ -21,11 +21,12 @@ pub(super) fn locate<R: Region>(cells: &Cells, signs: &Signs<'_>, region: &R, st
     if cells.marked_vertices(cell)[3] == GHOST {
         cell = cells.neighbour(cell, 3) >> 2;
     }
+    let is_own = |cell: u32| region.owns(cells.vertices(cell), signs.points);
+    if !is_own(cell) {
+        return Place::Foreign;
+    }
     loop {
         let vertices = cells.vertices(cell);
-        if !region.owns(vertices, signs.points) {
-            return Place::Foreign;
-        }
         if vertices[3] == GHOST {
             return Place::Cell { cell, planes: 0 };
         }
@@ -59,6 +60,15 @@ pub(super) fn locate<R: Region>(cells: &Cells, signs: &Signs<'_>, region: &R, st
                 Some(slot) => lowest = slot,
             }
         }
-        cell = cells.neighbour(cell, lowest) >> 2;
+        let beyond = |slot: usize| cells.neighbour(cell, slot) >> 2;
+        let mut next = beyond(lowest);
+        if !is_own(next) {
+            let other = (0..4).filter(|&slot| volumes[slot] < -bound).map(beyond).find(|&next| is_own(next));
+            match other {
+                Some(other) => next = other,
+                None => return Place::Foreign,
+            }
+        }
+        cell = next;
     }
 }

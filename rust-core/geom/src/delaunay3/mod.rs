@@ -7,7 +7,7 @@
 //! | cells in conflict, new cells in their place | `insert` |
 //! | signs, exact, ties broken by symbolic perturbation | `signs`, `geom::predicates` |
 //! | storage | `cells` |
-//! | threads | `parallel`, `region` |
+//! | threads | `parallel`, `region`, `starts` |
 //! | a check that shares nothing with these | `check` |
 
 mod cells;
@@ -18,6 +18,7 @@ mod order;
 mod parallel;
 mod region;
 mod signs;
+mod starts;
 #[cfg(test)]
 mod tests;
 
@@ -370,7 +371,7 @@ impl<'a, 'p> Build<'a, 'p> {
                     return Ok(());
                 }
                 Outcome::Full => self.cells.grow(4096)?,
-                Outcome::Foreign => unreachable!("all cells are our own"),
+                Outcome::Foreign | Outcome::Unreached => unreachable!("all cells are our own"),
             }
         }
     }

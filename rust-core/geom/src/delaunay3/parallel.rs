@@ -4,7 +4,8 @@
 //! two threads write to one cell: a cell outside of a cavity whose neighbour changes shares three vertices with it, so
 //! at most one vertex of it is foreign, and no other thread can reach it. What can't be inserted is put off: to passes
 //! with other regions, then to one thread. The tetrahedralization of a set of points is unique, so the outcome
-//! does not depend on who inserted what when.
+//! does not depend on who inserted what when. Nearly all that was given up once was given up on the way there, not for its
+//! own cells: hence `starts`, and walks that turn aside.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,6 +14,7 @@ use super::cells::Cells;
 use super::insert::{Inserter, Outcome};
 use super::region::{Block, Region};
 use super::signs::Signs;
+use super::starts::Starts;
 use super::{Build, TICK};
 use base::error::Result;
 use base::progress::Progress;
@@ -78,19 +80,44 @@ impl Worker {
         cells.is_used(self.inserter.hint) && self.block.owns(cells.vertices(self.inserter.hint), signs.points)
     }
 
-    fn insert(&mut self, ids: &[u32], cells: &Cells, signs: &Signs<'_>, progress: &Progress<'_>) -> Result<Left> {
+    /// Inserts a point, from a cell nearby where the way from the last one leads through cells of other threads.
+    fn insert(&mut self, p: u32, starts: &mut Starts, cells: &Cells, signs: &Signs<'_>) -> Outcome {
+        let place = signs.points[p as usize];
+        let mut outcome = self.inserter.insert(cells, signs, &self.block, p);
+        if outcome == Outcome::Unreached
+            && let Some(start) = starts.near(place)
+            && cells.is_used(start)
+        {
+            self.inserter.hint = start;
+            outcome = self.inserter.insert(cells, signs, &self.block, p);
+        }
+        if outcome == Outcome::Inserted {
+            starts.enter(place, self.inserter.hint);
+        }
+        outcome
+    }
+
+    fn insert_all(
+        &mut self,
+        ids: &[u32],
+        starts: &mut Starts,
+        cells: &Cells,
+        signs: &Signs<'_>,
+        progress: &Progress<'_>,
+    ) -> Result<Left> {
         let mut left = Left::default();
         let mut since = 0;
         let mut is_full = false;
-        for p in self.block.of(&ids[self.begun..], signs.points) {
+        let block = self.block;
+        for p in block.of(&ids[self.begun..], signs.points) {
             if is_full {
                 left.points.push(p);
                 continue;
             }
-            match self.inserter.insert(cells, signs, &self.block, p) {
+            match self.insert(p, starts, cells, signs) {
                 Outcome::Inserted => {}
                 Outcome::Duplicate(twin) => left.duplicates.push([p, twin]),
-                Outcome::Foreign => left.points.push(p),
+                Outcome::Foreign | Outcome::Unreached => left.points.push(p),
                 Outcome::Full => {
                     is_full = true;
                     left.points.push(p);
@@ -126,8 +153,12 @@ impl Build<'_, '_> {
             }
             can_begin
         });
-        let insert = |worker: &mut Worker| worker.insert(ids, cells, signs, progress);
-        let found = workers.par_iter_mut().with_max_len(1).map(insert).collect::<Result<Vec<_>>>()?;
+        // Before any thread begins: cells of other threads are not looked at from then on.
+        let starts = |worker: &Worker| Starts::new(cells, &worker.block, signs.points, ids.len());
+        let mut starts: Vec<Starts> = workers.par_iter().with_max_len(1).map(starts).collect();
+        let insert =
+            |(worker, starts): (&mut Worker, &mut Starts)| worker.insert_all(ids, starts, cells, signs, progress);
+        let found = workers.par_iter_mut().zip(&mut starts).with_max_len(1).map(insert).collect::<Result<Vec<_>>>()?;
         for worker in workers {
             self.inserter.free.extend(worker.inserter.free);
             self.inserter.hint = worker.inserter.hint;

@@ -7,6 +7,9 @@ use super::cells::GHOST;
 pub(super) trait Region: Sync {
     /// Whether all vertices, but for the one at infinity, lie in the region.
     fn owns(&self, vertices: [u32; 4], points: &[DVec3]) -> bool;
+
+    /// Whether a vertex, if it isn't the one at infinity, lies in the region.
+    fn has(&self, vertex: u32, points: &[DVec3]) -> bool;
 }
 
 /// All of space, for a thread alone.
@@ -15,6 +18,11 @@ pub(super) struct Everywhere;
 impl Region for Everywhere {
     #[inline(always)]
     fn owns(&self, _: [u32; 4], _: &[DVec3]) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn has(&self, _: u32, _: &[DVec3]) -> bool {
         true
     }
 }
@@ -45,6 +53,11 @@ impl Block {
 impl Region for Block {
     #[inline(always)]
     fn owns(&self, vertices: [u32; 4], points: &[DVec3]) -> bool {
-        vertices.into_iter().all(|v| v == GHOST || self.holds(points[v as usize]))
+        vertices.into_iter().all(|v| self.has(v, points))
+    }
+
+    #[inline(always)]
+    fn has(&self, vertex: u32, points: &[DVec3]) -> bool {
+        vertex == GHOST || self.holds(points[vertex as usize])
     }
 }

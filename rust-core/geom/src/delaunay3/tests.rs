@@ -262,6 +262,30 @@ fn is_the_same_for_any_number_of_threads_and_any_order() {
 }
 
 #[test]
+fn threads_put_off_few_points_of_a_surface() {
+    // A torus, whose cells span its hole and its inside: ways that leave the surface lead through cells of the other thread.
+    let random = scattered(120_000);
+    let points: Vec<DVec3> = random
+        .iter()
+        .map(|p| {
+            let [u, v] = [p.x, p.y].map(|x| std::f64::consts::TAU * x);
+            let r = 0.35 + 1e-3 * p.z;
+            DVec3::new((1.0 + r * v.cos()) * u.cos(), (1.0 + r * v.cos()) * u.sin(), r * v.sin())
+        })
+        .collect();
+    let progress = Progress::none();
+    let order = Order::of(&points, 0.0, &progress).unwrap();
+    let sorted = order.sorted(&points).unwrap();
+    let signs = Signs::new(&sorted, order.extent, order.arithmetic);
+    let mut build = Build::start(&signs, &progress).unwrap();
+    let last = *order.rounds.last().unwrap();
+    build.insert_in_turn(4..last as u32).unwrap();
+    let ids: Vec<u32> = (last as u32..points.len() as u32).collect();
+    let left = base::threads::pool(2).unwrap().install(|| build.insert_in_parallel(&ids, 2, 0)).unwrap();
+    assert!(left.len() * 6 < ids.len(), "{} of {}", left.len(), ids.len());
+}
+
+#[test]
 fn in_place_the_cells_are_the_same_and_the_points_come_back() {
     let huge = scattered(50).iter().map(|p| (p - 0.5) * f64::MAX).collect();
     let tiny =
