@@ -11,8 +11,8 @@ void parameters(const MeshDocument &document, RichParameterList &list)
 {
     add_parameters(list, reconstruct_parameters, diagonal(document.mm()));
     list.addParam(RichBool("use_normals", false, "Turn to the normals",
-                           "Turns the surface to the side that the layer's normals show. Otherwise closed surfaces are turned outwards, "
-                           "open ones up."));
+                           "Turns the surface to the side that the layer's normals show; where points carry noise they also tell the sides of "
+                           "thin walls apart, and what is inside. Otherwise closed surfaces are turned outwards, open ones up."));
 }
 
 Outputs run(Job &job)

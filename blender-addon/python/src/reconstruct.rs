@@ -25,8 +25,10 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///     points: a ``PointCloud``, or (n, 3) real numbers. Points that aren't finite, and exact copies, are dropped.
 ///     normals: (n, 3), towards the side of the surface from which it is seen; zero where unknown. Default: the cloud's.
 ///     colour: (n, 3) or (n, 4), bytes or floats from 0 to 1, for the mesh. Default: the cloud's.
-///     sensors: (3,) or (n, 3): where the points were seen from. The surface is turned towards it, whatever the normals.
-///         Without normals and sensors closed surfaces are turned outwards, open ones up.
+///     sensors: (3,) or (n, 3): where the points were seen from; NaN where that is not known of a point, whose normal counts
+///         then. The surface is turned towards it, whatever the normals. Without normals and sensors closed surfaces are turned
+///         outwards, open ones up. Where points carry noise, sensors and normals also tell the sides of thin walls apart, and
+///         what is inside; normals whose signs change from point to point say nothing of that.
 #[doc = include_str!("params/reconstruct.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.

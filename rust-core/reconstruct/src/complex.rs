@@ -113,6 +113,12 @@ impl Complex<'_> {
         a.distance(b) + b.distance(c) + c.distance(a)
     }
 
+    /// Area of a facet.
+    pub(super) fn area(&self, vertices: [u32; 3]) -> f64 {
+        let [a, b, c] = self.corners(vertices);
+        (b - a).cross(c - a).length() / 2.0
+    }
+
     /// Radius of a facet's circumscribed circle; infinity where its corners lie on a line.
     pub(super) fn circle(&self, vertices: [u32; 3]) -> f64 {
         let [a, b, c] = self.corners(vertices);

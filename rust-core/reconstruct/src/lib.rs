@@ -3,6 +3,7 @@
 //! | stage | file | in -> out |
 //! |---|---|---|
 //! | 0 | `prepare` | points -> samples in an order of their own, equal ones once |
+//! |   | `seen` | from which side they were seen, where sensors or normals say |
 //! |   | `noise`, `smooth` | how much noise they carry; where that is much, samples on the surface they tell, without outliers |
 //! | 1 | `geom::delaunay3` | samples -> tetrahedra |
 //! | 2 | `basins` | tetrahedra -> basins of empty space, the gates between them (the paper's erosion included) |
@@ -34,6 +35,7 @@ mod types;
 mod noise;
 mod patch;
 mod prepare;
+mod seen;
 mod smooth;
 
 mod balls;
@@ -80,6 +82,7 @@ use balls::Balls;
 use complex::{Complex, Star};
 use manifold::{Separated, Solid};
 use rayon::prelude::*;
+use seen::Fronts;
 
 pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
@@ -115,9 +118,15 @@ pub fn run_owned(cloud: PointCloud, params: &ReconstructParams, progress: &Progr
     Reconstructor::new(cloud)?.into_surface_of_its_own(params, progress)
 }
 
-/// Stages 2 to 4 up to the repair: the side of each cell, and the cells' balls if these were asked for.
-fn separate(complex: Complex<'_>, is_noisy: bool, progress: &Progress<'_>) -> Result<(Separated, Option<Balls>)> {
-    let by_cut = if is_noisy { cut::sides(complex, progress)? } else { None };
+/// Stages 2 to 4 up to the repair: the side of each cell, and the cells' balls if these were asked for. `fronts`: of samples that
+/// carry noise.
+fn separate(
+    complex: Complex<'_>,
+    is_noisy: bool,
+    fronts: &Fronts,
+    progress: &Progress<'_>,
+) -> Result<(Separated, Option<Balls>)> {
+    let by_cut = if is_noisy { cut::sides(complex, fronts, progress)? } else { None };
     let (sides, balls) = match by_cut {
         Some(sides) => (sides, None),
         None => {

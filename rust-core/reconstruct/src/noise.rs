@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patch::{Frame, Quadric};
+use super::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
 use geom::neighbours::{Few, KdTree};
@@ -22,12 +23,12 @@ const LEAST: usize = 1024;
 const SEEDS: usize = 512;
 
 /// Neighbours a height field is fitted to at first ...
-const FEWEST: usize = 32;
+pub(super) const FEWEST: usize = 32;
 /// ... and at most.
 const MOST: usize = 512;
 
 /// Samples before and after a seed on the curve, among which its neighbours are looked for at first.
-const WINDOW: usize = 128;
+pub(super) const WINDOW: usize = 128;
 
 /// Largest noise that a neighbourhood tells, in its radii.
 const WITHIN: f64 = 0.3;
@@ -57,9 +58,9 @@ impl Noise {
     }
 }
 
-/// Measures it on samples in the order of the curve. Cost: that of a few hundred small fits; where there is noise, also a
+/// Measures it on samples in the order of the curve; where there is noise, on each side of them by itself. Cost: that of a few hundred small fits; where there is noise, also a
 /// tree over all samples.
-pub(super) fn measure(samples: &[DVec3], progress: &Progress<'_>) -> Result<Noise> {
+pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_>) -> Result<Noise> {
     if samples.len() < LEAST {
         return Ok(Noise::default());
     }
@@ -81,7 +82,9 @@ pub(super) fn measure(samples: &[DVec3], progress: &Progress<'_>) -> Result<Nois
     loop {
         let (noise, radius) = over(&seeds, progress, |seed, few: &mut Few, nearest| {
             tree.nearest_few(samples[seed], count, f64::INFINITY, few);
-            nearest.extend(few.iter().map(|(i, squared)| (squared, samples[i as usize])));
+            // What was seen from the other side is of another surface, however near.
+            let near = few.iter().filter(|&(i, _)| !fronts.is_behind(i as usize, fronts.at(seed)));
+            nearest.extend(near.map(|(i, squared)| (squared, samples[i as usize])));
             look(samples[seed], nearest)
         })?;
         if noise.deviation <= WITHIN * radius || 2 * count > MOST {
@@ -92,7 +95,7 @@ pub(super) fn measure(samples: &[DVec3], progress: &Progress<'_>) -> Result<Nois
 }
 
 /// Evenly along the curve.
-fn seeds(samples: usize) -> impl Iterator<Item = usize> {
+pub(super) fn seeds(samples: usize) -> impl Iterator<Item = usize> {
     let count = samples.min(SEEDS);
     (0..count).map(move |k| (2 * k + 1) * samples / (2 * count))
 }

@@ -9,10 +9,8 @@ use base::progress::Progress;
 pub(super) enum Witness<'a> {
     /// Nothing: what divides inside from outside looks outwards already, other parts turn away from their middle.
     None,
-    /// A normal a vertex, zero where there is none.
-    Normals(&'a dyn Fn(u32) -> DVec3),
-    /// Where each vertex was seen from.
-    Sensors(&'a dyn Fn(u32) -> DVec3),
+    /// The direction in which each vertex was seen from, or its normal; zero where there is neither.
+    Fronts(&'a dyn Fn(u32) -> DVec3),
 }
 
 /// Turns the parts of a surface, those joined over edges, that the witness sees from behind. Returns how many.
@@ -44,10 +42,7 @@ pub(super) fn orient(
             let [a, b, c] = triangle.map(|v| points[v as usize]);
             let normal = (b - a).cross(c - a);
             votes[part as usize] += match witness {
-                Witness::Normals(of) => triangle.iter().map(|&v| normal.dot(of(v))).sum(),
-                Witness::Sensors(of) => {
-                    triangle.iter().map(|&v| normal.dot((of(v) - points[v as usize]).normalize_or_zero())).sum()
-                }
+                Witness::Fronts(of) => triangle.iter().map(|&v| normal.dot(of(v))).sum(),
                 Witness::None => {
                     let (sum, weight) = middles[part as usize];
                     normal.dot(((a + b + c) / 3.0 - sum / weight.max(f64::MIN_POSITIVE)).normalize_or_zero())

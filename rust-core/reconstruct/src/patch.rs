@@ -53,6 +53,13 @@ impl Frame {
         self.origin + self.axes[2] * height
     }
 
+    /// The direction across the surface on whose side another lies; zero for zero.
+    pub(super) fn front(&self, towards: DVec3) -> DVec3 {
+        let across = self.axes[2];
+        let side = across.dot(towards);
+        if side == 0.0 { DVec3::ZERO } else { side.signum() * across }
+    }
+
     /// Radius of the disk over which samples are spread as these are.
     pub(super) fn radius(&self) -> f64 {
         2.0 * (self.extent[0] * self.extent[1]).sqrt()

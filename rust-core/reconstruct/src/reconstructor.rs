@@ -8,6 +8,7 @@ use super::noise::INTERPOLATED;
 use super::orient::{Witness, orient};
 use super::plane::Plane;
 use super::prepare::{Samples, prepare};
+use super::seen::{Seen, Sighted};
 use super::smooth::{Smooth, Smoothing, smoothed};
 use super::space::Space;
 use super::{
@@ -94,8 +95,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         self.cloud.borrow()
     }
 
-    /// Says where the points were seen from, in the cloud's frame: one place for all, or one a point. Parts of the
-    /// surface are then turned towards it. Goes before the cloud's normals.
+    /// Says where the points were seen from, in the cloud's frame: one place for all, or one a point, three NaN where that is not
+    /// known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
+    /// apart, and what is inside. Goes before the cloud's normals, which count where it is not known.
     ///
     /// # Errors
     /// Neither one place nor one a point; a coordinate that isn't finite.
@@ -105,8 +107,16 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
             let given = sensors.len();
             return Err(Error::input(format!("{given} sensor origins for {points} points: give one, or one a point")));
         }
-        magnitude::points("sensor origin", &sensors)?;
-        self.sensors = sensors;
+        let is_known = |sensor: &DVec3| points == 1 || sensors.len() == 1 || !sensor.is_nan_mask().all();
+        if sensors.iter().all(is_known) {
+            magnitude::points("sensor origin", &sensors)?;
+        } else {
+            let known = |sensor: &DVec3| if is_known(sensor) { *sensor } else { DVec3::ZERO };
+            magnitude::points("sensor origin", &sensors.iter().map(known).collect::<Vec<_>>())?;
+        }
+        self.sensors = if sensors.iter().any(is_known) { sensors } else { Vec::new() };
+        // The points are smoothed by them.
+        self.prepared = None;
         Ok(())
     }
 
@@ -191,7 +201,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         let samples = prepare(positions, progress)?;
         release(&mut self.cloud);
         progress.lap("sort");
-        Prepared::new(samples, params, progress)
+        Prepared::new(samples, self.seen(), params, progress)
     }
 
     /// The facets of the surface in any order and turned either way, and what is known so far; `stages` are those of the plan that
@@ -203,6 +213,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         progress: &Progress<'_>,
     ) -> Result<(Found, ReconstructReport)> {
         let is_kept = self.is_kept;
+        let seen = Seen { normals: self.cloud.borrow().normals.as_deref(), sensors: &self.sensors };
         let Prepared { samples, smoothing, shape, .. } = self.prepared.as_mut().expect("made before the surface");
         let mut report = ReconstructReport {
             points: samples.given(),
@@ -216,7 +227,9 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 progress.stage(stages[1], 1);
                 plane.surface(&samples.points, params, &mut report, progress)?
             }
-            Shape::Space(space) => space.surface(&samples.points, params, stages, is_kept, &mut report, progress)?,
+            Shape::Space(space) => {
+                space.surface(Sighted { samples, seen }, params, stages, is_kept, &mut report, progress)?
+            }
         };
         if found.triangles.is_empty() {
             return Err(no_surface(params));
@@ -227,24 +240,19 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         Ok((found, report))
     }
 
+    fn seen(&self) -> Seen<'_> {
+        Seen { normals: self.cloud().normals.as_deref(), sensors: &self.sensors }
+    }
+
     fn samples(&self) -> &Samples {
         &self.prepared.as_ref().expect("made before the surface").samples
     }
 
     fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool, progress: &Progress<'_>) -> Result<usize> {
         let samples = self.samples();
-        let of = |v: u32| samples.input[v as usize] as usize;
-        let normals = self.cloud().normals.as_deref();
-        let sensor = |v: u32| self.sensors[if self.sensors.len() == 1 { 0 } else { of(v) }] * samples.factor;
-        let normal = |v: u32| {
-            let normal = normals.map_or([0.0; 3], |normals| normals[of(v)]);
-            DVec3::from(normal.map(f64::from)).normalize_or_zero()
-        };
-        let witness = match (self.sensors.is_empty(), normals) {
-            (false, _) => Witness::Sensors(&sensor),
-            (true, Some(_)) => Witness::Normals(&normal),
-            (true, None) => Witness::None,
-        };
+        let seen = self.seen();
+        let front = |v: u32| Sighted { samples, seen }.front(v as usize);
+        let witness = if seen.is_nothing() { Witness::None } else { Witness::Fronts(&front) };
         orient(&samples.points, triangles, is_outward, &witness, progress)
     }
 
@@ -327,9 +335,9 @@ impl Reconstructor<PointCloud> {
 }
 
 impl Prepared {
-    fn new(samples: Samples, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
+    fn new(samples: Samples, seen: Seen<'_>, params: &ReconstructParams, progress: &Progress<'_>) -> Result<Self> {
         progress.stage(SMOOTHING, 3 * samples.points.len() as u64);
-        let (mut samples, smoothing) = smoothed(samples, Smooth::of(params), progress)?;
+        let (mut samples, smoothing) = smoothed(samples, seen, Smooth::of(params), progress)?;
         let corners = span::of(&samples.points, progress)?;
         if corners.len() < 3 {
             return Err(no_plane(&samples));

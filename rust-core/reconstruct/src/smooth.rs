@@ -4,7 +4,8 @@
 //! where they came to (moving least squares \[Lev04\]): second order, so that the surface does not shrink where it bends. All
 //! fits read the measured places, so that no sample waits for another. What a fit counts falls off with the distance along
 //! the surface and, so that the other side of a thin wall says nothing, with the height. All samples then go to where these fields
-//! (`patches`) lie between them.
+//! (`patches`) lie between them. Where it is known from which side samples were seen, those that were seen from different sides don't count for each
+//! other: so the sides of a wall are told apart that is thinner than its noise.
 
 mod patches;
 
@@ -14,6 +15,7 @@ use rayon::prelude::*;
 use super::noise::{self, INTERPOLATED, Noise};
 use super::patch::{Frame, Quadric, Weighted};
 use super::prepare::{Samples, prepare};
+use super::seen::{Fronts, Seen, Sighted};
 use super::{Dropped, ReconstructParams};
 use base::error::{Error, Result};
 use base::progress::Progress;
@@ -103,8 +105,14 @@ fn extent(points: &[DVec3]) -> f64 {
 }
 
 /// The samples with which a surface is made.
-pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>) -> Result<(Samples, Smoothing)> {
-    let noise = noise::measure(&samples.points, progress)?;
+pub(super) fn smoothed(
+    samples: Samples,
+    seen: Seen<'_>,
+    smooth: Smooth,
+    progress: &Progress<'_>,
+) -> Result<(Samples, Smoothing)> {
+    let fronts = Fronts::of(Sighted { samples: &samples, seen }, progress)?;
+    let noise = noise::measure(&samples.points, &fronts, progress)?;
     let radius = match smooth {
         // Farther than the points reach there is nothing that tells.
         Smooth::Within(radius) => Some((radius * samples.factor).min(extent(&samples.points))),
@@ -120,14 +128,14 @@ pub(super) fn smoothed(samples: Samples, smooth: Smooth, progress: &Progress<'_>
     let asked = radius.map_or(0.0, |radius| radius / TO_DEVIATION);
     let assumed = Noise { deviation: noise.deviation.max(asked), ..noise };
     let mut is_outlier = lonely(&samples.points, progress)?;
-    let kept = Kept::new(&samples.points, &is_outlier, assumed, progress)?;
+    let kept = Kept::new(&samples.points, &fronts, &is_outlier, assumed, progress)?;
     let radius = match radius {
         Some(radius) => radius,
         None => kept.best_radius(progress)?,
     };
     let patches = Patches::fit(&kept, radius, progress)?;
     drop(kept);
-    let mut places = patches.moved_all(&samples.points, &mut is_outlier, progress)?;
+    let mut places = patches.moved_all(&samples.points, &fronts, &mut is_outlier, progress)?;
     drop(patches);
     let given = samples.factor;
     if is_outlier.iter().filter(|is| !**is).count() < 3 {
@@ -167,6 +175,7 @@ fn nothing_left(radius: f64, count: usize) -> Error {
 struct Kept {
     noise: Noise,
     samples: Vec<DVec3>,
+    fronts: Fronts,
     tree: KdTree,
     /// Over every so many-th of them: from it places are found to begin with.
     sparse: KdTree,
@@ -180,10 +189,19 @@ struct Kept {
 struct Room {
     few: Few,
     near: Vec<Weighted>,
+    /// Weighted sum of the directions in which these were seen.
+    front: DVec3,
 }
 
 impl Kept {
-    fn new(samples: &[DVec3], is_outlier: &[bool], noise: Noise, progress: &Progress<'_>) -> Result<Self> {
+    fn new(
+        samples: &[DVec3],
+        fronts: &Fronts,
+        is_outlier: &[bool],
+        noise: Noise,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
+        let fronts = fronts.kept(|sample| !is_outlier[sample]);
         let kept = samples.iter().zip(is_outlier).filter(|(_, is)| !**is).map(|(sample, _)| *sample);
         let samples: Vec<DVec3> = kept.collect();
         let tree = KdTree::try_new(&samples, progress)?;
@@ -192,7 +210,7 @@ impl Kept {
         let stride = if noise.spacing > 0.0 { ((around / TO_START) as usize).max(1) } else { 1 };
         let every: Vec<DVec3> = samples.iter().copied().step_by(stride).collect();
         let sparse = KdTree::try_new(&every, progress)?;
-        Ok(Kept { noise, samples, tree, sparse, stride, start })
+        Ok(Kept { noise, samples, fronts, tree, sparse, stride, start })
     }
 
     /// The radius at which samples are best foretold by those around them, themselves left out: the larger it is, the more of
@@ -228,7 +246,7 @@ impl Kept {
             let i = (2 * k + 1) * self.samples.len() / (2 * count);
             let place = self.samples[i];
             // From the place on the surface: samples chosen around this one would agree with it too well.
-            let to = self.patch(place, Some(i), radius, room);
+            let to = self.patch(place, self.fronts.at(i), Some(i), radius, room);
             let most = HIGH * self.noise.deviation;
             let off = to.map_or(most, |to| to.place.distance(place).min(most));
             Ok(off * off)
@@ -238,12 +256,21 @@ impl Kept {
         Ok(squares.iter().sum::<f64>() / count as f64)
     }
 
-    /// The surface where a sample comes to; `None` where nothing is around it.
-    fn patch(&self, from: DVec3, without: Option<usize>, radius: f64, room: &mut Room) -> Option<Patch> {
+    /// The surface where a sample comes to, of those around it that were seen from no other side than `front`; `None` where
+    /// nothing is around it.
+    fn patch(
+        &self,
+        from: DVec3,
+        mut front: DVec3,
+        without: Option<usize>,
+        radius: f64,
+        room: &mut Room,
+    ) -> Option<Patch> {
         let high = HIGH * self.noise.deviation;
         let mut place = from;
         for round in 0..MOST_ROUNDS {
-            let (frame, reach) = self.around(place, radius, without, round < SPARSE, room)?;
+            let (frame, reach) = self.around(place, front, radius, without, round < SPARSE, room)?;
+            front = frame.front(room.front);
             // The first time the sample's own height is all that is known of its side.
             let high = if round == 0 { 2.0 * high } else { high };
             let Fitted { quadric, counted, all } = fit(&frame, reach, high, &room.near)?;
@@ -251,16 +278,17 @@ impl Kept {
             place = frame.above(height);
             if round + 1 >= ROUNDS && height.abs() <= SETTLED * high {
                 let crowd = counted / (reach * reach);
-                return (counted >= SUPPORT * all).then_some(Patch { place, frame, quadric, crowd });
+                return (counted >= SUPPORT * all).then_some(Patch { place, frame, quadric, crowd, front });
             }
         }
         None
     }
 
-    /// Fills `room.near` with the samples around a place; gives the directions in which they lie, and how far they reach.
+    /// Fills `room.near` with the samples around a place that are not behind it; gives the directions in which they lie, and how far they reach.
     fn around(
         &self,
         place: DVec3,
+        front: DVec3,
         radius: f64,
         without: Option<usize>,
         is_sparse: bool,
@@ -276,11 +304,15 @@ impl Kept {
             reach = room.few.furthest()?.sqrt() * BEYOND;
         }
         room.near.clear();
-        let found = room.few.iter().map(|(i, squared)| (i as usize * stride, squared));
-        room.near.extend(found.filter(|&(i, _)| Some(i) != without).map(|(i, squared)| {
-            let far = 1.0 - squared / (reach * reach);
-            (self.samples[i], far * far)
-        }));
+        room.front = DVec3::ZERO;
+        for (i, squared) in room.few.iter() {
+            let i = i as usize * stride;
+            if Some(i) != without && !self.fronts.is_behind(i, front) {
+                let far = 1.0 - squared / (reach * reach);
+                room.near.push((self.samples[i], far * far));
+                room.front += self.fronts.at(i) * (far * far);
+            }
+        }
         Some((Frame::new(place, &room.near)?, reach))
     }
 }

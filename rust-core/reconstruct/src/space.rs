@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::balls::Balls;
 use super::complex::Complex;
 use super::manifold::{Separated, Solid};
+use super::seen::{Fronts, Sighted};
 use super::{Closure, Found, ReconstructParams, ReconstructReport, Topology, carve_freely, close, open, separate};
 use base::error::Result;
 use base::memory;
@@ -46,13 +47,14 @@ impl Space {
     /// `stages`: numbers of those that find the sides and the surface. `is_kept`: whether there will be another surface.
     pub(super) fn surface(
         &mut self,
-        samples: &[DVec3],
+        sighted: Sighted<'_>,
         params: &ReconstructParams,
         stages: [usize; 2],
         is_kept: bool,
         report: &mut ReconstructReport,
         progress: &Progress<'_>,
     ) -> Result<Found> {
+        let samples = &sighted.samples.points;
         let complex = Complex { points: samples, cells: self.delaunay.cells(), finite: self.delaunay.finite_count() };
         report.tetrahedra = complex.finite;
         let is_degenerate = (complex.finite as f64) < FEW_CELLS * samples.len() as f64;
@@ -69,7 +71,8 @@ impl Space {
                     if self.is_noisy {
                         foresee(complex, BYTES_CUT)?;
                     }
-                    separate(complex, self.is_noisy, progress)?
+                    let fronts = if self.is_noisy { Fronts::of(sighted, progress)? } else { Fronts::default() };
+                    separate(complex, self.is_noisy, &fronts, progress)?
                 }
             };
             self.separated = is_kept.then(|| separated.clone());

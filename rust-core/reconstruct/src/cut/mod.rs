@@ -5,15 +5,20 @@
 //! other cells are divided so that the fewest of these samples are contradicted and the surface is that of facets at which the
 //! balls on both sides are large beside the facet.
 //!
-//! *Differences from the papers.* Labatut, Pons and Keriven take lines of sight of cameras for what is outside; here deep rooms
-//! do that, which any samples have, and the other pole of a sample for what is inside. Kolluri, Shewchuk and O'Brien divide poles by an
+//! Where it is known from which side samples were seen, by sensors or by normals, each says so of the cells next to it on that line (`sight`).
+//!
+//! *Differences from the papers.* Labatut, Pons and Keriven take whole lines of sight of cameras for what is outside; here deep rooms
+//! do that, which any samples have, and the other pole of a sample for what is inside; lines only where they are near their sample, as noise
+//! lets others pass through thin bars. Kolluri, Shewchuk and O'Brien divide poles by an
 //! eigenvector, and then cells by another; the cut divides all cells at once, exactly.
 
 mod poles;
 mod rooms;
+mod sight;
 
 use super::balls::Balls;
 use super::complex::Complex;
+use super::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
 use geom::flow::Network;
@@ -37,6 +42,9 @@ const POLE: f32 = 0.5;
 /// Share of samples with the same deep room on both sides, from which they are not of a closed surface.
 const OPEN: f64 = 0.25;
 
+/// Share of the area over gaps, from which it is not, either, though fronts say what is behind the samples.
+const LIDS: f64 = 0.2;
+
 /// What is to be cut.
 struct Problem {
     rooms: Rooms,
@@ -44,11 +52,17 @@ struct Problem {
     nodes: Vec<u32>,
     /// The outside is the source.
     network: Network,
+    /// Of the samples.
+    poles: Vec<Poles>,
+    /// Whether rooms alone don't tell what is inside.
+    is_torn: bool,
 }
 
 /// The side of each cell: 1 inside, 0 outside. `None` where the samples don't tell what is inside.
-pub(super) fn sides(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Option<Vec<u8>>> {
-    let Some(Problem { rooms, nodes, network }) = problem(complex, progress)? else { return Ok(None) };
+pub(super) fn sides(complex: Complex<'_>, fronts: &Fronts, progress: &Progress<'_>) -> Result<Option<Vec<u8>>> {
+    let Some(Problem { poles, rooms, nodes, network, is_torn }) = problem(complex, fronts, progress)? else {
+        return Ok(None);
+    };
     let cut = network.cut(progress)?;
     let mut sides = vec![0; complex.len()];
     for range in progress.ranges(complex.len()) {
@@ -61,16 +75,18 @@ pub(super) fn sides(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Opt
         }
     }
     fill_crumbs(complex, &rooms, &mut sides, progress)?;
-    Ok(Some(sides))
+    Ok((!is_torn || lids(complex, &poles, &sides, progress)? < LIDS).then_some(sides))
 }
 
-fn problem(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Option<Problem>> {
+fn problem(complex: Complex<'_>, fronts: &Fronts, progress: &Progress<'_>) -> Result<Option<Problem>> {
     let balls = Balls::of(complex, progress)?;
     let poles = poles(complex, &balls, progress)?;
-    let rooms = Rooms::find(complex, &balls, &poles, progress)?;
-    if f64::from(rooms.through) > OPEN * poles.len() as f64 || !rooms.has_inside() {
+    let rooms = Rooms::find(complex, &balls, &poles, fronts, progress)?;
+    let is_torn = f64::from(rooms.through) > OPEN * poles.len() as f64 || !rooms.has_inside();
+    if is_torn && fronts.are_unknown() {
         return Ok(None);
     }
+    let votes = sight::votes(complex, &poles, fronts, progress)?;
     let mut nodes = vec![u32::MAX; complex.len()];
     let mut free = 0;
     for range in progress.ranges(complex.len()) {
@@ -108,7 +124,33 @@ fn problem(complex: Complex<'_>, progress: &Progress<'_>) -> Result<Option<Probl
             }
         }
     }
-    Ok(Some(Problem { rooms, nodes, network }))
+    for (&node, &(mut votes)) in nodes.iter().zip(&votes).filter(|(node, _)| **node != u32::MAX) {
+        if rooms.are_fronts_inside {
+            votes.swap(0, 1);
+        }
+        let [outside, inside] = votes.map(|votes| votes.saturating_mul(SAMPLE));
+        network.add_terminals(node, outside, inside);
+    }
+    Ok(Some(Problem { rooms, nodes, network, poles, is_torn }))
+}
+
+/// Share of a surface's area that lies over gaps no sampling leaves.
+fn lids(complex: Complex<'_>, poles: &[Poles], sides: &[u8], progress: &Progress<'_>) -> Result<f64> {
+    let mut areas = Vec::new();
+    for range in progress.ranges(complex.finite) {
+        for cell in range?.filter(|&cell| sides[cell] == 1).map(|cell| cell as u32) {
+            for slot in (0..4).filter(|&slot| sides[complex.neighbour(cell, slot) as usize] == 0) {
+                let facet = complex.facet(cell, slot);
+                let is_lid = complex.circle(facet) as f32 > rooms::DEEP * spacing(poles, &facet);
+                areas.push((complex.area(facet), is_lid));
+            }
+        }
+    }
+    // Sums depend on the order, and that on the number of threads.
+    progress.sort(&mut areas, &|a, b| a.0.total_cmp(&b.0))?;
+    let sum =
+        |wanted: &dyn Fn(bool) -> bool| areas.iter().filter(|area| wanted(area.1)).map(|area| area.0).sum::<f64>();
+    Ok(sum(&|is_lid| is_lid) / sum(&|_| true))
 }
 
 /// Puts parts of either side that no room is in, and that are small, on the other.

@@ -78,7 +78,7 @@ fn of(complex: Complex<'_>, balls: &Balls, vertex: u32, star: &Star) -> [u32; 2]
 }
 
 /// The direction from a place to the centre of a cell's ball; away from the hull, of one outside.
-fn towards(complex: Complex<'_>, here: DVec3, cell: u32) -> DVec3 {
+pub(super) fn towards(complex: Complex<'_>, here: DVec3, cell: u32) -> DVec3 {
     let vertices = complex.vertices(cell);
     if complex.is_outer(cell) {
         let slot = vertices.iter().position(|&v| v == INFINITE).expect("a cell outside has the vertex at infinity");

@@ -1,24 +1,33 @@
 //! Deep places of empty space, and on which side of the surface they are.
 //!
 //! A cell is deep if its ball is larger than any gap that samples at random leave in a surface; deep cells joined by facets as wide
-//! are one room. Most samples whose two poles lie in two rooms have the surface between these.
+//! are one room. Most samples whose two poles lie in two rooms have the surface between these. Where it is known from which side samples were
+//! seen, they say of the rooms of their poles which are outside and which inside; a room of which many say either is one that noise or a
+//! gap tore the surface of, and is left to the cut.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::poles::{Poles, spacing};
+use super::poles::{Poles, spacing, towards};
 use crate::balls::Balls;
 use crate::complex::Complex;
+use crate::seen::Fronts;
 use crate::separate::Groups;
 use base::error::Result;
 use base::progress::Progress;
 use geom::delaunay3::INFINITE;
 
 /// Clearance of deep places, in spacings. A million samples at random over a plane leave gaps of 2.4.
-const DEEP: f32 = 2.5;
+pub(super) const DEEP: f32 = 2.5;
 
 /// Fewest samples that put two rooms on different sides.
 const VOTES: u32 = 12;
+
+/// Share of the samples that contradict the others about a room, from which its surface is torn.
+const TORN: f64 = 0.05;
+/// Cosine between the directions of a pole and of a front, from which the one tells of the other.
+const TELLING: f64 = 0.3;
 
 /// The room of the cells outside the hull.
 const OUTSIDE: u32 = 0;
@@ -45,51 +54,88 @@ pub(super) struct Rooms {
     sides: Vec<Option<Side>>,
     /// Samples with both poles in the same room.
     pub(super) through: u32,
+    /// Whether fronts show the side that is inside: of a room that was seen from within, or normals that look inwards.
+    pub(super) are_fronts_inside: bool,
+    /// Number of the first cell outside the hull.
+    outer: u32,
 }
 
 impl Rooms {
-    pub(super) fn find(complex: Complex<'_>, balls: &Balls, poles: &[Poles], progress: &Progress<'_>) -> Result<Rooms> {
+    pub(super) fn find(
+        complex: Complex<'_>,
+        balls: &Balls,
+        poles: &[Poles],
+        fronts: &Fronts,
+        progress: &Progress<'_>,
+    ) -> Result<Rooms> {
         let rooms = joined(complex, balls, poles, progress)?;
         let names = names(complex, &rooms, progress)?;
         let mut contacts: FxHashMap<[u32; 2], u32> = FxHashMap::default();
+        // Of each room, samples that say that it is on the side of their front, and on the other.
+        let mut told = vec![[0; 2]; names.len()];
         let mut through = 0;
-        for block in progress.blocks(poles) {
-            for poles in block?.iter().filter(|poles| poles.has_both()) {
-                let [a, b] = poles.cells.map(|cell| rooms[cell as usize]);
+        for range in progress.ranges(poles.len()) {
+            for vertex in range? {
+                let cells = poles[vertex].cells;
+                let [a, b] = cells.map(|cell| rooms.get(cell as usize).copied().unwrap_or(NONE));
+                let front = fronts.at(vertex);
+                for (cell, room) in cells.into_iter().zip([a, b]).filter(|(_, room)| *room != NONE) {
+                    let pole = towards(complex, complex.points[vertex], cell).normalize_or_zero();
+                    if pole.dot(front).abs() > TELLING {
+                        told[room as usize][usize::from(pole.dot(front) < 0.0)] += 1;
+                    }
+                }
                 if a == NONE || b == NONE {
                     continue;
                 }
                 if a == b {
                     through += 1;
-                } else {
+                } else if front == DVec3::ZERO {
                     *contacts.entry([a.min(b), a.max(b)]).or_insert(0) += 1;
                 }
             }
         }
-        let mut contacts: Vec<([u32; 2], u32)> = contacts.into_iter().filter(|contact| contact.1 >= VOTES).collect();
+        let are_fronts_inside = told[OUTSIDE as usize][1] > told[OUTSIDE as usize][0];
+        if are_fronts_inside {
+            told.iter_mut().for_each(|told| told.swap(0, 1));
+        }
+        let mut is_torn = vec![false; names.len()];
+        // The rooms, whether they are on different sides, and how many samples say so.
+        let mut relations: Vec<([u32; 2], bool, u32)> = Vec::new();
+        for (room, [outside, inside]) in (0..).zip(told) {
+            let fewer: u32 = outside.min(inside);
+            if fewer >= VOTES && f64::from(fewer) > TORN * f64::from(outside.max(inside)) {
+                is_torn[room as usize] = true;
+            } else {
+                relations.push(([OUTSIDE, room], inside > outside, outside.abs_diff(inside)));
+            }
+        }
+        relations.extend(contacts.into_iter().map(|(rooms, votes)| (rooms, true, votes)));
+        relations.retain(|relation| relation.2 >= VOTES);
         let name = |rooms: [u32; 2]| {
             let mut both = rooms.map(|room| names[room as usize]);
             both.sort_unstable();
             both
         };
-        contacts.sort_unstable_by(|a, b| b.1.cmp(&a.1).then_with(|| name(a.0).cmp(&name(b.0))));
+        relations.sort_unstable_by(|a, b| b.2.cmp(&a.2).then_with(|| name(a.0).cmp(&name(b.0))).then(a.1.cmp(&b.1)));
         let mut groups = Groups::new(names.len());
-        for ([a, b], _) in contacts {
-            groups.join(a, b, true);
+        for ([a, b], is_different, _) in relations {
+            groups.join(a, b, is_different);
         }
         let outside = groups.find(OUTSIDE);
         let side = |room: u32| {
             let (root, side) = groups.find(room);
             let known = if side == outside.1 { Side::Outside } else { Side::Inside };
-            (root == outside.0).then_some(known)
+            (root == outside.0 && !is_torn[room as usize]).then_some(known)
         };
         let sides = (0..names.len() as u32).map(side).collect();
-        Ok(Rooms { rooms, sides, through })
+        Ok(Rooms { rooms, sides, through, are_fronts_inside, outer: complex.finite as u32 })
     }
 
     /// The side of a cell, if it is known.
     pub(super) fn side(&self, cell: u32) -> Option<Side> {
         match self.rooms[cell as usize] {
+            _ if cell >= self.outer => Some(Side::Outside),
             NONE => None,
             room => self.sides[room as usize],
         }

@@ -28,7 +28,8 @@ fn cuts_cost_what_the_largest_flow_of_single_ways_does() {
     for seed in 0..4 {
         with_complex(&mut sphere(300, 0.05, seed), 1, |complex| {
             let progress = Progress::none();
-            let Problem { rooms, nodes, network } = problem(complex, &progress).unwrap().unwrap();
+            let Problem { rooms, nodes, network, .. } =
+                problem(complex, &Fronts::default(), &progress).unwrap().unwrap();
             let largest = largest_flow(&network);
             let sides = network.clone().cut(&progress).unwrap();
             assert!(largest > 0 && nodes.iter().any(|&node| node != u32::MAX), "nothing to cut");
@@ -89,7 +90,7 @@ fn largest_flow(network: &Network) -> i64 {
 fn a_noisy_sphere_has_an_inside_and_an_outside() {
     let mut points = sphere(3000, 0.02, 7);
     with_complex(&mut points, 1, |complex| {
-        let sides = sides(complex, &Progress::none()).unwrap().unwrap();
+        let sides = sides(complex, &Fronts::default(), &Progress::none()).unwrap().unwrap();
         let middle =
             |cell: usize| complex.vertices(cell as u32).map(|v| complex.points[v as usize]).iter().sum::<DVec3>() / 4.0;
         for cell in 0..complex.finite {
@@ -105,6 +106,40 @@ fn a_sheet_has_no_inside() {
     let mut random = random(5);
     let mut points: Vec<DVec3> = (0..3000).map(|_| DVec3::new(random(), random(), 0.01 * random())).collect();
     with_complex(&mut points, 1, |complex| {
-        assert!(sides(complex, &Progress::none()).unwrap().is_none());
+        assert!(sides(complex, &Fronts::default(), &Progress::none()).unwrap().is_none());
+    });
+}
+
+/// Of every place along short lines before and behind samples, a cell that holds it is voted for, and for the side it is on.
+#[test]
+fn samples_vote_for_the_cells_along_their_lines() {
+    let progress = Progress::none();
+    let mut points = sphere(400, 0.05, 3);
+    let away: Vec<DVec3> = points.iter().map(|p| p.normalize()).collect();
+    with_complex(&mut points, 1, |complex| {
+        let balls = Balls::of(complex, &progress).unwrap();
+        let poles = poles(complex, &balls, &progress).unwrap();
+        let votes = sight::votes(complex, &poles, &Fronts::known(away.clone()), &progress).unwrap();
+        let holds = |cell: usize, place: DVec3| {
+            (0..4).all(|slot| {
+                let [a, b, c] = complex.facet(cell as u32, slot).map(|v| complex.points[v as usize]);
+                (b - a).cross(c - a).dot(place - a) <= 0.0
+            })
+        };
+        let mut seen = 0;
+        for (vertex, away) in away.iter().enumerate().step_by(7) {
+            for (side, direction) in [*away, -*away].into_iter().enumerate() {
+                for share in [0.05, 0.3, 0.6, 0.95] {
+                    let place = complex.points[vertex] + direction * (share * f64::from(poles[vertex].spacing));
+                    if let Some(cell) = (0..complex.finite).find(|&cell| holds(cell, place)) {
+                        assert!(votes[cell][side] > 0, "{share} of a spacing off sample {vertex}");
+                        seen += 1;
+                    }
+                }
+            }
+        }
+        let most = 2 * complex.points.len() * 12;
+        let all: u32 = votes.as_flattened().iter().sum();
+        assert!(seen > 200 && (all as usize) < most, "{seen} places, {all} votes");
     });
 }

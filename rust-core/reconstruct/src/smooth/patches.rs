@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::super::patch::{Frame, Quadric};
+use super::super::seen::Fronts;
 use super::{BLOCK, HIGH, Kept, Room, SETTLED, level};
 use base::error::Result;
 use base::progress::Progress;
@@ -41,6 +42,8 @@ pub(super) struct Patch {
     pub(super) quadric: Quadric,
     /// Weight of the samples that it was fitted to, by area.
     pub(super) crowd: f64,
+    /// Direction to the side that it was seen from, zero where that is not known.
+    pub(super) front: DVec3,
 }
 
 /// The surface.
@@ -59,12 +62,12 @@ impl Patches {
     pub(super) fn fit(kept: &Kept, radius: f64, progress: &Progress<'_>) -> Result<Self> {
         let shared = if kept.noise.spacing > 0.0 { (APART * radius / kept.noise.spacing).powi(2) as usize } else { 1 };
         // Neighbours on the curve are neighbours in space.
-        let seeds: Vec<DVec3> = kept.samples.iter().copied().step_by(shared.max(LEAST_SHARED)).collect();
+        let seeds: Vec<usize> = (0..kept.samples.len()).step_by(shared.max(LEAST_SHARED)).collect();
         let mut found = vec![None; seeds.len()];
         found.par_iter_mut().zip(&seeds).with_min_len(16).try_for_each_init(
             Room::default,
             |room, (patch, &seed)| {
-                *patch = kept.patch(seed, None, radius, room);
+                *patch = kept.patch(kept.samples[seed], kept.fronts.at(seed), None, radius, room);
                 progress.check()
             },
         )?;
@@ -82,6 +85,7 @@ impl Patches {
     pub(super) fn moved_all(
         &self,
         samples: &[DVec3],
+        fronts: &Fronts,
         is_outlier: &mut [bool],
         progress: &Progress<'_>,
     ) -> Result<Vec<DVec3>> {
@@ -93,7 +97,7 @@ impl Patches {
                     progress.advance(BLOCK as u64)?;
                 }
                 if !*is_outlier {
-                    match self.moved(*place, room) {
+                    match self.moved(*place, fronts.at(i), room) {
                         Some(to) => *place = to,
                         None => *is_outlier = true,
                     }
@@ -104,8 +108,8 @@ impl Patches {
         Ok(places)
     }
 
-    /// Where a sample comes to; `None` if that is too far away, or nowhere.
-    fn moved(&self, from: DVec3, room: &mut Room) -> Option<DVec3> {
+    /// Where a sample that was seen from the side of `front` comes to; `None` if that is too far away, or nowhere.
+    fn moved(&self, from: DVec3, front: DVec3, room: &mut Room) -> Option<DVec3> {
         let high = HIGH * self.deviation;
         let mut place = from;
         for round in 0..MOST_ROUNDS {
@@ -115,6 +119,9 @@ impl Patches {
             let (mut step, mut weights) = (DVec3::ZERO, 0.0);
             for (number, squared) in room.few.iter() {
                 let patch = &self.patches[number as usize];
+                if patch.front.dot(front) < 0.0 {
+                    continue;
+                }
                 let (above, normal) = patch.quadric.above(&patch.frame, place);
                 let far = 1.0 - squared / (self.within * self.within);
                 let weight = far * far * level(above / high);

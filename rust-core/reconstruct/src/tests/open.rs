@@ -99,7 +99,7 @@ fn ball_on_a_sheet(side: i32) -> (Vec<DVec3>, f64) {
     }));
     let met = in_space(&points, |complex| {
         let progress = Progress::none();
-        Solid::again(complex, separate(complex, false, &progress)?.0).on_surface(&progress)
+        Solid::again(complex, separate(complex, false, &Fronts::default(), &progress)?.0).on_surface(&progress)
     });
     let share = met.iter().filter(|is_met| **is_met).count() as f64 / points.len() as f64;
     (points, share)
