@@ -26,21 +26,21 @@ pub(super) fn votes(
         return Ok(Vec::new());
     }
     let incident = complex.incident();
-    let found: Vec<Vec<(u32, usize)>> = poles
+    let found: Vec<[Vec<u32>; 2]> = poles
         .par_chunks(CHUNK)
         .enumerate()
         .map_init(Star::default, |star, (chunk, poles)| {
             progress.check()?;
-            let mut found = Vec::new();
+            let mut found = [Vec::new(), Vec::new()];
             for (vertex, poles) in (chunk * CHUNK..).zip(poles) {
                 let front = fronts.at(vertex);
                 if front == DVec3::ZERO || incident[vertex] == u32::MAX {
                     continue;
                 }
                 complex.star(vertex as u32, incident[vertex], star);
-                for (side, direction) in [front, -front].into_iter().enumerate() {
+                for (found, direction) in found.iter_mut().zip([front, -front]) {
                     let reach = REACH * f64::from(poles.spacing);
-                    along(complex, vertex as u32, star, direction, reach, |cell| found.push((cell, side)));
+                    along(complex, vertex as u32, star, direction, reach, |cell| found.push(cell));
                 }
             }
             Ok(found)
@@ -49,7 +49,9 @@ pub(super) fn votes(
     let mut votes = vec![[0; 2]; complex.len()];
     for found in found {
         progress.check()?;
-        found.into_iter().for_each(|(cell, side)| votes[cell as usize][side] += 1);
+        for (side, cells) in found.into_iter().enumerate() {
+            cells.into_iter().for_each(|cell| votes[cell as usize][side] += 1);
+        }
     }
     Ok(votes)
 }

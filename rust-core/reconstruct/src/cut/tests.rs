@@ -143,3 +143,20 @@ fn samples_vote_for_the_cells_along_their_lines() {
         assert!(seen > 200 && (all as usize) < most, "{seen} places, {all} votes");
     });
 }
+
+/// Through a hole the room inside is one with that outside.
+#[test]
+fn fronts_tell_the_inside_of_a_sphere_with_a_hole() {
+    let progress = Progress::none();
+    let mut points = sphere(3000, 0.02, 7);
+    points.retain(|p| p.z < 0.9 * p.length());
+    let away = Fronts::known(points.iter().map(|p| p.normalize()).collect());
+    with_complex(&mut points, 1, |complex| {
+        assert!(sides(complex, &Fronts::default(), &progress).unwrap().is_none());
+        let sides = sides(complex, &away, &progress).unwrap().expect("fronts tell");
+        for cell in 0..complex.finite {
+            let middle = complex.vertices(cell as u32).map(|v| complex.points[v as usize]).iter().sum::<DVec3>() / 4.0;
+            assert!(sides[cell] == 1 || middle.length() > 0.9 || middle.z > 0.8, "the cell at {middle} is outside");
+        }
+    });
+}
