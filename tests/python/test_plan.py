@@ -111,22 +111,52 @@ def test_what_is_kept_serves_scans_that_come_and_go(tmp_path):
 
 
 def test_a_surface_in_parts(scans, by_one, tmp_path):
-    plan = planned(tmp_path, scans, part_triangles=5000)
+    plan = planned(tmp_path, scans, part_triangles=sum(by_one[1].faces) // 3 + 1)
     for task in every(plan):
         plan.run(task)
     plan.remove()
     names = sorted(os.listdir(tmp_path))
     report = by_one[1]
-    count = -(-sum(report.faces) // 5000)
-    assert count > 1
+    most = sum(report.faces) // 3 + 1
+    count = 3
     assert names == [*(f"surface-{k}-of-{count}.ply" for k in range(2, count + 1)), "surface.ply"]
     parts = [surfrecon.open(tmp_path / name)[0].read() for name in [names[-1], *names[:-1]]]
-    assert all(len(part.triangles) <= 5000 for part in parts)
+    assert all(len(part.triangles) <= most for part in parts)
     path = tmp_path / "whole.ply"
     path.write_bytes(by_one[0])
     whole = surfrecon.open(path)[0].read()
     corners = np.concatenate([part.positions[part.triangles] for part in parts])
     assert np.array_equal(corners, whole.positions[whole.triangles])
+
+
+def test_the_command_line_keeps_and_cuts(scans, by_one, tmp_path):
+    most = sum(by_one[1].faces) // 2 + 1
+    options = ["--voxel", "0.02", "--part-triangles", str(most)]
+    made = ["surface-2-of-2.ply", "surface.ply"]
+    plan = [tmp_path / "merge.json", "--surface", tmp_path / "surface.ply", "--tasks", "2", "--keep", *options]
+    for _ in range(2):
+        run("plan", scans, "-o", *plan)
+        run("task", tmp_path / "merge.json", "--all")
+        (kept,) = [name for name in os.listdir(tmp_path) if name.startswith("surfrecon-merge-")]
+        assert sorted(os.listdir(tmp_path)) == ["merge.json", *made, kept]
+        assert [name for name in os.listdir(tmp_path / kept) if name.startswith("segment-")]
+    parts = [(tmp_path / name).read_bytes() for name in made]
+    folder = tmp_path / "at once"
+    folder.mkdir()
+    for given in ([], ["--workspace", tmp_path]):
+        run("merge", scans, "-o", folder / "surface.ply", "--threads", "1", *options, *given)
+        assert sorted(os.listdir(folder)) == made
+        for part, name in zip(parts, made, strict=True):
+            # But for the provenance that the header has.
+            assert (folder / name).read_bytes().split(b"end_header")[1] == part.split(b"end_header")[1]
+    refused = run("merge", scans, "-o", folder / "surface.glb", "--part-triangles", "9", check=False)
+    assert refused.returncode == 2 and "surface.glb: only .ply is written in parts" in refused.stderr
+    copies = tmp_path / "copies"
+    copies.mkdir()
+    (copies / "surface-1-of-2.ply").write_bytes((folder / "surface.ply").read_bytes())
+    given = ["-o", copies / "surface.ply", "--workspace", tmp_path, "--part-triangles", "9"]
+    refused = run("merge", copies / "surface-1-of-2.ply", *given, check=False)
+    assert refused.returncode == 1 and "is a scan, and called as a part of" in refused.stderr
 
 
 def in_another_process(path, number):

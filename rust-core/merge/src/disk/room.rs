@@ -45,10 +45,13 @@ pub fn foresee(
     }
     let crossings = seen.iter().sum::<f64>() / seen.len() as f64 * sources.len() as f64;
     let [least, most] = BYTES_A_CROSSING.map(|bytes| bytes * crossings);
+    // Two digits of it are known at best.
+    let digits = 10_f64.powf(crossings.max(10.0).log10().floor() - 1.0);
     let text = format!(
-        "{} scans and cells of {} have some {crossings:.1e} intersections, which take {} to {}",
+        "{} scans and cells of {} have some {:.0} intersections, which take {} to {}",
         sources.len(),
         loading.cell,
+        (crossings / digits).round() * digits,
         size(least),
         size(most)
     );

@@ -56,6 +56,19 @@ fn a_scan_far_away_or_far_coarser_does_not_decide() {
     assert!(report.voxel < 1.3 * clean && report.voxel_reason == VoxelReason::Spacing, "{} {clean}", report.voxel);
 }
 
+/// Theorem: the cell that is measured is what is read of it, and a scan that is turned about itself does not change it.
+#[test]
+fn the_cell_has_three_digits() {
+    let scans: Vec<_> = (0..6).map(|i| noisy_patch(i, 0.1, 0.01)).collect();
+    let cell = |scans: &[RangeImage]| merge_scans(scans, &MergeParams::default()).report.voxel;
+    let found = cell(&scans);
+    assert_eq!(format!("{found:.2e}").parse::<f64>().unwrap(), found);
+    let mut turned = scans;
+    let pose = turned[3].world_from_sensor;
+    turned[3].world_from_sensor = pose * DAffine3::from_rotation_z(1e-5);
+    assert_eq!(cell(&turned), found);
+}
+
 #[test]
 fn empty_scans_however_many_do_not_decide() {
     let empty = |i: usize| {

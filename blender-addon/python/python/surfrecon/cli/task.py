@@ -37,7 +37,7 @@ def run_task(given: argparse.Namespace, shown: Shown, stops: Stops) -> int:
                 number, threads=given.threads, max_memory=given.max_memory, scratch=given.scratch, progress=shown
             )
         found.append(entry)
-        if number == last and not given.keep:
+        if number == last and not (given.keep or plan.keep):
             plan.clear()
         if not given.quiet and not given.json:
             made = f", {entry['output']} is written" if "output" in entry else ""

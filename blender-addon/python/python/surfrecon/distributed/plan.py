@@ -218,6 +218,11 @@ class Plan:
         return self._placed(self._content["output"])
 
     @property
+    def keep(self) -> bool:
+        """Whether what tasks leave stays for another merge."""
+        return bool(self._content["keep"])
+
+    @property
     def threads(self) -> int:
         """Threads of a task; 0 for all there are."""
         return int(self._content["options"].get("threads") or 0)
@@ -302,7 +307,7 @@ class Plan:
 
     def remove(self) -> None:
         """Removes the plan and what tasks have left, but for what is to be kept; the surface stays."""
-        if not self._content["keep"]:
+        if not self.keep:
             self.clear()
         remove_file(self.path)
 
