@@ -1,7 +1,7 @@
 """One row of bench/scale.py in one process: scale_call.py FILE, with what is asked in the file.
 
-{names, camera, voxel, out, megabytes, threads, tasks, kept}: without megabytes in memory, with tasks one after the other, kept
-in a workspace that has a merge already of which one scan lay elsewhere.
+{names, camera, voxel, out, megabytes, threads, tasks, kept}: without megabytes in memory, with tasks one after the
+other, kept in a workspace that has a merge already of which one scan lay elsewhere.
 """
 
 import json

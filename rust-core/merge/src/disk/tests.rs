@@ -32,8 +32,16 @@ fn in_memory(sources: &[&dyn ScanSource], params: &MergeParams, kept: u64) -> Me
 
 fn in_files(sources: &[&dyn ScanSource], params: &MergeParams, side: i32, held: u64, kept: u64) -> Merged {
     let folder = tempfile::tempdir().unwrap();
-    let setting =
-        Setting { folder: folder.path(), cut: Cut { side }, held, memory: 1 << 30, kept, corner: [0; 3], stays: false };
+    let setting = Setting {
+        folder: folder.path(),
+        cut: Cut { side },
+        held,
+        memory: 1 << 30,
+        kept,
+        corner: [0; 3],
+        stays: false,
+        has_all: true,
+    };
     // Of those who vote as many are loaded at a time as there are threads, and more only if they may be held.
     let pool = base::threads::pool(if held == 0 { 1 } else { 3 }).unwrap();
     let mut mesh = TriMesh::default();
@@ -107,6 +115,7 @@ fn neither_threads_nor_order_nor_base_matter() {
             kept: 0,
             corner,
             stays: false,
+            has_all: true,
         };
         let mut mesh = TriMesh::default();
         let pool = base::threads::pool(threads).unwrap();

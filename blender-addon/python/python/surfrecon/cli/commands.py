@@ -238,8 +238,8 @@ COMMANDS = {
                 Own(
                     "keep",
                     "flag",
-                    "What the merge finds out stays in the workspace: the next one planned there with the same parameters "
-                    "and as many tasks renews only what scans have a part in that are new, gone or moved.",
+                    "What the merge finds out stays in the workspace: the next one planned there with the same "
+                    "parameters and as many tasks renews only what scans have a part in that are new, gone or moved.",
                 ),
             ),
             ("json",),

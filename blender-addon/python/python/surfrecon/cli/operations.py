@@ -56,7 +56,9 @@ def convert(work: Work) -> Made:
         system = ", and with it the coordinate reference system" if content.crs else ""
         work.notes.append(f"the pose is left out, which .ply has no place for{system}")
     if isinstance(content, _native.Mesh):
-        return Made(_of_scans(known), [contents.line(one) for one in known], _writer(work, content), _parts(work, content))
+        return Made(
+            _of_scans(known), [contents.line(one) for one in known], _writer(work, content), _parts(work, content)
+        )
     if isinstance(content, _native.PointCloud):
         _tell_left_out(work, "points", content.crs)
     else:
@@ -146,7 +148,9 @@ def plan(work: Work) -> Made:
     if said is not None:
         of_merge = {name: value for name, value in said["parameters"].items() if name not in _PLANNING}
         said = {**said, "command": "merge", "parameters": of_merge}
-    given = work.given("merge", "triangulate") | work.request.of("workspace", "tasks", "keep", "encoding", "part_triangles")
+    given = work.given("merge", "triangulate") | work.request.of(
+        "workspace", "tasks", "keep", "encoding", "part_triangles"
+    )
     made = Plan.make(str(work.request.output), work.request.inputs, surface, reading=reading, provenance=said, **given)
     stages: list[dict[str, Any]] = [
         {"name": stage.name, "first": stage.tasks[0], "last": stage.tasks[-1]} for stage in made.stages
@@ -261,7 +265,9 @@ def cluster(work: Work) -> Made:
             found = _native.cluster_levels(dense, levels, progress=shown, **options)
     finest, *coarser = [contents.placed(level.mesh, pose, scan.crs) for level in found]
     report = found[0].report if levels is None else Report(levels=[level.report for level in found])
-    return Made(report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser), _parts(work, finest))
+    return Made(
+        report, [_counts(mesh) for mesh in (finest, *coarser)], _writer(work, finest, coarser), _parts(work, finest)
+    )
 
 
 def measure(work: Work) -> Made:

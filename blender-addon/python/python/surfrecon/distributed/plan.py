@@ -109,9 +109,9 @@ class Plan:
                 bytes for each intersection of a scan with the grid in a folder there. All processes have to reach it.
                 Default: the plan's folder, else that of ``output``.
             tasks: how many tasks a stage has; some stages are one task. A few for each process let fast ones do more.
-            keep: what the merge finds out stays in the workspace, a folder, as with ``surfrecon.merge_to_file``: the next
-                one planned in it with the same parameters and as many tasks, for these scans, some more, fewer or moved,
-                renews only what they have a part in. One at a time.
+            keep: what the merge finds out stays in the workspace, a folder, as with ``surfrecon.merge_to_file``: the
+                next one planned in it with the same parameters and as many tasks, for these scans, some more, fewer or
+                moved, renews only what they have a part in. One at a time.
             max_memory: most bytes that a process takes for a task; by default what is free.
             reading: the keyword arguments of ``surfrecon.open``.
             encoding: how the surface is written, as for ``surfrecon.merge_to_file``.
@@ -204,7 +204,7 @@ class Plan:
 
     @property
     def name(self) -> str:
-        """What the merge is called: the same for the same scans, parameters and number of tasks; kept, for any scans."""
+        """What the merge is called: the same for the same scans, parameters and tasks; if it keeps, for any scans."""
         return str(self._content["name"])
 
     @property

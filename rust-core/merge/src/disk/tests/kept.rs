@@ -45,6 +45,7 @@ fn scans_come_and_go_and_what_they_have_no_part_in_stays() {
                 kept,
                 corner: [0; 3],
                 stays: true,
+                has_all: true,
             };
             let versions = scans.iter().map(|scan| scan.0).collect();
             let tasks = Tasks { sources: &sources, versions, params: &params, setting, portions };
@@ -138,8 +139,16 @@ fn merged_again(
     params: &MergeParams,
     side: i32,
 ) -> Merged {
-    let setting =
-        Setting { folder, cut: Cut { side }, held: 0, memory: 1 << 30, kept: u64::MAX, corner: [0; 3], stays: true };
+    let setting = Setting {
+        folder,
+        cut: Cut { side },
+        held: 0,
+        memory: 1 << 30,
+        kept: u64::MAX,
+        corner: [0; 3],
+        stays: true,
+        has_all: true,
+    };
     let tasks = Tasks { sources, versions, params, setting, portions: 1 };
     tasks.begin().unwrap();
     let mut mesh = TriMesh::default();
