@@ -136,7 +136,7 @@ def test_the_command_line_keeps_and_cuts(scans, by_one, tmp_path):
     plan = [tmp_path / "merge.json", "--surface", tmp_path / "surface.ply", "--tasks", "2", "--keep", *options]
     for _ in range(2):
         run("plan", scans, "-o", *plan)
-        run("task", tmp_path / "merge.json", "--all")
+        run("task", tmp_path / "merge.json")
         (kept,) = [name for name in os.listdir(tmp_path) if name.startswith("surfrecon-merge-")]
         assert sorted(os.listdir(tmp_path)) == ["merge.json", *made, kept]
         assert [name for name in os.listdir(tmp_path / kept) if name.startswith("segment-")]
