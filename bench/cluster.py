@@ -22,6 +22,7 @@ HERE = Path(__file__).resolve().parent
 REMESHERS = [
     "surfrecon",
     "surfrecon-fitted",
+    "surfrecon-least-angle",
     "surfrecon-even",
     "acvd",
     "acvd-1",
@@ -33,7 +34,7 @@ CLUSTERERS = ["surfrecon-patches", "sklearn-kmeans", "faiss-kmeans"]
 # Their own environment has them; MeshLab is in the one that runs this.
 APART = {"acvd", "acvd-1", "acvd-2", "sklearn-kmeans", "faiss-kmeans"}
 # On the large meshes: subdividing them further is not what anybody does, and k-means of others takes minutes.
-LARGE = ["surfrecon", "surfrecon-fitted", "acvd", "meshlab-isotropic", "meshlab-quadric"]
+LARGE = ["surfrecon", "surfrecon-fitted", "surfrecon-least-angle", "acvd", "meshlab-isotropic", "meshlab-quadric"]
 SAMPLES = 200_000
 # What a mesh is worth; null where a tool makes none.
 QUALITY = ["vertices", "min_angle_mean", "below_30_pct", "quality_mean", "dist_mean", "dist_max", "components", "genus"]

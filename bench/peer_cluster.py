@@ -129,6 +129,7 @@ def areas(positions, triangles):
 TOOLS = {
     "surfrecon": surfrecon_mesh,
     "surfrecon-fitted": lambda p, t, k: surfrecon_mesh(p, t, k, fitting=1),
+    "surfrecon-least-angle": lambda p, t, k: surfrecon_mesh(p, t, k, min_angle=math.radians(30)),
     "surfrecon-even": lambda p, t, k: surfrecon_mesh(p, t, k, adaptivity=0.0),
     "acvd": lambda p, t, k: acvd(p, t, k, 0),
     "acvd-1": lambda p, t, k: acvd(p, t, k, 1),

@@ -306,7 +306,7 @@ impl Job {
     ///     ParameterError, InputError: like ``cluster``, at once. Other errors are raised by ``result``.
     #[staticmethod]
     // options: cluster
-    #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, seed=0, threads=0, levels=None)")]
+    #[pyo3(signature = (mesh, *, levels = None, **options), text_signature = "(mesh, *, vertices=None, patches=None, max_error=None, adaptivity=1.0, iterations=40, relaxation=50, fitting=0, min_angle=0.0, seed=0, threads=0, levels=None)")]
     fn cluster(
         mesh: &Bound<'_, PyAny>,
         levels: Option<Vec<Bound<'_, PyAny>>>,

@@ -9,7 +9,7 @@ use super::subcluster;
 use super::surface::Surface;
 use super::{
     ClusterParams, ClusterReport, Clustered, Resolution, collapse, density, fans, features, finish, fit, flip, mend,
-    relax,
+    polish, relax,
 };
 use base::error::Result;
 use base::magnitude;
@@ -39,6 +39,8 @@ const USUAL_REFINEMENTS: u64 = 12;
 
 /// Lloyd steps end when one gains less than this share of the energy.
 const CONVERGED: f64 = 2e-4;
+/// The same where the patches' nodes are taken away again and moved.
+const NEARLY_CONVERGED: f64 = 2e-3;
 /// Tries for a number of vertices.
 const TRIES: usize = 8;
 /// Relaxation steps after each round of flips.
@@ -50,7 +52,9 @@ const STEPS_A_ROUND: usize = 20;
 /// * The result is an oriented manifold with boundary that has the topology of the input: components, boundary loops and
 ///   genus. Where the input is none, its edges of more than two triangles, or of two that turn against each other, are cut,
 ///   and vertices where several fans meet are doubled.
-/// * Its vertices lie on the input's surface, unless `fitting` lets them leave it; those of its border on the input's border.
+/// * Its vertices lie on the input's surface, unless `fitting` or `min_angle` lets them leave it; those of its border on the
+///   input's border.
+/// * With `min_angle` no triangle has a smaller angle, unless borders, creases or the topology leave it no other place.
 /// * With [`Resolution::MaxError`] no point of the input is farther from the result, and none of the result farther from the
 ///   input: between the vertices, too. [`ClusterReport::bound`] says how far they may be, measured on the result.
 /// * Where nothing coarser than the input is found that does what was asked for, the result is the input itself, cut as said
@@ -59,7 +63,8 @@ const STEPS_A_ROUND: usize = 20;
 ///
 /// # Cost
 /// n vertices, k patches: O((n + k log k) s) time for s Lloyd steps, about 3 + 2 log2 k of them while splitting and up to
-/// `iterations` more; O(v) for v resulting vertices and each relaxation step. About 150 bytes a triangle.
+/// `iterations` more; O(v) for v resulting vertices and each relaxation step; with `min_angle` O(n + v log v) more. About 150 bytes a
+/// triangle.
 ///
 /// # Errors
 /// Parameters out of range; bad indices or coordinates, no triangle; [`base::Error::Cancelled`].
@@ -148,7 +153,7 @@ fn chain(
 ) -> Result<Vec<Clustered>> {
     magnitude::points("vertex", &mesh.positions)?;
     let triangles = mesh.triangles.len();
-    let each = BYTES_A_TRIANGLE + if params.fitting > 0 { BYTES_FITTED } else { 0.0 };
+    let each = BYTES_A_TRIANGLE + if params.fitting > 0 || params.min_angle > 0.0 { BYTES_FITTED } else { 0.0 };
     let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
     memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());
@@ -219,42 +224,6 @@ impl Disks {
 }
 
 impl<'a> Job<'a> {
-    /// Patches for a resolution; `None` for a bound on the error.
-    fn patches(&self, resolution: Resolution) -> Option<usize> {
-        let patches = match resolution {
-            Resolution::Patches(k) => k as usize,
-            Resolution::Vertices(n) => self.patches_for(self.nodes(n)),
-            Resolution::Tenth => self.patches_for(self.surface.points.len() / 10),
-            Resolution::MaxError(_) => return None,
-        };
-        Some(patches.clamp(1, self.surface.points.len()))
-    }
-
-    /// Vertices that are sought: a patch has at least one of the input's, and three nodes in the middle of a surface.
-    fn nodes(&self, asked: u32) -> usize {
-        (asked as usize).min(3 * self.surface.points.len())
-    }
-
-    /// Patches whose fans have about `nodes` nodes: three a patch, and one more for each at the border.
-    fn patches_for(&self, nodes: usize) -> usize {
-        let surface = &self.surface;
-        let area: f64 = surface.areas.iter().sum();
-        let border: f64 = surface
-            .border_in
-            .iter()
-            .filter(|&&h| h != super::surface::NONE)
-            .map(|&h| surface.points[surface.from(h) as usize].distance(surface.points[surface.to(h) as usize]))
-            .sum();
-        let n = nodes as f64;
-        let mut patches = n / 3.0;
-        for _ in 0..8 {
-            let width = 1.1 * (area / patches).sqrt();
-            let at_border = if width > 0.0 { border / width } else { 0.0 };
-            patches = ((n - at_border) / 3.0).max(n / 12.0);
-        }
-        patches.ceil() as usize + 1
-    }
-
     /// One level that is not bounded by an error. `kmeans` is that of a coarser level, and this level's afterwards.
     fn level(&self, kmeans: &mut KMeans<'a>, resolution: Resolution, progress: &Progress<'_>) -> Result<Clustered> {
         let nodes = match resolution {
@@ -268,7 +237,9 @@ impl<'a> Job<'a> {
         let patches = self.patches(resolution).expect("no bound on the error");
         let coarser = kmeans.clone();
         let mut disks = self.disks(&coarser, kmeans, patches, progress)?;
-        if let Some(wanted) = nodes {
+        // Of the nodes that patches make to spare it takes no certain number.
+        let enough = |wanted: usize| self.params.min_angle > 0.0 && 4 * disks.nodes() >= 5 * wanted;
+        if let Some(wanted) = nodes.filter(|&n| !enough(n)).map(|n| self.made(n)) {
             disks = self.with_nodes(&coarser, kmeans, disks, patches, wanted, progress)?;
         }
         progress.lap("patches");
@@ -342,8 +313,15 @@ impl<'a> Job<'a> {
         progress: &Progress<'_>,
     ) -> Result<Disks> {
         *kmeans = if coarser.centres.len() <= patches { coarser.clone() } else { coarser.restarted() };
-        // Where patches err most is measured while they are few, and again as they become more.
-        for part in if self.params.adaptivity > 0.0 { &[4, 2, 1][..] } else { &[] } {
+        // Where patches err most is measured while they are few, and again as they become more; with a least angle they are
+        // but a start.
+        let to_the_least = self.params.min_angle > 0.0;
+        let parts: &[usize] = match self.params.adaptivity > 0.0 {
+            true if to_the_least => &[3],
+            true => &[4, 2, 1],
+            false => &[],
+        };
+        for part in parts {
             kmeans.split_to(patches / part, progress)?;
             let (labels, patches) = (&kmeans.labels, kmeans.centres.len());
             let weights =
@@ -351,7 +329,8 @@ impl<'a> Job<'a> {
             kmeans.set_weights(weights);
         }
         kmeans.split_to(patches, progress)?;
-        kmeans.lloyd(self.params.iterations as usize, CONVERGED, progress)?;
+        let tolerance = if to_the_least { NEARLY_CONVERGED } else { CONVERGED };
+        kmeans.lloyd(self.params.iterations as usize, tolerance, progress)?;
         self.repaired(kmeans, progress)
     }
 
@@ -381,7 +360,8 @@ impl<'a> Job<'a> {
         let steps = relaxation as usize;
         let few = steps.min(STEPS_A_ROUND);
         relax::relax(surface, &mut net, steps, progress)?;
-        if let Some(wanted) = nodes {
+        let to_the_least = self.params.min_angle > 0.0;
+        if let Some(wanted) = nodes.filter(|_| !to_the_least) {
             collapse::collapse(surface, &mut net, wanted, progress)?;
             if net.points.len() > wanted.max(surface.points.len()) {
                 return Ok(None);
@@ -396,7 +376,15 @@ impl<'a> Job<'a> {
             features::keep(surface, &mut net, progress)?;
         }
         progress.lap("relax");
-        fit::fit(surface, &mut net, self.params.fitting as usize, progress)?;
+        let rounds = self.params.fitting as usize;
+        if to_the_least {
+            polish::polish(surface, &mut net, nodes, rounds, self.params.min_angle, progress)?;
+            if nodes.is_some_and(|wanted| net.points.len() > wanted.max(surface.points.len())) {
+                return Ok(None);
+            }
+        } else {
+            fit::fit(surface, &mut net, rounds, progress)?;
+        }
         progress.lap("fit");
         self.finish(disks, net, before, progress).map(Some)
     }

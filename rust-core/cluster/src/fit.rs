@@ -32,10 +32,10 @@ const HALVINGS: usize = 3;
 const SHARP: f64 = std::f64::consts::FRAC_PI_6;
 
 /// A point all over the surface: its place, unit normal and share of the area.
-struct Sample {
-    point: DVec3,
-    normal: DVec3,
-    weight: f64,
+pub struct Sample {
+    pub point: DVec3,
+    pub normal: DVec3,
+    pub weight: f64,
 }
 
 /// How far a point lies before its triangle's plane, and how much that changes with the moves of the corners.
@@ -69,7 +69,10 @@ pub fn fit(surface: &Surface, net: &mut Net, rounds: usize, progress: &Progress<
 }
 
 /// Vertices and middles of triangles; together they weigh each triangle's area nearly as an integral over it does.
-fn samples(surface: &Surface, progress: &Progress<'_>) -> Result<Vec<Sample>> {
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn samples(surface: &Surface, progress: &Progress<'_>) -> Result<Vec<Sample>> {
     let mut towards = vec![DVec3::ZERO; surface.points.len()];
     let mut samples = Vec::with_capacity(surface.points.len() + surface.triangles.len());
     for (t, corners) in surface.triangles.iter().enumerate() {

@@ -141,16 +141,20 @@ fn is_better(net: &Net, links: &Links, h: u32, g: u32, ideals: &[i64]) -> bool {
     let before = smallest_angle([p, q, r]).min(smallest_angle([q, p, s]));
     let after = smallest_angle([r, p, s]).min(smallest_angle([s, q, r]));
     let wanted = if ideals.is_empty() { after > before * (1.0 + 1e-9) } else { after > WORST_FOR_VALENCE.min(before) };
-    wanted && faces_alike(p, q, r, s) && least(links, net, a) && least(links, net, b) && !joined(net, links, c, d)
+    wanted
+        && faces_alike(p, q, r, s)
+        && least_edges(links, net, a)
+        && least_edges(links, net, b)
+        && !joined(net, links, c, d)
 }
 
 /// Whether a node may lose an edge.
-fn least(links: &Links, net: &Net, v: u32) -> bool {
+pub fn least_edges(links: &Links, net: &Net, v: u32) -> bool {
     links.valences[v as usize] > if net.on_rail(v) { 2 } else { 3 }
 }
 
 /// Whether both triangles after the flip face where those before did.
-fn faces_alike(p: DVec3, q: DVec3, r: DVec3, s: DVec3) -> bool {
+pub fn faces_alike(p: DVec3, q: DVec3, r: DVec3, s: DVec3) -> bool {
     let before = area_vector([p, q, r]) + area_vector([q, p, s]);
     let after = [area_vector([r, p, s]), area_vector([s, q, r])];
     after.iter().all(|n| n.dot(before) > 0.3 * n.length() * before.length()) && after[0].dot(after[1]) > 0.0
@@ -163,7 +167,7 @@ pub fn quad(net: &Net, h: u32, g: u32) -> [u32; 4] {
 }
 
 /// Whether an edge joins two nodes.
-fn joined(net: &Net, links: &Links, c: u32, d: u32) -> bool {
+pub fn joined(net: &Net, links: &Links, c: u32, d: u32) -> bool {
     let mut found = false;
     links.around(&net.triangles, c, |v| found |= v == d);
     found

@@ -7,7 +7,8 @@
 //! | 2 | `subcluster`, `connect` | patches -> patches that are disks |
 //! | 3, 4 | `polygons` | patches -> the polygon around each, from its neighbours |
 //! | 5 | `fans`, `collapse` | polygons -> triangles around the patches' centres |
-//! | 6 | `relax`, `flip`, `mend`, `features`, `fit` | triangles -> well-shaped ones on the same surface, or nearest to it |
+//! | 6 | `relax`, `flip`, `mend`, `features`, `fit` | triangles -> well-shaped ones on the same surface, or nearer to it |
+//! | | `quadrics`, `polish` | with a least angle: fewer triangles of any shape that has it, nearest to the surface |
 //! | 7 | `finish` | net -> mesh with the input's attributes |
 //!
 //! Differences from the paper: (1) Lloyd steps are exact but look at a few centres a point, and one split doubles the
@@ -16,7 +17,8 @@
 //! corners, or borders would be coarser than the rest. (4) Patches are smaller where they err more. (5) A number of vertices can
 //! be asked for; the few that k patches make too many are collapsed. (6) Beside the springs, edges are
 //! flipped and sharp angles mended. (7) A spring has a least natural length, or any part of the net could shrink to a point.
-//! (8) On request vertices leave the surface for where it lies nearest. (9) Nodes beside a crease go onto it. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
+//! (8) On request vertices leave the surface for where it lies nearest; with a least angle triangles take any shape, too.
+//! (9) Nodes beside a crease go onto it. (10) Points become the surface through them first, whose edges say which patches are neighbours: balls around patches, as in the
 //! paper, join the two sides of a thin wall and leave the topology to chance.
 
 mod params;
@@ -46,6 +48,8 @@ mod features;
 mod fit;
 mod flip;
 mod mend;
+mod polish;
+mod quadrics;
 mod relax;
 
 // 7. the mesh
@@ -54,6 +58,7 @@ mod finish;
 // The stages in their order, once or until a largest error is kept
 mod bounded;
 mod driver;
+mod resolution;
 
 pub use driver::{levels, levels_of_points, run, run_points};
 pub use params::{ClusterParams, Resolution, SCHEMA};

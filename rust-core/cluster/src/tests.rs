@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use proptest::prelude::*;
 
+mod least_angle;
 mod points;
 
 use super::*;

@@ -766,6 +766,7 @@ class Job:
         iterations: int | None = 40,
         relaxation: int | None = 50,
         fitting: int | None = 0,
+        min_angle: float | None = 0.0,
         seed: int | None = 0,
         threads: int | None = 0,
         # end
@@ -1025,6 +1026,7 @@ def cluster(
     iterations: int | None = 40,
     relaxation: int | None = 50,
     fitting: int | None = 0,
+    min_angle: float | None = 0.0,
     seed: int | None = 0,
     threads: int | None = 0,
     # end
@@ -1039,6 +1041,7 @@ def cluster_levels(
     iterations: int | None = 40,
     relaxation: int | None = 50,
     fitting: int | None = 0,
+    min_angle: float | None = 0.0,
     seed: int | None = 0,
     threads: int | None = 0,
     # end

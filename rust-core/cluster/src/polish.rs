@@ -1,0 +1,315 @@
+//! Stage 6, with a least angle: the net is drawn as near to the surface as its number of nodes lets it. Ours.
+//!
+//! The patches make about twice the nodes that are wanted, and quadrics take half of them away. In between and afterwards each
+//! node goes, in any direction, to where the points of the surface beside its triangles are nearest to these in the mean
+//! square, and edges are flipped where that brings them nearer. So triangles grow long along what bends one way only, and small
+//! where the surface bends most, as far as no angle falls below the least.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+
+use super::collapse::collapse;
+use super::fit::{Sample, samples};
+use super::flip::{Goal, Links, faces_alike, flips, joined, least_edges, quad, turn};
+use super::mend::sweep;
+use super::net::{Net, area_vector, smallest_angle};
+use super::quadrics::{MOST_AROUND, reduce};
+use super::surface::{NONE, Surface};
+use base::error::Result;
+use base::progress::{Pace, Progress};
+use geom::bvh::{Bvh, Closest, Feature};
+
+/// Nodes that the patches make for each that is wanted.
+pub const SPARE: usize = 2;
+/// By how much a pass of collapses divides the nodes: between passes they are moved.
+const PASS: f64 = 1.45;
+/// A pass is stuck that takes fewer nodes than one in so many; then the least angle is lowered by a factor, to be mended later, ...
+const STUCK: usize = 50;
+const LOOSER: f64 = 0.7;
+/// ... down to this share of it.
+const LOOSEST: f64 = 0.3;
+/// Rounds of moves and flips at the end; points are given to their nearest triangles anew in each.
+const ROUNDS: usize = 2;
+/// Sweeps of moves and flips in a round.
+const SWEEPS: usize = 2;
+/// Points of the surface for each node that is wanted, at least, where it has so many.
+const POINTS: usize = 60;
+/// Share of the squared distances around that a move or a flip must gain.
+const GAIN: f64 = 1e-4;
+/// Share of a node's stiffness that holds it where its triangles lie in a plane.
+const RIDGE: f64 = 0.01;
+/// Farthest move of a node, as a share of its shortest edge, and times it is halved before it is given up.
+const FARTHEST: f64 = 0.3;
+const HALVINGS: usize = 2;
+/// Cosine of the most that a triangle may turn by a move of one corner: 60 degrees.
+const TURN: f64 = 0.5;
+/// Cosine of the largest angle between the normals of triangles that share an edge, 120 degrees: no move makes one above it.
+const FOLD: f64 = -0.5;
+/// Cosine of the largest angle between a point's normal and that of a triangle it counts for: the other side of a thin sheet
+/// does not.
+const FACING: f64 = 0.3;
+/// Rounds that mend angles below the least which are left.
+const MENDINGS: usize = 3;
+/// Points handled between two looks at the progress.
+const CHUNK: usize = 1024;
+
+/// Draws the net near the surface: to `wanted` nodes, unless there are fewer or the topology needs more, and in at least `rounds`
+/// rounds, without angles below `least`, in radians, where the net lets it.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn polish(
+    surface: &Surface,
+    net: &mut Net,
+    wanted: Option<usize>,
+    rounds: usize,
+    least: f64,
+    progress: &Progress<'_>,
+) -> Result<()> {
+    let mut samples = samples(surface, progress)?;
+    let stride = samples.len() / (POINTS * wanted.unwrap_or(net.points.len())).max(1);
+    if stride > 1 {
+        samples = samples.into_iter().step_by(stride).collect();
+    }
+    if let Some(wanted) = wanted {
+        let mut allowed = least;
+        while net.points.len() > wanted {
+            let before = net.points.len();
+            let next = (before as f64 / PASS) as usize;
+            // What is left for a last pass is no more than a few.
+            let next = if (next as f64) < 1.05 * wanted as f64 { wanted } else { next };
+            reduce(surface, net, &samples, next, allowed, progress)?;
+            round(net, &samples, least, progress)?;
+            if net.points.len() > next && STUCK * (before - net.points.len()) < before {
+                // The least angle stands in the way.
+                allowed *= LOOSER;
+                if allowed < LOOSEST * least {
+                    collapse(surface, net, wanted, progress)?;
+                    break;
+                }
+            }
+        }
+    }
+    for _ in 0..rounds.max(ROUNDS) {
+        round(net, &samples, least, progress)?;
+    }
+    for _ in 0..MENDINGS {
+        if !(smallest(net) < least) {
+            break;
+        }
+        sweep(surface, net, least, progress)?;
+        flips(net, Goal::Angle, progress)?;
+        round(net, &samples, least, progress)?;
+    }
+    // Attributes are those of the surface beside a node.
+    for v in 0..net.points.len() {
+        net.places[v] = surface.walk(net.points[v], net.places[v]).triangle;
+    }
+    Ok(())
+}
+
+fn smallest(net: &Net) -> f64 {
+    let angle = |t: &[u32; 3]| smallest_angle(t.map(|v| net.points[v as usize]));
+    net.triangles.iter().map(angle).fold(f64::INFINITY, f64::min)
+}
+
+/// The place of the net nearest to each point, unless it faces elsewhere.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn beside(net: &Net, samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Option<Closest>>> {
+    let bvh = Bvh::build_with(&net.points, &net.triangles, rayon::current_num_threads(), progress)?;
+    let mut found = vec![None; samples.len()];
+    found.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(found, samples)| {
+        for (found, sample) in found.iter_mut().zip(samples) {
+            let faces =
+                |c: &Closest| net.area_vector(c.triangle as usize).normalize_or_zero().dot(sample.normal) >= FACING;
+            *found = bvh.closest_point(sample.point).filter(faces);
+        }
+        progress.check()
+    })?;
+    Ok(found)
+}
+
+/// Moves every node and flips edges, in a few sweeps.
+fn round(net: &mut Net, samples: &[Sample], least: f64, progress: &Progress<'_>) -> Result<()> {
+    let mut sheet = Sheet::new(net, samples, least, progress)?;
+    let mut pace = Pace::new(progress);
+    for _ in 0..SWEEPS {
+        for v in 0..sheet.net.points.len() as u32 {
+            let looked = sheet.shift(v);
+            pace.after(8 * looked)?;
+        }
+        for h in 0..sheet.links.twins.len() as u32 {
+            let looked = sheet.flip(h);
+            pace.after(1 + 2 * looked)?;
+        }
+    }
+    progress.advance(1)
+}
+
+/// Least cosine of the angles between the normals of triangles around a node, in turn.
+fn folds(star: &[[DVec3; 3]]) -> f64 {
+    let normals: Vec<DVec3> = star.iter().map(|&t| area_vector(t).normalize_or_zero()).collect();
+    (0..normals.len()).map(|k| normals[k].dot(normals[(k + 1) % normals.len()])).fold(1.0, f64::min)
+}
+
+/// A net and the points of the surface that are nearest to each of its triangles.
+struct Sheet<'a> {
+    net: &'a mut Net,
+    links: Links,
+    samples: &'a [Sample],
+    /// Points of each triangle, with their squared distances.
+    beside: Vec<Vec<(u32, f64)>>,
+    least: f64,
+    star: Vec<u32>,
+}
+
+impl<'a> Sheet<'a> {
+    fn new(net: &'a mut Net, samples: &'a [Sample], least: f64, progress: &Progress<'_>) -> Result<Self> {
+        let links = Links::of(&net.triangles, net.points.len(), progress)?;
+        let mut lists = vec![Vec::new(); net.triangles.len()];
+        for (closest, i) in beside(net, samples, progress)?.into_iter().zip(0..) {
+            if let Some(closest) = closest {
+                lists[closest.triangle as usize].push((i, closest.distance_squared));
+            }
+        }
+        Ok(Sheet { net, links, samples, beside: lists, least, star: Vec::new() })
+    }
+
+    /// Moves a node to where the points around it are nearest in the mean square, if that spoils no triangle; nodes at the
+    /// border stay. Returns how many points were looked at.
+    fn shift(&mut self, v: u32) -> usize {
+        if self.net.on_rail(v) {
+            return 1;
+        }
+        let mut star = std::mem::take(&mut self.star);
+        star.clear();
+        self.links.triangles_around(v, |t| star.push(t));
+        let looked = if star.len() > MOST_AROUND { star.len() } else { self.shift_within(v, &star) };
+        self.star = star;
+        looked
+    }
+
+    fn shift_within(&mut self, v: u32, star: &[u32]) -> usize {
+        let net = &*self.net;
+        let here = net.points[v as usize];
+        let with = |at: DVec3| -> Vec<[DVec3; 3]> {
+            let corners =
+                |&t: &u32| net.triangles[t as usize].map(|w| if w == v { at } else { net.points[w as usize] });
+            star.iter().map(corners).collect()
+        };
+        let before = with(here);
+        let (mut angle, mut shortest) = (self.least, f64::INFINITY);
+        // Gauss-Newton: by how much a move changes the distance of each point.
+        let (mut stiffness, mut pull, mut start) = (DMat3::ZERO, DVec3::ZERO, 0.0);
+        let mut points = Vec::new();
+        for (k, (&t, corners)) in star.iter().zip(&before).enumerate() {
+            angle = angle.min(smallest_angle(*corners));
+            let corner = net.triangles[t as usize].iter().position(|&w| w == v).expect("a triangle of the star");
+            shortest = shortest.min(corners[(corner + 1) % 3].distance(here));
+            let normal = area_vector(*corners).normalize_or_zero();
+            for &(s, _) in &self.beside[t as usize] {
+                let sample = &self.samples[s as usize];
+                let closest = Closest::on_triangle(sample.point, corners, 0);
+                let offset = sample.point - closest.point;
+                let inside = closest.feature == Feature::Inside || closest.distance_squared == 0.0;
+                let towards = if inside { normal } else { offset.normalize_or_zero() };
+                let (share, weight) = (closest.barycentric[corner], sample.weight);
+                start += weight * closest.distance_squared;
+                let slope = towards * (weight * share * share);
+                stiffness += DMat3::from_cols(slope * towards.x, slope * towards.y, slope * towards.z);
+                pull += towards * (weight * share * towards.dot(offset));
+                points.push((s, k));
+            }
+        }
+        let fold = folds(&before);
+        let ridge = RIDGE * (stiffness.x_axis.x + stiffness.y_axis.y + stiffness.z_axis.z);
+        let mut step = (stiffness + DMat3::from_diagonal(DVec3::splat(ridge))).inverse() * pull;
+        if !(ridge > 0.0) || !step.is_finite() {
+            return points.len();
+        }
+        step = step.clamp_length_max(FARTHEST * shortest);
+        for _ in 0..=HALVINGS {
+            let after = with(here + step);
+            let fits = folds(&after) >= FOLD.min(fold)
+                && after.iter().zip(&before).all(|(&new, &old)| {
+                    let (turned, vector) = (area_vector(new), area_vector(old));
+                    (turned.dot(vector) > TURN * turned.length() * vector.length() || vector == DVec3::ZERO)
+                        && smallest_angle(new) >= angle
+                });
+            if fits && let Some(found) = self.nearest(&points, &after, start * (1.0 - GAIN)) {
+                self.net.points[v as usize] = here + step;
+                self.give(star, points.iter().map(|p| p.0).zip(found));
+                break;
+            }
+            step *= 0.5;
+        }
+        points.len()
+    }
+
+    /// The nearest of the triangles for each point and its squared distance, if these sum up to less than `most`. Points come
+    /// with the triangle that is looked at first, and alone if the point lies above its inside.
+    fn nearest(&self, points: &[(u32, usize)], triangles: &[[DVec3; 3]], most: f64) -> Option<Vec<(usize, f64)>> {
+        let mut sum = 0.0;
+        let mut found = Vec::with_capacity(points.len());
+        for &(s, first) in points {
+            let sample = &self.samples[s as usize];
+            let closest = Closest::on_triangle(sample.point, &triangles[first], 0);
+            let mut best = (first, closest.distance_squared);
+            if closest.feature != Feature::Inside {
+                for (k, corners) in triangles.iter().enumerate().filter(|t| t.0 != first) {
+                    let squared = Closest::on_triangle(sample.point, corners, 0).distance_squared;
+                    if squared < best.1 {
+                        best = (k, squared);
+                    }
+                }
+            }
+            sum += sample.weight * best.1;
+            if !(sum < most) {
+                return None;
+            }
+            found.push(best);
+        }
+        Some(found)
+    }
+
+    /// Gives points to triangles of `star`.
+    fn give(&mut self, star: &[u32], points: impl Iterator<Item = (u32, (usize, f64))>) {
+        star.iter().for_each(|&t| self.beside[t as usize].clear());
+        for (s, (k, squared)) in points {
+            self.beside[star[k] as usize].push((s, squared));
+        }
+    }
+
+    /// Flips an edge if that brings the points beside it nearer and spoils no angle; returns how many points were looked at.
+    fn flip(&mut self, h: u32) -> usize {
+        let g = self.links.twins[h as usize];
+        if g == NONE || g < h {
+            return 0;
+        }
+        let (net, links) = (&*self.net, &self.links);
+        let [a, b, c, d] = quad(net, h, g);
+        let [p, q, r, s] = [a, b, c, d].map(|v| net.points[v as usize]);
+        let before = smallest_angle([p, q, r]).min(smallest_angle([q, p, s]));
+        let new = [[r, p, s], [s, q, r]];
+        if !(new.into_iter().all(|t| smallest_angle(t) >= before.min(self.least)) && faces_alike(p, q, r, s)) {
+            return 0;
+        }
+        if !least_edges(links, net, a) || !least_edges(links, net, b) || joined(net, links, c, d) {
+            return 0;
+        }
+        let sides = [h / 3, g / 3];
+        let mut start = 0.0;
+        let mut points = Vec::new();
+        for &(s, squared) in sides.iter().flat_map(|&t| &self.beside[t as usize]) {
+            start += self.samples[s as usize].weight * squared;
+            points.push((s, 0));
+        }
+        if let Some(found) = self.nearest(&points, &new, start * (1.0 - GAIN)) {
+            turn(self.net, &mut self.links, h, g);
+            self.give(&sides, points.iter().map(|p| p.0).zip(found));
+        }
+        points.len()
+    }
+}
