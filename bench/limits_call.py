@@ -224,6 +224,7 @@ def cases():
         "reconstruct: volume": (on(lambda: volume(30_000), lambda p: s.reconstruct(p)), 1),
         "cluster: shape": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000)), 0),
         "cluster: fitted": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000, fitting=2)), 0),
+        "cluster: least angle": (on(lambda: shape(2.0), lambda m: s.cluster(m, vertices=2000, min_angle=0.5)), 0),
         "cluster: largest error": (on(lambda: dense(150), lambda m: s.cluster(m, max_error=1.0)), 1),
         "cluster: points": (on(lambda: points(scans(1, 400)[0]), lambda p: s.cluster(p, vertices=2000)), 0),
         "cluster: fan": (on(lambda: fan(100_000), lambda m: s.cluster(m, vertices=500)), 1),

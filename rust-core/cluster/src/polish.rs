@@ -33,7 +33,7 @@ const ROUNDS: usize = 2;
 /// Sweeps of moves and flips in a round.
 const SWEEPS: usize = 2;
 /// Points of the surface for each node that is wanted, at least, where it has so many.
-const POINTS: usize = 60;
+const POINTS: usize = 40;
 /// Share of the squared distances around that a move or a flip must gain.
 const GAIN: f64 = 1e-4;
 /// Share of a node's stiffness that holds it where its triangles lie in a plane.
