@@ -4,6 +4,7 @@
 //! our thread pools chunks are encoded in parallel. The bytes do not depend on the number of threads. `progress` counts
 //! elements, about every quarter megabyte.
 
+mod layout;
 mod parts;
 mod pieces;
 mod rows;

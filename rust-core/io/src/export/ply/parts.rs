@@ -4,7 +4,7 @@ use std::io::{BufWriter, Read as _, Seek as _, SeekFrom, Write as _};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::pieces::{Layout, Rows, cant_write};
+use super::layout::{Layout, Rows, cant_write};
 use super::rows::CHUNK;
 use super::{PlyEncoding, PlyOptions};
 use crate::export::atomic::{Output, Staged, stage};

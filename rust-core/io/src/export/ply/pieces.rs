@@ -1,18 +1,18 @@
 //! Meshes that are handed over piece by piece, straight into their places: of binary rows all have the same size, so that each has its
 //! place in the file before any is there.
 
-use std::io::{ErrorKind, Seek as _, SeekFrom, Write as _};
+use std::io::{Seek as _, SeekFrom, Write as _};
 use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
 
+use super::layout::{Layout, Rows, cant_write};
 use super::parts::Whole;
 use super::rows::{CHUNK, Column, Element};
-use super::{PlyEncoding, PlyOptions, attributes, column_data, element, faces, header, is_double, position_column};
+use super::{PlyEncoding, PlyOptions, column_data, element, faces, is_double, position_column};
 use crate::export::atomic::{Output, Staged, stage_back_and_forth};
 use base::error::{Error, Result, known_as};
-use base::memory::size;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{Attribute, AttributeData, Extent};
@@ -74,53 +74,6 @@ struct Begun {
     written: [u64; 2],
     /// Of the vertices so far.
     extent: Extent,
-}
-
-/// What the bytes of a file of a mesh are, and where.
-pub(super) struct Layout {
-    pub header: String,
-    pub is_double: bool,
-    pub vertices: Rows,
-    pub faces: Rows,
-}
-
-/// Where the rows of an element are.
-#[derive(Clone, Copy)]
-pub(super) struct Rows {
-    pub begin: u64,
-    pub size: u64,
-    pub count: u64,
-}
-
-impl Rows {
-    /// Where what follows them begins.
-    pub fn end(&self) -> u64 {
-        self.begin + self.size * self.count
-    }
-}
-
-impl Layout {
-    pub fn of(outline: &MeshOutline, options: &PlyOptions, is_double: bool) -> Result<Self> {
-        let many = |count: u64| usize::try_from(count).unwrap_or(usize::MAX);
-        let mut vertices = element("vertex", many(outline.vertices));
-        vertices.columns.push(position_column(&[], is_double));
-        attributes(&mut vertices, &outline.vertex_attributes)?;
-        let mut faces = faces(&[], many(outline.triangles));
-        attributes(&mut faces, &outline.face_attributes)?;
-        let elements = [vertices, faces];
-        let header = header("", &elements, options, outline.crs.as_ref())?;
-        let rows =
-            |begin, element: &Element<'_>| Rows { begin, size: element.row_size() as u64, count: element.count as u64 };
-        let vertices = rows(header.len() as u64, &elements[0]);
-        let faces = rows(vertices.end(), &elements[1]);
-        Ok(Layout { header, is_double, vertices, faces })
-    }
-
-    fn of_so_many(mut self, vertices: u64, faces: u64) -> Self {
-        self.vertices.count = vertices;
-        self.faces = Rows { begin: self.vertices.end(), count: faces, ..self.faces };
-        self
-    }
 }
 
 fn wrong(what: &str) -> Error {
@@ -241,16 +194,6 @@ impl MeshSink for Pieces<'_, '_> {
         }
         self.write(&with_attributes(faces(triangles, triangles.len()), attributes), rows, first)
     }
-}
-
-/// What a write that failed is told as: where a disk is full with the bytes of the whole file.
-pub(super) fn cant_write(path: &Path, bytes: u64, error: std::io::Error) -> Error {
-    if error.kind() != ErrorKind::StorageFull {
-        return Error::io(path, error);
-    }
-    let text =
-        format!("the disk has no room for the {} of this file: free some, or choose another", size(bytes as f64));
-    Error::io(path, std::io::Error::new(ErrorKind::StorageFull, text))
 }
 
 #[cfg(test)]
