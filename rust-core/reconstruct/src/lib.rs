@@ -10,7 +10,7 @@
 //! | 3 | `separate` | basins -> inside and outside |
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
-//! | 5 | `certain`, `grow`, `hinge`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
+//! | 5 | `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
 //! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
@@ -35,6 +35,7 @@ mod types;
 mod noise;
 mod patch;
 mod prepare;
+mod seeds;
 mod seen;
 mod smooth;
 
@@ -53,6 +54,7 @@ mod dig;
 mod manifold;
 
 // 5. open surfaces
+mod best;
 mod border;
 mod certain;
 mod fans;

@@ -8,6 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::patch::{Frame, Quadric};
+use super::seeds::{FEWEST, WINDOW, seeds};
 use super::seen::Fronts;
 use base::error::Result;
 use base::progress::Progress;
@@ -19,16 +20,8 @@ pub(super) const INTERPOLATED: f64 = 0.2;
 /// Samples below which noise can't be told from shape, and none is taken to be there.
 const LEAST: usize = 1024;
 
-/// Samples looked at.
-const SEEDS: usize = 512;
-
-/// Neighbours a height field is fitted to at first ...
-pub(super) const FEWEST: usize = 32;
-/// ... and at most.
+/// Neighbours a height field is fitted to at most; at first [`FEWEST`].
 const MOST: usize = 512;
-
-/// Samples before and after a seed on the curve, among which its neighbours are looked for at first.
-pub(super) const WINDOW: usize = 128;
 
 /// Largest noise that a neighbourhood tells, in its radii.
 const WITHIN: f64 = 0.3;
@@ -92,12 +85,6 @@ pub(super) fn measure(samples: &[DVec3], fronts: &Fronts, progress: &Progress<'_
         }
         count *= 2;
     }
-}
-
-/// Evenly along the curve.
-pub(super) fn seeds(samples: usize) -> impl Iterator<Item = usize> {
-    let count = samples.min(SEEDS);
-    (0..count).map(move |k| (2 * k + 1) * samples / (2 * count))
 }
 
 /// Medians of what is seen at the seeds: noise, and the radius it was seen within.

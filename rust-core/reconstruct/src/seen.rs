@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::noise::{FEWEST, WINDOW, seeds};
 use super::prepare::Samples;
+use super::seeds::{FEWEST, WINDOW, seeds};
 use base::error::Result;
 use base::progress::Progress;
 
