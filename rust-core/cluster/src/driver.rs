@@ -24,10 +24,8 @@ use reconstruct::{self, ReconstructParams, Reconstructor};
 /// At the peak; measured.
 const BYTES_A_TRIANGLE: f64 = 52.0;
 const BYTES_A_VERTEX: f64 = 105.0;
-/// Three points for every two triangles, with their terms.
-const BYTES_FITTED: f64 = 160.0;
-/// The same with the place of the net that is nearest to each.
-const BYTES_POLISHED: f64 = 320.0;
+/// Three points for every two triangles, with their terms and the places of the net nearest to them.
+const BYTES_FITTED: f64 = 320.0;
 
 /// Stages with their shares of the time: of a mesh ...
 const PLAN: Plan = &[("clustering", 1.0)];
@@ -157,12 +155,8 @@ fn chain(
 ) -> Result<Vec<Clustered>> {
     magnitude::points("vertex", &mesh.positions)?;
     let triangles = mesh.triangles.len();
-    let more = match (params.min_angle > 0.0, params.fitting > 0) {
-        (true, _) => BYTES_POLISHED,
-        (false, true) => BYTES_FITTED,
-        (false, false) => 0.0,
-    };
-    let each = BYTES_A_TRIANGLE + more;
+    let leaves = params.fitting > 0 || params.min_angle > 0.0;
+    let each = BYTES_A_TRIANGLE + if leaves { BYTES_FITTED } else { 0.0 };
     let vertices = BYTES_A_VERTEX * mesh.positions.len() as f64;
     memory::expect_each(triangles, each, vertices, "clustering", "triangles")?;
     progress.stage(stage, resolutions.iter().map(|&r| steps(r, params)).sum());

@@ -13,7 +13,7 @@ use super::net::{Net, area_vector, smallest_angle};
 use super::surface::{Surface, looking};
 use base::error::Result;
 use base::progress::Progress;
-use geom::bvh::Bvh;
+use geom::bvh::{Bvh, Closest};
 
 /// Points handled between two looks at the progress.
 const CHUNK: usize = 1024;
@@ -92,6 +92,24 @@ pub fn samples(surface: &Surface, progress: &Progress<'_>) -> Result<Vec<Sample>
     Ok(samples)
 }
 
+/// The place of the net nearest to each point, unless it faces elsewhere.
+///
+/// # Errors
+/// [`base::Error::Cancelled`].
+pub fn beside(net: &Net, samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Option<Closest>>> {
+    let bvh = Bvh::build_with(&net.points, &net.triangles, rayon::current_num_threads(), progress)?;
+    let mut found = vec![None; samples.len()];
+    found.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(found, samples)| {
+        for (found, sample) in found.iter_mut().zip(samples) {
+            let faces =
+                |c: &Closest| net.area_vector(c.triangle as usize).normalize_or_zero().dot(sample.normal) >= FACING;
+            *found = bvh.closest_point(sample.point).filter(faces);
+        }
+        progress.check()
+    })?;
+    Ok(found)
+}
+
 /// Unit normals of the nodes; none at the border, whose nodes stay.
 fn normals(net: &Net) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; net.points.len()];
@@ -106,25 +124,20 @@ fn normals(net: &Net) -> Vec<DVec3> {
 }
 
 fn terms(net: &Net, normals: &[DVec3], samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Term>> {
-    let bvh = Bvh::build_with(&net.points, &net.triangles, rayon::current_num_threads(), progress)?;
+    let places = beside(net, samples, progress)?;
     let mut terms = vec![Term::default(); samples.len()];
-    terms.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(terms, samples)| {
-        for (term, sample) in terms.iter_mut().zip(samples) {
-            let Some(closest) = bvh.closest_point(sample.point) else { continue };
-            let normal = net.area_vector(closest.triangle as usize).normalize_or_zero();
-            if normal.dot(sample.normal) < FACING {
-                continue;
-            }
-            let corners = net.triangles[closest.triangle as usize];
-            *term = Term {
-                triangle: closest.triangle,
-                slopes: std::array::from_fn(|k| closest.barycentric[k] * normals[corners[k] as usize].dot(normal)),
-                offset: (sample.point - closest.point).dot(normal),
-                weight: sample.weight,
-            };
-        }
-        progress.check()
-    })?;
+    for (i, ((term, sample), place)) in terms.iter_mut().zip(samples).zip(places).enumerate() {
+        looking(i as u32, progress)?;
+        let Some(closest) = place else { continue };
+        let normal = net.area_vector(closest.triangle as usize).normalize_or_zero();
+        let corners = net.triangles[closest.triangle as usize];
+        *term = Term {
+            triangle: closest.triangle,
+            slopes: std::array::from_fn(|k| closest.barycentric[k] * normals[corners[k] as usize].dot(normal)),
+            offset: (sample.point - closest.point).dot(normal),
+            weight: sample.weight,
+        };
+    }
     Ok(terms)
 }
 

@@ -6,10 +6,9 @@
 //! where the surface bends most, as far as no angle falls below the least.
 
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use super::collapse::collapse;
-use super::fit::{Sample, samples};
+use super::fit::{Sample, beside, samples};
 use super::flip::{Goal, Links, faces_alike, flips, joined, least_edges, quad, turn};
 use super::mend::sweep;
 use super::net::{Net, area_vector, smallest_angle};
@@ -17,7 +16,7 @@ use super::quadrics::{MOST_AROUND, reduce};
 use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::{Pace, Progress};
-use geom::bvh::{Bvh, Closest, Feature};
+use geom::bvh::{Closest, Feature};
 
 /// Nodes that the patches make for each that is wanted.
 pub const SPARE: usize = 2;
@@ -45,13 +44,8 @@ const HALVINGS: usize = 2;
 const TURN: f64 = 0.5;
 /// Cosine of the largest angle between the normals of triangles that share an edge, 120 degrees: no move makes one above it.
 const FOLD: f64 = -0.5;
-/// Cosine of the largest angle between a point's normal and that of a triangle it counts for: the other side of a thin sheet
-/// does not.
-const FACING: f64 = 0.3;
 /// Rounds that mend angles below the least which are left.
 const MENDINGS: usize = 3;
-/// Points handled between two looks at the progress.
-const CHUNK: usize = 1024;
 
 /// Draws the net near the surface: to `wanted` nodes, unless there are fewer or the topology needs more, and in at least `rounds`
 /// rounds, without angles below `least`, in radians, where the net lets it.
@@ -111,24 +105,6 @@ pub fn polish(
 fn smallest(net: &Net) -> f64 {
     let angle = |t: &[u32; 3]| smallest_angle(t.map(|v| net.points[v as usize]));
     net.triangles.iter().map(angle).fold(f64::INFINITY, f64::min)
-}
-
-/// The place of the net nearest to each point, unless it faces elsewhere.
-///
-/// # Errors
-/// [`base::Error::Cancelled`].
-pub fn beside(net: &Net, samples: &[Sample], progress: &Progress<'_>) -> Result<Vec<Option<Closest>>> {
-    let bvh = Bvh::build_with(&net.points, &net.triangles, rayon::current_num_threads(), progress)?;
-    let mut found = vec![None; samples.len()];
-    found.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK)).try_for_each(|(found, samples)| {
-        for (found, sample) in found.iter_mut().zip(samples) {
-            let faces =
-                |c: &Closest| net.area_vector(c.triangle as usize).normalize_or_zero().dot(sample.normal) >= FACING;
-            *found = bvh.closest_point(sample.point).filter(faces);
-        }
-        progress.check()
-    })?;
-    Ok(found)
 }
 
 /// Moves every node and flips edges, in a few sweeps.

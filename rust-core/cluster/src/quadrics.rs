@@ -11,9 +11,8 @@ use std::collections::BinaryHeap;
 
 use glam::{DMat3, DVec3};
 
-use super::fit::Sample;
+use super::fit::{Sample, beside};
 use super::net::{Net, Spot, area_vector, smallest_angle};
-use super::polish::beside;
 use super::surface::{NONE, Surface};
 use base::error::Result;
 use base::progress::{Pace, Progress};
