@@ -5,7 +5,7 @@ use std::path::Path;
 use super::collect::Grid;
 use super::setting::Setting;
 use crate::budget;
-use base::error::{Error, Result};
+use base::error::{Error, Result, counted};
 use base::log::{self, Level};
 use base::memory::size;
 use base::progress::Progress;
@@ -48,8 +48,8 @@ pub fn foresee(
     // Two digits of it are known at best.
     let digits = 10_f64.powf(crossings.max(10.0).log10().floor() - 1.0);
     let text = format!(
-        "{} scans and cells of {} have some {:.0} intersections, which take {} to {}",
-        sources.len(),
+        "{} and cells of {} have some {:.0} intersections, which take {} to {}",
+        counted(sources.len() as u64, "scan", "scans"),
         loading.cell,
         (crossings / digits).round() * digits,
         size(least),

@@ -189,6 +189,9 @@ def _parts(work: Work, surface: _native.Mesh | int) -> Callable[[str], list[str]
     triangles = surface if isinstance(surface, int) else len(surface.triangles)
     most = work.request.parameters.get("part_triangles") or triangles or 1
     count = -(-triangles // most)
+    if count > 1:
+        output = str(work.request.output)
+        work.notes.append(f"the mesh is in {count} files: {output} to {_native._part_path(output, count, count)}")
     return lambda path: [_native._part_path(path, number, count) for number in range(2, count + 1)]
 
 
