@@ -83,6 +83,17 @@ def test_what_cannot_be_done_is_named():
         surfrecon.Reconstructor(points, normals=points[:3])
     with pytest.raises(surfrecon.InputError, match="sensor"):
         surfrecon.Reconstructor(points, sensors=points[:3])
+    with pytest.raises(surfrecon.InputError, match="toward"):
+        surfrecon.Reconstructor(points, toward=points[:3])
+
+
+def test_turning_to_a_place_only_turns():
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    made = surfrecon.Reconstructor(points, toward=(0, 0, 0)).surface().mesh
+    corners = made.positions[made.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert ((normals * corners.mean(axis=1)).sum(axis=1) < 0).all()
 
 
 def test_points_in_one_plane_are_triangulated_in_it():

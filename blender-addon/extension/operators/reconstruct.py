@@ -71,12 +71,12 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
         )
         parts, colours = zip(*read, strict=True)
         colour = None if any(c is None for c in colours) else np.concatenate(colours)
-        self.points, self.sensor = np.concatenate(parts), self.camera(context)
+        self.points, self.toward = np.concatenate(parts), self.camera(context)
         # The redo panel's sliders carve anew the same tetrahedra.
         reconstructor = Kept.get(
             self.bl_idname,
-            fingerprint(self.points, colour, self.sensor),
-            lambda: surfrecon.Reconstructor(self.points, colour=colour, sensors=self.sensor),
+            fingerprint(self.points, colour, self.toward),
+            lambda: surfrecon.Reconstructor(self.points, colour=colour, toward=self.toward),
         )
         return surfrecon.Job.surface(reconstructor, **given(self, PARAMETERS))
 
@@ -91,7 +91,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
     def preview(self, context):
         """The same through fewer points."""
         fewer = self.points[:: max(len(self.points) // PREVIEW_POINTS, 1)]
-        reconstructor = surfrecon.Reconstructor(fewer, sensors=self.sensor)
+        reconstructor = surfrecon.Reconstructor(fewer, toward=self.toward)
         return surfrecon.Job.surface(reconstructor, closure=self.closure, threads=1)
 
     def preview_mesh(self, result):
@@ -100,7 +100,7 @@ class SURFRECON_OT_reconstruct(JobOperator, bpy.types.Operator):
 
     def finish(self, context, result):
         """Puts the surface beside the points."""
-        self.points = self.sensor = None
+        self.points = self.toward = None
         mesh = convert.mesh_from_result(f"{self.names[0]} surface", result.mesh)
         made = bpy.data.objects.new(mesh.name, mesh)
         made.matrix_world = self.pose

@@ -67,6 +67,8 @@ pub fn reconstruct(
 ///
 /// Args:
 ///     points, normals, colour, sensors: as for ``reconstruct``; changing the arrays later changes nothing here.
+///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say, which need not have seen the
+///         points.
 ///
 /// Raises:
 ///     InputError: arrays of another length than the points.
@@ -79,14 +81,18 @@ pub struct Reconstructor {
 #[pymethods]
 impl Reconstructor {
     #[new]
-    #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None))]
+    #[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, toward = None))]
     fn new(
         points: &Bound<'_, PyAny>,
         normals: Option<&Bound<'_, PyAny>>,
         colour: Option<&Bound<'_, PyAny>>,
         sensors: Option<&Bound<'_, PyAny>>,
+        toward: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let reconstructor = prepared(points, normals, colour, sensors)?;
+        let mut reconstructor = prepared(points, normals, colour, sensors)?;
+        if let Some(toward) = toward {
+            reconstructor.turn_toward(arrays::vector(toward, "toward")?).map_err(|e| to_python(&e))?;
+        }
         let points = reconstructor.cloud().positions.len();
         Ok(Reconstructor { reconstructor: Arc::new(Exclusive::new(reconstructor)), points })
     }

@@ -47,6 +47,8 @@ base::stages! {
 pub struct Reconstructor<C> {
     cloud: C,
     sensors: Vec<DVec3>,
+    /// Where parts of the surface are turned to, whoever saw them.
+    toward: Option<DVec3>,
     prepared: Option<Prepared>,
     /// Whether what depends on the points only is kept for the next surface.
     is_kept: bool,
@@ -87,7 +89,7 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
                 return Err(Error::input(format!("{length} {name} for {count} points: give one a point")));
             }
         }
-        Ok(Reconstructor { cloud, sensors: Vec::new(), prepared: None, is_kept: true })
+        Ok(Reconstructor { cloud, sensors: Vec::new(), toward: None, prepared: None, is_kept: true })
     }
 
     /// The cloud.
@@ -117,6 +119,17 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
         self.sensors = if sensors.iter().any(is_known) { sensors } else { Vec::new() };
         // The points are smoothed by them.
         self.prepared = None;
+        Ok(())
+    }
+
+    /// Turns parts of the surface towards a place in the cloud's frame, whatever normals and sensors say. Nothing else follows from it: the
+    /// points need not have been seen from there.
+    ///
+    /// # Errors
+    /// A coordinate that isn't finite.
+    pub fn turn_toward(&mut self, place: DVec3) -> Result<()> {
+        magnitude::points("place to turn to", &[place])?;
+        self.toward = Some(place);
         Ok(())
     }
 
@@ -251,8 +264,13 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
     fn orient(&self, triangles: &mut [[u32; 3]], is_outward: bool, progress: &Progress<'_>) -> Result<usize> {
         let samples = self.samples();
         let seen = self.seen();
-        let front = |v: u32| Sighted { samples, seen }.front(v as usize);
-        let witness = if seen.is_nothing() { Witness::None } else { Witness::Fronts(&front) };
+        let toward = self.toward.map(|place| place * samples.factor);
+        let front = |v: u32| match toward {
+            Some(place) => (place - samples.points[v as usize]).normalize_or_zero(),
+            None => Sighted { samples, seen }.front(v as usize),
+        };
+        let is_told = toward.is_some() || !seen.is_nothing();
+        let witness = if is_told { Witness::Fronts(&front) } else { Witness::None };
         orient(&samples.points, triangles, is_outward, &witness, progress)
     }
 

@@ -1214,6 +1214,7 @@ class Reconstructor:
         normals: ArrayLike | None = None,
         colour: ArrayLike | None = None,
         sensors: ArrayLike | None = None,
+        toward: ArrayLike | None = None,
     ) -> Reconstructor: ...
     def surface(
         self,

@@ -206,3 +206,39 @@ fn a_noisy_sheet_seen_from_one_side_stays_open() {
         assert!((30.0..38.0).contains(&area), "{area}");
     }
 }
+
+/// Theorem: turning the surface to a place claims nothing of who saw the points: but for the side that is shown it is the surface without.
+#[test]
+fn turning_to_a_place_only_turns() {
+    let (mut random, mut gauss) = (random(8), gauss(9));
+    let mut points = Vec::new();
+    while points.len() < 4_000 {
+        let point = DVec3::new(random(), random(), random()) - 0.5;
+        if (0.1..0.5).contains(&point.length()) {
+            points.push(point.normalize() + 0.04 * DVec3::new(gauss(), gauss(), gauss()));
+        }
+    }
+    let outward = plain(&cloud(points.clone()));
+    let turned = |place: DVec3| {
+        let mut made = Reconstructor::new(cloud(points.clone())).unwrap();
+        made.turn_toward(place).unwrap();
+        made.surface(&ReconstructParams::default(), &Progress::none()).unwrap()
+    };
+    let inward = turned(DVec3::ZERO);
+    assert!(inward.report.smoothing > 0.0 && volume(&outward.mesh) > 0.0 && volume(&inward.mesh) < 0.0);
+    assert!(inward.mesh.positions == outward.mesh.positions);
+    let sorted = |mesh: &mesh::TriMesh| {
+        let mut triangles = mesh.triangles.clone();
+        triangles.iter_mut().for_each(|triangle| triangle.sort_unstable());
+        triangles.sort_unstable();
+        triangles
+    };
+    assert!(sorted(&inward.mesh) == sorted(&outward.mesh));
+    // As sensors there it is another one: all points would lie behind others.
+    assert!(
+        seen(&points, vec![DVec3::new(3.0, 0.0, 0.0)], &ReconstructParams::default()).mesh.positions
+            != outward.mesh.positions
+    );
+    assert!(sorted(&turned(DVec3::new(3.0, 0.0, 0.0)).mesh) == sorted(&outward.mesh));
+    assert!(Reconstructor::new(cloud(points.clone())).unwrap().turn_toward(DVec3::NAN).is_err());
+}
