@@ -111,7 +111,7 @@ def test_options_are_those_of_the_table():
     quads = [p.name for p in surfrecon.parameters("quads")]
     assert set(keyword_options(surfrecon.adaptive_quads)) == {*quads, "progress"}
     reconstruct = {p.name for p in surfrecon.parameters("reconstruct")}
-    cloud = {"normals", "colour", "sensors"}
+    cloud = {"normals", "colour", "sensors", "toward"}
     assert set(keyword_options(surfrecon.reconstruct)) == reconstruct | cloud | {"progress"}
     assert set(keyword_options(surfrecon.Reconstructor)) == cloud
     assert set(keyword_options(surfrecon.Reconstructor.surface)) == reconstruct | {"progress"}

@@ -29,6 +29,8 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///         then. The surface is turned towards it, whatever the normals. Without normals and sensors closed surfaces are turned
 ///         outwards, open ones up. Where points carry noise, sensors and normals also tell the sides of thin walls apart, and
 ///         what is inside; normals whose signs change from point to point say nothing of that.
+///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say; the points need not have been
+///         seen from there.
 #[doc = include_str!("params/reconstruct.txt")]
 ///     progress: called as ``progress(stage, fraction)`` about every 30 ms on the calling thread; ``False`` cancels.
 ///         Ctrl-C cancels as well.
@@ -45,19 +47,21 @@ type Shared = Arc<Exclusive<CoreReconstructor<Arc<CoreCloud>>>>;
 ///     Cancelled: ``progress`` returned ``False``.
 #[pyfunction]
 // options: reconstruct
-#[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, progress = None, **options),
-    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, interpolate=False, threads=0, normals=None, colour=None, sensors=None, progress=None)")]
+#[pyo3(signature = (points, *, normals = None, colour = None, sensors = None, toward = None, progress = None, **options),
+    text_signature = "(points, *, factor=1.0, threshold='local', topology='manifold', closure='auto', smooth=None, interpolate=False, threads=0, normals=None, colour=None, sensors=None, toward=None, progress=None)")]
+#[expect(clippy::too_many_arguments, reason = "Python's keyword arguments")]
 pub fn reconstruct(
     py: Python<'_>,
     points: &Bound<'_, PyAny>,
     normals: Option<&Bound<'_, PyAny>>,
     colour: Option<&Bound<'_, PyAny>>,
     sensors: Option<&Bound<'_, PyAny>>,
+    toward: Option<&Bound<'_, PyAny>>,
     progress: Option<Py<PyAny>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Reconstructed> {
     let params: ReconstructParams = params("reconstruct", options)?;
-    let reconstructor = prepared(points, normals, colour, sensors)?;
+    let reconstructor = prepared(points, normals, colour, sensors, toward)?;
     let made = Watch::new(progress).run(py, |progress| reconstructor.into_surface(&params, progress))?;
     Reconstructed::new(py, made)
 }
@@ -66,9 +70,7 @@ pub fn reconstruct(
 /// fraction of it, since the tetrahedralization is kept. A surface does not depend on those before.
 ///
 /// Args:
-///     points, normals, colour, sensors: as for ``reconstruct``; changing the arrays later changes nothing here.
-///     toward: (3,): the surface is turned towards this place, whatever normals and sensors say, which need not have seen the
-///         points.
+///     points, normals, colour, sensors, toward: as for ``reconstruct``; changing the arrays later changes nothing here.
 ///
 /// Raises:
 ///     InputError: arrays of another length than the points.
@@ -89,10 +91,7 @@ impl Reconstructor {
         sensors: Option<&Bound<'_, PyAny>>,
         toward: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let mut reconstructor = prepared(points, normals, colour, sensors)?;
-        if let Some(toward) = toward {
-            reconstructor.turn_toward(arrays::vector(toward, "toward")?).map_err(|e| to_python(&e))?;
-        }
+        let reconstructor = prepared(points, normals, colour, sensors, toward)?;
         let points = reconstructor.cloud().positions.len();
         Ok(Reconstructor { reconstructor: Arc::new(Exclusive::new(reconstructor)), points })
     }
@@ -188,6 +187,7 @@ fn prepared(
     normals: Option<&Bound<'_, PyAny>>,
     colour: Option<&Bound<'_, PyAny>>,
     sensors: Option<&Bound<'_, PyAny>>,
+    toward: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<CoreReconstructor<Arc<CoreCloud>>> {
     let mut cloud = cloud_of(points)?;
     if let Some(normals) = normals {
@@ -204,6 +204,9 @@ fn prepared(
             Err(_) => arrays::vectors(arrays::floats(sensors, "sensors", &[None, Some(3)])?.0),
         };
         reconstructor.seen_from(sensors).map_err(|e| to_python(&e))?;
+    }
+    if let Some(toward) = toward {
+        reconstructor.turn_toward(arrays::vector(toward, "toward")?).map_err(|e| to_python(&e))?;
     }
     Ok(reconstructor)
 }

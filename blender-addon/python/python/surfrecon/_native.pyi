@@ -1246,6 +1246,7 @@ def reconstruct(
     normals: ArrayLike | None = None,
     colour: ArrayLike | None = None,
     sensors: ArrayLike | None = None,
+    toward: ArrayLike | None = None,
     progress: _Progress | None = None,
 ) -> Reconstructed: ...
 def sculpture(*, cell: float | None = None, threads: int | None = None, progress: _Progress | None = None) -> Mesh: ...
