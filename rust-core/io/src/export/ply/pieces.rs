@@ -55,7 +55,8 @@ pub fn write_ply_in_pieces<R: Send>(
     if parts.is_empty() {
         whole.keep()?;
     }
-    parts.into_iter().try_for_each(Staged::keep)?;
+    // The one with the mesh's own name last: where it is all are.
+    parts.into_iter().rev().try_for_each(Staged::keep)?;
     Ok(made.expect("it was made, or there is an error"))
 }
 
