@@ -1,12 +1,15 @@
 //! What stages of a merge leave to look at, see [`mesh::dump`].
 
 use base::error::Result;
+use glam::DVec3;
 use mesh::dump::{self, Stage};
 
 use super::Labels;
 use super::bundles::RawBundle;
-use super::extract::Surface;
 use super::lattice::{ACROSS, BRICK, BRICK_BITS, Lattice, ROWS};
+use super::numbering::NONE;
+use super::tile::Tiles;
+use super::whole::Whole;
 
 /// The crossings of the scans, by the numbers of these from 1 on, as far as they are not added up.
 pub fn crossings(raw: &[RawBundle], lattice: &Lattice) -> Result<()> {
@@ -50,10 +53,29 @@ pub fn labels(labels: &Labels, lattice: &Lattice) -> Result<()> {
 }
 
 /// The surface by its connected parts, before holes are closed.
-pub fn parts(surface: &Surface, part_of: &[u32]) -> Result<()> {
-    dump::stage("merge-3-parts", || Stage {
-        positions: surface.positions.clone(),
-        values: part_of.iter().map(|&part| part as i32 + 1).collect(),
-        triangles: surface.triangles.clone(),
-    })
+pub fn parts<T: Tiles>(whole: &Whole<T>) -> Result<()> {
+    let mut failed = Ok(());
+    dump::stage("merge-3-parts", || {
+        let mut stage = Stage::default();
+        failed = by_parts(whole, &mut stage);
+        stage
+    })?;
+    failed
+}
+
+fn by_parts<T: Tiles>(whole: &Whole<T>, stage: &mut Stage) -> Result<()> {
+    stage.positions.resize(whole.vertices() as usize, DVec3::ZERO);
+    stage.values.resize(whole.vertices() as usize, 0);
+    for i in 0..whole.tiles.count() {
+        let numbered = whole.tile(i)?;
+        let tile = &numbered.tile;
+        let kept = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE);
+        for (v, number) in kept {
+            stage.positions[number as usize] = tile.surface.positions[v];
+            stage.values[number as usize] = whole.chosen.part(i, tile.part_of[v]) as i32 + 1;
+        }
+        let kept = (0..tile.surface.triangles.len()).filter(|&t| numbered.triangle(t).is_some());
+        stage.triangles.extend(kept.map(|t| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize))));
+    }
+    Ok(())
 }

@@ -71,7 +71,32 @@ pub struct Surface {
     pub cases: Vec<Case>,
 }
 
+/// What there is of a vertex of a [`Surface`].
+#[derive(Clone, Copy)]
+pub struct Row {
+    pub position: DVec3,
+    pub confidence: f32,
+    pub noise: f32,
+    pub colour: [u8; 4],
+    pub scan: i32,
+}
+
 impl Surface {
+    /// What there is of a vertex.
+    pub fn row(&self, v: usize) -> Row {
+        let (position, confidence, noise) = (self.positions[v], self.confidence[v], self.noise[v]);
+        Row { position, confidence, noise, colour: self.colour[v], scan: self.scan[v] }
+    }
+
+    /// Appends a vertex.
+    pub fn push(&mut self, Row { position, confidence, noise, colour, scan }: Row) {
+        self.positions.push(position);
+        self.confidence.push(confidence);
+        self.noise.push(noise);
+        self.colour.push(colour);
+        self.scan.push(scan);
+    }
+
     /// Bytes held by vertices and triangles.
     pub fn bytes(&self) -> u64 {
         let vertex = size_of::<DVec3>() + 2 * size_of::<f32>() + size_of::<[u8; 4]>() + size_of::<i32>();
@@ -107,16 +132,6 @@ impl Surface {
             self.scan.push(-1);
         }
         self.cases.resize(self.triangles.len(), Case::Fill);
-    }
-
-    /// Number of triangles of each case.
-    ///
-    /// # Errors
-    /// Cancelled.
-    pub fn count_cases(&self, progress: &Progress<'_>) -> Result<[u64; 3]> {
-        let mut counts = [0; 3];
-        passes::each(self.cases.len(), progress, |t| counts[self.cases[t] as usize] += 1)?;
-        Ok(counts)
     }
 
     /// The mesh with its attributes.

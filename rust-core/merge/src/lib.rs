@@ -1,5 +1,9 @@
 //! Marching Intersections: registered scans -> one surface. \[MI04\]
 
+// the list of steps, and what they leave for each other in memory
+mod graph;
+mod memory;
+
 mod lattice;
 
 mod crossing;
@@ -65,13 +69,22 @@ mod pinches;
 // 8. parts that are no evidence of a surface; small parts
 mod components;
 mod connected;
-mod join;
 mod parts;
 mod stray;
+
+// the surface as it is put together of its tiles
+mod noise;
+mod numbering;
+mod whole;
 
 // 9. holes
 mod close;
 mod peel;
+
+// and handed over
+mod bare_colours;
+mod in_place;
+mod write;
 
 // afterwards: how far the surface lies from the scans
 mod deviation;
@@ -99,7 +112,10 @@ pub use types::{MergeParams, MergeReport, Merged, SCHEMA, VoxelReason};
 
 use base::error::{Error, Result, Shown};
 use base::progress::Progress;
-use mesh::Crs;
+use close::Room;
+use graph::{Graph, Out};
+use memory::Memory;
+use mesh::TriMesh;
 
 base::stages! {
     /// Stages of the merge with their shares of its time.
@@ -159,16 +175,16 @@ fn if_it_fits(memory: Option<u64>, run: impl FnOnce(&Setup) -> Result<Merged>) -
 }
 
 fn run_by(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    started(sources, params, progress, || merge(sources, params, setup, progress)).map(Merged::in_system)
+    started(sources, params, progress, || merge(sources, params, setup, progress))
 }
 
-/// Does the work of merging scans, if they can be merged; with the system that they lie in.
+/// Does the work of merging scans, if they can be merged.
 fn started<T: Send>(
     sources: &[&dyn ScanSource],
     params: &MergeParams,
     progress: &Progress<'_>,
     work: impl FnOnce() -> Result<T> + Send,
-) -> Result<(T, Option<Crs>)> {
+) -> Result<T> {
     params.validate()?;
     if sources.is_empty() {
         return Err(Error::input("no scan to merge: give at least one"));
@@ -180,7 +196,7 @@ fn started<T: Send>(
             crossing::MAX_SCANS
         )));
     }
-    let crs = common_crs(sources)?;
+    common_crs(sources)?;
     progress.plan(PLAN);
     let pool = base::threads::pool(params.threads)?;
     let merged = progress.run(&pool, work);
@@ -188,51 +204,17 @@ fn started<T: Send>(
     if merged.is_err() {
         progress.check()?
     }
-    merged.map(|merged| (merged, crs))
+    merged
 }
 
-impl Merged {
-    fn in_system((mut merged, crs): (Merged, Option<Crs>)) -> Self {
-        merged.mesh.crs = crs;
-        merged
-    }
-}
-
-/// The paper's list of steps.
 fn merge(sources: &[&dyn ScanSource], params: &MergeParams, setup: &Setup, progress: &Progress<'_>) -> Result<Merged> {
-    let mut report = MergeReport { scans: sources.len(), ..MergeReport::default() };
-    let content = |place: usize| sources[place].content(&params.triangulation, progress);
-    let order = numbers::in_order(sources, content, progress)?;
-    let sources: Vec<&dyn ScanSource> = order.iter().map(|&place| sources[place]).collect();
-    let versions: Vec<u64> = order.iter().map(|&place| place as u64).collect();
-    report.scan_names = sources.iter().map(|s| s.name().to_owned()).collect();
-    defaults::choose_cell(&sources, &versions, params, &mut defaults::Known::default(), &mut report, progress)?;
-    let mut scans = intake::find_crossings(&sources, params, setup, &mut report, progress)?;
-    let fused = fuse::fuse(&sources, &mut scans, params, setup, &mut report, progress)?;
-    let reach = fused.reach;
-    let tiles = tiles::build_all(fused, &scans.lattice, setup.block, &mut report, progress)?;
-    finish(tiles, reach, &scans, params, report, progress)
+    in_memory(&mut Memory::new(sources, params, setup), params, progress)
 }
 
-/// Steps 8 and 9: what is made of the surface.
-fn finish(
-    tiles: Vec<tile::Tile>,
-    reach: f64,
-    scans: &intake::Discretized,
-    params: &MergeParams,
-    mut report: MergeReport,
-    progress: &Progress<'_>,
-) -> Result<Merged> {
-    let mut kept = components::keep(tiles, reach, params.min_component_share, &mut report, progress)?;
-    close::close(&mut kept, &scans.lattice, params, &mut report, progress)?;
-    let mut surface = kept.surface;
-    report.faces = surface.count_cases(progress)?;
-    if scans.coloured {
-        near_colours::fill_in(&mut surface, progress)?;
-    }
-    let mesh = surface.into_mesh(scans.coloured, progress)?;
-    progress.lap("holes");
-    report.seconds = progress.seconds();
+/// The surface of a graph, in memory.
+fn in_memory(graph: &mut impl Graph, params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
+    let mut mesh = TriMesh::default();
+    let report = graph::merge(graph, params, Out { sink: &mut mesh, room: Room::ALL }, progress)?;
     Ok(Merged { mesh, report })
 }
 
@@ -257,7 +239,6 @@ fn refuse_nothing(triangles: u64, voxel: f64, min_share: f64) -> Result<()> {
 struct Setup {
     /// Where bricks are counted from.
     corner: [i64; 3],
-    fusing: Fusing,
     /// Crossings of a worker that are kept one by one; where there are more they are added up.
     kept: u64,
     /// Bricks along each side of a block; else all is one.
@@ -281,17 +262,8 @@ impl Fit {
 
 impl Default for Setup {
     fn default() -> Self {
-        Setup { corner: [0; 3], fusing: Fusing::ByVotes, kept: bundles::MANY, block: None, fit: Fit::within(None) }
+        Setup { corner: [0; 3], kept: bundles::MANY, block: None, fit: Fit::within(None) }
     }
-}
-
-/// How crossings of several scans become one surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Fusing {
-    ByVotes,
-    /// As in the paper.
-    #[cfg(any(test, feature = "reference"))]
-    ByLines,
 }
 
 type Labels = FxHashMap<[i32; 3], Box<BrickLabels>>;

@@ -21,7 +21,7 @@ pub struct Parts {
 ///
 /// # Errors
 /// A tile can't be read; cancelled.
-pub fn find<T: Tiles + ?Sized>(tiles: &T, progress: &Progress<'_>) -> Result<Parts> {
+pub fn find<T: Tiles>(tiles: &T, progress: &Progress<'_>) -> Result<Parts> {
     let mut list: Vec<Part> = Vec::new();
     let mut joins: Vec<(VertexKey, u32)> = Vec::new();
     let mut of: Vec<Vec<u32>> = Vec::new();

@@ -12,9 +12,8 @@ use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::connected::parts;
-use super::extract::{Case, Surface};
+use super::extract::Surface;
 use super::lattice::Lattice;
-use super::passes;
 use super::pinches;
 use base::error::Result;
 use base::progress::Progress;
@@ -36,28 +35,6 @@ pub struct Peeled {
     pub closed: u64,
     /// Pieces that came off and were dropped, and their triangles.
     pub dropped: [u64; 2],
-    /// Vertices that have no triangle any more.
-    pub bare: Vec<u32>,
-}
-
-/// Peels and closes the holes that have loops of these vertices, where that leads to a fill. Loops may be as long as `limit`
-/// says of vertices; pieces of fewer than `least` triangles that come off are dropped.
-///
-/// # Errors
-/// Cancelled.
-pub fn close_stuck(
-    surface: &mut Surface,
-    stuck: &[Vec<u32>],
-    limit: impl Fn(&[u32]) -> f64 + Sync,
-    least: f64,
-    lattice: &Lattice,
-    progress: &Progress<'_>,
-) -> Result<Peeled> {
-    let successes = attempts(surface, stuck, limit, least, lattice, progress)?;
-    let mut peeled = Peeled::default();
-    successes.iter().for_each(|attempt| peeled.add(attempt));
-    peeled.bare = paste(surface, successes, progress)?;
-    Ok(peeled)
 }
 
 impl Peeled {
@@ -391,52 +368,6 @@ impl Attempt {
         self.surface.triangles.as_flattened().iter().for_each(|&v| is_bare[v as usize] = false);
         (0..).zip(is_bare).filter(|v| v.1).map(|v| v.0).collect()
     }
-}
-
-/// Puts what groups became in the place of what they were. Triangles that stay keep their order, new ones follow. The vertices that have
-/// no triangle any more.
-fn paste(surface: &mut Surface, attempts: Vec<Attempt>, progress: &Progress<'_>) -> Result<Vec<u32>> {
-    let mut bare = Vec::new();
-    if attempts.is_empty() {
-        return Ok(bare);
-    }
-    let mut goes = passes::filled(false, surface.triangles.len(), progress)?;
-    let (mut old_sides, mut new_sides) = (FxHashSet::default(), Vec::new());
-    for attempt in attempts {
-        progress.check()?;
-        let no_triangle = attempt.bare();
-        let Attempt { cut, surface: new, origin, .. } = attempt;
-        let (known, first) = (cut.vertices.len(), surface.positions.len() as u32);
-        let number = |v: u32| cut.vertices.get(v as usize).copied().unwrap_or_else(|| first + v - known as u32);
-        bare.extend(no_triangle.into_iter().map(number));
-        for (v, &whole) in cut.vertices.iter().enumerate() {
-            let whole = whole as usize;
-            // Vertices where fans met have been moved apart.
-            surface.positions[whole] = new.positions[v];
-            surface.scan[whole] = new.scan[v];
-        }
-        surface.positions.extend_from_slice(&new.positions[known..]);
-        surface.confidence.extend_from_slice(&new.confidence[known..]);
-        surface.noise.extend_from_slice(&new.noise[known..]);
-        surface.colour.extend_from_slice(&new.colour[known..]);
-        surface.scan.extend_from_slice(&new.scan[known..]);
-        cut.triangles.iter().for_each(|&t| goes[t as usize] = true);
-        for (&origin, triangle) in origin.iter().zip(&new.triangles) {
-            let whole = cut.triangles[origin as usize] as usize;
-            goes[whole] = false;
-            surface.triangles[whole] = triangle.map(number);
-        }
-        surface.triangles.extend(new.triangles[origin.len()..].iter().map(|t| t.map(number)));
-        surface.cases.extend_from_slice(&new.cases[origin.len()..]);
-        old_sides.extend(cut.surface.boundary.iter().map(|side| side.map(|v| cut.vertices[v as usize])));
-        new_sides.extend(new.boundary.iter().map(|side| side.map(number)));
-    }
-    let stays = |t: usize| !goes.get(t).is_some_and(|goes| *goes);
-    passes::retain::<Case>(&mut surface.cases, progress, |t, _| stays(t))?;
-    passes::retain(&mut surface.triangles, progress, |t, _| stays(t))?;
-    surface.boundary.retain(|side| !old_sides.contains(side));
-    surface.boundary.extend(new_sides);
-    Ok(bare)
 }
 
 #[cfg(test)]

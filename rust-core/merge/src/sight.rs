@@ -29,7 +29,7 @@ const LEAST_THROUGH: u16 = 2;
 
 /// The votes on a tally.
 #[derive(Default)]
-struct Votes {
+pub struct Votes {
     surface: AtomicU16,
     through: AtomicU16,
 }
@@ -40,22 +40,22 @@ impl Votes {
     }
 }
 
-/// Drops what the scans see through; `images` is what was measured of those that are range images, by number. Surfaces may be off by
-/// `tolerance`, in world units. Gives the rest and the number of tallies dropped.
+/// What the scans see at the tallies of each bundle; nothing where none votes. `images` is what was measured of those that are range images,
+/// by number. Surfaces may be off by `tolerance`, in world units.
 ///
 /// # Errors
 /// A scan can't be loaded any more; cancelled.
-pub fn drop_seen_through(
-    bundles: Bundles,
+pub fn ask(
+    bundles: &Bundles,
     sources: &[&dyn ScanSource],
     images: &[(u32, Measured)],
     lattice: &Lattice,
     tolerance: f64,
     progress: &Progress<'_>,
-) -> Result<(Bundles, u64)> {
+) -> Result<Vec<Vec<Votes>>> {
     let voters = voters(images);
     if voters.is_empty() {
-        return Ok((bundles, 0));
+        return Ok(Vec::new());
     }
     let votes: Vec<Vec<Votes>> =
         bundles.list.iter().map(|bundle| bundle.list.iter().map(|_| Votes::default()).collect()).collect();
@@ -71,6 +71,17 @@ pub fn drop_seen_through(
             Ok(())
         })
     })?;
+    Ok(votes)
+}
+
+/// Drops what the scans see through. Gives the rest and the number of tallies dropped.
+///
+/// # Errors
+/// Cancelled.
+pub fn drop_seen_through(bundles: Bundles, votes: Vec<Vec<Votes>>, progress: &Progress<'_>) -> Result<(Bundles, u64)> {
+    if votes.is_empty() {
+        return Ok((bundles, 0));
+    }
     let mut dropped = 0;
     let list = (bundles.list.into_iter().zip(votes))
         .map(|(bundle, votes)| {

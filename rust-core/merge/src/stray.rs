@@ -55,13 +55,7 @@ struct Surroundings {
 ///
 /// # Errors
 /// A tile can't be read; cancelled.
-pub fn stray<T: Tiles + ?Sized>(
-    tiles: &T,
-    parts: &Parts,
-    voxel: f64,
-    reach: f64,
-    progress: &Progress<'_>,
-) -> Result<Vec<bool>> {
+pub fn stray<T: Tiles>(tiles: &T, parts: &Parts, voxel: f64, reach: f64, progress: &Progress<'_>) -> Result<Vec<bool>> {
     let largest = parts.list.iter().map(|part| part.faces).max().unwrap_or(0);
     let searched: Vec<bool> =
         (parts.list.iter()).map(|part| part.is_doubtful() && part.faces > STRAY && part.faces < largest).collect();
@@ -74,7 +68,7 @@ pub fn stray<T: Tiles + ?Sized>(
 }
 
 /// A search for what lies around some parts.
-struct Search<'a, T: ?Sized> {
+struct Search<'a, T> {
     tiles: &'a T,
     parts: &'a Parts,
     searched: &'a [bool],
@@ -89,7 +83,7 @@ struct Near {
     part: usize,
 }
 
-impl<T: Tiles + ?Sized> Search<'_, T> {
+impl<T: Tiles> Search<'_, T> {
     /// What lies around the parts that are searched.
     fn surroundings(&self, progress: &Progress<'_>) -> Result<Vec<Surroundings>> {
         let mut found = vec![Surroundings::default(); self.parts.list.len()];

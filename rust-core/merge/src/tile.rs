@@ -61,7 +61,7 @@ pub struct Tile {
     pub part_of: Vec<u32>,
 }
 
-/// Tiles, in memory or in files.
+/// The surface, in tiles that are in memory or in files.
 pub trait Tiles: Sync {
     /// How many there are.
     fn count(&self) -> usize;
@@ -71,15 +71,50 @@ pub trait Tiles: Sync {
     /// # Errors
     /// It can't be read.
     fn get(&self, tile: usize) -> Result<Cow<'_, Tile>>;
+
+    /// Where the vertices of one are, those of other tiles among them.
+    ///
+    /// # Errors
+    /// It can't be read.
+    fn positions(&self, tile: usize) -> Result<Cow<'_, [DVec3]>>;
+
+    /// The noise of the own vertices of one.
+    ///
+    /// # Errors
+    /// It can't be read.
+    fn noise(&self, tile: usize) -> Result<Cow<'_, [f32]>>;
+
+    /// Vertices that no crossing places, of all.
+    fn artificial(&self) -> u64;
+
+    /// The only one, if it is in memory: taken out.
+    fn take_only(&mut self) -> Option<Tile>;
 }
 
-impl Tiles for [Tile] {
+impl Tiles for Vec<Tile> {
     fn count(&self) -> usize {
         self.len()
     }
 
     fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
         Ok(Cow::Borrowed(&self[tile]))
+    }
+
+    fn positions(&self, tile: usize) -> Result<Cow<'_, [DVec3]>> {
+        Ok(Cow::Borrowed(&self[tile].surface.positions))
+    }
+
+    fn noise(&self, tile: usize) -> Result<Cow<'_, [f32]>> {
+        let tile = &self[tile];
+        Ok(Cow::Borrowed(&tile.surface.noise[..tile.own]))
+    }
+
+    fn artificial(&self) -> u64 {
+        self.iter().map(|tile| tile.artificial).sum()
+    }
+
+    fn take_only(&mut self) -> Option<Tile> {
+        if self.len() == 1 { self.pop() } else { None }
     }
 }
 

@@ -10,12 +10,11 @@ use super::anomalies::{self, Analyser, BrickSurface};
 use super::artificial;
 use super::extract::{self, Extracted, Surface};
 use super::field::BrickLabels;
-use super::fuse::Fused;
 use super::lattice::{self, BRICK, BRICK_BITS, Lattice};
 use super::parts;
 use super::pinches;
 use super::tile::{Share, Tile, first_vertices};
-use super::{BUILDING, BrickVertices, Labels, MergeReport};
+use super::{BUILDING, BrickVertices, Labels};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -85,19 +84,15 @@ pub fn bricks(labels: &Labels) -> Vec<[i32; 3]> {
 /// # Errors
 /// As [`build`].
 pub fn build_all(
-    fused: Fused,
+    (labels, vertices): (&Labels, &BrickVertices),
     lattice: &Lattice,
     side: Option<i32>,
-    report: &mut MergeReport,
     progress: &Progress<'_>,
 ) -> Result<Vec<Tile>> {
-    let Fused { labels, vertices, .. } = fused;
-    let blocks = blocks(&bricks(&labels), side);
+    let blocks = blocks(&bricks(labels), side);
     progress.stage(BUILDING, blocks.iter().map(|(_, near)| 2 * near.len() as u64).sum());
-    let build = |(block, near)| build_of(block, near, &labels, &vertices, lattice, progress);
-    let tiles = blocks.into_iter().map(build).collect::<Result<Vec<_>>>()?;
-    tell(&tiles, report);
-    Ok(tiles)
+    let build = |(block, near)| build_of(block, near, labels, vertices, lattice, progress);
+    blocks.into_iter().map(build).collect()
 }
 
 /// The tile of a block, of labels up to two bricks around it and vertices up to one.
@@ -138,18 +133,9 @@ pub fn build_one(
     bricks: &mut [Box<BrickSurface>],
     vertices: &BrickVertices,
     lattice: &Lattice,
-    report: &mut MergeReport,
     progress: &Progress<'_>,
-) -> Result<Vec<Tile>> {
-    let tiles = vec![build(Block::ALL, bricks, vertices, lattice, progress)?];
-    tell(&tiles, report);
-    Ok(tiles)
-}
-
-/// Says of all tiles what the report has of them.
-pub fn tell(tiles: &[Tile], report: &mut MergeReport) {
-    report.artificial_intersections = tiles.iter().map(|tile| tile.artificial).sum();
-    report.noise = typical_noise(tiles);
+) -> Result<Tile> {
+    build(Block::ALL, bricks, vertices, lattice, progress)
 }
 
 /// Makes the tile of a block of its bricks and those beside it, in order.
@@ -317,11 +303,4 @@ impl Tile {
             part_of: Vec::new(),
         }
     }
-}
-
-/// Median of the noise over the vertices, world units.
-fn typical_noise(tiles: &[Tile]) -> f64 {
-    let mut noise: Vec<f32> = tiles.iter().flat_map(|tile| &tile.surface.noise[..tile.own]).copied().collect();
-    let middle = noise.len() / 2;
-    if noise.is_empty() { 0.0 } else { f64::from(*noise.select_nth_unstable_by(middle, f32::total_cmp).1) }
 }

@@ -48,6 +48,14 @@ pub trait MeshSink: Send {
     /// # Errors
     /// It can't take them.
     fn triangles(&mut self, first: u64, triangles: &[[u32; 3]], attributes: &[AttributeData]) -> Result<()>;
+
+    /// A mesh as a whole, and nothing else: to begin is part of it.
+    ///
+    /// # Errors
+    /// It can't take it; cancelled.
+    fn whole(&mut self, mesh: TriMesh, progress: &Progress<'_>) -> Result<()> {
+        mesh.hand_over(self, progress)
+    }
 }
 
 impl AttributeData {
@@ -108,7 +116,7 @@ impl TriMesh {
     ///
     /// # Errors
     /// The sink's; cancelled.
-    pub fn hand_over(&self, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<()> {
+    pub fn hand_over<S: MeshSink + ?Sized>(&self, sink: &mut S, progress: &Progress<'_>) -> Result<()> {
         let some = |list: &[Attribute], range: &Range<usize>| -> Vec<AttributeData> {
             let places: Vec<usize> = range.clone().collect();
             list.iter().map(|of| of.data.gather(&places)).collect()
@@ -165,6 +173,11 @@ impl MeshSink for TriMesh {
         let first = first as usize;
         self.triangles[first..first + triangles.len()].copy_from_slice(triangles);
         self.face_attributes.iter_mut().zip(attributes).for_each(|(all, entries)| all.data.put(first, entries));
+        Ok(())
+    }
+
+    fn whole(&mut self, mesh: TriMesh, _: &Progress<'_>) -> Result<()> {
+        *self = mesh;
         Ok(())
     }
 }

@@ -17,14 +17,16 @@ mod bricks;
 mod bundles;
 mod looks;
 mod scans;
+mod stages;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::{BUILDING, MergeParams, MergeReport, Merged, Setup, defaults, dump, gains, numbers, started, tiles};
+use super::{MergeParams, Merged, Setup, defaults, numbers, started};
 use base::error::{Error, Result};
 use base::progress::Progress;
 use image::source::ScanSource;
 use image::triangulate::TriangulateParams;
+use stages::Again;
 
 /// A scan to merge, with a number for what it is: as long as the number is the same, so is the scan.
 #[derive(Clone, Copy)]
@@ -82,8 +84,9 @@ impl Merger {
         // Where a refused allocation ends the call, nothing is kept.
         let mut kept = self.kept.take().unwrap_or_default();
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
-        let merged =
-            started(&sources, params, progress, || kept.merge(scans, params, setup, progress)).map(Merged::in_system);
+        let merged = started(&sources, params, progress, || {
+            super::in_memory(&mut Again::new(&mut kept, scans, params, setup), params, progress)
+        });
         self.kept = Some(kept);
         merged
     }
@@ -122,50 +125,6 @@ struct Kept {
 }
 
 impl Kept {
-    /// The paper's list of steps.
-    fn merge(
-        &mut self,
-        scans: &[Versioned<'_>],
-        params: &MergeParams,
-        setup: &Setup,
-        progress: &Progress<'_>,
-    ) -> Result<Merged> {
-        let mut report = MergeReport { scans: scans.len(), ..MergeReport::default() };
-        if self.triangulation != params.triangulation {
-            *self = Kept { triangulation: params.triangulation, ..Kept::default() };
-        }
-        let scans = self.in_order(scans, progress)?;
-        let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();
-        let versions: Vec<u64> = scans.iter().map(|scan| scan.version).collect();
-        report.scan_names = sources.iter().map(|scan| scan.name().to_owned()).collect();
-        defaults::choose_cell(&sources, &versions, params, &mut self.known, &mut report, progress)?;
-        let found = self.scans.take(&sources, &versions, params, setup, &mut report, progress)?;
-        progress.lap("discretize");
-        self.bundles.renew(&self.scans, &versions, &found.lattice, setup, &mut report, progress)?;
-        let reaches = self.bundles.reaches(params, &mut report);
-        progress.lap("sort");
-        let tolerance = reaches.tolerance * report.voxel;
-        let changed = self.looks.look(&mut self.bundles, &sources, &versions, &found, tolerance, progress)?;
-        self.bricks.note(changed);
-        let bundles = self.bundles.shown(&mut report);
-        progress.lap("sight");
-        if params.match_exposure && found.coloured {
-            report.colour_gains = gains::measure(&bundles, sources.len(), progress)?;
-            progress.lap("colours");
-        }
-        self.bricks.label(&bundles, reaches.rule(), &report.colour_gains, &found.lattice, progress)?;
-        report.count_fused(&self.bricks.vertices);
-        dump::labels(&self.bricks.labels, &found.lattice)?;
-        progress.lap("label");
-        self.forget_others(&versions);
-        let mut cells = self.bricks.analyse(progress)?;
-        progress.stage(BUILDING, cells.len() as u64);
-        progress.lap("analyse");
-        let tiles = tiles::build_one(&mut cells, &self.bricks.vertices, &found.lattice, &mut report, progress);
-        self.bricks.put_back(cells);
-        super::finish(tiles?, reaches.reach, &found, params, report, progress)
-    }
-
     /// The scans in the order of their numbers.
     fn in_order<'a>(&mut self, scans: &[Versioned<'a>], progress: &Progress<'_>) -> Result<Vec<Versioned<'a>>> {
         let sources: Vec<&dyn ScanSource> = scans.iter().map(|scan| scan.scan).collect();

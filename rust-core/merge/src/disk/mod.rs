@@ -1,7 +1,8 @@
 //! A merge of more scans than memory holds: the same stages with the same results, to the bit, but what they leave for each other is in
 //! files of a workspace, and of the grid a few blocks are in memory at a time.
 //!
-//! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once.
+//! Stages are cut into tasks (`stages`), which one process does one after the other, or several do at once. Their list, and what is made of the
+//! surface once they are done, is that of all merges (`graph`).
 //!
 //! | stage | file | leaves |
 //! |---|---|---|
@@ -13,21 +14,15 @@
 
 mod blocks;
 mod collect;
-mod colours;
 mod files;
-mod holes;
 mod labels;
 mod looks;
-mod noise;
-mod numbers;
 mod room;
 mod segments;
 mod setting;
 mod stages;
 mod tiles;
 mod versions;
-mod whole;
-mod write;
 
 use std::fs::{File, TryLockError};
 use std::hash::{Hash as _, Hasher as _};
@@ -36,15 +31,16 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::{FxHashSet, FxHasher};
 
-use super::{MergeParams, MergeReport, components, refuse_nothing, started};
+use super::graph::{self, Out};
+use super::{MergeParams, MergeReport, started};
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{ScanSource, common_crs};
+use image::source::ScanSource;
 use mesh::sink::MeshSink;
 use setting::Setting;
-use stages::{Known, Tasks};
+use stages::Tasks;
 
-pub use stages::Stage;
+pub use super::graph::Stage;
 pub use versions::versions;
 
 /// Bytes of memory that a worker needs.
@@ -101,7 +97,6 @@ pub fn run(
         }
         Ok(report)
     })
-    .map(|(report, _)| report)
 }
 
 /// Numbers for scans that nobody has a number for.
@@ -170,9 +165,8 @@ pub fn run_task(
         if together.kept.is_some() && stage == Stage::Plan {
             tasks.begin()?;
         }
-        tasks.run(stage, number, progress)
+        tasks.task(stage, number, progress)
     })
-    .map(|_| ())
 }
 
 /// Hands the surface to `sink` once all tasks are done: the same as [`super::run`] gives. The folder stays as it is; one that is kept loses the
@@ -190,11 +184,11 @@ pub fn put_together(
     together.check(sources.len())?;
     started(sources, params, progress, || {
         let mut tasks = together.tasks(sources, params);
-        let report = finish(&mut tasks, sink, progress)?;
+        let room = tasks.setting.room();
+        let report = graph::finish(&mut tasks, params, Out { sink, room }, progress)?;
         tasks.end()?;
         Ok(report)
     })
-    .map(|found| found.0)
 }
 
 /// The folder of what merges leave for each other, and what nobody else has as long as it is held.
@@ -221,35 +215,11 @@ fn kept_folder(folder: &Path, params: &MergeParams) -> Result<(PathBuf, File)> {
     }
 }
 
-/// The paper's list of steps.
 fn merge(mut tasks: Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<MergeReport> {
-    for &stage in Stage::ALL {
-        for number in 0..stage.tasks(tasks.portions) {
-            tasks.run(stage, number, progress)?;
-        }
-    }
-    let report = finish(&mut tasks, sink, progress)?;
+    let params = tasks.params;
+    let room = tasks.setting.room();
+    let report = graph::merge(&mut tasks, params, Out { sink, room }, progress)?;
     tasks.end()?;
-    Ok(report)
-}
-
-/// What is left once all tasks are done: the surface is put together of its tiles and written.
-fn finish(tasks: &mut Tasks<'_>, sink: &mut dyn MeshSink, progress: &Progress<'_>) -> Result<MergeReport> {
-    let (Known { sources, about, reaches, mut report }, tiles) = tasks.finished()?;
-    let Tasks { params, setting, .. } = tasks;
-    let found = &about.found;
-    report.artificial_intersections = tiles.iter().map(tiles::TileFile::artificial).sum();
-    report.noise = noise::typical(&tiles, progress)?;
-    let chosen = components::choose(&tiles[..], reaches.reach, params.min_component_share, &mut report, progress)?;
-    let mut whole = whole::Whole::new(tiles, chosen, progress)?;
-    progress.lap("components");
-    refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
-    holes::close(&mut whole, &found.lattice, params, setting, &mut report, progress)?;
-    let colours = if found.coloured { Some(colours::fill_in(&whole, progress)?) } else { None };
-    progress.lap("holes");
-    report.faces = write::write(&whole, colours.as_ref(), common_crs(&sources)?, sink, progress)?;
-    progress.lap("write");
-    report.seconds = progress.seconds();
     Ok(report)
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 
 use super::files::{Columns, Place, Stored, damaged};
+use crate::close::Room;
 use crate::tiles::Block;
 use base::error::{Error, Result};
 use base::memory::size;
@@ -51,6 +52,11 @@ impl<'a> Setting<'a> {
             stays: false,
             has_all: true,
         }
+    }
+
+    /// What may be in memory of what lies around holes.
+    pub fn room(&self) -> Room {
+        Room { held: self.held as f64, side: self.cut.side }
     }
 
     /// How many scans of so many samples may be loaded at a time.

@@ -19,46 +19,14 @@ use super::setting::{self, Cut, Key, Named, Portion, Setting};
 use super::tiles::{self, TileFile};
 use crate::bundles::sampled_of;
 use crate::fuse::Reaches;
+use crate::graph::{Built, Graph, Stage};
+use crate::intake::Discretized;
 use crate::lattice::Lattice;
 use crate::overlap::OverlapDistances;
 use crate::{FUSING, MergeParams, MergeReport, VoxelReason, defaults, numbers};
 use base::error::{Error, Result};
 use base::progress::Progress;
-use image::source::{Loading, ScanSource};
-
-base::choices! {
-    /// The stages of a merge in files. Tasks of a stage need nothing of each other, and all of the stages before.
-    pub enum Stage {
-        /// The order of the scans, the size of the cells, where they lie.
-        Plan = "plan" "Plan",
-        /// Crossings of some scans with the grid.
-        Collect = "collect" "Collect",
-        /// How far scans lie from each other.
-        Overlap = "overlap" "Overlap",
-        /// What all scans come to in some blocks of the grid.
-        Fuse = "fuse" "Fuse",
-        /// What some scans see through.
-        Look = "look" "Look",
-        /// What most see through goes, in some blocks.
-        Drop = "drop" "Drop",
-        /// How bright scans are beside each other.
-        Colours = "colours" "Colours",
-        /// Inside and outside, in some blocks.
-        Label = "label" "Label",
-        /// The surface in some blocks.
-        Build = "build" "Build",
-    }
-}
-
-impl Stage {
-    /// Of how many tasks it is where stages are cut into so many; some are one task.
-    pub fn tasks(self, portions: u32) -> u32 {
-        match self {
-            Stage::Plan | Stage::Overlap | Stage::Colours => 1,
-            _ => portions,
-        }
-    }
-}
+use image::source::{Loading, ScanSource, common_crs};
 
 /// A merge in a folder, whose stages are done task by task.
 pub struct Tasks<'a> {
@@ -85,12 +53,12 @@ struct Planned {
 }
 
 /// What scans come to, but for their crossings.
-pub struct Known<'a> {
+struct Known<'a> {
     /// The scans by number.
-    pub sources: Vec<&'a dyn ScanSource>,
-    pub about: About,
-    pub reaches: Reaches,
-    pub report: MergeReport,
+    sources: Vec<&'a dyn ScanSource>,
+    about: About,
+    reaches: Reaches,
+    report: MergeReport,
 }
 
 impl<'a> Tasks<'a> {
@@ -98,7 +66,7 @@ impl<'a> Tasks<'a> {
     ///
     /// # Errors
     /// Tasks before it are not done; a scan can't be loaded; a file can't be read or written; cancelled.
-    pub fn run(&mut self, stage: Stage, number: u32, progress: &Progress<'_>) -> Result<()> {
+    pub fn task(&mut self, stage: Stage, number: u32, progress: &Progress<'_>) -> Result<()> {
         if self.is_done(stage, number) {
             return Ok(());
         }
@@ -147,7 +115,7 @@ impl<'a> Tasks<'a> {
         }
         let planned = self.planned()?;
         let Known { about, reaches, report, .. } = self.compared(&planned)?;
-        let voters = Voters::new(&about.found, &planned.versions, planned.basis, reaches.tolerance * report.voxel);
+        let voters = Voters::new(&about.found, &planned.versions, planned.basis, reaches.tolerance(report.voxel));
         let segments: Vec<Key> = self.all(Stage::Collect)?;
         let left = self.files(Stage::Drop)?.into_iter().filter(|named| named.note > 0).collect();
         let mut used: FxHashSet<PathBuf> = voters.paths(&self.setting).into_iter().collect();
@@ -356,7 +324,7 @@ impl<'a> Tasks<'a> {
             self.setting.spend(&[segments::KIND])?;
         }
         let Known { sources, about, reaches, report } = self.compared(planned)?;
-        let tolerance = reaches.tolerance * report.voxel;
+        let tolerance = reaches.tolerance(report.voxel);
         let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
         voters.look(&blocks, &sources, portion, &self.setting, progress)?;
         progress.lap("sight");
@@ -367,7 +335,7 @@ impl<'a> Tasks<'a> {
         self.all::<u8>(Stage::Look)?;
         let blocks = Blocks::open(&self.files(Stage::Fuse)?, &self.setting)?;
         let Known { about, reaches, report, .. } = self.compared(planned)?;
-        let tolerance = reaches.tolerance * report.voxel;
+        let tolerance = reaches.tolerance(report.voxel);
         let voters = Voters::new(&about.found, &planned.versions, planned.basis, tolerance);
         let files = voters.drop_seen_through(&blocks, portion, &self.setting, progress)?;
         progress.lap("sight");
@@ -407,22 +375,27 @@ impl<'a> Tasks<'a> {
         progress.lap("reconstruct");
         Ok(files)
     }
+}
 
-    /// What the tasks have found out, with the figures of the merge so far, and the tiles: nothing else is needed any more.
-    ///
-    /// # Errors
-    /// A task is not done; a file can't be read or removed.
-    pub fn finished(&mut self) -> Result<(Known<'a>, Vec<TileFile>)> {
+impl Graph for Tasks<'_> {
+    type Tiles = Vec<TileFile>;
+
+    fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()> {
+        (0..stage.tasks(self.portions)).try_for_each(|number| self.task(stage, number, progress))
+    }
+
+    fn finished(&mut self) -> Result<Built<Vec<TileFile>>> {
         let planned = self.planned()?;
         self.setting.cut = planned.cut;
-        let mut known = self.compared(&planned)?;
-        let report = &mut known.report;
+        let Known { sources, about, reaches, mut report } = self.compared(&planned)?;
         report.colour_gains = self.all(Stage::Colours)?;
         let noted = |stage| Ok(self.files(stage)?.iter().map(|named| u64::from(named.note)).sum());
         (report.seen_through, report.fused_intersections) = (noted(Stage::Drop)?, noted(Stage::Label)?);
         let tiles = tiles::open(&self.files(Stage::Build)?, &self.setting)?;
+        // Nothing else is needed any more.
         self.setting.spend(&[labels::KIND])?;
-        Ok((known, tiles))
+        let Discretized { lattice, coloured, .. } = about.found;
+        Ok(Built { tiles, lattice, reach: reaches.reach, coloured, crs: common_crs(&sources)?, report })
     }
 }
 

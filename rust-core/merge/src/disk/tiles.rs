@@ -139,13 +139,33 @@ pub fn build(
     portion.every(labels.blocks()).into_par_iter().with_max_len(1).map(build).collect()
 }
 
-impl Tiles for [TileFile] {
+impl Tiles for Vec<TileFile> {
     fn count(&self) -> usize {
         self.len()
     }
 
     fn get(&self, tile: usize) -> Result<Cow<'_, Tile>> {
         self[tile].read().map(Cow::Owned)
+    }
+
+    fn positions(&self, tile: usize) -> Result<Cow<'_, [DVec3]>> {
+        let TileFile { path, table, .. } = &self[tile];
+        Stored::again(path)?.get(&table.positions).map(Cow::Owned)
+    }
+
+    fn noise(&self, tile: usize) -> Result<Cow<'_, [f32]>> {
+        let TileFile { path, table, .. } = &self[tile];
+        let mut noise: Vec<f32> = Stored::again(path)?.get(&table.noise)?;
+        noise.truncate(table.own as usize);
+        Ok(Cow::Owned(noise))
+    }
+
+    fn artificial(&self) -> u64 {
+        self.iter().map(|tile| tile.table.artificial).sum()
+    }
+
+    fn take_only(&mut self) -> Option<Tile> {
+        None
     }
 }
 
@@ -155,29 +175,6 @@ impl TileFile {
         let Some(&table) = table.first() else { return Ok(None) };
         let parts = stored.get::<KeptPart>(&table.parts)?.into_iter().map(Part::from).collect();
         Ok(Some(TileFile { shares: stored.get(&table.shares)?, parts, table, path }))
-    }
-
-    /// Vertices that no crossing places.
-    pub fn artificial(&self) -> u64 {
-        self.table.artificial
-    }
-
-    /// Where its vertices are, those of other tiles among them.
-    ///
-    /// # Errors
-    /// The file can't be read.
-    pub fn positions(&self) -> Result<Vec<DVec3>> {
-        Stored::again(&self.path)?.get(&self.table.positions)
-    }
-
-    /// The noise of its own vertices.
-    ///
-    /// # Errors
-    /// The file can't be read.
-    pub fn noise(&self) -> Result<Vec<f32>> {
-        let mut noise: Vec<f32> = Stored::again(&self.path)?.get(&self.table.noise)?;
-        noise.truncate(self.table.own as usize);
-        Ok(noise)
     }
 
     /// Writes a tile, or that there is none.
@@ -212,7 +209,7 @@ impl TileFile {
     ///
     /// # Errors
     /// The file can't be read.
-    pub fn read(&self) -> Result<Tile> {
+    fn read(&self) -> Result<Tile> {
         let (table, file) = (&self.table, Stored::again(&self.path)?);
         let surface = Surface {
             positions: file.get(&table.positions)?,

@@ -4,7 +4,12 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
-use crate::close::{Limit, close_holes};
+use crate::close::{self, Room};
+use crate::components::Chosen;
+use crate::extract::Case;
+use crate::tile::{Share, Tile};
+use crate::whole::Whole;
+use crate::{MergeParams, MergeReport, parts, write};
 use mesh::{TriMesh, check};
 
 /// Squares along each side of a sheet.
@@ -77,16 +82,39 @@ fn surface(sheets: &[Sheet], first: usize) -> Surface {
 
 /// Holes closed and left open, and the triangles by their corners.
 fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
-    let mut surface = surface(sheets, first);
+    let progress = Progress::none();
+    let surface = surface(sheets, first);
+    let (vertices, triangles) = (surface.positions.len() as u32, surface.triangles.len() as u32);
+    let mut tile = Tile {
+        surface,
+        shares: vec![Share { brick: [0; 3], vertices, copies: 0, triangles }],
+        first: vec![0],
+        copied: Vec::new(),
+        foreign: Vec::new(),
+        own: vertices as usize,
+        shared: Vec::new(),
+        artificial: 0,
+        parts: Vec::new(),
+        part_of: Vec::new(),
+    };
+    (tile.part_of, tile.parts) = parts::within(&tile, &progress).unwrap();
+    let tiles = vec![tile];
+    let parts = parts::find(&tiles, &progress).unwrap();
+    let kept = vec![true; parts.list.len()];
+    let mut whole = Whole::new(tiles, Chosen { parts, kept, size: DVec3::ONE }, &progress).unwrap();
     let lattice = Lattice::new(1.0, DVec3::ZERO, [0; 3]).unwrap();
-    let found = close_holes(&mut surface, &[], &[], Limit::Length(60.0), 0.0, &lattice, &Progress::none()).unwrap();
-    let corner = |v: u32| surface.positions[v as usize].to_array().map(f64::to_bits);
-    let mut triangles: Vec<_> = surface.triangles.iter().map(|t| t.map(corner)).collect();
+    let params = MergeParams { max_hole_length: Some(60.0), ..MergeParams::default() };
+    let mut found = MergeReport::default();
+    close::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
+    let mut mesh = TriMesh::default();
+    write::write(whole, None, None, &mut mesh, &progress).unwrap();
+    let corner = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
+    let mut triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     triangles.sort_unstable();
-    let report = check(&TriMesh::new(surface.positions, surface.triangles));
+    let report = check(&mesh);
     assert!(report.is_manifold(), "{report}");
-    assert_eq!((report.boundary_edges, report.boundary_loops as u64), (surface.boundary.len(), found.open));
-    ([found.closed, found.open], triangles)
+    assert_eq!(report.boundary_loops as u64, found.holes[1]);
+    (found.holes, triangles)
 }
 
 proptest! {

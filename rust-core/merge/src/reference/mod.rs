@@ -14,8 +14,11 @@ use rayon::prelude::*;
 use super::bundles::RawBundle;
 use super::crossing::Crossing;
 use super::field::{Bundles, Vertex, Vertices};
+use super::graph::{Built, Graph, Stage};
 use super::lattice::{ACROSS, BRICK, BRICK_BITS};
-use super::{BrickVertices, Fusing, Labels, MergeParams, Merged, ScanSource, Setup};
+use super::memory::Memory;
+use super::tile::Tile;
+use super::{BrickVertices, Labels, MergeParams, Merged, ScanSource, Setup};
 use base::error::Result;
 use base::progress::Progress;
 use classify::Classifier;
@@ -27,11 +30,39 @@ pub use fuse::Rule;
 /// # Errors
 /// As [`super::run`].
 pub fn run(sources: &[&dyn ScanSource], params: &MergeParams, progress: &Progress<'_>) -> Result<Merged> {
-    super::run_by(sources, params, &Setup { fusing: Fusing::ByLines, kept: u64::MAX, ..Setup::default() }, progress)
+    let setup = Setup { kept: u64::MAX, ..Setup::default() };
+    super::started(sources, params, progress, || {
+        super::in_memory(&mut ByLines(Memory::new(sources, params, &setup)), params, progress)
+    })
+}
+
+/// A merge whose crossings become labels at once.
+struct ByLines<'a>(Memory<'a>);
+
+impl Graph for ByLines<'_> {
+    type Tiles = Vec<Tile>;
+
+    fn run(&mut self, stage: Stage, progress: &Progress<'_>) -> Result<()> {
+        let Self(memory) = self;
+        match stage {
+            Stage::Fuse | Stage::Look | Stage::Drop | Stage::Colours => Ok(()),
+            Stage::Label => {
+                let full_trust = f64::from(memory.found().full_trust);
+                let rule = Rule { merge_distance: memory.reaches().reach, full_trust };
+                (memory.labels, memory.vertices) = label_nodes(std::mem::take(&mut memory.raw), rule, progress)?;
+                memory.labelled(progress)
+            }
+            _ => memory.run(stage, progress),
+        }
+    }
+
+    fn finished(&mut self) -> Result<Built<Vec<Tile>>> {
+        self.0.finished()
+    }
 }
 
 /// Fuses the crossings of each line, and labels the nodes by them.
-pub(super) fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
+fn label_nodes(raw: Vec<RawBundle>, rule: Rule, progress: &Progress<'_>) -> Result<(Labels, BrickVertices)> {
     let fuse = |raw| {
         progress.advance(1)?;
         Ok(Arc::new(fuse::fuse(raw, rule)))

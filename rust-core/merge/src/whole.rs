@@ -1,12 +1,14 @@
 //! The surface of all tiles as it is put together: what is kept of the tiles, what is added and changed where holes are closed, and
 //! windows of that as surfaces of their own.
 
+use std::collections::BTreeMap;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::numbers::{NONE, Numbered, Numbers};
-use super::tiles::TileFile;
-use crate::components::Chosen;
-use crate::extract::Surface;
+use super::components::Chosen;
+use super::extract::{Row, Surface};
+use super::numbering::{NONE, Numbered, Numbers};
+use super::tile::Tiles;
 use base::error::Result;
 use base::progress::Progress;
 use glam::DVec3;
@@ -16,18 +18,16 @@ use mesh::holes::{self, Bounds};
 pub type Corners = [(u32, DVec3, [u8; 4]); 3];
 
 /// The whole surface.
-pub struct Whole {
-    pub tiles: Vec<TileFile>,
+pub struct Whole<T> {
+    pub tiles: T,
     pub chosen: Chosen,
     pub numbers: Numbers,
     /// The box around each tile's vertices, those of other tiles among them.
     pub boxes: Vec<Bounds>,
     /// What was added: its vertices and triangles follow those of the tiles.
     pub added: Surface,
-    /// Vertices of tiles that triangles of `added` have, as they are there.
-    pub rims: Surface,
-    /// Their numbers, rising.
-    pub rim: Vec<u32>,
+    /// Vertices of tiles that triangles of `added` have, as they are there, by their numbers.
+    pub rims: BTreeMap<u32, Row>,
     /// What of the surface, the added among it, is not as it was.
     pub changes: Changes,
 }
@@ -58,22 +58,22 @@ pub struct Window {
     pub part_of: Vec<u32>,
 }
 
-impl Whole {
+impl<T: Tiles> Whole<T> {
     /// What is chosen of the tiles.
     ///
     /// # Errors
     /// A tile can't be read; more vertices than there are numbers for; cancelled.
-    pub fn new(tiles: Vec<TileFile>, chosen: Chosen, progress: &Progress<'_>) -> Result<Self> {
+    pub fn new(tiles: T, chosen: Chosen, progress: &Progress<'_>) -> Result<Self> {
         let numbers = Numbers::new(&tiles, &chosen, progress)?;
-        let bounds = |tile: &TileFile| Ok(Bounds::of(tile.positions()?));
-        let boxes = tiles.iter().map(bounds).collect::<Result<_>>()?;
-        let (added, rims, rim, changes) = Default::default();
-        Ok(Whole { tiles, chosen, numbers, boxes, added, rims, rim, changes })
+        let bounds = |tile: usize| Ok(Bounds::of(tiles.positions(tile)?.iter().copied()));
+        let boxes = (0..tiles.count()).map(bounds).collect::<Result<_>>()?;
+        let (added, rims, changes) = Default::default();
+        Ok(Whole { tiles, chosen, numbers, boxes, added, rims, changes })
     }
 
     /// A tile with its numbers.
-    pub fn tile(&self, i: usize) -> Result<Numbered> {
-        Ok(self.numbers.of_tile(i, self.tiles[i].read()?, &self.chosen))
+    pub fn tile(&self, i: usize) -> Result<Numbered<'_>> {
+        Ok(self.numbers.of_tile(i, self.tiles.get(i)?, &self.chosen))
     }
 
     /// Vertices of tiles and those that were added.
@@ -91,7 +91,7 @@ impl Whole {
         let known = self.numbers.vertices;
         let place = |v: u32| match v.checked_sub(known) {
             Some(added) => self.added.positions[added as usize],
-            None => self.rims.positions[self.rim.partition_point(|&other| other < v)],
+            None => self.rims[&v].position,
         };
         let size = |t: &[u32; 3]| {
             let bounds = Bounds::of(t.map(place));
@@ -111,45 +111,48 @@ impl Whole {
             if regions.is_empty() {
                 continue;
             }
-            let Numbered { tile, vertices, triangles } = self.tile(i)?;
+            let numbered = self.tile(i)?;
+            let tile = &numbered.tile;
             let surface = &tile.surface;
             let near = holes::near(&surface.positions, &surface.triangles, &regions, progress)?;
             let mut near: Vec<u32> = near.concat();
             near.sort_unstable();
             near.dedup();
-            for t in near.into_iter().map(|t| t as usize).filter(|&t| triangles[t] != u64::MAX) {
-                found.add(surface, t, triangles[t], &vertices, |v| self.chosen.part(i, tile.part_of[v]));
+            for t in near.into_iter().map(|t| t as usize) {
+                let Some(number) = numbered.triangle(t) else { continue };
+                let part = |v: usize| self.chosen.part(i, tile.part_of[v]);
+                found.add(surface, t, number, |v| numbered.vertex(v), part);
             }
         }
-        let (rims, known) = (&self.rims, self.numbers.vertices);
+        let known = self.numbers.vertices;
         if !self.added.triangles.is_empty() {
             // The added triangles among the vertices that they have.
             let mut surface = Surface::default();
-            surface.append_vertices(rims, 0..rims.positions.len());
+            self.rims.values().for_each(|&row| surface.push(row));
             surface.append_vertices(&self.added, 0..self.added.positions.len());
-            let first = rims.positions.len() as u32;
+            let rim: Vec<u32> = self.rims.keys().copied().collect();
             let local = |v: u32| match v.checked_sub(known) {
-                Some(added) => first + added,
-                None => self.rim.partition_point(|&other| other < v) as u32,
+                Some(added) => rim.len() as u32 + added,
+                None => rim.partition_point(|&other| other < v) as u32,
             };
             surface.triangles = self.added.triangles.iter().map(|t| t.map(local)).collect();
             surface.cases = self.added.cases.clone();
             let vertices: Vec<u32> =
-                self.rim.iter().copied().chain(known..known + self.added.positions.len() as u32).collect();
+                rim.iter().copied().chain(known..known + self.added.positions.len() as u32).collect();
             let near = holes::near(&surface.positions, &surface.triangles, regions, progress)?;
             let mut near: Vec<u32> = near.concat();
             near.sort_unstable();
             near.dedup();
             for t in near {
                 let number = self.numbers.triangles + u64::from(t);
-                found.add(&surface, t as usize, number, &vertices, |_| NONE);
+                found.add(&surface, t as usize, number, |v| vertices[v], |_| NONE);
             }
         }
         Ok(found.into_window())
     }
 }
 
-impl Whole {
+impl<T: Tiles> Whole<T> {
     /// Calls `each` with the corners of every triangle.
     ///
     /// # Errors
@@ -161,19 +164,19 @@ impl Whole {
         let known = self.numbers.vertices;
         let added = |v: u32| match v.checked_sub(known) {
             Some(place) => (v, at(v, self.added.positions[place as usize]), self.added.colour[place as usize]),
-            None => {
-                let place = self.rim.partition_point(|&other| other < v);
-                (v, at(v, self.rims.positions[place]), self.rims.colour[place])
-            }
+            None => (v, at(v, self.rims[&v].position), self.rims[&v].colour),
         };
-        for i in 0..self.tiles.len() {
+        for i in 0..self.tiles.count() {
             progress.check()?;
-            let Numbered { tile, vertices, triangles } = self.tile(i)?;
-            let surface = &tile.surface;
-            for (t, &number) in triangles.iter().enumerate().filter(|t| *t.1 != u64::MAX && !removed.contains(t.1)) {
-                let corners = surface.triangles[t].map(|v| v as usize);
-                let mut found =
-                    corners.map(|v| (vertices[v], at(vertices[v], surface.positions[v]), surface.colour[v]));
+            let numbered = self.tile(i)?;
+            let surface = &numbered.tile.surface;
+            let all = surface.triangles.iter().enumerate();
+            let kept = all.filter_map(|(t, corners)| Some((numbered.triangle(t)?, corners)));
+            for (number, corners) in kept.filter(|t| !removed.contains(&t.0)) {
+                let mut found = corners.map(|v| {
+                    let (v, number) = (v as usize, numbered.vertex(v as usize));
+                    (number, at(number, surface.positions[v]), surface.colour[v])
+                });
                 if let Some(renamed) = renamed.get(&number) {
                     for (corner, &v) in found.iter_mut().zip(renamed).filter(|(corner, v)| corner.0 != **v) {
                         *corner = added(v);
@@ -198,13 +201,12 @@ impl Whole {
                 each(v, self.changes.moved.get(&v).map_or(place, |moved| moved.0), colour);
             }
         };
-        for i in 0..self.tiles.len() {
+        for i in 0..self.tiles.count() {
             progress.check()?;
-            let Numbered { tile, vertices, .. } = self.tile(i)?;
-            let surface = &tile.surface;
-            for v in (0..tile.own).filter(|&v| vertices[v] != NONE) {
-                call(vertices[v], surface.positions[v], surface.colour[v]);
-            }
+            let numbered = self.tile(i)?;
+            let surface = &numbered.tile.surface;
+            let kept = (0..numbered.tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE);
+            kept.for_each(|(v, number)| call(number, surface.positions[v], surface.colour[v]));
         }
         let added = self.added.positions.iter().zip(&self.added.colour);
         (self.numbers.vertices..).zip(added).for_each(|(v, (&place, &colour))| call(v, place, colour));
@@ -223,15 +225,22 @@ struct Gathered {
 }
 
 impl Gathered {
-    fn add(&mut self, surface: &Surface, t: usize, number: u64, vertices: &[u32], part: impl Fn(usize) -> u32) {
+    fn add(
+        &mut self,
+        surface: &Surface,
+        t: usize,
+        number: u64,
+        vertex: impl Fn(usize) -> u32,
+        part: impl Fn(usize) -> u32,
+    ) {
         let corners = surface.triangles[t].map(|v| {
             let v = v as usize;
             let next = self.vertices.len() as u32;
-            let place = *self.place_of.entry(vertices[v]).or_insert(next);
+            let place = *self.place_of.entry(vertex(v)).or_insert(next);
             if place == next {
-                self.vertices.push(vertices[v]);
+                self.vertices.push(vertex(v));
                 self.part_of.push(part(v));
-                self.surface.append_vertices(surface, v..v + 1);
+                self.surface.push(surface.row(v));
             } else if self.part_of[place as usize] == NONE {
                 self.part_of[place as usize] = part(v);
             }
@@ -251,7 +260,7 @@ impl Gathered {
         let mut window = Window::default();
         for &old in &order {
             let old = old as usize;
-            window.surface.append_vertices(&self.surface, old..old + 1);
+            window.surface.push(self.surface.row(old));
             window.vertices.push(self.vertices[old]);
             window.part_of.push(self.part_of[old]);
         }

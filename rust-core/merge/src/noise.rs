@@ -1,6 +1,6 @@
 //! The median of the noise over vertices of which memory holds a few at a time.
 
-use super::tiles::TileFile;
+use super::tile::Tiles;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -11,7 +11,7 @@ const BITS: u32 = 16;
 ///
 /// # Errors
 /// A tile can't be read; cancelled.
-pub fn typical(tiles: &[TileFile], progress: &Progress<'_>) -> Result<f64> {
+pub fn typical(tiles: &impl Tiles, progress: &Progress<'_>) -> Result<f64> {
     // What is not negative is in the order of its bits.
     let upper = count(tiles, progress, |bits| Some(bits >> BITS))?;
     let vertices: u64 = upper.iter().sum();
@@ -24,11 +24,11 @@ pub fn typical(tiles: &[TileFile], progress: &Progress<'_>) -> Result<f64> {
     Ok(f32::from_bits(high << BITS | low).into())
 }
 
-fn count(tiles: &[TileFile], progress: &Progress<'_>, of: impl Fn(u32) -> Option<u32>) -> Result<Vec<u64>> {
+fn count(tiles: &impl Tiles, progress: &Progress<'_>, of: impl Fn(u32) -> Option<u32>) -> Result<Vec<u64>> {
     let mut counts = vec![0; 1 << BITS];
-    for tile in tiles {
+    for i in 0..tiles.count() {
         progress.check()?;
-        tile.noise()?.iter().filter_map(|noise| of(noise.to_bits())).for_each(|bits| counts[bits as usize] += 1);
+        tiles.noise(i)?.iter().filter_map(|noise| of(noise.to_bits())).for_each(|bits| counts[bits as usize] += 1);
     }
     Ok(counts)
 }

@@ -2,9 +2,10 @@
 
 use rustc_hash::FxHashMap;
 
+use super::extract::Surface;
+use super::near_colours::{self, Seen};
+use super::tile::Tiles;
 use super::whole::{Corners, Whole};
-use crate::extract::Surface;
-use crate::near_colours::{self, Seen};
 use base::error::Result;
 use base::progress::Progress;
 
@@ -12,7 +13,7 @@ use base::progress::Progress;
 ///
 /// # Errors
 /// A tile can't be read; cancelled.
-pub fn fill_in(whole: &Whole, progress: &Progress<'_>) -> Result<FxHashMap<u32, [u8; 4]>> {
+pub fn fill_in<T: Tiles>(whole: &Whole<T>, progress: &Progress<'_>) -> Result<FxHashMap<u32, [u8; 4]>> {
     let mut beside = Beside::default();
     let mut seen = 0;
     whole.each_triangle(progress, |t| beside.add(t))?;

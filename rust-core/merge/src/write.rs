@@ -1,25 +1,55 @@
-//! Hands the surface over, tile by tile: where each of its vertices and triangles belongs is known.
+//! Hands the surface over, at once where it is one in memory, else tile by tile: where each of its vertices and triangles belongs is known.
 
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::numbers::{NONE, Numbered};
+use super::extract::{Case, Surface};
+use super::numbering::{NONE, Numbered};
+use super::passes;
+use super::tile::Tiles;
 use super::whole::Whole;
-use crate::extract::{Case, Surface};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
-use mesh::{Attribute, AttributeData, Crs, Extent};
+use mesh::{AttributeData, Crs, Extent};
 
 /// Writes the surface; `colours` are those of vertices that no scan has a colour of, nothing where no scan has any. Returns the number of
 /// triangles of each case.
 ///
 /// # Errors
 /// A tile can't be read; the sink's; cancelled.
-pub fn write(
-    whole: &Whole,
+pub fn write<T: Tiles>(
+    mut whole: Whole<T>,
+    colours: Option<&FxHashMap<u32, [u8; 4]>>,
+    crs: Option<Crs>,
+    sink: &mut dyn MeshSink,
+    progress: &Progress<'_>,
+) -> Result<[u64; 3]> {
+    match whole.take_surface(colours, progress)? {
+        Some(surface) => at_once(surface, colours.is_some(), crs, sink, progress),
+        None => in_pieces(&whole, colours, crs, sink, progress),
+    }
+}
+
+fn at_once(
+    surface: Surface,
+    coloured: bool,
+    crs: Option<Crs>,
+    sink: &mut dyn MeshSink,
+    progress: &Progress<'_>,
+) -> Result<[u64; 3]> {
+    let mut counts = [0; 3];
+    passes::each(surface.cases.len(), progress, |t| counts[surface.cases[t] as usize] += 1)?;
+    let mut mesh = surface.into_mesh(coloured, progress)?;
+    mesh.crs = crs;
+    sink.whole(mesh, progress)?;
+    Ok(counts)
+}
+
+fn in_pieces<T: Tiles>(
+    whole: &Whole<T>,
     colours: Option<&FxHashMap<u32, [u8; 4]>>,
     crs: Option<Crs>,
     sink: &mut dyn MeshSink,
@@ -28,37 +58,27 @@ pub fn write(
     let mut removed: Vec<u64> = whole.changes.removed.iter().copied().collect();
     removed.sort_unstable();
     let out = Out { whole, colours, removed, sink: Mutex::new(sink) };
-    let mut vertex_attributes = vec![
-        Attribute::f32("confidence", Vec::new()),
-        Attribute::f32("noise", Vec::new()),
-        Attribute::i32("source_scan", Vec::new()),
-        Attribute::bool("interpolated", Vec::new()),
-    ];
-    if colours.is_some() {
-        vertex_attributes.push(Attribute::colour("colour", Vec::new()));
-    }
     let mut extent = Extent::default();
     whole.each_triangle(progress, |corners| corners.iter().for_each(|corner| extent.add(corner.1)))?;
     let outline = MeshOutline {
         vertices: whole.vertices() - whole.changes.bare.len() as u64,
         triangles: whole.triangles() - out.removed.len() as u64,
         extent,
-        vertex_attributes,
-        face_attributes: vec![Attribute::bool("hole_fill", Vec::new())],
         crs,
+        ..Surface::default().into_mesh(colours.is_some(), progress)?.outline()
     };
     out.to_sink(|sink| sink.begin(&outline))?;
     let tile = |i: usize| {
         progress.check()?;
-        out.tile(whole.tile(i)?)
+        out.tile(&whole.tile(i)?)
     };
-    let counts = (0..whole.tiles.len()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;
+    let counts = (0..whole.tiles.count()).into_par_iter().with_max_len(1).map(tile).collect::<Result<Vec<_>>>()?;
     let added = out.added()?;
     Ok(counts.into_iter().fold(added, |all, of| [0, 1, 2].map(|case| all[case] + of[case])))
 }
 
-struct Out<'a> {
-    whole: &'a Whole,
+struct Out<'a, T> {
+    whole: &'a Whole<T>,
     colours: Option<&'a FxHashMap<u32, [u8; 4]>>,
     /// Triangles that are gone, rising.
     removed: Vec<u64>,
@@ -72,8 +92,8 @@ struct Run {
     cases: Vec<Case>,
 }
 
-impl Out<'_> {
-    fn to_sink<T>(&self, call: impl FnOnce(&mut dyn MeshSink) -> Result<T>) -> Result<T> {
+impl<T: Tiles> Out<'_, T> {
+    fn to_sink(&self, call: impl FnOnce(&mut dyn MeshSink) -> Result<()>) -> Result<()> {
         call(&mut **self.sink.lock().unwrap_or_else(std::sync::PoisonError::into_inner))
     }
 
@@ -82,8 +102,8 @@ impl Out<'_> {
         v - self.whole.changes.bare.partition_point(|&bare| bare < v) as u32
     }
 
-    fn tile(&self, numbered: Numbered) -> Result<[u64; 3]> {
-        let Numbered { tile, vertices, triangles } = numbered;
+    fn tile(&self, numbered: &Numbered<'_>) -> Result<[u64; 3]> {
+        let tile = &numbered.tile;
         // Of each share the numbers follow each other, but for what goes.
         let split_off = tile.own - tile.copied.len();
         let mut copy = split_off;
@@ -94,13 +114,13 @@ impl Out<'_> {
             let copies = copy..copy + share.copies as usize;
             copy = copies.end;
             for range in [own, copies] {
-                self.vertices(&tile.surface, range.map(|v| (v, vertices[v])).filter(|v| v.1 != NONE))?;
+                self.vertices(&tile.surface, range.map(|v| (v, numbered.vertex(v))).filter(|v| v.1 != NONE))?;
             }
             let of_share = triangle..triangle + share.triangles as usize;
             triangle = of_share.end;
-            let corners = |t: usize| tile.surface.triangles[t].map(|v| vertices[v as usize]);
-            let of_share = of_share.filter(|&t| triangles[t] != u64::MAX);
-            let found = self.triangles(of_share.map(|t| (triangles[t], corners(t), tile.surface.cases[t])))?;
+            let corners = |t: usize| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize));
+            let kept = of_share.filter_map(|t| Some((numbered.triangle(t)?, corners(t), tile.surface.cases[t])));
+            let found = self.triangles(kept)?;
             (0..3).for_each(|case| counts[case] += found[case]);
         }
         Ok(counts)
