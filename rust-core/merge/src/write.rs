@@ -175,3 +175,6 @@ impl<T: Tiles> Out<'_, T> {
         Ok(counts)
     }
 }
+
+#[cfg(test)]
+mod tests;
