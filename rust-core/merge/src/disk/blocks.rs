@@ -139,6 +139,13 @@ impl Blocks {
         gains::solve(found.concat(), scans, progress)
     }
 
+    /// Follows from what there is in the bricks of a block and those around it: what [`Blocks::bundles_around`] gives.
+    pub fn key_around(&self, block: [i32; 3]) -> Key {
+        let files = self.cut.around(block, 1).filter_map(|beside| self.files.get(&beside));
+        let near = files.flat_map(|file| &file.table).filter(|entry| self.cut.is_near(entry.brick, block, 1));
+        Key::of(&near.map(|entry| (entry.brick, entry.lists.map(|list| list.content))).collect::<Vec<_>>())
+    }
+
     /// What there is on lines through a block and the bricks around it, as far as these bricks: with how far it is from each tally
     /// to the next surface along its line, as far as that matters in the block.
     ///

@@ -10,12 +10,13 @@ use std::sync::Mutex;
 
 use bytemuck::{AnyBitPattern, NoUninit, Pod, Zeroable};
 use tempfile::NamedTempFile;
+use twox_hash::XxHash3_128;
 
 use base::error::{Error, Result};
 use base::memory::size;
 
 /// What a file ends with.
-const MARK: [u8; 8] = *b"srfcol01";
+const MARK: [u8; 8] = *b"srfcol02";
 /// Bytes handed to the system at a time.
 const BUFFER: usize = 1 << 18;
 
@@ -27,9 +28,20 @@ pub struct Place {
     offset: u64,
     /// Bytes.
     bytes: u64,
-    /// Checksum of these.
-    checksum: u32,
-    unused: u32,
+    /// Of these: tells whether they are damaged, and is another for others but for one chance in 2^128.
+    pub content: Content,
+}
+
+/// A hash (XXH3) of bytes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Pod, Zeroable)]
+pub struct Content([u64; 2]);
+
+impl Content {
+    fn of(bytes: &[u8]) -> Self {
+        let hash = XxHash3_128::oneshot(bytes);
+        Content([hash as u64, (hash >> 64) as u64])
+    }
 }
 
 impl Place {
@@ -72,7 +84,7 @@ impl Columns {
     pub fn put<T: NoUninit>(&mut self, column: &[T]) -> Result<Place> {
         let bytes: &[u8] = bytemuck::cast_slice(column);
         self.file.write_all(bytes).map_err(|error| self.failed(error))?;
-        let place = Place { offset: self.at, bytes: bytes.len() as u64, checksum: crc32fast::hash(bytes), unused: 0 };
+        let place = Place { offset: self.at, bytes: bytes.len() as u64, content: Content::of(bytes) };
         self.at += place.bytes;
         Ok(place)
     }
@@ -186,7 +198,7 @@ impl Stored {
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         read_at(&mut file, place.offset, bytes).map_err(|error| Error::io(&self.path, error))?;
         drop(file);
-        if crc32fast::hash(bytes) != place.checksum {
+        if Content::of(bytes) != place.content {
             return Err(damaged(&self.path));
         }
         Ok(())

@@ -7,7 +7,7 @@ use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::files::{Columns, Place, Stored};
+use super::files::{Columns, Content, Place, Stored};
 use super::setting::{Cut, Key, Named, Portion, Setting};
 use crate::colour::Gains;
 use crate::field::{BrickLabels, Rule, Vertex, Vertices};
@@ -28,7 +28,6 @@ pub struct BlockLabels {
 
 struct LabelFile {
     path: PathBuf,
-    key: Key,
     table: Vec<Entry>,
 }
 
@@ -92,8 +91,7 @@ impl BlockLabels {
         let basis = Key::of(&format!("{rule:?} {gains:?}"));
         let gains = Gains::new(gains);
         let label = |block: [i32; 3]| {
-            let around: Vec<_> = cut.around(block, 1).map(|beside| blocks.key(beside)).collect();
-            let key = Key::of(&(basis, block, around));
+            let key = Key::of(&(basis, block, blocks.key_around(block)));
             let path = setting.path(KIND, key);
             if !path.exists() {
                 let bundles = blocks.bundles_around(block)?;
@@ -119,15 +117,24 @@ impl BlockLabels {
             let path = setting.path(KIND, key);
             let (_, table) = Stored::open(&path)?;
             if !table.is_empty() {
-                labels.files.insert(block, LabelFile { path, key, table });
+                labels.files.insert(block, LabelFile { path, table });
             }
         }
         Ok(labels)
     }
 
-    /// What there is in a block follows from this; nothing in others.
-    pub fn key(&self, block: [i32; 3]) -> Option<Key> {
-        self.files.get(&block).map(|file| file.key)
+    /// Follows from what [`BlockLabels::around`] gives for a block.
+    pub fn key_around(&self, block: [i32; 3]) -> Key {
+        let files = self.cut.around(block, 2).filter_map(|beside| self.files.get(&beside));
+        let near = files.flat_map(|file| &file.table).filter(|entry| self.cut.is_near(entry.brick, block, 2));
+        let contents = |entry: &Entry| {
+            let [x, y, z] = match self.cut.is_near(entry.brick, block, 1) {
+                true => entry.vertices.map(|list| list.content),
+                false => [Content::default(); 3],
+            };
+            (entry.brick, entry.bounds, [entry.planes.content, x, y, z])
+        };
+        Key::of(&near.map(contents).collect::<Vec<_>>())
     }
 
     /// The blocks that may have a part of the surface, in order.

@@ -123,8 +123,7 @@ pub fn build(
     let basis = Key::of(&(voxel.to_bits(), base));
     let build = |block: [i32; 3]| {
         progress.check()?;
-        let around: Vec<_> = setting.cut.around(block, 2).map(|beside| labels.key(beside)).collect();
-        let key = Key::of(&(basis, block, around));
+        let key = Key::of(&(basis, block, labels.key_around(block)));
         let path = setting.path(KIND, key);
         if !path.exists() {
             let (labels, vertices) = labels.around(block)?;
