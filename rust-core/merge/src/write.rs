@@ -59,7 +59,7 @@ fn in_pieces<T: Tiles>(
     removed.sort_unstable();
     let out = Out { whole, colours, removed, sink: Mutex::new(sink) };
     let mut extent = Extent::default();
-    whole.each_triangle(progress, |corners| corners.iter().for_each(|corner| extent.add(corner.1)))?;
+    whole.each_vertex(progress, |_, place, _| extent.add(place))?;
     let outline = MeshOutline {
         vertices: whole.vertices() - whole.changes.bare.len() as u64,
         triangles: whole.triangles() - out.removed.len() as u64,
@@ -85,7 +85,7 @@ struct Out<'a, T> {
     sink: Mutex<&'a mut dyn MeshSink>,
 }
 
-/// Triangles with numbers that follow each other, as they are found.
+/// Triangles whose numbers follow each other, as they are found.
 #[derive(Default)]
 struct Run {
     triangles: Vec<[u32; 3]>,
@@ -104,23 +104,16 @@ impl<T: Tiles> Out<'_, T> {
 
     fn tile(&self, numbered: &Numbered<'_>) -> Result<[u64; 3]> {
         let tile = &numbered.tile;
-        // Of each share the numbers follow each other, but for what goes.
-        let split_off = tile.own - tile.copied.len();
-        let mut copy = split_off;
-        let mut triangle = 0;
+        let own: Vec<(usize, u32)> = (0..tile.own).map(|v| (v, numbered.vertex(v))).filter(|of| of.1 != NONE).collect();
+        for run in own.chunk_by(|a, b| a.1 + 1 == b.1) {
+            self.vertices(&tile.surface, run.iter().copied())?;
+        }
+        let corners = |t: usize| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize));
+        let kept: Vec<(u64, usize)> =
+            (0..tile.surface.triangles.len()).filter_map(|t| Some((numbered.triangle(t)?, t))).collect();
         let mut counts = [0; 3];
-        for (share, &first) in tile.shares.iter().zip(&tile.first) {
-            let own = first as usize..(first + share.vertices) as usize;
-            let copies = copy..copy + share.copies as usize;
-            copy = copies.end;
-            for range in [own, copies] {
-                self.vertices(&tile.surface, range.map(|v| (v, numbered.vertex(v))).filter(|v| v.1 != NONE))?;
-            }
-            let of_share = triangle..triangle + share.triangles as usize;
-            triangle = of_share.end;
-            let corners = |t: usize| tile.surface.triangles[t].map(|v| numbered.vertex(v as usize));
-            let kept = of_share.filter_map(|t| Some((numbered.triangle(t)?, corners(t), tile.surface.cases[t])));
-            let found = self.triangles(kept)?;
+        for run in kept.chunk_by(|a, b| a.0 + 1 == b.0) {
+            let found = self.triangles(run.iter().map(|&(number, t)| (number, corners(t), tile.surface.cases[t])))?;
             (0..3).for_each(|case| counts[case] += found[case]);
         }
         Ok(counts)
@@ -133,7 +126,7 @@ impl<T: Tiles> Out<'_, T> {
         self.triangles((numbers.triangles..).zip(cases).map(|(t, (corners, case))| (t, *corners, *case)))
     }
 
-    /// Hands over vertices of a surface, with their numbers.
+    /// Hands over vertices of a surface, with their numbers, which follow each other.
     fn vertices(&self, surface: &Surface, list: impl Iterator<Item = (usize, u32)>) -> Result<()> {
         let changes = &self.whole.changes;
         let list: Vec<(usize, u32)> = list.filter(|v| changes.bare.binary_search(&v.1).is_err()).collect();
@@ -155,7 +148,7 @@ impl<T: Tiles> Out<'_, T> {
         self.to_sink(|sink| sink.vertices(self.vertex(first).into(), &positions, &attributes))
     }
 
-    /// Hands over triangles with their numbers, corners and cases; counts the cases.
+    /// Hands over triangles with their numbers, which follow each other, corners and cases; counts the cases.
     fn triangles(&self, list: impl Iterator<Item = (u64, [u32; 3], Case)>) -> Result<[u64; 3]> {
         let (mut first, mut counts, mut run) = (None, [0; 3], Run::default());
         for (t, corners, case) in list {
