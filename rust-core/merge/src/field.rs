@@ -182,7 +182,7 @@ impl Field {
             of_label[row(at[1], at[2])] |= 1 << at[0];
             for axis in 0..3 {
                 let upper = &self.nodes[index as usize + STEPS[axis]];
-                if upper.weight > 0.0 && upper.is_inside() != is_inside {
+                if upper.is_known() && upper.is_inside() != is_inside {
                     let ends = [node.mean(), upper.mean()];
                     // Sure labels may say other than the votes.
                     let zero = if (ends[0] < 0.0) == (ends[1] < 0.0) { 0.5 } else { ends[0] / (ends[0] - ends[1]) };
@@ -244,7 +244,7 @@ impl Field {
         for along in from as i32..=to as i32 {
             let index = first + (along + BEFORE) as usize * STEPS[axis];
             let node = &mut self.nodes[index];
-            if node.weight == 0.0 {
+            if !node.is_known() {
                 self.touched.push(index as u32);
             }
             // Beyond half way only where nothing else is known: there the next surface speaks.

@@ -5,7 +5,7 @@ use super::close::Room;
 use super::lattice::Lattice;
 use super::tile::Tiles;
 use super::whole::Whole;
-use super::{MergeParams, MergeReport, bare_colours, close, components, dump, noise, refuse_nothing, write};
+use super::{MergeParams, MergeReport, close, components, dump, noise, refuse_nothing, write};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::Crs;
@@ -122,9 +122,8 @@ pub fn finish(
     refuse_nothing(whole.triangles(), report.voxel, params.min_component_share)?;
     dump::parts(&whole)?;
     close::close(&mut whole, &lattice, params, room, &mut report, progress)?;
-    let colours = if coloured { Some(bare_colours::fill_in(&whole, progress)?) } else { None };
     progress.lap("holes");
-    report.faces = write::write(whole, colours.as_ref(), crs, sink, progress)?;
+    report.faces = write::write(whole, coloured, crs, sink, progress)?;
     progress.lap("write");
     report.seconds = progress.seconds();
     Ok(report)

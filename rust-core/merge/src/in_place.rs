@@ -1,7 +1,5 @@
 //! The whole surface where it is one tile in memory: what has changed of it is changed there.
 
-use rustc_hash::FxHashMap;
-
 use super::extract::Surface;
 use super::numbering::NONE;
 use super::passes;
@@ -11,15 +9,11 @@ use base::error::Result;
 use base::progress::Progress;
 
 impl<T: Tiles> Whole<T> {
-    /// All of it, with these colours, taken out; nothing where it is several tiles, or in files.
+    /// All of it, taken out; nothing where it is several tiles, or in files.
     ///
     /// # Errors
     /// Cancelled.
-    pub fn take_surface(
-        &mut self,
-        colours: Option<&FxHashMap<u32, [u8; 4]>>,
-        progress: &Progress<'_>,
-    ) -> Result<Option<Surface>> {
+    pub fn take_surface(&mut self, progress: &Progress<'_>) -> Result<Option<Surface>> {
         let Some(Tile { mut surface, part_of, .. }) = self.tiles.take_only() else { return Ok(None) };
         if self.chosen.kept.contains(&false) {
             keep_vertices(&mut surface, |v| self.chosen.is_kept(0, part_of[v]), progress)?;
@@ -32,7 +26,6 @@ impl<T: Tiles> Whole<T> {
             (surface.positions[v as usize], surface.scan[v as usize]) = (place, scan);
         }
         renamed.iter().for_each(|(&t, &corners)| surface.triangles[t as usize] = corners);
-        colours.into_iter().flatten().for_each(|(&v, &colour)| surface.colour[v as usize] = colour);
         if !removed.is_empty() {
             let stays = |t: usize| !removed.contains(&(t as u64));
             passes::retain(&mut surface.cases, progress, |t, _| stays(t))?;

@@ -18,7 +18,21 @@ const NOWHERE: [u8; 4] = [u8::MAX, u8::MAX, u8::MAX, 0];
 /// About so many vertices are searched for the nearest in space; of more, some are taken, wherever they are.
 const MOST: u64 = 1 << 20;
 
-/// Gives vertices of alpha 0 the colours of those beside them, in parts with colours; the others are returned. O(triangles). Of the surface the bare vertices, the triangles at
+/// Gives vertices of alpha 0 the colours of those beside them. O(triangles).
+///
+/// # Errors
+/// Cancelled.
+pub fn fill_in(surface: &mut Surface, progress: &Progress<'_>) -> Result<()> {
+    let apart = fill_in_along(surface, progress)?;
+    if apart.is_empty() {
+        return Ok(());
+    }
+    let mut seen = Seen::of(surface.colour.iter().filter(|colour| colour[3] != 0).count() as u64);
+    passes::each(surface.colour.len(), progress, |v| seen.add(surface.positions[v], surface.colour[v]))?;
+    seen.fill_in(surface, &apart, progress)
+}
+
+/// The same of vertices that are in parts with colours; the others are returned. Of the surface the bare vertices, the triangles at
 /// them and their corners have to be known.
 ///
 /// # Errors
@@ -166,13 +180,6 @@ mod tests {
 
     use glam::DVec3;
 
-    fn fill_in(surface: &mut Surface) {
-        let apart = fill_in_along(surface, &Progress::none()).unwrap();
-        let mut seen = Seen::of(surface.colour.iter().filter(|colour| colour[3] != 0).count() as u64);
-        surface.positions.iter().zip(&surface.colour).for_each(|(&place, &colour)| seen.add(place, colour));
-        seen.fill_in(surface, &apart, &Progress::none()).unwrap();
-    }
-
     /// A strip of triangles with these colours along it.
     fn strip(colours: &[[u8; 4]]) -> Surface {
         let triangles =
@@ -191,7 +198,7 @@ mod tests {
         let mut colours = vec![none; 101];
         (colours[0], colours[1], colours[99], colours[100]) = (red, red, blue, blue);
         let mut surface = strip(&colours);
-        fill_in(&mut surface);
+        fill_in(&mut surface, &Progress::none()).unwrap();
         let [dark_red, dark_blue] = [[200, 0, 0, 0], [0, 0, 200, 0]];
         assert_eq!((surface.colour[0], surface.colour[100]), (red, blue));
         assert!(surface.colour[2..49].iter().all(|&colour| colour == dark_red), "{:?}", surface.colour);
@@ -213,7 +220,7 @@ mod tests {
                 triangles: [[0, 1, 2], [3, 4, 5], [6, 7, 8]].map(|t| t.map(|v| place[v])).to_vec(),
                 ..Surface::default()
             };
-            fill_in(&mut surface);
+            fill_in(&mut surface, &Progress::none()).unwrap();
             place.map(|v| surface.colour[v as usize])
         };
         let (dark_red, dark_blue) = ([200, 0, 0, 0], [0, 0, 200, 0]);
@@ -226,11 +233,11 @@ mod tests {
     #[test]
     fn where_nothing_is_near_it_is_white_and_what_has_a_colour_stays() {
         let mut surface = strip(&[[1, 2, 3, 0]; 5]);
-        fill_in(&mut surface);
+        fill_in(&mut surface, &Progress::none()).unwrap();
         assert_eq!(surface.colour, [NOWHERE; 5]);
         let colours = [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 255]];
         let mut surface = strip(&colours);
-        fill_in(&mut surface);
+        fill_in(&mut surface, &Progress::none()).unwrap();
         assert_eq!(surface.colour, colours);
     }
 }

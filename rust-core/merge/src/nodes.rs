@@ -28,7 +28,7 @@ pub struct Node {
     pub along: [f32; 3],
     /// Sums of the weights of each axis.
     pub along_weight: [f32; 3],
-    /// The scan that votes, plus 1; [`MIXED`] where several do, or noisy ones.
+    /// The scan that votes, plus 1; [`MIXED`] where several do, or noisy ones, and 0 where none does.
     pub voter: u32,
     /// Labels by crossings of its edges: 1 outside, 2 inside.
     pub near: u8,
@@ -47,8 +47,13 @@ impl Node {
         }
     }
 
-    /// Mean distance.
+    /// Whether there is a vote.
+    pub fn is_known(&self) -> bool {
+        self.voter != 0
+    }
+
+    /// Mean distance; 0 where votes have no weight, of lines that graze what they meet.
     pub fn mean(&self) -> f64 {
-        self.distance / self.weight
+        if self.weight > 0.0 { self.distance / self.weight } else { 0.0 }
     }
 }

@@ -107,6 +107,9 @@ impl Smoother {
                 slope[axis] += weight * beside.slope[axis];
             }
         }
+        if total == 0.0 {
+            return 0.0;
+        }
         let rise = (centroid[0] * slope[0] + centroid[1] * slope[1] + centroid[2] * slope[2]) / total;
         (sum - (1.0 - own) * rise) / total
     }

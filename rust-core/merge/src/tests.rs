@@ -6,6 +6,7 @@ use proptest::prelude::*;
 mod blocks;
 mod colours;
 mod defaults;
+mod grazing;
 mod noise;
 mod refusals;
 

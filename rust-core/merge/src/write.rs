@@ -7,30 +7,34 @@ use rustc_hash::FxHashMap;
 
 use super::extract::{Case, Surface};
 use super::numbering::{NONE, Numbered};
-use super::passes;
 use super::tile::Tiles;
 use super::whole::Whole;
+use super::{bare_colours, near_colours, passes};
 use base::error::Result;
 use base::progress::Progress;
 use mesh::sink::{MeshOutline, MeshSink};
 use mesh::{AttributeData, Crs, Extent};
 
-/// Writes the surface; `colours` are those of vertices that no scan has a colour of, nothing where no scan has any. Returns the number of
-/// triangles of each case.
+/// Writes the surface, with colours if any scan has them: vertices that no scan has a colour of take one of those beside them. Returns the
+/// number of triangles of each case.
 ///
 /// # Errors
 /// A tile can't be read; the sink's; cancelled.
 pub fn write<T: Tiles>(
     mut whole: Whole<T>,
-    colours: Option<&FxHashMap<u32, [u8; 4]>>,
+    coloured: bool,
     crs: Option<Crs>,
     sink: &mut dyn MeshSink,
     progress: &Progress<'_>,
 ) -> Result<[u64; 3]> {
-    match whole.take_surface(colours, progress)? {
-        Some(surface) => at_once(surface, colours.is_some(), crs, sink, progress),
-        None => in_pieces(&whole, colours, crs, sink, progress),
+    if let Some(mut surface) = whole.take_surface(progress)? {
+        if coloured {
+            near_colours::fill_in(&mut surface, progress)?;
+        }
+        return at_once(surface, coloured, crs, sink, progress);
     }
+    let colours = if coloured { Some(bare_colours::fill_in(&whole, progress)?) } else { None };
+    in_pieces(&whole, colours.as_ref(), crs, sink, progress)
 }
 
 fn at_once(
@@ -48,6 +52,7 @@ fn at_once(
     Ok(counts)
 }
 
+/// `colours` are those of vertices that no scan has a colour of; nothing where no scan has any.
 fn in_pieces<T: Tiles>(
     whole: &Whole<T>,
     colours: Option<&FxHashMap<u32, [u8; 4]>>,

@@ -107,7 +107,7 @@ fn closed(sheets: &[Sheet], first: usize) -> ([u64; 2], Vec<[[u64; 3]; 3]>) {
     let mut found = MergeReport::default();
     close::close(&mut whole, &lattice, &params, Room::ALL, &mut found, &progress).unwrap();
     let mut mesh = TriMesh::default();
-    write::write(whole, None, None, &mut mesh, &progress).unwrap();
+    write::write(whole, false, None, &mut mesh, &progress).unwrap();
     let corner = |v: u32| mesh.positions[v as usize].to_array().map(f64::to_bits);
     let mut triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(corner)).collect();
     triangles.sort_unstable();

@@ -116,13 +116,11 @@ proptest! {
     #[test]
     fn in_place_is_as_piece_by_piece(asked in changed()) {
         let progress = Progress::none();
-        let known = whole(&asked).numbers.vertices;
-        let given = [0, 3, 7].into_iter().filter(|&v| v < known).map(|v| (v, [v as u8, 200, 9, 0])).collect();
-        let colours = asked.coloured.then_some(&given);
+        let colours = asked.coloured.then(|| bare_colours::fill_in(&whole(&asked), &progress).unwrap());
         let mut pieces = TriMesh::default();
-        let counts = in_pieces(&whole(&asked), colours, None, &mut pieces, &progress).unwrap();
+        let counts = in_pieces(&whole(&asked), colours.as_ref(), None, &mut pieces, &progress).unwrap();
         let mut at_once = TriMesh::default();
-        prop_assert_eq!(write(whole(&asked), colours, None, &mut at_once, &progress).unwrap(), counts);
+        prop_assert_eq!(write(whole(&asked), asked.coloured, None, &mut at_once, &progress).unwrap(), counts);
         prop_assert!(at_once == pieces);
     }
 }
