@@ -2,6 +2,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 mod open;
+mod pinned;
 mod seen;
 mod shapes;
 
