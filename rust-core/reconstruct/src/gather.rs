@@ -45,6 +45,13 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
             {
                 continue;
             }
+            let [a, b, c] = facet;
+            if [[a, b, vertex], [b, c, vertex], [c, a, vertex]]
+                .iter()
+                .any(|&facet| self.lines.is_jump(self.complex.points, facet))
+            {
+                continue;
+            }
             let Some(place) = place_of.remove(&sorted(facet)) else { continue };
             let [a, b, c] = self.triangles[place as usize];
             self.part_of[vertex as usize] = self.part_of[a as usize];

@@ -27,6 +27,7 @@ use super::border::Border;
 use super::certain::{Certain, certain};
 use super::complex::Complex;
 use super::hinge::Around;
+use super::lines::Lines;
 use base::error::Result;
 use base::progress::{Pace, Progress};
 
@@ -104,6 +105,7 @@ const SMOOTHER: u32 = 4;
 pub(super) struct Front<'a, F> {
     pub(super) complex: Complex<'a>,
     pub(super) balls: &'a Balls,
+    pub(super) lines: &'a Lines,
     /// Largest perimeter that the sampling around a facet allows.
     pub(super) allowed: F,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -123,17 +125,26 @@ pub(super) struct Front<'a, F> {
     pub(super) reach: Reach,
     /// While parts are joined, the triangles of each that is joined with no other or is the first of those that are.
     pub(super) members: FxHashMap<u32, Vec<u32>>,
+    /// While parts are joined, the facets that lines of sight pass through: see [`Lines::crossed`].
+    pub(super) crossed: Vec<u8>,
     /// The facets with an edge and what their clearances are at least: kept and refilled, so that nothing is allocated for each edge.
     pub(super) ring: Vec<(f32, Around)>,
 }
 
 impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
     /// Grows a part from every certain facet that no other part came to, the most certain first.
-    pub(super) fn grow(complex: Complex<'a>, balls: &'a Balls, allowed: F, progress: &Progress<'_>) -> Result<Self> {
+    pub(super) fn grow(
+        complex: Complex<'a>,
+        balls: &'a Balls,
+        lines: &'a Lines,
+        allowed: F,
+        progress: &Progress<'_>,
+    ) -> Result<Self> {
         let count = complex.points.len();
         let mut front = Front {
             complex,
             balls,
+            lines,
             allowed,
             triangles: Vec::with_capacity(2 * count),
             used: vec![0; complex.len()],
@@ -146,6 +157,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             refused: FxHashSet::default(),
             reach: Reach::Sampling,
             members: FxHashMap::default(),
+            crossed: Vec::new(),
             ring: Vec::new(),
         };
         for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
@@ -167,6 +179,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
     fn grow_from(&mut self, Certain { facet, cell, .. }: Certain, progress: &Progress<'_>) -> Result<()> {
         if facet.iter().any(|&vertex| self.border.is_used(vertex))
             || self.complex.perimeter(facet) > (self.allowed)(facet)
+            || self.lines.is_jump(self.complex.points, facet)
         {
             return Ok(());
         }
@@ -192,8 +205,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
 
     /// Enters a triangle.
     fn place(&mut self, triangle: [u32; 3], cell: u32) {
-        let vertices = self.complex.vertices(cell);
-        let slot = (0..4).find(|&slot| !triangle.contains(&vertices[slot])).expect("a facet of the cell");
+        let slot = self.slot(triangle, cell);
         let beyond = self.complex.neighbour(cell, slot);
         self.used[cell as usize] |= 1 << slot;
         self.used[beyond as usize] |= 1 << self.complex.mirror(cell, slot);
@@ -434,7 +446,7 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         }
     }
 
-    /// Whether a facet is not too large.
+    /// Whether a facet is not too large, spans no jump and, if it joins parts, has nothing seen behind it.
     pub(super) fn is_trusted(&mut self, candidate: Candidate) -> bool {
         let facet = [candidate.edge[0], candidate.edge[1], candidate.apex];
         if self.reach != Reach::Sampling {
@@ -449,5 +461,23 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             Reach::Times(times) | Reach::Smooth(times) => times,
         };
         self.complex.perimeter(facet) <= f64::from(times) * (self.allowed)(facet)
+            && !self.lines.is_jump(self.complex.points, facet)
+            && !self.is_crossed(facet, candidate.cell)
+    }
+
+    /// Whether a line of sight passes through a facet of a cell, as far as that is known.
+    fn is_crossed(&self, facet: [u32; 3], cell: u32) -> bool {
+        if self.crossed.is_empty() {
+            return false;
+        }
+        let slot = self.slot(facet, cell);
+        let (beyond, mirror) = (self.complex.neighbour(cell, slot), self.complex.mirror(cell, slot));
+        self.crossed[cell as usize] >> slot & 1 == 1 || self.crossed[beyond as usize] >> mirror & 1 == 1
+    }
+
+    /// The slot of a cell opposite to one of its facets.
+    fn slot(&self, facet: [u32; 3], cell: u32) -> usize {
+        let vertices = self.complex.vertices(cell);
+        (0..4).find(|&slot| !facet.contains(&vertices[slot])).expect("a facet of the cell")
     }
 }

@@ -11,6 +11,7 @@
 //! |   | `cut` | or, of samples that carry noise, cells -> inside and outside |
 //! | 4 | `manifold`, `dig` | a surface between the two that is manifold and meets the samples |
 //! | 5 | `certain`, `grow`, `hinge`, `best`, `border`, `fans` | open surfaces, which divide nothing: from what is certain over the rest |
+//! |   | `lines` | what lines of sight say of facets: where sensors are known, jumps and what was seen through stay open |
 //! |   | `handles`, `join`, `gather`, `lids` | handles that samples force; parts joined; through samples passed by; small loops closed |
 //! | 6 | `orient` | outward, or as normals or sensors say |
 //!
@@ -41,6 +42,7 @@ mod smooth;
 
 mod balls;
 mod complex;
+mod walk;
 
 // 2. basins and gates
 mod basins;
@@ -64,6 +66,7 @@ mod handles;
 mod hinge;
 mod join;
 mod lids;
+mod lines;
 
 // the paper's own carving
 mod carve;
@@ -84,7 +87,7 @@ use balls::Balls;
 use complex::{Complex, Star};
 use manifold::{Separated, Solid};
 use rayon::prelude::*;
-use seen::Fronts;
+use seen::{Fronts, Sighted};
 
 pub use reconstructor::PLAN;
 pub use reconstructor::Reconstructor;
@@ -239,6 +242,7 @@ fn close(
 /// The open surface, grown from what is certain; `balls` if they are at hand.
 fn open(
     complex: Complex<'_>,
+    sighted: Sighted<'_>,
     incident: &[u32],
     balls: Option<Balls>,
     params: &ReconstructParams,
@@ -262,10 +266,11 @@ fn open(
     }
     let is_joined = params.closure == Closure::Auto;
     let times = if is_joined { BRIDGED } else { 1 };
-    let mut front = grow::Front::grow(complex, &balls, |facet| scale.allowed(facet), progress)?;
+    let lines = lines::Lines::of(sighted, |sample| scale.allowed([sample; 3]), progress)?;
+    let mut front = grow::Front::grow(complex, &balls, &lines, |facet| scale.allowed(facet), progress)?;
     front.join_loops(progress)?;
     if is_joined {
-        front.join_parts(times, progress)?;
+        front.join_parts(times, incident, progress)?;
         front.join_loops(progress)?;
     }
     front.gather(incident, times, progress)?;

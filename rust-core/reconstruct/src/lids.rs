@@ -38,6 +38,10 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         let (mut border, sizes) = self.measure(progress)?;
         let points = self.complex.points;
         let mut triangles = std::mem::take(&mut self.triangles);
+        let lines = self.lines;
+        let is_wanted = |lid: &[[u32; 3]]| {
+            Ok(!lid.iter().any(|&facet| lines.is_jump(points, facet)) && !lines.pass(points, lid, progress)?)
+        };
         for _ in 0..ROUNDS {
             let limit = |hole: &[u32]| {
                 let size = sizes[&self.part(hole[0])];
@@ -48,7 +52,7 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
                 let longer = if is_joined { (SHARE * size.border).min(LONGEST * allowed) } else { 0.0 };
                 longer.max(f64::from(times) * allowed)
             };
-            let over = close_over_loops(points, &triangles, &border, limit, progress)?;
+            let over = close_over_loops(points, &triangles, &border, limit, is_wanted, progress)?;
             if over.added.is_empty() {
                 break;
             }

@@ -99,7 +99,8 @@ impl<C: Borrow<PointCloud> + Sync + Send> Reconstructor<C> {
 
     /// Says where the points were seen from, in the cloud's frame: one place for all, or one a point, three NaN where that is not
     /// known. Parts of the surface are then turned towards it; where points carry noise it also tells the sides of thin walls
-    /// apart, and what is inside. Goes before the cloud's normals, which count where it is not known.
+    /// apart, and what is inside. Open surfaces span no jumps, over which sensors looked from one point past it at another, and
+    /// no gaps and holes through which points were seen. Goes before the cloud's normals, which count where it is not known.
     ///
     /// # Errors
     /// Neither one place nor one a point; a coordinate that isn't finite.

@@ -38,15 +38,21 @@ pub(super) struct Sighted<'a> {
 impl Sighted<'_> {
     /// The direction from a sample to its sensor, else its normal, else zero.
     pub(super) fn front(&self, sample: usize) -> DVec3 {
-        let Sighted { samples, seen: Seen { normals, sensors } } = *self;
+        let front = self.toward_sensor(sample).normalize_or_zero();
+        if front != DVec3::ZERO {
+            return front;
+        }
+        let point = self.samples.input[sample] as usize;
+        let normal = self.seen.normals.map_or([0.0; 3], |normals| normals[point]);
+        DVec3::from(normal.map(f64::from)).normalize_or_zero()
+    }
+
+    /// From a sample to its sensor; zero, or no numbers, where that is not known.
+    pub(super) fn toward_sensor(&self, sample: usize) -> DVec3 {
+        let Sighted { samples, seen: Seen { sensors, .. } } = *self;
         let point = samples.input[sample] as usize;
         let sensor = if sensors.len() == 1 { sensors.first() } else { sensors.get(point) };
-        // No number becomes zero, too.
-        let front = sensor.map(|sensor| (*sensor * samples.factor - samples.points[sample]).normalize_or_zero());
-        front.filter(|front| *front != DVec3::ZERO).unwrap_or_else(|| {
-            let normal = normals.map_or([0.0; 3], |normals| normals[point]);
-            DVec3::from(normal.map(f64::from)).normalize_or_zero()
-        })
+        sensor.map_or(DVec3::ZERO, |sensor| *sensor * samples.factor - samples.points[sample])
     }
 }
 

@@ -85,7 +85,7 @@ impl Space {
             if closed.is_none() {
                 is_outward = false;
                 foresee(complex, BYTES_OPEN)?;
-                closed = Some(open(complex, &solid.incident, balls, params, report, progress)?);
+                closed = Some(open(complex, sighted, &solid.incident, balls, params, report, progress)?);
             }
             (closed.expect("just made"), solid)
         };

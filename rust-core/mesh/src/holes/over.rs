@@ -39,7 +39,8 @@ struct Lid {
 }
 
 /// Like [`super::close`] without new vertices; triangles around a hole may give way, so that vertices may lose theirs. Over a
-/// loop of three edges there is but one triangle, which is taken whatever it crosses.
+/// loop of three edges there is but one triangle, which is taken whatever it crosses. A loop stays open if `is_wanted` denies the triangles
+/// that would close it.
 ///
 /// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much.
 ///
@@ -50,6 +51,7 @@ pub fn close_over_loops(
     triangles: &[[u32; 3]],
     boundary: &[[u32; 2]],
     limit: impl FnMut(&[u32]) -> f64,
+    is_wanted: impl Fn(&[[u32; 3]]) -> Result<bool> + Sync,
     progress: &Progress<'_>,
 ) -> Result<Over> {
     let mesh = Mesh { positions, triangles };
@@ -65,7 +67,10 @@ pub fn close_over_loops(
     let close = |i: usize, others: &[[DVec3; 3]]| {
         let (near, boxes) = (&surroundings[i], OnceCell::new());
         let place = Place { mesh, near, boxes, region: regions[i], others, border: &border };
-        place.close(&holes[i], progress)
+        Ok(match place.close(&holes[i], progress)? {
+            Some(lid) if is_wanted(&lid.triangles)? => Some(lid),
+            _ => None,
+        })
     };
     let mut lids: Vec<Option<Lid>> = (0..holes.len()).into_par_iter().map(|i| close(i, &[])).collect::<Result<_>>()?;
     // In the order of the holes, one that crosses an earlier one is made anew with those in view, or dropped.

@@ -151,8 +151,9 @@ fn grown_and_joined(points: &[DVec3]) -> MeshReport {
         let balls = Balls::of(complex, &progress)?;
         let spacings = spacing::all(complex, &progress)?;
         let allowed = |facet: [u32; 3]| TRUSTED * facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
-        let mut front = grow::Front::grow(complex, &balls, allowed, &progress)?;
-        front.join_parts(BRIDGED, &progress)?;
+        let lines = lines::Lines::default();
+        let mut front = grow::Front::grow(complex, &balls, &lines, allowed, &progress)?;
+        front.join_parts(BRIDGED, &complex.incident(), &progress)?;
         Ok(check(&TriMesh::new(points.to_vec(), front.triangles)))
     })
 }

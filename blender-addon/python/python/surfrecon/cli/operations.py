@@ -247,7 +247,8 @@ def reconstruct(work: Work) -> Made:
     scan, content = contents.one(work)
     points, pose = contents.points(scan, content)
     with work.showing() as shown:
-        found = _native.reconstruct(points, progress=shown, **work.given("reconstruct"))
+        sensors = contents.sensor(content)
+        found = _native.reconstruct(points, sensors=sensors, progress=shown, **work.given("reconstruct"))
     report = found.report
     used = f"{'closed' if report.closed else 'open'}, through {report.used:,} of {report.points:,} points"
     mesh = contents.placed(found.mesh, pose, scan.crs)
