@@ -125,8 +125,6 @@ pub(super) struct Front<'a, F> {
     pub(super) reach: Reach,
     /// While parts are joined, the triangles of each that is joined with no other or is the first of those that are.
     pub(super) members: FxHashMap<u32, Vec<u32>>,
-    /// While parts are joined, the facets that lines of sight pass through: see [`Lines::crossed`].
-    pub(super) crossed: Vec<u8>,
     /// The facets with an edge and what their clearances are at least: kept and refilled, so that nothing is allocated for each edge.
     pub(super) ring: Vec<(f32, Around)>,
 }
@@ -157,7 +155,6 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
             refused: FxHashSet::default(),
             reach: Reach::Sampling,
             members: FxHashMap::default(),
-            crossed: Vec::new(),
             ring: Vec::new(),
         };
         for (share, factor) in [(FEW, TANGENT), (1, TANGENT), (1, 0.0)] {
@@ -205,7 +202,8 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
 
     /// Enters a triangle.
     fn place(&mut self, triangle: [u32; 3], cell: u32) {
-        let slot = self.slot(triangle, cell);
+        let vertices = self.complex.vertices(cell);
+        let slot = (0..4).find(|&slot| !triangle.contains(&vertices[slot])).expect("a facet of the cell");
         let beyond = self.complex.neighbour(cell, slot);
         self.used[cell as usize] |= 1 << slot;
         self.used[beyond as usize] |= 1 << self.complex.mirror(cell, slot);
@@ -462,22 +460,6 @@ impl<'a, F: FnMut([u32; 3]) -> f64> Front<'a, F> {
         };
         self.complex.perimeter(facet) <= f64::from(times) * (self.allowed)(facet)
             && !self.lines.is_jump(self.complex.points, facet)
-            && !self.is_crossed(facet, candidate.cell)
-    }
-
-    /// Whether a line of sight passes through a facet of a cell, as far as that is known.
-    fn is_crossed(&self, facet: [u32; 3], cell: u32) -> bool {
-        if self.crossed.is_empty() {
-            return false;
-        }
-        let slot = self.slot(facet, cell);
-        let (beyond, mirror) = (self.complex.neighbour(cell, slot), self.complex.mirror(cell, slot));
-        self.crossed[cell as usize] >> slot & 1 == 1 || self.crossed[beyond as usize] >> mirror & 1 == 1
-    }
-
-    /// The slot of a cell opposite to one of its facets.
-    fn slot(&self, facet: [u32; 3], cell: u32) -> usize {
-        let vertices = self.complex.vertices(cell);
-        (0..4).find(|&slot| !facet.contains(&vertices[slot])).expect("a facet of the cell")
+            && !(self.reach != Reach::Sampling && self.lines.pass(self.complex.points, facet))
     }
 }

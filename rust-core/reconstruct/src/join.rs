@@ -11,15 +11,12 @@ use base::progress::{Pace, Progress};
 
 impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
     /// Joins parts; facets may be `times` as large as the sampling allows before only smooth ones count.
-    pub(super) fn join_parts(&mut self, times: u32, incident: &[u32], progress: &Progress<'_>) -> Result<()> {
+    pub(super) fn join_parts(&mut self, times: u32, progress: &Progress<'_>) -> Result<()> {
         let mut pace = Pace::new(progress);
         for triangle in 0..self.triangles.len() {
             pace.after(1)?;
             let part = self.part(self.triangles[triangle][0]);
             self.members.entry(part).or_default().push(triangle as u32);
-        }
-        if self.members.len() > 1 {
-            self.crossed = self.lines.crossed(self.complex, incident, progress)?;
         }
         for reach in [Reach::Times(times), Reach::Smooth(times)] {
             if self.members.len() > 1 {
@@ -29,7 +26,6 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         }
         self.reach = Reach::Sampling;
         self.members.clear();
-        self.crossed = Vec::new();
         Ok(())
     }
 

@@ -42,7 +42,6 @@ mod smooth;
 
 mod balls;
 mod complex;
-mod walk;
 
 // 2. basins and gates
 mod basins;
@@ -270,7 +269,7 @@ fn open(
     let mut front = grow::Front::grow(complex, &balls, &lines, |facet| scale.allowed(facet), progress)?;
     front.join_loops(progress)?;
     if is_joined {
-        front.join_parts(times, incident, progress)?;
+        front.join_parts(times, progress)?;
         front.join_loops(progress)?;
     }
     front.gather(incident, times, progress)?;

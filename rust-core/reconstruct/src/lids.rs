@@ -7,9 +7,6 @@ use base::error::Result;
 use base::progress::{Pace, Progress};
 use mesh::holes::close_over_loops;
 
-/// Times that loops are closed: what closes one may be in the way of another, and gone the next time.
-const ROUNDS: usize = 3;
-
 /// Fewest triangles of a part for each edge of a loop that is closed: else the loop goes around the part, not around a hole.
 const AROUND: usize = 4;
 
@@ -35,33 +32,23 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
     /// The triangles, with loops closed that are at most `times` as long as the perimeter of a facet may be; where
     /// `is_joined`, also longer ones of large parts, and without crumbs beside other parts.
     pub(super) fn close_loops(mut self, times: u32, is_joined: bool, progress: &Progress<'_>) -> Result<Vec<[u32; 3]>> {
-        let (mut border, sizes) = self.measure(progress)?;
-        let points = self.complex.points;
-        let mut triangles = std::mem::take(&mut self.triangles);
-        let lines = self.lines;
+        let (border, sizes) = self.measure(progress)?;
+        let (points, lines) = (self.complex.points, self.lines);
         let is_wanted = |lid: &[[u32; 3]]| {
-            Ok(!lid.iter().any(|&facet| lines.is_jump(points, facet)) && !lines.pass(points, lid, progress)?)
+            progress.check()?;
+            Ok(!lid.iter().any(|&facet| lines.is_jump(points, facet) || lines.pass(points, facet)))
         };
-        for _ in 0..ROUNDS {
-            let limit = |hole: &[u32]| {
-                let size = sizes[&self.part(hole[0])];
-                if size.triangles < AROUND * hole.len() {
-                    return 0.0;
-                }
-                let allowed = hole.iter().map(|&v| (self.allowed)([v; 3])).sum::<f64>() / hole.len() as f64;
-                let longer = if is_joined { (SHARE * size.border).min(LONGEST * allowed) } else { 0.0 };
-                longer.max(f64::from(times) * allowed)
-            };
-            let over = close_over_loops(points, &triangles, &border, limit, is_wanted, progress)?;
-            if over.added.is_empty() {
-                break;
+        let triangles = std::mem::take(&mut self.triangles);
+        let limit = |hole: &[u32]| {
+            let size = sizes[&self.part(hole[0])];
+            if size.triangles < AROUND * hole.len() {
+                return 0.0;
             }
-            let mut removed = over.removed.into_iter().peekable();
-            let mut place = 0..;
-            triangles.retain(|_| removed.next_if_eq(&place.next().expect("endless")).is_none());
-            triangles.extend(over.added);
-            border = over.boundary;
-        }
+            let allowed = hole.iter().map(|&v| (self.allowed)([v; 3])).sum::<f64>() / hole.len() as f64;
+            let longer = if is_joined { (SHARE * size.border).min(LONGEST * allowed) } else { 0.0 };
+            longer.max(f64::from(times) * allowed)
+        };
+        let mut triangles = close_over_loops(points, triangles, &border, limit, is_wanted, progress)?;
         if is_joined && sizes.len() > 1 {
             let most = sizes.values().map(|size| size.triangles).max().unwrap_or(0).min(CRUMB);
             triangles.retain(|triangle| sizes[&self.part(triangle[0])].triangles >= most);

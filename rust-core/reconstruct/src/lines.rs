@@ -3,15 +3,13 @@
 //! A facet that sensors see edge-on, one of its samples behind another, spans a jump: they looked past the one at the other. And where they
 //! saw something behind a facet, there is none.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TRUSTED;
-use super::complex::{Complex, Star};
 use super::seen::Sighted;
-use super::walk::along;
 use base::error::Result;
 use base::progress::Progress;
 
@@ -21,8 +19,8 @@ const BEHIND: f64 = 3.0;
 /// Tangent of the angle between a surface and one that is seen head-on, from which on sensors see nothing of it: 80.5 degrees.
 const STEEP: f64 = 6.0;
 
-/// Samples looked at together: they lie near each other.
-const CHUNK: usize = 64;
+/// Lines, and bundles of them, that are in a bundle: their samples follow each other, so they lie near each other.
+const MEMBERS: usize = 8;
 
 /// A line of sight.
 #[derive(Clone, Copy)]
@@ -39,7 +37,8 @@ struct Line {
 #[derive(Default)]
 pub(super) struct Lines {
     lines: Vec<Line>,
-    bundles: Vec<Bundle>,
+    /// Bundles of lines, bundles of these, and so on up to one.
+    levels: Vec<Vec<Bundle>>,
 }
 
 impl Lines {
@@ -65,10 +64,17 @@ impl Lines {
                 }
             }));
         }
-        let of_chunks = lines.par_chunks(CHUNK).zip(sighted.samples.points.par_chunks(CHUNK));
-        let bundles = of_chunks.map(|(lines, from)| Bundle::of(lines, from)).collect();
-        progress.check()?;
-        Ok(Lines { lines, bundles })
+        let from = sighted.samples.points.par_chunks(MEMBERS);
+        let mut levels: Vec<Vec<Bundle>> = Vec::new();
+        let mut bundles: Vec<Bundle> =
+            lines.par_chunks(MEMBERS).zip(from).map(|(lines, from)| Bundle::of_lines(lines, from)).collect();
+        while bundles.len() > 1 {
+            progress.check()?;
+            let above = bundles.par_chunks(MEMBERS).map(Bundle::of).collect();
+            levels.push(std::mem::replace(&mut bundles, above));
+        }
+        levels.push(bundles);
+        Ok(Lines { lines, levels })
     }
 
     pub(super) fn are_unknown(&self) -> bool {
@@ -91,46 +97,24 @@ impl Lines {
         })
     }
 
-    /// The facets that lines of sight pass through, by cell a bit for each slot; of a facet between two cells either may have it.
-    pub(super) fn crossed(&self, complex: Complex<'_>, incident: &[u32], progress: &Progress<'_>) -> Result<Vec<u8>> {
-        if self.are_unknown() {
-            return Ok(Vec::new());
-        }
-        let crossed: Vec<AtomicU8> = (0..complex.len()).map(|_| AtomicU8::new(0)).collect();
-        self.lines.par_chunks(CHUNK).enumerate().try_for_each_init(Star::default, |star, (chunk, lines)| {
-            progress.check()?;
-            for (vertex, line) in (chunk * CHUNK..).zip(lines) {
-                if line.direction == DVec3::ZERO || incident[vertex] == u32::MAX {
-                    continue;
-                }
-                complex.star(vertex as u32, incident[vertex], star);
-                along(complex, vertex as u32, star, line.direction, line.length, |cell, slot, at| {
-                    if at > line.behind && at < line.length {
-                        crossed[cell as usize].fetch_or(1 << slot, Ordering::Relaxed);
-                    }
-                });
-            }
-            Ok(())
-        })?;
-        Ok(crossed.into_iter().map(AtomicU8::into_inner).collect())
+    /// Whether a line of sight passes through a facet.
+    pub(super) fn pass(&self, points: &[DVec3], facet: [u32; 3]) -> bool {
+        let corners = facet.map(|v| points[v as usize]);
+        self.levels
+            .last()
+            .is_some_and(|top| self.any_pass(points, corners, &Ball::around(&corners), self.levels.len(), 0..top.len()))
     }
 
-    /// Whether a line of sight passes through one of a few triangles near each other.
-    pub(super) fn pass(&self, points: &[DVec3], triangles: &[[u32; 3]], progress: &Progress<'_>) -> Result<bool> {
-        let ball = Ball::around(triangles.as_flattened().iter().map(|&v| points[v as usize]));
-        for (bundle, (lines, from)) in self.bundles.iter().zip(self.lines.chunks(CHUNK).zip(points.chunks(CHUNK))) {
-            if !bundle.may_meet(&ball) {
-                continue;
-            }
-            progress.check()?;
-            for &triangle in triangles {
-                let corners = triangle.map(|v| points[v as usize]);
-                if from.iter().zip(lines).any(|(&from, line)| line.passes(from, corners)) {
-                    return Ok(true);
-                }
-            }
+    /// The same for the bundles `which` of the level below `level`; of 0, for lines.
+    fn any_pass(&self, points: &[DVec3], corners: [DVec3; 3], ball: &Ball, level: usize, which: Range<usize>) -> bool {
+        match level.checked_sub(1) {
+            None => which.into_iter().any(|i| self.lines[i].passes(points[i], corners)),
+            Some(level) => which.into_iter().any(|i| {
+                let below = if level == 0 { self.lines.len() } else { self.levels[level - 1].len() };
+                let members = MEMBERS * i..below.min(MEMBERS * (i + 1));
+                self.levels[level][i].may_meet(ball) && self.any_pass(points, corners, ball, level, members)
+            }),
         }
-        Ok(false)
     }
 }
 
@@ -148,15 +132,16 @@ impl Line {
 }
 
 /// Around points.
+#[derive(Clone, Copy)]
 struct Ball {
     centre: DVec3,
     radius: f64,
 }
 
 impl Ball {
-    fn around(points: impl ExactSizeIterator<Item = DVec3> + Clone) -> Self {
-        let centre = points.clone().sum::<DVec3>() / points.len() as f64;
-        Ball { centre, radius: points.map(|point| point.distance(centre)).fold(0.0, f64::max) }
+    fn around(points: &[DVec3]) -> Self {
+        let centre = points.iter().sum::<DVec3>() / points.len() as f64;
+        Ball { centre, radius: points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max) }
     }
 }
 
@@ -164,21 +149,32 @@ impl Ball {
 struct Bundle {
     from: Ball,
     direction: DVec3,
-    /// How far directions are from that one.
+    /// How far directions are from that one; negative where there are no lines.
     spread: f64,
 }
 
 impl Bundle {
-    fn of(lines: &[Line], from: &[DVec3]) -> Self {
+    fn of_lines(lines: &[Line], from: &[DVec3]) -> Self {
         let known = || lines.iter().map(|line| line.direction).filter(|direction| *direction != DVec3::ZERO);
         let direction = known().sum::<DVec3>().normalize_or_zero();
-        let spread = known().map(|other| other.distance(direction)).fold(0.0, f64::max);
-        Bundle { from: Ball::around(from.iter().copied()), direction, spread }
+        let spread = known().map(|other| other.distance(direction)).fold(-1.0, f64::max);
+        Bundle { from: Ball::around(from), direction, spread }
+    }
+
+    fn of(bundles: &[Bundle]) -> Self {
+        let known = || bundles.iter().filter(|bundle| bundle.spread >= 0.0);
+        let direction = known().map(|bundle| bundle.direction).sum::<DVec3>().normalize_or_zero();
+        let spread = known().map(|other| other.direction.distance(direction) + other.spread).fold(-1.0, f64::max);
+        let centre = bundles.iter().map(|bundle| bundle.from.centre).sum::<DVec3>() / bundles.len() as f64;
+        let radius =
+            bundles.iter().map(|bundle| bundle.from.centre.distance(centre) + bundle.from.radius).fold(0.0, f64::max);
+        Bundle { from: Ball { centre, radius }, direction, spread }
     }
 
     /// Whether one of the lines may meet a ball.
     fn may_meet(&self, ball: &Ball) -> bool {
         let off = ball.centre - self.from.centre;
-        off.cross(self.direction).length() <= ball.radius + self.from.radius + self.spread * off.length()
+        let room = ball.radius + self.from.radius + self.spread * off.length();
+        self.spread >= 0.0 && off.cross(self.direction).length() <= room && off.dot(self.direction) >= -room
     }
 }

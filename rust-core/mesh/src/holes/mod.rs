@@ -47,7 +47,7 @@ use fill::Fill;
 pub use boxes::meeting;
 pub use loops::{successors, walk};
 pub use near::{Bounds, region};
-pub use over::{Over, close_over_loops};
+pub use over::close_over_loops;
 
 /// Why a boundary loop was left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

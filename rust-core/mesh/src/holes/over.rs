@@ -20,63 +20,102 @@ use base::progress::Progress;
 /// Loops of more edges are closed as they are or not at all: each triangle beside one may have to be tried.
 const FEW: usize = 32;
 
-/// What [`close_over_loops`] found.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Over {
-    /// Triangles that close loops.
-    pub added: Vec<[u32; 3]>,
-    /// Triangles of the mesh that gave way, rising.
-    pub removed: Vec<u32>,
-    /// Boundary edges of the loops that are left.
-    pub boundary: Vec<[u32; 2]>,
-}
+/// Times that loops are tried: what closes one may be in the way of another, and gone the next time.
+const ROUNDS: usize = 3;
 
 /// A loop closed.
 struct Lid {
     triangles: Vec<[u32; 3]>,
-    /// Triangles that gave way.
+    /// Triangles that gave way, rising.
     removed: Vec<u32>,
 }
 
-/// Like [`super::close`] without new vertices; triangles around a hole may give way, so that vertices may lose theirs. Over a
-/// loop of three edges there is but one triangle, which is taken whatever it crosses. A loop stays open if `is_wanted` denies the triangles
-/// that would close it.
+/// A loop that is open.
+struct Hole {
+    vertices: Vec<u32>,
+    region: Bounds,
+    /// Once nothing closes it: where something has to change before anything can.
+    resists: Option<Bounds>,
+}
+
+/// Like [`super::close`] without new vertices, and gives the triangles back; those around a hole may give way, so that vertices may
+/// lose theirs. Over a loop of three edges there is but one triangle, which is taken whatever it crosses. A loop stays open if
+/// `is_wanted` denies the triangles that would close it.
 ///
-/// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much.
+/// Cost: as [`super::close`], and for loops of up to 32 edges that resist that many times as much; up to three times that where others
+/// that are near them were closed.
 ///
 /// # Errors
 /// [`base::Error::Cancelled`].
 pub fn close_over_loops(
     positions: &[DVec3],
-    triangles: &[[u32; 3]],
+    mut triangles: Vec<[u32; 3]>,
     boundary: &[[u32; 2]],
     limit: impl FnMut(&[u32]) -> f64,
     is_wanted: impl Fn(&[[u32; 3]]) -> Result<bool> + Sync,
     progress: &Progress<'_>,
-) -> Result<Over> {
-    let mesh = Mesh { positions, triangles };
+) -> Result<Vec<[u32; 3]>> {
     let (holes, _) = sort_out(boundary, |v| positions[v as usize], limit);
-    if holes.is_empty() {
-        return Ok(Over { boundary: boundary.to_vec(), ..Over::default() });
-    }
+    let region = |hole: &[u32]| near::region(Mesh { positions, triangles: &[] }.region(hole));
+    let mut holes: Vec<Hole> =
+        holes.into_iter().map(|vertices| Hole { region: region(&vertices), vertices, resists: None }).collect();
     let mut border: Vec<u32> = boundary.iter().map(|edge| edge[0]).collect();
     border.sort_unstable();
-    let around = |hole: &Vec<u32>| near::region(mesh.region(hole));
-    let regions: Vec<Bounds> = holes.iter().map(around).collect();
+    for _ in 0..ROUNDS {
+        if holes.iter().all(|hole| hole.resists.is_some()) {
+            break;
+        }
+        let mesh = Mesh { positions, triangles: &triangles };
+        let lids = round(mesh, &mut holes, &mut border, &is_wanted, progress)?;
+        if lids.is_empty() {
+            break;
+        }
+        let mut removed: Vec<u32> = lids.iter().flat_map(|lid| lid.removed.iter().copied()).collect();
+        removed.sort_unstable();
+        let added = lids.into_iter().flat_map(|lid| lid.triangles);
+        let mut changed: Vec<[u32; 3]> = removed.iter().map(|&t| triangles[t as usize]).collect();
+        let mut removed = removed.into_iter().peekable();
+        let mut place = 0..;
+        triangles.retain(|_| removed.next_if_eq(&place.next().expect("endless")).is_none());
+        let first = triangles.len();
+        triangles.extend(added);
+        changed.extend(&triangles[first..]);
+        let reaches: Vec<Bounds> = holes.iter().map(|hole| hole.resists.unwrap_or(hole.region)).collect();
+        let changes = gather(Mesh { positions, triangles: &changed }, &reaches, progress)?;
+        for (hole, _) in holes.iter_mut().zip(changes).filter(|(_, near)| !near.is_empty()) {
+            hole.resists = None;
+        }
+    }
+    Ok(triangles)
+}
+
+/// Tries the holes once that do not resist. What closes some; these are holes no more, and their vertices leave the border.
+fn round(
+    mesh: Mesh<'_>,
+    holes: &mut Vec<Hole>,
+    border: &mut Vec<u32>,
+    is_wanted: impl Fn(&[[u32; 3]]) -> Result<bool> + Sync,
+    progress: &Progress<'_>,
+) -> Result<Vec<Lid>> {
+    let (tried, regions): (Vec<usize>, Vec<Bounds>) =
+        holes.iter().enumerate().filter(|(_, hole)| hole.resists.is_none()).map(|(i, hole)| (i, hole.region)).unzip();
     let surroundings = gather(mesh, &regions, progress)?;
     let close = |i: usize, others: &[[DVec3; 3]]| {
         let (near, boxes) = (&surroundings[i], OnceCell::new());
-        let place = Place { mesh, near, boxes, region: regions[i], others, border: &border };
-        Ok(match place.close(&holes[i], progress)? {
+        let place = Place { mesh, near, boxes, region: regions[i], others, border };
+        Ok(match place.close(&holes[tried[i]].vertices, progress)? {
             Some(lid) if is_wanted(&lid.triangles)? => Some(lid),
             _ => None,
         })
     };
-    let mut lids: Vec<Option<Lid>> = (0..holes.len()).into_par_iter().map(|i| close(i, &[])).collect::<Result<_>>()?;
+    let mut lids: Vec<Option<Lid>> = (0..tried.len()).into_par_iter().map(|i| close(i, &[])).collect::<Result<_>>()?;
+    let is_open = |i: &usize| lids[*i].is_none();
+    let reach = |i: usize| (tried[i], reach(mesh, &holes[tried[i]], &surroundings[i]));
+    let resisting: Vec<(usize, Bounds)> = (0..tried.len()).into_par_iter().filter(is_open).map(reach).collect();
     // In the order of the holes, one that crosses an earlier one is made anew with those in view, or dropped.
     let boxes: Vec<(usize, Bounds)> =
         lids.iter().enumerate().filter(|(_, lid)| lid.is_some()).map(|(i, _)| (i, regions[i])).collect();
-    let corners = |t: [u32; 3]| t.map(|v| positions[v as usize]);
+    let corners = |t: [u32; 3]| t.map(|v| mesh.positions[v as usize]);
     for group in meeting(&boxes, progress)?.chunk_by(|a, b| a.0 == b.0) {
         let later = group[0].0;
         let earlier: Vec<&Lid> = group.iter().filter_map(|&(_, i)| lids[i].as_ref()).collect();
@@ -90,27 +129,43 @@ pub fn close_over_loops(
             lids[later] = anew;
         }
     }
-    let mut over = Over::default();
     // Those for which triangles give way go after the others, and share no vertex with any.
-    let mut lids: Vec<(Lid, &Vec<u32>)> =
-        lids.into_iter().zip(&holes).filter_map(|(lid, hole)| Some((lid?, hole))).collect();
+    let mut lids: Vec<(Lid, usize)> =
+        lids.into_iter().zip(tried).filter_map(|(lid, hole)| Some((lid?, hole))).collect();
     lids.sort_by_key(|(lid, _)| !lid.removed.is_empty());
-    let mut touched = vec![false; positions.len()];
-    let mut is_closed = vec![false; positions.len()];
-    for (lid, hole) in lids {
-        let gone = lid.removed.iter().map(|&t| triangles[t as usize]);
+    let mut touched = vec![false; mesh.positions.len()];
+    let mut is_closed = vec![false; holes.len()];
+    lids.retain(|(lid, hole)| {
+        let gone = lid.removed.iter().map(|&t| mesh.triangles[t as usize]);
         let vertices: Vec<u32> = lid.triangles.iter().copied().chain(gone).flatten().collect();
-        if !lid.removed.is_empty() && vertices.iter().any(|&v| touched[v as usize]) {
-            continue;
+        is_closed[*hole] = lid.removed.is_empty() || !vertices.iter().any(|&v| touched[v as usize]);
+        if is_closed[*hole] {
+            vertices.iter().for_each(|&v| touched[v as usize] = true);
         }
-        vertices.iter().for_each(|&v| touched[v as usize] = true);
-        hole.iter().for_each(|&v| is_closed[v as usize] = true);
-        over.added.extend(lid.triangles);
-        over.removed.extend(lid.removed);
+        is_closed[*hole]
+    });
+    for (hole, reach) in resisting {
+        holes[hole].resists = Some(reach);
     }
-    over.removed.sort_unstable();
-    over.boundary = boundary.iter().copied().filter(|edge| !is_closed[edge[0] as usize]).collect();
-    Ok(over)
+    let mut closed: Vec<u32> = lids.iter().flat_map(|(_, hole)| holes[*hole].vertices.iter().copied()).collect();
+    closed.sort_unstable();
+    border.retain(|vertex| closed.binary_search(vertex).is_err());
+    let mut is_closed = is_closed.into_iter();
+    holes.retain(|_| !is_closed.next().expect("one a hole"));
+    Ok(lids.into_iter().map(|(lid, _)| lid).collect())
+}
+
+/// What looking for a lid depends on lies in this box: what is near, and the vertices next to the hole's, which may be on the border.
+fn reach(mesh: Mesh<'_>, hole: &Hole, near: &[u32]) -> Bounds {
+    let mut vertices = hole.vertices.clone();
+    vertices.sort_unstable();
+    let mut reach = hole.region;
+    for &t in near {
+        if mesh.triangles[t as usize].iter().any(|v| vertices.binary_search(v).is_ok()) {
+            mesh.corners(t).into_iter().for_each(|corner| reach.add(corner));
+        }
+    }
+    reach
 }
 
 /// What is around a hole.

@@ -153,7 +153,7 @@ fn grown_and_joined(points: &[DVec3]) -> MeshReport {
         let allowed = |facet: [u32; 3]| TRUSTED * facet.map(|v| spacings[v as usize]).into_iter().sum::<f64>();
         let lines = lines::Lines::default();
         let mut front = grow::Front::grow(complex, &balls, &lines, allowed, &progress)?;
-        front.join_parts(BRIDGED, &complex.incident(), &progress)?;
+        front.join_parts(BRIDGED, &progress)?;
         Ok(check(&TriMesh::new(points.to_vec(), front.triangles)))
     })
 }
