@@ -36,7 +36,8 @@ impl<F: FnMut([u32; 3]) -> f64> Front<'_, F> {
         let (points, lines) = (self.complex.points, self.lines);
         let is_wanted = |lid: &[[u32; 3]]| {
             progress.check()?;
-            Ok(!lid.iter().any(|&facet| lines.is_jump(points, facet) || lines.pass(points, facet)))
+            let spans_jump = lines.are_deep(points, lid) && lid.iter().any(|&facet| lines.is_jump(points, facet));
+            Ok(!spans_jump && !lid.iter().any(|&facet| lines.pass(points, facet)))
         };
         let triangles = std::mem::take(&mut self.triangles);
         let limit = |hole: &[u32]| {

@@ -19,6 +19,10 @@ const BEHIND: f64 = 3.0;
 /// Tangent of the angle between a surface and one that is seen head-on, from which on sensors see nothing of it: 80.5 degrees.
 const STEEP: f64 = 6.0;
 
+/// Spacings along lines of sight that a loop around a jump reaches at least. Less deep ones are of steep places, where noise and missing
+/// samples leave facets that look like jumps.
+const DEEP: f64 = 6.0;
+
 /// Lines, and bundles of them, that are in a bundle: their samples follow each other, so they lie near each other.
 const MEMBERS: usize = 8;
 
@@ -95,6 +99,20 @@ impl Lines {
             let along = edges.iter().map(|edge| edge.dot(line.direction).abs()).fold(0.0, f64::max);
             along > behind && STEEP * normal.dot(line.direction).abs() < normal.cross(line.direction).length()
         })
+    }
+
+    /// Whether samples of some facets near each other are far enough behind others for a loop around these to be around a jump.
+    pub(super) fn are_deep(&self, points: &[DVec3], facets: &[[u32; 3]]) -> bool {
+        if self.are_unknown() {
+            return false;
+        }
+        let vertices = facets.as_flattened();
+        let lines = || vertices.iter().map(|&v| self.lines[v as usize]);
+        let direction = lines().map(|line| line.direction).sum::<DVec3>().normalize_or_zero();
+        let behind = lines().map(|line| line.behind).sum::<f64>() / vertices.len() as f64;
+        let along = || vertices.iter().map(|&v| points[v as usize].dot(direction));
+        let [nearest, farthest] = [along().fold(f64::NEG_INFINITY, f64::max), along().fold(f64::INFINITY, f64::min)];
+        nearest - farthest > DEEP / BEHIND * behind
     }
 
     /// Whether a line of sight passes through a facet.

@@ -88,6 +88,26 @@ fn a_hole_through_which_something_is_seen_has_no_lid() {
     assert_eq!(shape(&seen(&all, &[-SENSOR])), (1, 1, Some(0)));
 }
 
+/// Steps of such a height that some of their facets seem to span jumps, and others don't.
+#[test]
+fn jitter_leaves_no_holes_in_what_is_steep() {
+    for height in [4.5, 4.75, 5.0] {
+        let stairs = flat(|x, p| p - height * f64::from(x / 6) * DVec3::Z);
+        assert_eq!(shape(&seen(&stairs, &[SENSOR])), shape(&seen(&stairs, &[])), "{height}");
+    }
+}
+
+#[test]
+fn a_loop_around_a_deep_jump_stays_open() {
+    // One half is torn from the other in the middle, twelve apart. In straight columns no sample lies behind the tear.
+    let torn = flat(|x, p| {
+        let share = (2.0 - (p.y - 30.0).abs() / 3.0).clamp(0.0, 1.0) * (1.0 - f64::from(x - 30) / 30.0);
+        DVec3::new(f64::from(x), p.y, if x < 30 { p.z } else { p.z - 12.0 * share })
+    });
+    assert_eq!(shape(&seen(&torn, &[])), (1, 1, Some(0)));
+    assert_eq!(shape(&seen(&torn, &[SENSOR])), (1, 2, Some(0)));
+}
+
 #[test]
 fn a_sheet_seen_at_80_degrees_stays_whole() {
     let sheet = flat(|_, p| p);
